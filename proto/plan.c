@@ -2,180 +2,47 @@
 
 #include <math.h>
 
-#include "proto/plan_check.h"
 #include "proto/samples.h"
 
-static void write_camera(struct bytes_writer *w, const struct plan_camera *c)
-{
-    bytes_write_u32(w, c->type);
-    bytes_write_f32s(w, c->eye, 3);
-    bytes_write_f32s(w, c->right, 3);
-    bytes_write_f32s(w, c->up, 3);
-    bytes_write_f32s(w, c->forward, 3);
-    bytes_write_f32(w, c->half_width);
-    bytes_write_f32(w, c->half_height);
-    bytes_write_f32(w, c->aperture_radius);
-    bytes_write_f32(w, c->focus_distance);
-    bytes_write_u32(w, c->blade_count);
-    bytes_write_f32(w, c->blade_rotation_rad);
-}
-
-static void read_camera(struct bytes_reader *r, struct plan_camera *c)
-{
-    c->type = bytes_read_u32(r);
-    bytes_read_f32s(r, c->eye, 3);
-    bytes_read_f32s(r, c->right, 3);
-    bytes_read_f32s(r, c->up, 3);
-    bytes_read_f32s(r, c->forward, 3);
-    c->half_width = bytes_read_f32(r);
-    c->half_height = bytes_read_f32(r);
-    c->aperture_radius = bytes_read_f32(r);
-    c->focus_distance = bytes_read_f32(r);
-    c->blade_count = bytes_read_u32(r);
-    c->blade_rotation_rad = bytes_read_f32(r);
-}
-
-static void write_environment(struct bytes_writer *w, const struct plan_environment *e)
-{
-    bytes_write_u32(w, e->kind);
-    bytes_write_raw(w, e->map.bytes, DIGEST_BYTES);
-    bytes_write_f32s(w, e->radiance, 3);
-    bytes_write_f32(w, e->rotation_rad);
-    bytes_write_f32(w, e->power);
-}
-
-static void read_environment(struct bytes_reader *r, struct plan_environment *e)
-{
-    e->kind = bytes_read_u32(r);
-    bytes_read_raw(r, e->map.bytes, DIGEST_BYTES);
-    bytes_read_f32s(r, e->radiance, 3);
-    e->rotation_rad = bytes_read_f32(r);
-    e->power = bytes_read_f32(r);
-}
-
-static void write_paths(struct bytes_writer *w, const struct plan_paths *p)
-{
-    bytes_write_u32(w, p->spp);
-    bytes_write_u32(w, p->pixel_filter);
-    bytes_write_f32(w, p->emitter_power);
-    bytes_write_u32(w, p->without_diffuse_indirect);
-    bytes_write_u32(w, p->without_glossy_indirect);
-}
-
-static void read_paths(struct bytes_reader *r, struct plan_paths *p)
-{
-    p->spp = bytes_read_u32(r);
-    p->pixel_filter = bytes_read_u32(r);
-    p->emitter_power = bytes_read_f32(r);
-    p->without_diffuse_indirect = bytes_read_u32(r);
-    p->without_glossy_indirect = bytes_read_u32(r);
-}
+#define WRITE_digest(field) bytes_write_raw(w, (field).bytes, DIGEST_BYTES);
+#define WRITE_i32(field)    bytes_write_u32(w, (uint32_t)(field));
+#define WRITE_u32(field)    bytes_write_u32(w, field);
+#define WRITE_u64(field)    bytes_write_u64(w, field);
+#define WRITE_f32(field)    bytes_write_f32(w, field);
+#define WRITE_f32x3(field)  bytes_write_f32s(w, field, 3);
 
 static void write_light(struct bytes_writer *w, const struct plan_light *light)
 {
-    bytes_write_u32(w, light->type);
-    bytes_write_u32(w, light->profile);
-    bytes_write_f32s(w, light->position, 3);
-    bytes_write_f32s(w, light->direction, 3);
-    bytes_write_f32s(w, light->half_u, 3);
-    bytes_write_f32s(w, light->half_v, 3);
-    bytes_write_f32s(w, light->color, 3);
-    bytes_write_f32(w, light->cos_inner);
-    bytes_write_f32(w, light->cos_outer);
-    bytes_write_f32(w, light->range);
-    bytes_write_f32(w, light->power);
-    bytes_write_u32(w, light->strata_per_axis);
-}
-
-static void read_light(struct bytes_reader *r, struct plan_light *light)
-{
-    light->type = bytes_read_u32(r);
-    light->profile = bytes_read_u32(r);
-    bytes_read_f32s(r, light->position, 3);
-    bytes_read_f32s(r, light->direction, 3);
-    bytes_read_f32s(r, light->half_u, 3);
-    bytes_read_f32s(r, light->half_v, 3);
-    bytes_read_f32s(r, light->color, 3);
-    light->cos_inner = bytes_read_f32(r);
-    light->cos_outer = bytes_read_f32(r);
-    light->range = bytes_read_f32(r);
-    light->power = bytes_read_f32(r);
-    light->strata_per_axis = bytes_read_u32(r);
+#define LIGHT(type, name, check, from, to) WRITE_##type(light->name)
+#include "proto/plan.def"
 }
 
 void plan_encode(struct bytes_writer *w, const struct plan *plan)
 {
-    bytes_write_raw(w, plan->scene.bytes, DIGEST_BYTES);
-    bytes_write_u32(w, (uint32_t)plan->width_px);
-    bytes_write_u32(w, (uint32_t)plan->height_px);
-    bytes_write_u32(w, (uint32_t)plan->tile_px);
-    bytes_write_u64(w, plan->pattern.seed);
-    bytes_write_u32(w, plan->pattern.frame);
-    write_camera(w, &plan->camera);
-    write_environment(w, &plan->environment);
-    write_paths(w, &plan->paths);
-    bytes_write_f32(w, plan->target_error);
-    bytes_write_u32(w, plan->spp_most);
-    bytes_write_f32(w, plan->occlusion_distance);
-    bytes_write_u32(w, plan->shadow_filter);
-    bytes_write_u32(w, plan->indirect_filter);
-    bytes_write_u32(w, plan->glossy_filter);
-    bytes_write_u32(w, plan->lens_filter);
-    bytes_write_f32(w, plan->mu);
-    bytes_write_f32(w, plan->rate.mu);
-    bytes_write_u32(w, plan->rate.rays_most);
-    bytes_write_u64(w, plan->planes);
-    bytes_write_u32(w, plan->light_planes);
-    bytes_write_u32(w, plan->sub_samples);
-    bytes_write_u32(w, plan->bounces);
-    bytes_write_u32(w, plan->indirect_strata_per_axis);
-    bytes_write_u32(w, plan->lens_strata_per_axis);
-    bytes_write_u32(w, plan->lens_light);
-    bytes_write_u32(w, plan->lens_extra);
-    bytes_write_u32(w, plan->lens_mirrors);
-    bytes_write_u32(w, plan->lens_rest);
-    bytes_write_f32(w, plan->radiance_scale);
-    bytes_write_f32(w, plan->length_unit);
-    bytes_write_u32(w, plan->capabilities);
-    bytes_write_u32(w, plan->light_count);
+#define FIELD(type, name, check, from, to)  WRITE_##type(plan->name)
+#define CAMERA(type, name, check, from, to) WRITE_##type(plan->camera.name)
+#include "proto/plan.def"
     for (uint32_t k = 0; k < plan->light_count; k++) write_light(w, &plan->lights[k]);
+}
+
+#define READ_digest(field) bytes_read_raw(r, (field).bytes, DIGEST_BYTES);
+#define READ_i32(field)    field = (int32_t)bytes_read_u32(r);
+#define READ_u32(field)    field = bytes_read_u32(r);
+#define READ_u64(field)    field = bytes_read_u64(r);
+#define READ_f32(field)    field = bytes_read_f32(r);
+#define READ_f32x3(field)  bytes_read_f32s(r, field, 3);
+
+static void read_light(struct bytes_reader *r, struct plan_light *light)
+{
+#define LIGHT(type, name, check, from, to) READ_##type(light->name)
+#include "proto/plan.def"
 }
 
 static void read_head(struct bytes_reader *r, struct plan *plan)
 {
-    bytes_read_raw(r, plan->scene.bytes, DIGEST_BYTES);
-    plan->width_px = (int32_t)bytes_read_u32(r);
-    plan->height_px = (int32_t)bytes_read_u32(r);
-    plan->tile_px = (int32_t)bytes_read_u32(r);
-    plan->pattern.seed = bytes_read_u64(r);
-    plan->pattern.frame = bytes_read_u32(r);
-    read_camera(r, &plan->camera);
-    read_environment(r, &plan->environment);
-    read_paths(r, &plan->paths);
-    plan->target_error = bytes_read_f32(r);
-    plan->spp_most = bytes_read_u32(r);
-    plan->occlusion_distance = bytes_read_f32(r);
-    plan->shadow_filter = bytes_read_u32(r);
-    plan->indirect_filter = bytes_read_u32(r);
-    plan->glossy_filter = bytes_read_u32(r);
-    plan->lens_filter = bytes_read_u32(r);
-    plan->mu = bytes_read_f32(r);
-    plan->rate.mu = bytes_read_f32(r);
-    plan->rate.rays_most = bytes_read_u32(r);
-    plan->planes = bytes_read_u64(r);
-    plan->light_planes = bytes_read_u32(r);
-    plan->sub_samples = bytes_read_u32(r);
-    plan->bounces = bytes_read_u32(r);
-    plan->indirect_strata_per_axis = bytes_read_u32(r);
-    plan->lens_strata_per_axis = bytes_read_u32(r);
-    plan->lens_light = bytes_read_u32(r);
-    plan->lens_extra = bytes_read_u32(r);
-    plan->lens_mirrors = bytes_read_u32(r);
-    plan->lens_rest = bytes_read_u32(r);
-    plan->radiance_scale = bytes_read_f32(r);
-    plan->length_unit = bytes_read_f32(r);
-    plan->capabilities = bytes_read_u32(r);
-    plan->light_count = bytes_read_u32(r);
+#define FIELD(type, name, check, from, to)  READ_##type(plan->name)
+#define CAMERA(type, name, check, from, to) READ_##type(plan->camera.name)
+#include "proto/plan.def"
 }
 
 int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fault *fault)

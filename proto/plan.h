@@ -20,18 +20,6 @@ enum camera_type { CAMERA_PERSPECTIVE = 0, CAMERA_ORTHOGRAPHIC = 1 };
  * up) with (s, t) uniform over the aperture (a disc, or a regular polygon of blade_count corners on
  * the unit circle, the first at angle blade_rotation_rad from right towards up), and passes through
  * eye + focus_distance * (forward + a right + b up): what is sharp is a plane. */
-/* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
-enum capability {
-    CAPABILITY_DIRECT = 1u << 0,
-    CAPABILITY_INDIRECT = 1u << 1,
-    CAPABILITY_VISIBILITY = 1u << 2, /* visibility bits and slopes */
-    CAPABILITY_STRATA = 1u << 3,     /* indirect radiance per stratum */
-    CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
-    CAPABILITY_ENVIRONMENT = 1u << 5,
-    CAPABILITY_LENS = 1u << 6,
-    CAPABILITY_SIDES = 1u << 7, /* second sets, by counts of single pixels */
-};
-
 struct plan_camera {
     uint32_t type;
     float eye[3], right[3], up[3], forward[3];
@@ -164,7 +152,19 @@ enum lens_light {
 /* Reflections that somebody looks through at most. */
 #define PLAN_LENS_MIRRORS 4
 
-/* Which planes a tile's samples hold; samples.h says what they are. */
+/* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
+enum capability {
+    CAPABILITY_DIRECT = 1u << 0,
+    CAPABILITY_INDIRECT = 1u << 1,
+    CAPABILITY_VISIBILITY = 1u << 2, /* visibility bits and slopes */
+    CAPABILITY_STRATA = 1u << 3,     /* indirect radiance per stratum */
+    CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
+    CAPABILITY_ENVIRONMENT = 1u << 5,
+    CAPABILITY_LENS = 1u << 6,
+    CAPABILITY_SIDES = 1u << 7, /* second sets, by counts of single pixels */
+};
+
+/* plan.def has the fields, but the lights, in the order of the wire. */
 struct plan {
     struct digest scene;
     int32_t width_px, height_px;
@@ -214,6 +214,10 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan);
  * A decoded plan is safe to trace: camera and light vectors finite and not degenerate, all counts
  * within limits.h, planes consistent with bounces and sub_samples. */
 int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fault *fault);
+
+/* All that plan_decode demands of a plan whose light_count is within limits. ERR_RANGE, ERR_LIMIT
+ * or ERR_NOT_FINITE; *fault names the field. */
+int plan_check(const struct plan *plan, struct fault *fault);
 
 /* What plan_decode demands of a camera and of a light, for others who read such fields: finite,
  * within limits.h, axes orthonormal, areas and cones not degenerate. `place` ("cameras[2]")

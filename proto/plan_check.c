@@ -1,11 +1,10 @@
 /* What makes a plan safe to trace. */
-#include "proto/plan_check.h"
+#include "proto/plan_internal.h"
 
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "proto/plan_filters.h"
 #include "proto/samples.h"
 
 /* Floats that were orthonormal before they were rounded, or came from a decimal text. */
@@ -43,31 +42,29 @@ static void cross(const float a[3], const float b[3], double out[3])
     }
 }
 
-static int check_unit(const struct plan_place *at, const char *field, const float v[3])
+int plan_field_unit(const struct plan_place *at, const char *field, const float v[3], float min,
+                    float max)
 {
-    const int error = plan_place_vector(at, field, v, -2.0f, 2.0f);
+    const int error = plan_field_vector(at, field, v, min, max);
     if (error) return error;
     const double length = sqrt(dot(v, v));
     if (fabs(length - 1.0) > ORTHONORMAL_TOLERANCE)
-        return plan_place_refuse(at, ERR_RANGE, field, "is its length, which must be 1", length);
+        return plan_field_refuse(at, ERR_RANGE, field, "is its length, which must be 1", length);
     return 0;
 }
 
+/* The axes are unit vectors. */
 static int check_axes(const struct plan_place *at, const struct plan_camera *c)
 {
-    int error = check_unit(at, "right", c->right);
-    if (!error) error = check_unit(at, "up", c->up);
-    if (!error) error = check_unit(at, "forward", c->forward);
-    if (error) return error;
     const double skew = dot(c->right, c->up);
     if (fabs(skew) > ORTHONORMAL_TOLERANCE)
-        return plan_place_refuse(at, ERR_RANGE, "up", "is its part along right, which must be 0",
+        return plan_field_refuse(at, ERR_RANGE, "up", "is its part along right, which must be 0",
                                  skew);
     double back[3];
     cross(c->right, c->up, back);
     for (int i = 0; i < 3; i++)
         if (fabs(back[i] + (double)c->forward[i]) > 2 * ORTHONORMAL_TOLERANCE)
-            return plan_place_refuse(at, ERR_RANGE, "forward", "is not up x right",
+            return plan_field_refuse(at, ERR_RANGE, "forward", "is not up x right",
                                      (double)c->forward[i]);
     return 0;
 }
@@ -75,44 +72,38 @@ static int check_axes(const struct plan_place *at, const struct plan_camera *c)
 /* A lens needs something in focus; without one its other fields travel all the same. */
 static int check_lens(const struct plan_place *at, const struct plan_camera *c)
 {
-    const float far = LIMIT_COORDINATE;
-    const bool has_lens = c->aperture_radius > 0.0f;
-    int error = plan_place_number(at, "aperture_radius", c->aperture_radius, 0.0f, far);
-    if (!error) error = plan_place_number(at, "focus_distance", c->focus_distance, 0.0f, far);
-    if (!error)
-        error = plan_place_number(at, "blade_rotation_rad", c->blade_rotation_rad, -far, far);
-    if (!error && c->blade_count != 0)
-        error = plan_place_count(at, "blade_count", c->blade_count, 3, LIMIT_LENS_BLADES);
-    if (error || !has_lens) return error;
+    if (c->blade_count > 0 && c->blade_count < 3)
+        return plan_field_refuse(at, ERR_RANGE, "blade_count", "is too small",
+                                 (double)c->blade_count);
+    if (!(c->aperture_radius > 0.0f)) return 0;
     if (c->type != CAMERA_PERSPECTIVE)
-        return plan_place_refuse(at, ERR_RANGE, "aperture_radius", "is a lens before parallel rays",
+        return plan_field_refuse(at, ERR_RANGE, "aperture_radius", "is a lens before parallel rays",
                                  (double)c->aperture_radius);
     if (!(c->focus_distance > 0.0f))
-        return plan_place_refuse(at, ERR_RANGE, "focus_distance", "is no distance to focus on",
+        return plan_field_refuse(at, ERR_RANGE, "focus_distance", "is no distance to focus on",
                                  (double)c->focus_distance);
     return 0;
 }
 
+/* Nothing is asked of a field but that it can be read. */
+#define plan_field_any(at, name, value, from, to) 0
+
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault)
 {
     const struct plan_place at = {place, fault};
-    if (camera->type > CAMERA_ORTHOGRAPHIC)
-        return plan_place_refuse(&at, ERR_RANGE, "type", "is no camera type", (double)camera->type);
+    int error = 0;
+#define CAMERA(type, name, check, from, to)                                                        \
+    if (!error) error = plan_field_##check(&at, #name, camera->name, from, to);
+#include "proto/plan.def"
     const float max = camera->type == CAMERA_ORTHOGRAPHIC ? LIMIT_COORDINATE : VIEW_MAX;
-    int error = plan_place_vector(&at, "eye", camera->eye, -LIMIT_COORDINATE, LIMIT_COORDINATE);
+    if (!error) error = plan_field_number(&at, "half_width", camera->half_width, VIEW_MIN, max);
+    if (!error) error = plan_field_number(&at, "half_height", camera->half_height, VIEW_MIN, max);
     if (!error) error = check_axes(&at, camera);
-    if (!error) error = plan_place_number(&at, "half_width", camera->half_width, VIEW_MIN, max);
-    if (!error) error = plan_place_number(&at, "half_height", camera->half_height, VIEW_MIN, max);
-    if (!error) error = check_lens(&at, camera);
-    return error;
+    return error ? error : check_lens(&at, camera);
 }
 
 static int check_rectangle(const struct plan_place *at, const struct plan_light *light)
 {
-    int error = plan_place_vector(at, "half_u", light->half_u, -LIMIT_COORDINATE, LIMIT_COORDINATE);
-    if (!error)
-        error = plan_place_vector(at, "half_v", light->half_v, -LIMIT_COORDINATE, LIMIT_COORDINATE);
-    if (error) return error;
     double n[3];
     cross(light->half_u, light->half_v, n);
     const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
@@ -120,26 +111,26 @@ static int check_rectangle(const struct plan_place *at, const struct plan_light 
         sqrt(dot(light->half_u, light->half_u) * dot(light->half_v, light->half_v));
     /* Four times it is the area that the tracer computes in float. */
     if (!(length >= 1e-30))
-        return plan_place_refuse(at, ERR_RANGE, "half_u", "is a quarter of the area: too small",
+        return plan_field_refuse(at, ERR_RANGE, "half_u", "is a quarter of the area: too small",
                                  length);
     if (length < SINE_MIN * sides)
-        return plan_place_refuse(at, ERR_RANGE, "half_v", "is its sine to half_u: parallel",
+        return plan_field_refuse(at, ERR_RANGE, "half_v", "is its sine to half_u: parallel",
                                  length / sides);
     const double along = (n[0] * (double)light->direction[0] + n[1] * (double)light->direction[1] +
                           n[2] * (double)light->direction[2]) /
                          length;
     if (along < 1.0 - ORTHONORMAL_TOLERANCE)
-        return plan_place_refuse(at, ERR_RANGE, "direction", "is its cosine to half_u x half_v",
+        return plan_field_refuse(at, ERR_RANGE, "direction", "is its cosine to half_u x half_v",
                                  along);
     return 0;
 }
 
 static int check_cone(const struct plan_place *at, const struct plan_light *light)
 {
-    int error = plan_place_number(at, "cos_inner", light->cos_inner, 0.0f, 1.0f);
-    if (!error) error = plan_place_number(at, "cos_outer", light->cos_outer, 0.0f, 1.0f);
+    int error = plan_field_number(at, "cos_inner", light->cos_inner, 0.0f, 1.0f);
+    if (!error) error = plan_field_number(at, "cos_outer", light->cos_outer, 0.0f, 1.0f);
     if (!error && !(light->cos_inner > light->cos_outer))
-        error = plan_place_refuse(at, ERR_RANGE, "cos_inner", "is not above cos_outer",
+        error = plan_field_refuse(at, ERR_RANGE, "cos_inner", "is not above cos_outer",
                                   (double)light->cos_inner);
     return error;
 }
@@ -148,7 +139,7 @@ static int check_shape(const struct plan_place *at, const struct plan_light *lig
 {
     int error = 0;
     if (light->type == LIGHT_POINT) return 0;
-    error = check_unit(at, "direction", light->direction);
+    error = plan_field_unit(at, "direction", light->direction, -2.0f, 2.0f);
     if (!error && light->type == LIGHT_SPOT) error = check_cone(at, light);
     if (!error && light->type == LIGHT_RECTANGLE) error = check_rectangle(at, light);
     return error;
@@ -158,20 +149,10 @@ static int check_shape(const struct plan_place *at, const struct plan_light *lig
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault)
 {
     const struct plan_place at = {place, fault};
-    const float far = LIMIT_COORDINATE;
-    if (light->type > LIGHT_RECTANGLE)
-        return plan_place_refuse(&at, ERR_RANGE, "type", "is no light type", (double)light->type);
-    if (light->profile > PROFILE_GAUSSIAN)
-        return plan_place_refuse(&at, ERR_RANGE, "profile", "is no light profile",
-                                 (double)light->profile);
-    int error = plan_place_vector(&at, "position", light->position, -far, far);
-    if (!error) error = plan_place_vector(&at, "direction", light->direction, -2.0f, 2.0f);
-    if (!error) error = plan_place_vector(&at, "half_u", light->half_u, -far, far);
-    if (!error) error = plan_place_vector(&at, "half_v", light->half_v, -far, far);
-    if (!error) error = plan_place_vector(&at, "color", light->color, 0.0f, LIMIT_RADIANCE);
-    if (!error) error = plan_place_number(&at, "cos_inner", light->cos_inner, -1.0f, 1.0f);
-    if (!error) error = plan_place_number(&at, "cos_outer", light->cos_outer, -1.0f, 1.0f);
-    if (!error) error = plan_place_number(&at, "range", light->range, 0.0f, far);
+    int error = 0;
+#define LIGHT(type, name, check, from, to)                                                         \
+    if (!error) error = plan_field_##check(&at, #name, light->name, from, to);
+#include "proto/plan.def"
     return error ? error : check_shape(&at, light);
 }
 
@@ -183,9 +164,9 @@ static int check_light_sampling(const struct plan *plan, const struct plan_light
     const bool per_stratum = has_area && (plan->light_planes & LIGHT_PLANES_STRATA);
     const int64_t max =
         !has_area ? 1 : (per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS : LIMIT_STRATA_PER_AXIS);
-    const int error = plan_place_number(&at, "power", light->power, POWER_MIN, POWER_MAX);
+    const int error = plan_field_number(&at, "power", light->power, POWER_MIN, POWER_MAX);
     if (error) return error;
-    return plan_place_count(&at, "strata_per_axis", light->strata_per_axis, 1, max);
+    return plan_field_count(&at, "strata_per_axis", light->strata_per_axis, 1, max);
 }
 
 static int check_lights(const struct plan *plan, struct fault *fault)
@@ -200,80 +181,25 @@ static int check_lights(const struct plan *plan, struct fault *fault)
     return 0;
 }
 
-static int check_environment(const struct plan_environment *e, struct fault *fault)
-{
-    const struct plan_place at = {"environment", fault};
-    if (e->kind > ENVIRONMENT_MAP)
-        return plan_place_refuse(&at, ERR_RANGE, "kind", "is no kind of environment",
-                                 (double)e->kind);
-    const float least_power = e->kind == ENVIRONMENT_NONE ? 0.0f : POWER_MIN;
-    int error = plan_place_vector(&at, "radiance", e->radiance, 0.0f, LIMIT_RADIANCE);
-    if (!error)
-        error = plan_place_number(&at, "rotation_rad", e->rotation_rad, -LIMIT_COORDINATE,
-                                  LIMIT_COORDINATE);
-    if (!error) error = plan_place_number(&at, "power", e->power, least_power, POWER_MAX);
-    return error;
-}
-
-static int check_paths(const struct plan_paths *paths, struct fault *fault)
-{
-    const struct plan_place at = {"paths", fault};
-    int error = plan_place_count(&at, "spp", paths->spp, 0, LIMIT_SPP);
-    if (!error)
-        error = plan_place_count(&at, "pixel_filter", paths->pixel_filter, 0, PIXEL_FILTER_TENT);
-    if (!error)
-        error = plan_place_number(&at, "emitter_power", paths->emitter_power, 0.0f, POWER_MAX);
-    if (!error)
-        error = plan_place_count(&at, "without_diffuse_indirect", paths->without_diffuse_indirect,
-                                 0, 1);
-    if (!error)
-        error = plan_place_count(&at, "without_glossy_indirect", paths->without_glossy_indirect, 0,
-                                 paths->without_diffuse_indirect);
-    return error;
-}
-
 /* Errors are known where halves of the samples, or their spread, tell of them. */
 static int check_target(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t paths = PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
-    int error = plan_place_number(at, "target_error", plan->target_error, 0.0f, 1e6f);
-    if (!error) error = plan_place_count(at, "spp_most", plan->spp_most, 0, LIMIT_SPP);
-    if (error) return error;
     if ((plan->target_error > 0.0f) != (plan->spp_most > 0))
-        return plan_place_refuse(at, ERR_RANGE, "spp_most",
+        return plan_field_refuse(at, ERR_RANGE, "spp_most",
                                  "belongs to a target, and every target has it",
                                  (double)plan->spp_most);
     if (!(plan->target_error > 0.0f)) return 0;
     if (plan->paths.spp > 0 && (plan->planes & paths) != paths)
-        return plan_place_refuse(at, ERR_RANGE, "target_error",
+        return plan_field_refuse(at, ERR_RANGE, "target_error",
                                  "is a target for paths of unknown error",
                                  (double)plan->target_error);
     if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) ||
         ((plan->planes & PLANES_GLOSSY) && !(plan->planes & PLANE_BIT(GLOSSY_HALF))) ||
         ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) && !(plan->planes & PLANE_BIT(REFLECTOR))))
-        return plan_place_refuse(at, ERR_RANGE, "target_error",
+        return plan_field_refuse(at, ERR_RANGE, "target_error",
                                  "is a target for bounces of unknown error",
                                  (double)plan->target_error);
-    return 0;
-}
-
-static int check_image(const struct plan_place *at, const struct plan *plan)
-{
-    int error = plan_place_count(at, "width_px", plan->width_px, 1, LIMIT_IMAGE_SIDE_PX);
-    if (!error) error = plan_place_count(at, "height_px", plan->height_px, 1, LIMIT_IMAGE_SIDE_PX);
-    if (!error)
-        error = plan_place_count(at, "height_px", (int64_t)plan->width_px * plan->height_px, 1,
-                                 LIMIT_IMAGE_PIXELS);
-    if (!error)
-        error = plan_place_count(at, "tile_px", plan->tile_px, LIMIT_TILE_SIDE_MIN_PX,
-                                 LIMIT_TILE_SIDE_PX);
-    return error;
-}
-
-static int check_bits(const struct plan_place *at, const char *field, uint64_t bits, uint64_t known)
-{
-    if (bits & ~known)
-        return plan_place_refuse(at, ERR_RANGE, field, "is a set with unknown bits", (double)bits);
     return 0;
 }
 
@@ -283,23 +209,23 @@ static int check_path_planes(const struct plan_place *at, const struct plan *pla
     const uint64_t planes = plan->planes;
     const bool open = planes & (PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN));
     if ((planes & PLANES_PATH) && plan->paths.spp == 0)
-        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
                                  (double)planes);
     if (!(planes & PLANES_PATH) && plan->paths.spp > 0)
-        return plan_place_refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
                                  (double)planes);
     if ((planes & PLANE_BIT(PATH_SPREAD)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
-        return plan_place_refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
                                  (double)planes);
     if (plan->paths.without_diffuse_indirect && !(planes & PLANES_BOUNCE_LIGHT))
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "has no place for indirect light that paths omit", (double)planes);
     if (plan->paths.without_glossy_indirect &&
         (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "has no place for glossy light that paths omit", (double)planes);
     if (open != (plan->occlusion_distance > 0.0f))
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  open ? "asks for occlusion without a distance"
                                       : "has a distance of occlusion but no plane of it",
                                  (double)planes);
@@ -312,16 +238,16 @@ static int check_lone(const struct plan_place *at, const struct plan *plan)
     const uint64_t planes = plan->planes;
     if (!(planes & PLANE_BIT(LONE))) return 0;
     if (plan->sub_samples == 0 || (planes & PLANES_COMPARED) != PLANES_COMPARED)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "lacks what lone sub-samples are found by", (double)planes);
     if (plan->camera.aperture_radius > 0.0f)
-        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for lone sub-samples with a lens",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for lone sub-samples with a lens",
                                  (double)planes);
     if (lone_parts(plan) == 0)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "has no light fields for lone sub-samples", (double)planes);
     if (plan->tile_px % LIMIT_TILE_SIDE_MIN_PX != 0)
-        return plan_place_refuse(at, ERR_RANGE, "tile_px",
+        return plan_field_refuse(at, ERR_RANGE, "tile_px",
                                  "cuts the squares that lone sub-samples are shaded by",
                                  (double)plan->tile_px);
     return 0;
@@ -331,69 +257,63 @@ static int check_lone(const struct plan_place *at, const struct plan *plan)
 static int check_planes(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
-    int error = check_bits(at, "planes", planes, PLANES_KNOWN);
-    if (!error) error = check_bits(at, "light_planes", plan->light_planes, LIGHT_PLANES_KNOWN);
-    if (!error) error = check_bits(at, "capabilities", plan->capabilities, CAPABILITIES_KNOWN);
-    if (error) return error;
     if ((planes & (PLANES_SUB | PLANE_BIT(SUB_REFLECTANCE))) && plan->sub_samples == 0)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "asks for sub-samples, of which there are none", (double)planes);
     if ((planes & PLANE_BIT(SUB_DEPTH)) && !(planes & PLANE_BIT(DEPTH)))
-        return plan_place_refuse(at, ERR_RANGE, "planes", "has sub_depth without depth",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has sub_depth without depth",
                                  (double)planes);
     if ((planes & (PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)) && plan->bounces == 0)
-        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
                                  (double)planes);
     if ((planes & PLANE_BIT(GLOSSY_HALF)) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
-        return plan_place_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
                                  (double)planes);
-    error = check_lone(at, plan);
+    const int error = check_lone(at, plan);
     return error ? error : check_path_planes(at, plan);
 }
 
-static int check_counts(const struct plan_place *at, const struct plan *plan)
+/* Bounce rays and rays of lobes have strata; paths bounce without. */
+static int check_strata(const struct plan_place *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
-    /* Paths bounce without strata. */
     const bool has_strata = plan->planes & (PLANES_BOUNCE_RAYS | PLANES_GLOSSY);
     const int64_t max = !has_strata   ? 0
                         : per_stratum ? LIMIT_PLANE_STRATA_PER_AXIS
                                       : LIMIT_STRATA_PER_AXIS;
-    int error = plan_place_count(at, "sub_samples", plan->sub_samples, 0, LIMIT_SUB_SAMPLES);
-    if (!error) error = plan_place_count(at, "bounces", plan->bounces, 0, LIMIT_INDIRECT_BOUNCES);
-    if (!error)
-        error = plan_place_count(at, "indirect_strata_per_axis", plan->indirect_strata_per_axis,
-                                 has_strata ? 1 : 0, max);
-    return error;
+    return plan_field_count(at, "indirect_strata_per_axis", plan->indirect_strata_per_axis,
+                            has_strata ? 1 : 0, max);
 }
 
-/* Scales are powers of two so that applying and undoing them is exact. */
-static int check_scale(const struct plan_place *at, const char *field, float scale)
+/* What each field may hold, whatever the others do. */
+static int check_fields(const struct plan_place *at, const struct plan *plan)
 {
-    int exponent;
-    const int error = plan_place_number(at, field, scale, 0x1p-100f, 0x1p100f);
-    if (error) return error;
-    if (frexpf(scale, &exponent) != 0.5f)
-        return plan_place_refuse(at, ERR_RANGE, field, "is no power of two", (double)scale);
-    return 0;
+    int error = 0;
+#define FIELD(type, name, check, from, to)                                                         \
+    if (!error) error = plan_field_##check(at, #name, plan->name, from, to);
+#include "proto/plan.def"
+    return error;
 }
 
 int plan_check(const struct plan *plan, struct fault *fault)
 {
     const struct plan_place at = {"", fault};
-    int error = check_image(&at, plan);
-    if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
-    if (!error) error = check_environment(&plan->environment, fault);
-    if (!error) error = check_paths(&plan->paths, fault);
-    if (!error) error = check_target(&at, plan);
+    const float least_power = plan->environment.kind == ENVIRONMENT_NONE ? 0.0f : POWER_MIN;
+    int error = check_fields(&at, plan);
     if (!error)
-        error = plan_place_number(&at, "occlusion_distance", plan->occlusion_distance, 0.0f,
-                                  LIMIT_COORDINATE);
+        error = plan_field_count(&at, "height_px", (int64_t)plan->width_px * plan->height_px, 1,
+                                 LIMIT_IMAGE_PIXELS);
+    if (!error) error = plan_camera_check(&plan->camera, "camera", fault);
+    if (!error)
+        error = plan_field_number(&at, "environment.power", plan->environment.power, least_power,
+                                  POWER_MAX);
+    if (!error)
+        error = plan_field_count(&at, "paths.without_glossy_indirect",
+                                 plan->paths.without_glossy_indirect, 0,
+                                 plan->paths.without_diffuse_indirect);
+    if (!error) error = check_target(&at, plan);
     if (!error) error = check_planes(&at, plan);
     if (!error) error = plan_filters_check(&at, plan);
-    if (!error) error = check_counts(&at, plan);
-    if (!error) error = check_lights(plan, fault);
-    if (!error) error = check_scale(&at, "radiance_scale", plan->radiance_scale);
-    if (!error) error = check_scale(&at, "length_unit", plan->length_unit);
-    return error;
+    if (!error) error = check_strata(&at, plan);
+    return error ? error : check_lights(plan, fault);
 }

@@ -1,5 +1,5 @@
 /* What filters, and sampling for them, ask of a plan. */
-#include "proto/plan_filters.h"
+#include "proto/plan_internal.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -11,20 +11,17 @@
 /* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
 static int check_shadow_filter(const struct plan_place *at, const struct plan *plan)
 {
-    if (plan->shadow_filter > SHADOW_FILTER_SHEARED)
-        return plan_place_refuse(at, ERR_RANGE, "shadow_filter", "is no shadow filter",
-                                 (double)plan->shadow_filter);
     if (plan->shadow_filter == SHADOW_FILTER_NONE) return 0;
     if (plan->paths.spp > 0)
-        return plan_place_refuse(at, ERR_RANGE, "shadow_filter",
+        return plan_field_refuse(at, ERR_RANGE, "shadow_filter",
                                  "filters a picture that is made of paths",
                                  (double)plan->shadow_filter);
     if ((plan->planes & PLANES_GEOMETRY) != PLANES_GEOMETRY)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "lacks the depth and normal that filters read",
                                  (double)plan->planes);
     if ((plan->light_planes & LIGHT_PLANES_STRATA) != LIGHT_PLANES_STRATA)
-        return plan_place_refuse(at, ERR_RANGE, "light_planes",
+        return plan_field_refuse(at, ERR_RANGE, "light_planes",
                                  "lacks the visibility and slopes that filters read",
                                  (double)plan->light_planes);
     return 0;
@@ -39,18 +36,15 @@ static int check_rate(const struct plan_place *at, const struct plan *plan)
     const uint32_t l = plan->indirect_strata_per_axis;
     const uint64_t others =
         PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF);
-    int error = plan_place_number(at, "rate.mu", rate->mu, 0.0f, LIMIT_FILTER_MU);
-    if (!error) error = plan_place_count(at, "rate.rays_most", rate->rays_most, 0, LIMIT_SPP);
-    if (error) return error;
     if ((rate->mu > 0.0f) != second || (rate->rays_most > 0) != second)
-        return plan_place_refuse(at, ERR_RANGE, "rate.mu", "belongs to one filter, which needs it",
+        return plan_field_refuse(at, ERR_RANGE, "rate.mu", "belongs to one filter, which needs it",
                                  (double)rate->mu);
     if (!second) return 0;
     if (l > LIMIT_PLANE_STRATA_PER_AXIS || rate->rays_most < l * l)
-        return plan_place_refuse(at, ERR_RANGE, "rate.rays_most", "is less than the first rays are",
+        return plan_field_refuse(at, ERR_RANGE, "rate.rays_most", "is less than the first rays are",
                                  (double)rate->rays_most);
     if (plan->planes & others || plan->target_error > 0.0f)
-        return plan_place_refuse(at, ERR_RANGE, "indirect_filter",
+        return plan_field_refuse(at, ERR_RANGE, "indirect_filter",
                                  "knows means alone, and no errors", (double)plan->indirect_filter);
     return 0;
 }
@@ -64,15 +58,12 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
                            (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
                            (rate ? PLANE_BIT(REFLECTOR_FAR) : 0);
-    if (plan->indirect_filter > INDIRECT_FILTER_SHEARED)
-        return plan_place_refuse(at, ERR_RANGE, "indirect_filter", "is no filter of indirect light",
-                                 (double)plan->indirect_filter);
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
     if (!(plan->planes & PLANES_BOUNCE_RAYS))
-        return plan_place_refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
+        return plan_field_refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
                                  (double)plan->indirect_filter);
     if ((plan->planes & needs) != needs)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "lacks what filters of indirect light read", (double)plan->planes);
     return 0;
 }
@@ -82,7 +73,7 @@ static int check_span(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
     if (plan_side_maps(plan) < 2 || (plan->planes & needs) == needs) return 0;
-    return plan_place_refuse(at, ERR_RANGE, "planes", "lacks what second sets of lobes go by",
+    return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what second sets of lobes go by",
                              (double)plan->planes);
 }
 
@@ -90,12 +81,9 @@ static int check_span(const struct plan_place *at, const struct plan *plan)
 static int check_glossy_filter(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
-    if (plan->glossy_filter > GLOSSY_FILTER_BANDLIMIT)
-        return plan_place_refuse(at, ERR_RANGE, "glossy_filter", "is no filter of glossy lobes",
-                                 (double)plan->glossy_filter);
     if (plan->glossy_filter == GLOSSY_FILTER_NONE) return 0;
     if ((plan->planes & needs) != needs)
-        return plan_place_refuse(at, ERR_RANGE, "planes", "lacks what filters of glossy lobes read",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what filters of glossy lobes read",
                                  (double)plan->planes);
     return 0;
 }
@@ -106,25 +94,22 @@ static int check_lens_planes(const struct plan_place *at, const struct plan *pla
     const uint64_t planes = plan->planes & PLANES_LENS;
     const bool has_radiance = planes & PLANE_BIT(LENS_RADIANCE);
     int error =
-        plan_place_count(at, "lens_strata_per_axis", plan->lens_strata_per_axis,
+        plan_field_count(at, "lens_strata_per_axis", plan->lens_strata_per_axis,
                          has_radiance ? 1 : 0, has_radiance ? LIMIT_PLANE_STRATA_PER_AXIS : 0);
     if (error) return error;
     if (planes && !has_radiance)
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "asks for lens samples without their radiance",
                                  (double)plan->planes);
     if (planes && !(plan->camera.aperture_radius > 0.0f))
-        return plan_place_refuse(at, ERR_RANGE, "planes", "asks for lens samples of a pinhole",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for lens samples of a pinhole",
                                  (double)plan->planes);
     if (planes && plan->target_error > 0.0f)
-        return plan_place_refuse(at, ERR_RANGE, "target_error",
+        return plan_field_refuse(at, ERR_RANGE, "target_error",
                                  "is a target for a lens of unknown error",
                                  (double)plan->target_error);
-    if (plan->lens_filter > LENS_FILTER_SHEARED)
-        return plan_place_refuse(at, ERR_RANGE, "lens_filter", "is no filter of lens samples",
-                                 (double)plan->lens_filter);
     if (plan->lens_filter != LENS_FILTER_NONE && !(planes & PLANE_BIT(LENS_SLOPE)))
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "lacks the slopes that filters of lenses read",
                                  (double)plan->planes);
     return 0;
@@ -136,26 +121,23 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
     const uint64_t surface = plan->planes & PLANES_LENS_SURFACE;
     const uint64_t field = PLANES_GEOMETRY | PLANE_BIT(LENS_SLOPE);
     const bool bounces = plan->planes & PLANES_BOUNCE_LIGHT;
-    if (plan->lens_light > LENS_LIGHT_SKY)
-        return plan_place_refuse(at, ERR_RANGE, "lens_light", "is no light of lens samples",
-                                 (double)plan->lens_light);
     if (surface != (plan->lens_light == LENS_LIGHT_OWN ? 0 : PLANES_LENS_SURFACE))
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  surface ? "tells of surfaces of lens samples that nothing lights"
                                          : "lacks the surfaces of lens samples",
                                  (double)plan->planes);
     if (plan->planes & PLANE_BIT(LENS_LOBE) &&
         (!(surface && bounces) || plan->lens_light == LENS_LIGHT_DIFFUSE ||
          plan->glossy_filter == GLOSSY_FILTER_NONE))
-        return plan_place_refuse(at, ERR_RANGE, "planes",
+        return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "tells of lobes of lens samples that nothing lights",
                                  (double)plan->planes);
     if (plan->lens_light == LENS_LIGHT_OWN) return 0;
     if ((plan->planes & field) != field || (!bounces && plan->lens_light != LENS_LIGHT_DIFFUSE))
-        return plan_place_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
                                  (double)plan->planes);
     if (plan->lens_light == LENS_LIGHT_SKY && plan->environment.kind == ENVIRONMENT_NONE)
-        return plan_place_refuse(at, ERR_RANGE, "lens_light", "asks for light of no environment",
+        return plan_field_refuse(at, ERR_RANGE, "lens_light", "asks for light of no environment",
                                  (double)plan->lens_light);
     return 0;
 }
@@ -170,25 +152,22 @@ static int check_lens_mirrors(const struct plan_place *at, const struct plan *pl
     const bool lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     const uint32_t most = plan->bounces < PLAN_LENS_MIRRORS ? plan->bounces : PLAN_LENS_MIRRORS;
     const int error =
-        plan_place_count(at, "lens_mirrors", plan->lens_mirrors, 0, lit && !sheared ? most : 0);
-    return error ? error : plan_place_count(at, "lens_rest", plan->lens_rest, 0, lobes ? 1 : 0);
+        plan_field_count(at, "lens_mirrors", plan->lens_mirrors, 0, lit && !sheared ? most : 0);
+    return error ? error : plan_field_count(at, "lens_rest", plan->lens_rest, 0, lobes ? 1 : 0);
 }
 
 /* Second sets go to pixels that slopes tell of, beside filters that work with both. */
 static int check_lens_extra(const struct plan_place *at, const struct plan *plan)
 {
     const bool more = plan->lens_extra > 0;
-    int error =
-        plan_place_count(at, "lens_extra", plan->lens_extra, 0, PLAN_LENS_SIDE * PLAN_LENS_SIDE);
-    if (error) return error;
     if (more != ((plan->planes & PLANE_BIT(LENS_MORE)) != 0))
-        return plan_place_refuse(at, ERR_RANGE, "planes", "has to have what second sets bring",
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has to have what second sets bring",
                                  (double)plan->planes);
     if (more && plan->lens_filter != LENS_FILTER_SHEARED)
-        return plan_place_refuse(at, ERR_RANGE, "lens_extra", "belongs to the sheared filter",
+        return plan_field_refuse(at, ERR_RANGE, "lens_extra", "belongs to the sheared filter",
                                  (double)plan->lens_extra);
     if (more && plan->indirect_filter == INDIRECT_FILTER_RATE)
-        return plan_place_refuse(at, ERR_RANGE, "lens_extra",
+        return plan_field_refuse(at, ERR_RANGE, "lens_extra",
                                  "asks for a second set where bounce rays have one",
                                  (double)plan->lens_extra);
     return 0;
@@ -196,11 +175,10 @@ static int check_lens_extra(const struct plan_place *at, const struct plan *plan
 
 int plan_filters_check(const struct plan_place *at, const struct plan *plan)
 {
-    int error = plan_place_number(at, "mu", plan->mu, 0.0f, LIMIT_FILTER_MU);
-    if (!error && !(plan->mu > 0.0f))
-        error =
-            plan_place_refuse(at, ERR_RANGE, "mu", "makes filters of no width", (double)plan->mu);
-    if (!error) error = check_shadow_filter(at, plan);
+    if (!(plan->mu > 0.0f))
+        return plan_field_refuse(at, ERR_RANGE, "mu", "makes filters of no width",
+                                 (double)plan->mu);
+    int error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
     if (!error) error = check_span(at, plan);

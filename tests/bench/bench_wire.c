@@ -14,7 +14,6 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "proto/plan_check.h"
 #include "proto/plane_filter.h"
 #include "proto/samples_layout.h"
 #include "proto/tile.h"

@@ -16,7 +16,6 @@
 #include <string.h>
 
 #include "proto/job/job.h"
-#include "proto/plan_check.h"
 #include "server/film/film.h"
 #include "server/image/image.h"
 #include "server/job/plan/plan.h"

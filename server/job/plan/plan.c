@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "proto/link/message.h"
-#include "proto/plan_check.h"
 #include "proto/samples.h"
 
 /* Scene units between which pictures are sure to be right. */

@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "proto/plan_check.h"
 #include "server/job/plan/plan.h"
 
 static bool normalize(float v[3])

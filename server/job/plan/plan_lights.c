@@ -3,7 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "proto/plan_check.h"
 #include "server/job/plan/plan.h"
 
 static double normal_of(const struct plan_light *light, double n[3])

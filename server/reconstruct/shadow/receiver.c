@@ -19,7 +19,7 @@ void receiver_light_init(struct receiver_light *light, const struct plan *plan, 
     for (int i = 0; i < 2; i++) {
         const float *half = i == 0 ? p->half_u : p->half_v;
         const double x = (double)half[0], y = (double)half[1], z = (double)half[2];
-        const double length = sqrt(x * x + y * y + z * z); /* not 0: plan_check.h */
+        const double length = sqrt(x * x + y * y + z * z); /* not 0: plan_check */
         for (int k = 0; k < 3; k++) r->axis[i][k] = (float)((double)half[k] / length);
         r->half[i] = (float)length;
         light->sigma_y[i] = r->half[i] * (p->profile == PROFILE_GAUSSIAN ? 0.5f : 0.577350269f);

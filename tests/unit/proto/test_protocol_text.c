@@ -99,6 +99,30 @@ static void tells_of_every_plane(void **state)
     assert_int_equal(rows_below("| number | light plane |"), LIGHT_PLANE_COUNT);
 }
 
+/* The table of section 4 has the plan's fields in their order, and nothing else. */
+static void names_fields_of_plans(void **state)
+{
+    (void)state;
+    static const char *const rows[] = {
+#define FIELD(type, name, check, from, to)  "\n| " #type " | " #name " |",
+#define CAMERA(type, name, check, from, to) "\n| " #type " | camera." #name " |",
+#define LIGHT(type, name, check, from, to)  "\n| " #type " | light." #name " |",
+#include "proto/plan.def"
+    };
+    const size_t count = sizeof rows / sizeof *rows;
+    const char *at = strstr(page, "\n## 4. ");
+    if (at) at = strstr(at, "\n|---|---|---|\n");
+    assert_non_null(at);
+    at = strchr(at + 1, '\n');
+    for (size_t i = 0; i < count; i++) {
+        if (strncmp(at, rows[i], strlen(rows[i])) != 0)
+            fail_msg("%s says %.40s, not %s", PATH, at + 1, rows[i] + 1);
+        at = strchr(at + 1, '\n');
+        assert_non_null(at);
+    }
+    assert_memory_equal(at, "\n\n", 2);
+}
+
 static void sizes_are_true(void **state)
 {
     (void)state;
@@ -156,9 +180,10 @@ static void limits_are_true(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_every_message), cmocka_unit_test(names_every_counter),
-        cmocka_unit_test(names_verdicts),      cmocka_unit_test(tells_of_every_plane),
-        cmocka_unit_test(sizes_are_true),      cmocka_unit_test(limits_are_true),
+        cmocka_unit_test(names_every_message),   cmocka_unit_test(names_every_counter),
+        cmocka_unit_test(names_verdicts),        cmocka_unit_test(tells_of_every_plane),
+        cmocka_unit_test(names_fields_of_plans), cmocka_unit_test(sizes_are_true),
+        cmocka_unit_test(limits_are_true),
     };
     return cmocka_run_group_tests_name("protocol_text", tests, read_page, NULL);
 }

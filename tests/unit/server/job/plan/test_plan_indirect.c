@@ -1,7 +1,6 @@
 /* What a plan decides about indirect light and occlusion: who brings them, their planes and their
  * filter, and why. */
 #include "proto/link/message.h"
-#include "proto/plan_check.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
 

@@ -11,7 +11,6 @@
 #include <string.h>
 
 #include "proto/link/message.h"
-#include "proto/plan_check.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
 
