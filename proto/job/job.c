@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job/job_words.h"
+#include "proto/job/job_internal.h"
 
 const struct json_choice job_layer_words[] = {
     {"beauty", LAYER_BEAUTY, NULL},

@@ -148,7 +148,7 @@ struct job {
     int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
     int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
-    bool live;        /* its camera is moved while it is open (job_view.h); default false */
+    bool live;        /* its camera is moved while it is open (job_view_read); default false */
 };
 
 /* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,
@@ -159,6 +159,17 @@ void job_fini(struct job *job);
 /* The document with every default spelled out: what GET answers and the store keeps. NULL on failed
  * allocation; the caller owns the reference. job_read of it gives the same job. */
 json_t *job_write(const struct job *job);
+
+/* Its members camera and lens. A lens is null where there is none. New reference; NULL on failed
+ * allocation. */
+json_t *job_camera_write(const struct job_camera *camera);
+json_t *job_lens_write(const struct job *job);
+
+/* Reads {"camera": ..., "lens": ...} over a copy of a job, to move the camera of a live one: each
+ * member as the job document has it, and the whole of it; what is absent stays. At least one must
+ * be there. On failure *fault has the code, the JSON pointer and a sentence. What the camera points
+ * to (files) stays the job's. */
+int job_view_read(const char *text, size_t size_bytes, struct job *job, struct fault *fault);
 
 /* l of an spp: the least l with l*l >= spp. */
 uint32_t job_strata_per_axis(uint32_t spp);

@@ -1,9 +1,7 @@
-#include "proto/job/job_camera.h"
+#include "proto/job/job_internal.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "proto/job/job_number.h"
 
 #define CAMERA(member) offsetof(struct job_camera, member)
 

@@ -1,6 +1,4 @@
-#include "proto/job/job_environment.h"
-
-#include "proto/job/job_number.h"
+#include "proto/job/job_internal.h"
 
 #define FIELD(member) offsetof(struct job_environment, member)
 

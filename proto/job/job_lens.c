@@ -1,6 +1,4 @@
-#include "proto/job/job_lens.h"
-
-#include "proto/job/job_number.h"
+#include "proto/job/job_internal.h"
 
 #define JOB(member) offsetof(struct job, member)
 

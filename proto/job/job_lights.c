@@ -1,10 +1,7 @@
-#include "proto/job/job_lights.h"
+#include "proto/job/job_internal.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "proto/job/job_number.h"
-#include "proto/job/job_words.h"
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
 

@@ -1,4 +1,4 @@
-#include "proto/job/job_number.h"
+#include "proto/job/job_internal.h"
 
 #include <stdio.h>
 #include <stdlib.h>

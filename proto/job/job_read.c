@@ -3,11 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job/job_camera.h"
-#include "proto/job/job_environment.h"
-#include "proto/job/job_lens.h"
-#include "proto/job/job_lights.h"
-#include "proto/job/job_words.h"
+#include "proto/job/job_internal.h"
 
 #define SEED_MAX         9007199254740992.0 /* 2^53: exact in every JSON reader */
 #define FRAME_MAX        1073741824.0       /* 2^30 */

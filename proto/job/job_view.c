@@ -1,7 +1,4 @@
-#include "proto/job/job_view.h"
-
-#include "proto/job/job_camera.h"
-#include "proto/job/job_lens.h"
+#include "proto/job/job_internal.h"
 
 /* null is a value here: the scene's own camera. */
 static int read_camera(struct json_cursor *at, const struct json_member *m, const json_t *v,

@@ -1,10 +1,5 @@
 /* The canonical job document: every member, in one order, defaults spelled out. */
-#include "proto/job/job_camera.h"
-#include "proto/job/job_environment.h"
-#include "proto/job/job_lens.h"
-#include "proto/job/job_lights.h"
-#include "proto/job/job_number.h"
-#include "proto/job/job_words.h"
+#include "proto/job/job_internal.h"
 
 /* jansson's setters take NULL for a failed allocation and say so, hence the sums of failures. */
 static int set(json_t *object, const char *key, json_t *value)

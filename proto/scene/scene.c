@@ -7,7 +7,7 @@
 
 #include "proto/scene/blob_file.h"
 #include "proto/scene/environment.h"
-#include "proto/scene/scene_check.h"
+#include "proto/scene/scene_internal.h"
 
 /* Embree reads up to 16 bytes from the last vertex on. */
 #define READABLE_BYTES 16u

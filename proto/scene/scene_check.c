@@ -1,4 +1,4 @@
-#include "proto/scene/scene_check.h"
+#include "proto/scene/scene_internal.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "proto/plan.h"
-#include "proto/scene/scene_record.h"
 
 /* Floats that were unit vectors before they were rounded. */
 #define UNIT_TOLERANCE 1e-2f

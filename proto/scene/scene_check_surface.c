@@ -1,6 +1,6 @@
 #include <float.h>
 
-#include "proto/scene/scene_record.h"
+#include "proto/scene/scene_internal.h"
 
 #define VALUE_MAX      1e6f /* scales, texture coordinates' factors */
 #define IOR_MAX        1e3f /* of real materials below 5 */

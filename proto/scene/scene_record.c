@@ -1,9 +1,7 @@
-#include "proto/scene/scene_record.h"
+#include "proto/scene/scene_internal.h"
 
 #include <math.h>
 #include <stdio.h>
-
-#include "proto/scene/scene_check.h"
 
 int record_refuse(const struct scene_record *at, const char *field, int code, double value,
                   const char *why)

@@ -2,8 +2,7 @@
 #include <limits.h>
 #include <stdlib.h>
 
-#include "proto/job/job_camera.h"
-#include "proto/job/job_lens.h"
+#include "proto/job/job.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 

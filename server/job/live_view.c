@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/job/job_view.h"
+#include "proto/job/job.h"
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
 

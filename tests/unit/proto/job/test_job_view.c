@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "proto/job/job_view.h"
+#include "proto/job/job.h"
 
 static struct job with_lens(void)
 {

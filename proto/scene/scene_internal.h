@@ -1,9 +1,14 @@
 #pragma once
-/* Checking the numbers of one record of a blob; a fault names section, index and field. For
- * scene_check's files alone. */
+/* Checking the contents of a scene blob whose sections are known to lie where they should. */
 #include <stddef.h>
 
 #include "proto/scene/scene.h"
+
+/* Checks every index and every number; *fault names record and field ("meshes[3].material"). */
+int scene_check(const struct scene *s, struct fault *fault);
+
+/* "positions" and so on. */
+const char *scene_section_name(uint32_t section);
 
 /* The record that is being checked. */
 struct scene_record {
