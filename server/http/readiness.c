@@ -68,8 +68,10 @@ static bool start(struct http *http)
     return d->busy;
 }
 
-void readiness_ask(struct http *http, struct request *r)
+/* Answers now, or when the disk has. */
+void route_readyz(struct request *r)
 {
+    struct http *http = r->http;
     struct readiness *d = &http->readiness;
     const uint64_t age_ms = uv_now(http->options.loop) - d->asked_ms;
     if (http->draining) {
@@ -84,6 +86,11 @@ void readiness_ask(struct http *http, struct request *r)
     } else {
         answer(r, ERR_MEMORY);
     }
+}
+
+void route_livez(struct request *r)
+{
+    request_ok(r);
 }
 
 void readiness_tick(struct http *http)

@@ -1,7 +1,7 @@
 #pragma once
-/* Can what is accepted be kept? The disk is asked, by a write, on a thread of its own, which waits
- * for no upload's: at most once a second, and only when somebody wants to know. A disk that does
- * not answer is told of, too. */
+/* /readyz: can a job be kept, and is there a worker to render it? The disk is asked, by a write, on
+ * a thread of its own, which waits for no upload's: at most once a second, and only when somebody
+ * wants to know. A disk that does not answer is told of, too. */
 #include <stdbool.h>
 #include <uv.h>
 
@@ -22,9 +22,6 @@ struct readiness {
  */
 void readiness_open(struct http *http);
 void readiness_close(struct http *http);
-
-/* Answers the request, now or when the disk has. */
-void readiness_ask(struct http *http, struct request *r);
 
 /* From time to time: who has waited for too long learns that the disk does not answer. */
 void readiness_tick(struct http *http);

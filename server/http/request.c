@@ -55,7 +55,8 @@ void request_done(struct request *r)
     if (!r->held) give_back(http, r);
     request_count_add(&http->count, r->match.id, r->status);
     if (!r->streams && r->status)
-        request_count_time(&http->count, r->match.id, uv_hrtime() / 1000 - r->start_us);
+        duration_histogram_add(&http->count.durations[r->match.id],
+                               uv_hrtime() / 1000 - r->start_us);
     request_log_end(r);
     r->http = NULL;
     if (!r->held) request_free(r);

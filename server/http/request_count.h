@@ -14,6 +14,8 @@ struct request_count {
     struct duration_histogram durations[ROUTE_COUNT + 1]; /* of ended ones, without streams */
 };
 
-void request_count_add(struct request_count *c, enum route_id route, unsigned status);
-/* Of the same request, if its answer has an end. */
-void request_count_time(struct request_count *c, enum route_id route, uint64_t duration_us);
+static inline void request_count_add(struct request_count *c, enum route_id route, unsigned status)
+{
+    if (status >= STATUS_FIRST && status < STATUS_FIRST + STATUS_COUNT)
+        c->ended[route][status - STATUS_FIRST]++;
+}

@@ -11,6 +11,10 @@
 #define LOG_SUBMITTED "submitted" /* the first line of every log */
 #define LOG_BEGINNING 20          /* lines: how a job began explains most of what follows */
 
+/* A moment as the contract writes it, here and of jobs: RFC 3339, UTC, with milliseconds; null for
+ * what no calendar has. New reference. */
+json_t *time_json(int64_t time_ms);
+
 /* Adds a line to *log, which is made when it is NULL. Without memory the line is lost: no job fails
  * for want of its log. A character that was cut off at the end goes as a whole; a text that is no
  * UTF-8 is lost. */

@@ -114,9 +114,9 @@ void jobs_steer(struct jobs *jobs, const struct asker *asker, const char *id,
                 void *ctx);
 
 /* Moves the camera of a live job: `text` is {camera, lens}, of which one may be absent
- * (job_view_read of proto/job/job.h). body: {id, view {number, scale, complete}, camera, lens}; borrowed.
- * Faults of the document have a pointer; without one ERR_NOT_FOUND is for no such job, ERR_STATE
- * for one that is not live, has not begun, or has ended. */
+ * (job_view_read of proto/job/job.h). body: {id, view {number, scale, complete}, camera, lens};
+ * borrowed. Faults of the document have a pointer; without one ERR_NOT_FOUND is for no such job,
+ * ERR_STATE for one that is not live, has not begun, or has ended. */
 typedef void (*jobs_moved)(void *ctx, const struct fault *fault, json_t *body);
 void jobs_move(struct jobs *jobs, const struct asker *asker, const char *id, const char *text,
                size_t size_bytes, jobs_moved done, void *ctx);

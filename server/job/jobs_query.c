@@ -5,7 +5,6 @@
 
 #include "server/job/job_log.h"
 #include "server/job/jobs_table.h"
-#include "server/job/time_json.h"
 
 /* Longer documents are not opened for a listing. */
 #define LISTED_DOCUMENT_BYTES 16384

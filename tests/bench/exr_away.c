@@ -11,7 +11,7 @@
 #include "proto/half.h"
 #include "proto/job/job.h"
 #include "server/image/exr.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 #include "tests/bench/job_file.h"
 #include "worker/tile/tile.h"
 

@@ -17,7 +17,7 @@
 
 #include "proto/job/job.h"
 #include "server/image/exr.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 #include "tests/bench/job_file.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/primary.h"

@@ -1,4 +1,4 @@
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 #include <inttypes.h>
 #include <stdarg.h>

@@ -1,7 +1,7 @@
 /* The meshes that shine besides the lights of the list, and how much. */
 #include <math.h>
 
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* Triangles of stretched instances that are measured one by one. A file of a few bytes can place
  * billions; what comes after is estimated. */

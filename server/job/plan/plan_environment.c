@@ -2,7 +2,7 @@
 #include <math.h>
 
 #include "proto/link/message.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* What lies above this after the factor no sample may hold. */
 static int check_brightness(const struct job_environment *e, const struct environment_header *map,

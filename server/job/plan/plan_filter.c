@@ -1,7 +1,7 @@
 /* Which shadow filter a frame of light fields takes. */
 #include <stdio.h>
 
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* The sheared filter may cost so many times what tracing does: it stands for four times as many
  * samples under the axis-aligned one (docs/reconstruction.md, Which filter answers). */

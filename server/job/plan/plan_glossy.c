@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "proto/samples.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* Whether points of the material may have a glossy lobe: worker/shade/glossy.h decides at each. */
 static bool may_be_glossy(const struct scene_material *m)

@@ -5,7 +5,7 @@
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 #define PLANES_CENTRE (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
 #define PLANES_BOUNCE                                                                              \

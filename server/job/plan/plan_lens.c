@@ -5,7 +5,7 @@
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 

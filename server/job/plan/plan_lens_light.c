@@ -3,7 +3,7 @@
 #include <stdio.h>
 
 #include "proto/samples.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 #include "server/reconstruct/block.h"
 
 /* What a resolve of sub-samples reads: lens samples make the picture. */

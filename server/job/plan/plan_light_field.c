@@ -4,7 +4,7 @@
 #include "proto/json.h"
 #include "proto/link/message.h"
 #include "proto/samples.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* An unlit surface reflects nothing: what else it says does not matter. */
 static bool is_lambert(const struct scene_material *m)
@@ -131,4 +131,19 @@ void plan_light_field(const struct job *job, struct plan *plan, struct plan_repo
     plan_emission(plan, report);
     plan_filter(job, plan, report);
     plan_direct(plan, report);
+}
+
+void plan_lone(struct plan *plan, struct plan_report *report)
+{
+    static const char what[] = "lone sub-samples";
+    if (plan->camera.aperture_radius > 0.0f)
+        plan_skip(report, what, "the camera has a lens: its samples make the picture");
+    else if (plan->sub_samples == 0)
+        plan_skip(report, what, "there are no sub-samples: paths go through all of a pixel");
+    else if (lone_parts(plan) == 0)
+        plan_skip(report, what, "no light field lights them");
+    else if ((plan->planes & PLANES_COMPARED) != PLANES_COMPARED)
+        plan_skip(report, what, "nothing compares them with the pixels around");
+    else
+        plan->planes |= PLANE_BIT(LONE);
 }

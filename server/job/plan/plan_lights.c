@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 static double normal_of(const struct plan_light *light, double n[3])
 {

@@ -1,7 +1,7 @@
 /* How much light each source sends into the scene. */
 #include <math.h>
 
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* Integral over the square [-1, 1]^2 of exp(-2 (u^2 + v^2)), divided by its area:
  * (sqrt(pi / 2) erf(sqrt 2) / 2)^2. */

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "proto/samples.h"
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 static const char *const effect_names[EFFECT_COUNT] = {
     "primary",  "antialias",   "direct", "shadows",   "indirect",

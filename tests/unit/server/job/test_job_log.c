@@ -10,7 +10,6 @@
 
 #include "proto/limits.h"
 #include "server/job/job_log.h"
-#include "server/job/time_json.h"
 
 static const char *text_of(const json_t *log, size_t at, const char *member)
 {

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "server/job/plan/plan.h"
+#include "server/job/plan/plan_parts.h"
 
 /* A scene of one mesh in the box [-1, 1]^3, one camera at z = 5, one lamp at the ceiling. */
 struct stage {
