@@ -28,10 +28,10 @@ const struct json_choice job_layer_words[] = {
 
 const struct json_choice job_method_words[] = {
     {"auto", FILTER_AUTO, NULL},
-    {"average", FILTER_AVERAGE, NULL},
-    {"none", FILTER_NONE, NULL},
     {"sheared", FILTER_SHEARED, NULL},
     {"axis_aligned", FILTER_AXIS_ALIGNED, NULL},
+    {"average", FILTER_AVERAGE, NULL},
+    {"none", FILTER_NONE, NULL},
     {NULL, 0, NULL},
 };
 
@@ -83,6 +83,12 @@ const struct json_choice job_profile_words[] = {
     {"gaussian", PROFILE_GAUSSIAN, NULL},
     {NULL, 0, NULL},
 };
+
+_Static_assert(INDIRECT_ADAPTIVE - INDIRECT_AVERAGE == INDIRECT_FILTER_RATE &&
+                   INDIRECT_SHEARED - INDIRECT_AVERAGE == INDIRECT_FILTER_SHEARED &&
+                   GLOSSY_BANDLIMIT - GLOSSY_AVERAGE == GLOSSY_FILTER_BANDLIMIT &&
+                   LENS_SHEARED - LENS_AVERAGE == LENS_FILTER_SHEARED,
+               "the plan's filters are in the order of the job's");
 
 const char *job_word(const struct json_choice *words, uint32_t value)
 {

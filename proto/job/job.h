@@ -51,7 +51,7 @@ enum filter_method {
 };
 
 /* filter.indirect: how diffuse indirect light and ambient occlusion of light fields are filtered.
- */
+ * These and the next two go on from average, the NONE of the plan's enums, in the plan's order. */
 enum indirect_method {
     INDIRECT_AUTO, /* by the number of samples */
     INDIRECT_AVERAGE,

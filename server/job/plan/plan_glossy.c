@@ -63,17 +63,12 @@ static uint32_t choose(const struct job *job, const struct plan *plan,
         return GLOSSY_FILTER_VIRTUAL_HIT;
     }
     snprintf(why, n, "filter.glossy asks for it");
-    return job->glossy == GLOSSY_BANDLIMIT ? GLOSSY_FILTER_BANDLIMIT : GLOSSY_FILTER_VIRTUAL_HIT;
+    return job->glossy - GLOSSY_AVERAGE;
 }
 
 const char *plan_glossy_filter_name(uint32_t filter)
 {
-    static const char *const names[] = {
-        [GLOSSY_FILTER_NONE] = "none",
-        [GLOSSY_FILTER_VIRTUAL_HIT] = "virtual_hit",
-        [GLOSSY_FILTER_BANDLIMIT] = "bandlimit",
-    };
-    return names[filter];
+    return filter ? glossy_method_name(GLOSSY_AVERAGE + filter) : "none";
 }
 
 static void plan_planes(const struct job *job, struct plan *plan, struct plan_report *report)

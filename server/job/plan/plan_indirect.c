@@ -77,11 +77,6 @@ static uint32_t choose_by_samples(uint32_t samples, char why[PLAN_FILTER_WHY_BYT
 uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *plan,
                                      char why[PLAN_FILTER_WHY_BYTES])
 {
-    static const uint32_t filters[] = {
-        [INDIRECT_CONSTANT] = INDIRECT_FILTER_CONSTANT, [INDIRECT_LINEAR] = INDIRECT_FILTER_LINEAR,
-        [INDIRECT_BLEND] = INDIRECT_FILTER_BLEND,       [INDIRECT_ADAPTIVE] = INDIRECT_FILTER_RATE,
-        [INDIRECT_SHEARED] = INDIRECT_FILTER_SHEARED,
-    };
     const size_t n = PLAN_FILTER_WHY_BYTES;
     const uint32_t l = plan->indirect_strata_per_axis;
     if (!(plan->planes & PLANES_BOUNCE)) {
@@ -105,17 +100,12 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
                  l * l, adaptive_most(job));
     else
         snprintf(why, n, "filter.indirect asks for it");
-    return filters[job->indirect];
+    return job->indirect - INDIRECT_AVERAGE;
 }
 
 const char *plan_indirect_filter_name(uint32_t filter)
 {
-    static const char *const names[] = {
-        [INDIRECT_FILTER_NONE] = "none",     [INDIRECT_FILTER_CONSTANT] = "constant",
-        [INDIRECT_FILTER_LINEAR] = "linear", [INDIRECT_FILTER_BLEND] = "blend",
-        [INDIRECT_FILTER_RATE] = "adaptive", [INDIRECT_FILTER_SHEARED] = "sheared",
-    };
-    return names[filter];
+    return filter ? indirect_method_name(INDIRECT_AVERAGE + filter) : "none";
 }
 
 /* Who asked for a filter is told that none runs. */

@@ -56,12 +56,7 @@ bool plan_lens_possible(const struct job *job, const struct plan *plan, char why
 
 const char *plan_lens_filter_name(uint32_t filter)
 {
-    static const char *const names[] = {
-        [LENS_FILTER_NONE] = "none",
-        [LENS_FILTER_AXIS_ALIGNED] = "axis_aligned",
-        [LENS_FILTER_SHEARED] = "sheared",
-    };
-    return names[filter];
+    return filter ? lens_method_name(LENS_AVERAGE + filter) : "none";
 }
 
 /* Who asked for a filter is told that none runs. */
@@ -96,7 +91,7 @@ uint32_t plan_choose_lens_filter(const struct job *job, char why[PLAN_FILTER_WHY
     }
     if (job->lens != LENS_AUTO) {
         snprintf(why, n, "filter.lens asks for it");
-        return job->lens == LENS_SHEARED ? LENS_FILTER_SHEARED : LENS_FILTER_AXIS_ALIGNED;
+        return job->lens - LENS_AVERAGE;
     }
     if (job->method != FILTER_AUTO) {
         snprintf(why, n, "filter.method asks for it");
