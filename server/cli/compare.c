@@ -11,6 +11,7 @@
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 #include "server/compare/difference.h"
+#include "server/compare/difference_pair.h"
 #include "server/compare/difference_picture.h"
 #include "server/compare/likeness.h"
 #include "server/compare/reduce.h"
@@ -19,13 +20,15 @@
 #include "server/image/png.h"
 
 struct comparison {
-    const char *layer, *crop, *picture, *where;
+    const char *layer, *crop, *picture, *where, *second_path;
     long box_px, reference_box_px, range_percent;
     struct image *reference, *test; /* owned */
+    struct image *second;           /* owned; another reference, or NULL */
     int32_t dropped[2];             /* columns, rows that fill no box */
     char mask_layer[32];            /* of `where`; "": all pixels count */
     struct difference_where mask;
     struct difference difference;
+    struct difference_pair pair; /* beside both references */
     struct zscore zscore;
     struct likeness likeness;
     bool has_zscore;
@@ -52,6 +55,17 @@ static json_t *zscore_json(const struct zscore *z)
                      "mean_error", three(z->mean_error), "relmse", z->relmse);
 }
 
+static void tell_pair(const struct difference_pair *p, json_t *line)
+{
+    json_object_set_new(line, "psnr_db", number(p->psnr_db));
+    json_object_set_new(line, "rmse01", number(p->rmse01));
+    json_object_set_new(line, "relmse999", number(p->relmse999));
+    if (isnan(p->psnr_db) || isnan(p->rmse01) || p->relmse999 <= 0)
+        json_object_set_new(line, "reason",
+                            json_string("what is null or not above 0: the picture is as near to "
+                                        "both references as their noise lets one tell"));
+}
+
 static void print_line(const struct comparison *c)
 {
     const struct difference *d = &c->difference;
@@ -69,6 +83,7 @@ static void print_line(const struct comparison *c)
         json_object_set_new(line, "where", json_string(c->where));
         json_object_set_new(line, "pixels", json_integer((json_int_t)d->pixels));
     }
+    if (c->second) tell_pair(&c->pair, line);
     if (c->has_zscore) json_object_set_new(line, "z", zscore_json(&c->zscore));
     likeness_tell(&c->likeness, line);
     json_dumpf(line, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
@@ -117,26 +132,48 @@ static int parse_where(struct comparison *c, struct fault *fault)
     return 0;
 }
 
-/* Both pictures as they are to be compared. */
+static int check_size(const struct comparison *c, const struct image *reference,
+                      struct fault *fault)
+{
+    if (reference->width_px == c->test->width_px && reference->height_px == c->test->height_px)
+        return 0;
+    return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d%s and %d x %d",
+                     reference->width_px, reference->height_px,
+                     c->reference_box_px > 1 ? " (averaged)" : "", c->test->width_px,
+                     c->test->height_px);
+}
+
+/* All pictures as they are to be compared. */
 static int prepare(struct comparison *c, struct fault *fault)
 {
+    struct image **const all[] = {&c->reference, &c->second, &c->test};
     struct rect crop;
     int error = 0;
-    if (c->reference_box_px > 1)
-        error = reduce(&c->reference, image_rect(c->reference), c->reference_box_px, fault);
-    if (error) return error;
-    if (c->reference->width_px != c->test->width_px ||
-        c->reference->height_px != c->test->height_px)
-        return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d%s and %d x %d",
-                         c->reference->width_px, c->reference->height_px,
-                         c->reference_box_px > 1 ? " (averaged)" : "", c->test->width_px,
-                         c->test->height_px);
-    error = parse_crop(c->crop, image_rect(c->test), &crop, fault);
+    for (int i = 0; i < 2 && *all[i] && !error; i++) {
+        if (c->reference_box_px > 1)
+            error = reduce(all[i], image_rect(*all[i]), c->reference_box_px, fault);
+        if (!error) error = check_size(c, *all[i], fault);
+    }
+    if (!error) error = parse_crop(c->crop, image_rect(c->test), &crop, fault);
     if (error || (!c->crop && c->box_px == 1)) return error;
     c->dropped[0] = (int32_t)(rect_width(crop) % c->box_px);
     c->dropped[1] = (int32_t)(rect_height(crop) % c->box_px);
-    error = reduce(&c->reference, crop, c->box_px, fault);
-    return error ? error : reduce(&c->test, crop, c->box_px, fault);
+    for (int i = 0; i < 3 && !error; i++)
+        if (*all[i]) error = reduce(all[i], crop, c->box_px, fault);
+    return error;
+}
+
+/* Finds the figures beside both references, and puts their mean in the reference's place. */
+static int take_pair(struct comparison *c, struct fault *fault)
+{
+    struct image *mean;
+    if (!c->second) return 0;
+    int error = difference_pair(c->reference, c->second, c->test, c->layer, &c->pair, fault);
+    if (!error) error = difference_pair_mean(c->reference, c->second, &mean, fault);
+    if (error) return error;
+    image_destroy(&c->reference);
+    c->reference = mean;
+    return 0;
 }
 
 static int write_picture(const struct comparison *c, struct fault *fault)
@@ -161,18 +198,35 @@ static int write_picture(const struct comparison *c, struct fault *fault)
     return error;
 }
 
-static int compare(struct comparison *c, char **paths, struct fault *fault)
+/* What options ask for, before a file is opened. */
+static int check_options(struct comparison *c, struct fault *fault)
 {
-    const struct plane *rgb[3];
     int error = parse_where(c, fault);
     if (!error) error = likeness_parse(&c->likeness, fault);
     if (!error && c->where && (c->likeness.ssim || c->likeness.flip))
         error = fault_set(fault, ERR_RANGE, "",
                           "--ssim and --flip look at all that is around a pixel: not with --where");
+    if (!error && c->where && c->second_path)
+        error =
+            fault_set(fault, ERR_RANGE, "", "--reference-pair judges all pixels: not with --where");
     if (!error && c->picture) error = output_file_check(c->picture, fault);
-    if (!error) error = exr_read(paths[0], &c->reference, fault);
-    if (!error) error = exr_read(paths[1], &c->test, fault);
+    return error;
+}
+
+static int read_all(struct comparison *c, char **paths, struct fault *fault)
+{
+    int error = exr_read(paths[0], &c->reference, fault);
+    if (!error && c->second_path) error = exr_read(c->second_path, &c->second, fault);
+    return error ? error : exr_read(paths[1], &c->test, fault);
+}
+
+static int compare(struct comparison *c, char **paths, struct fault *fault)
+{
+    const struct plane *rgb[3];
+    int error = check_options(c, fault);
+    if (!error) error = read_all(c, paths, fault);
     if (!error) error = prepare(c, fault);
+    if (!error) error = take_pair(c, fault);
     if (!error)
         error = image_difference_where(c->reference, c->test, c->layer, c->where ? &c->mask : NULL,
                                        &c->difference, fault);
@@ -191,6 +245,9 @@ int cli_compare(int argc, char **argv)
     struct comparison c = {
         .layer = "beauty", .box_px = 1, .reference_box_px = 1, .range_percent = 10};
     const struct option_line lines[] = {
+        {"reference-pair", 0, OPTION_TEXT, "REF2.exr",
+         "a second reference whose noise is independent of REF's: also psnr_db, rmse01, relmse999",
+         0, 0, &c.second_path},
         {"layer", 'l', OPTION_TEXT, "NAME", "beauty (default), direct, albedo, ...", 0, 0,
          &c.layer},
         {"box", 'b', OPTION_NUMBER, "N", "average both over N x N pixels first; drops the rest", 1,
@@ -220,11 +277,17 @@ int cli_compare(int argc, char **argv)
          &c.likeness.ppd},
     };
     const struct option_table table = {
-        .usage = "shearwater compare REF.exr TEST.exr [options]",
+        .usage = "shearwater compare REF.exr [--reference-pair REF2.exr] TEST.exr [options]",
         .summary =
             "Prints rmse, relmse, bias, the 99.9th percentile of the error, whether both pictures\n"
             "are finite, and means with their ratio, on linear values, as one JSON line. Where\n"
-            "TEST has the layer error, also how z = (test - ref) / standard error is spread.",
+            "TEST has the layer error, also how z = (test - ref) / standard error is spread.\n"
+            "Beside a pair of references, three errors follow that are free of the references' "
+            "own\n"
+            "noise: psnr_db of sRGB, rmse01 of values clipped to [0, 1], and relmse999, relative\n"
+            "without the worst thousandth of the pixels. Where the picture is as near as that "
+            "noise\n"
+            "lets one tell, the first two are null. All else is then about the mean of the pair.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 2,
@@ -236,6 +299,7 @@ int cli_compare(int argc, char **argv)
     int error = compare(&c, argv + 1, &fault);
     if (!error) print_line(&c);
     image_destroy(&c.reference);
+    image_destroy(&c.second);
     image_destroy(&c.test);
     return error ? job_file_complain("compare", &fault) : 0;
 }

@@ -97,6 +97,35 @@ check "options of likeness are checked" bash -c "
         ! '$build/shearwater' compare '$tmp/base.exr' '$tmp/base.exr' --flip \$wrong 2>'$tmp/said' || exit 1
         grep -q -- \"\${wrong%% *}\" '$tmp/said' || exit 1
     done"
+# A picture by light fields beside two references by paths: of 16 samples a pixel, seeds 1 and 2, and of 256.
+jq '.image = {width: 96, height: 72} | .layers = ["beauty"]' "$tmp/job.json" >"$tmp/judged.json"
+references() {
+    local of
+    for of in "1 16" "2 16" "3 256" "4 256"; do
+        jq --argjson seed "${of% *}" --argjson spp "${of#* }" '.filter.method = "none" | .sampling = {spp: $spp, seed: $seed}' \
+            "$tmp/judged.json" >"$tmp/paths.json" && render paths "reference${of% *}" || return 1
+    done
+    render judged judged
+}
+check "two pairs of references, and a picture" references
+beside() { "$build/shearwater" compare "$tmp/reference$1.exr" --reference-pair "$tmp/reference$2.exr" "$tmp/$3.exr" "${@:4}"; }
+beside_a_pair() {
+    jq -es '.[0] as $few | .[1] as $many | all(.[]; .psnr_db > 35 and .psnr_db < 40 and .rmse01 > 0 and .flip.mean > 0 and (has("reason") | not))
+        and ($few.psnr_db - $many.psnr_db | fabs) < 0.5 and ($few.relmse999 / $many.relmse999 - 1 | fabs) < 0.1
+        and $few.relmse > 1.5 * $many.relmse' <(beside 1 2 judged --flip) <(beside 3 4 judged --flip) &&
+        cmp <(beside 3 4 judged) <("$build/shearwater" compare "$tmp/reference3.exr" "$tmp/judged.exr" --reference-pair "$tmp/reference4.exr")
+}
+check "compare takes the noise of two references out of the error" beside_a_pair
+as_near_as_noise() {
+    beside 1 2 reference1 | jq -e '.psnr_db == null and .rmse01 == null and .relmse999 == 0 and (.reason | test("noise"))'
+}
+check "... and says so where that noise hides it" as_near_as_noise
+pair_refused() { # WORDS IN THE MESSAGE, ARGUMENTS
+    ! "$build/shearwater" compare "$tmp/reference1.exr" "${@:2}" >"$tmp/said" 2>&1 && grep -q "$1" "$tmp/said" || { cat "$tmp/said"; return 1; }
+}
+check "a second reference that is not there is named" pair_refused no-such.exr --reference-pair "$tmp/no-such.exr" "$tmp/judged.exr"
+check "a second reference of another size is refused" pair_refused 'sizes differ: 203 x 151 and 96 x 72' --reference-pair "$tmp/base.exr" "$tmp/judged.exr"
+check "a pair judges all pixels" pair_refused 'not with --where' --reference-pair "$tmp/reference2.exr" "$tmp/judged.exr" --where depth,0,9
 check "compare finds no difference where there is none" bash -c "
     '$build/shearwater' compare '$tmp/base.exr' '$tmp/t16.exr' | jq -e '.finite and .rmse == 0'"
 
