@@ -12,6 +12,7 @@ import { effects } from "./accuracy/effects.mjs";
 import { measureScene, SEED } from "./accuracy/measure.mjs";
 import { programs } from "./accuracy/programs.mjs";
 import { plotsOf, writeReport } from "./accuracy/report.mjs";
+import { scenesFolder } from "./folders.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
 // By effect: counts of samples (mu of methods whose samples are turned by it), and more of them for the
@@ -70,7 +71,7 @@ function parse(argv) {
   o.out = resolve(given.out ?? `${build}/bench`);
   o.references = `${o.folder}/bench/reference`;
   o.build = readFileSync(`${o.folder}/build_id.h`, "utf8").match(/"(.*)"/)?.[1];
-  o.shared = resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes");
+  o.shared = scenesFolder();
   if (given.reference) o.referenceSpp = Object.fromEntries(Object.keys(effects).map((name) => [name, Number(given.reference)]));
   if (given.repeat) o.repeat = Number(given.repeat);
   if (given.seed) o.seed = Number(given.seed);

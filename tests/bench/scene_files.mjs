@@ -2,9 +2,9 @@
 // trace without a coordinator: SCENE.glb, and SCENE.json, a job with the sheared filter that takes the
 // scene as a blob.
 import { writeFileSync } from "node:fs";
-import { resolve } from "node:path";
 import { referenceJob } from "./accuracy/job.mjs";
 import { SEED } from "./accuracy/measure.mjs";
+import { scenesFolder } from "./folders.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
 const [name, spp, folder, side = 512] = process.argv.slice(2);
@@ -13,6 +13,6 @@ if (!scene || !folder || !(Number(side) > 0)) {
   console.error("usage: scene_files.mjs SCENE SPP FOLDER [SIDE_PX]");
   process.exit(2);
 }
-writeFileSync(`${folder}/${name}.glb`, scene.glb(resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes")));
+writeFileSync(`${folder}/${name}.glb`, scene.glb(scenesFolder()));
 writeFileSync(`${folder}/${name}.json`, JSON.stringify({ ...referenceJob(scene, { side: Number(side) }),
   sampling: { spp: Number(spp), seed: SEED }, filter: { method: "sheared" }, layers: ["beauty", "diffuse_direct"] }));
