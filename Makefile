@@ -128,15 +128,15 @@ check-shade: $(checks)
 check-kernels: $(B)/tests/kernel/check_kernels
 	@$(B)/tests/kernel/check_kernels
 ## bench: all that is measured, as JSON lines, plots and build/bench/report; by parts: part=, effect=, scene=, side=
-bench_words = $(foreach name,part effect scene method spp mu side reference repeat seed workers heights kinds steps,$(if $($(name)),$(name)=$($(name))))
+bench_words = $(foreach name,part effect scene method spp mu side reference repeat seed workers heights kinds steps peers,$(if $($(name)),$(name)=$($(name))))
 bench: all $(benches) $(pictures) $(fakes)
 	@node tests/bench/bench.mjs $(B) $(bench_words)
 ## bench-quick: a small bench in three minutes, held to the figures in tests/bench/figures.json
 bench-quick: all $(pictures)
 	@node tests/bench/bench.mjs $(B) quick $(bench_words)
-## bench-accept: measures the figures that bench-quick and the tests are held to, and how much they vary
+## bench-accept: measures the figures that bench-quick and the tests are held to, and how much they vary; e.g. part=real
 bench-accept: all $(pictures)
-	@node tests/bench/bench.mjs $(B) smoke accept && node tests/bench/bench.mjs $(B) quick accept
+	@node tests/bench/bench.mjs $(B) smoke accept $(bench_words) && node tests/bench/bench.mjs $(B) quick accept $(bench_words)
 ## bench-results: RESULTS.md and README's figures, from what make bench measured of this build
 bench-results: all $(pictures)
 	@node tests/bench/bench.mjs $(B) results

@@ -2,15 +2,17 @@
 // runs of the same build measured on the same machine is joined with it.
 //   bench.mjs BUILD [quick|smoke] [report|accept|results] [part=NAME,...] [effect=NAME,...] [scene=NAME,...]
 //     [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [seed=N] [workers=N,...]
-//     [heights=PX,...] [kinds=NAME,...] [steps=N,...] [out=DIR] [figures=FILE] [runs=N]
+//     [heights=PX,...] [kinds=NAME,...] [steps=N,...] [peers=DIR] [out=DIR] [figures=FILE] [runs=N]
 // report: nothing is measured, the report is made of the lines there are. accept: measures `runs` times, with
-// other seeds, and writes the figures that the gate holds later runs to. results: writes RESULTS.md and its
-// part of README.md. Status 1 when a skip does not hold or a figure got worse than the gate allows.
+// other seeds, and writes the figures that the gate holds later runs to; with part= those of some parts alone.
+// results: writes RESULTS.md and its part of README.md. peers: the folder of part=real's scenes, $SHEARWATER_PEERS
+// unless said. Status 1 when a skip does not hold or a figure got worse than the gate allows.
 import { mkdirSync, readFileSync } from "node:fs";
 import { availableParallelism } from "node:os";
 import { resolve } from "node:path";
 import { sentence } from "./accuracy/bounds.mjs";
 import { effects } from "./accuracy/effects.mjs";
+import { peersFolder } from "./folders.mjs";
 import { accept, judge, read } from "./gate.mjs";
 import { effectBounds, rowsOf } from "./judged.mjs";
 import { Lines } from "./lines.mjs";
@@ -19,6 +21,7 @@ import { accuracy } from "./parts/accuracy.mjs";
 import { resolution, triangles, workers } from "./parts/farms.mjs";
 import { links, overlap } from "./parts/overlap.mjs";
 import { RATES, rate } from "./parts/rates.mjs";
+import { absentScenes, real } from "./parts/real.mjs";
 import { roofline } from "./parts/roofline.mjs";
 import { summary } from "./parts/runs.mjs";
 import { skips } from "./parts/skips.mjs";
@@ -27,7 +30,7 @@ import { writeResults } from "./results.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
 const cores = availableParallelism(), upTo = (n) => Array.from({ length: n }, (_, i) => i + 1);
-const OWN = { accuracy, workers, resolution, triangles, overlap, links, roofline, skips };
+const OWN = { accuracy, real, workers, resolution, triangles, overlap, links, roofline, skips };
 const FULL = { mode: "full", parts: [...Object.keys(OWN), ...RATES], scenes: scenes.map((s) => s.name), accuracy: [], repeat: 5, workersHeight: 720, workers: upTo(cores),
   heights: [360, 540, 720, 1080, 1440, 2160], kinds: ["fields", "paths", "lens"], hillSteps: [16, 50, 158, 500, 1000], hillSide: 512, skipSide: 512, overlapSizes: [[512, 512], [1280, 720]], runs: 3 };
 // Three minutes on two cores, from nothing but the build.
@@ -40,7 +43,7 @@ const SMOKE_SLACK = Infinity;
 const SMOKE = { ...QUICK, mode: "smoke", scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96, overlapSizes: [[192, 192]] };
 const ACTIONS = ["report", "accept", "results"];
 const PASSED_ON = ["effect", "method", "spp", "mu", "side", "reference", "repeat", "seed"];
-const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "out", "figures", "runs"];
+const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "peers", "out", "figures", "runs"];
 
 process.chdir(new URL("../..", import.meta.url).pathname);
 
@@ -66,8 +69,10 @@ function known(what, asked, names) {
   return asked;
 }
 
-function chosen(base, given) {
-  const named = known("scene", list(given.scene), scenes.map((s) => s.name)), kinds = known("effect", list(given.effect), Object.keys(effects));
+// Scenes of the part accuracy. Of real ones only that part knows the names, since they lie in a folder.
+function chosen(base, given, parts) {
+  const names = scenes.map((s) => s.name), real = parts.includes("real");
+  const named = real ? list(given.scene)?.filter((name) => names.includes(name)) : known("scene", list(given.scene), names), kinds = known("effect", list(given.effect), Object.keys(effects));
   const all = named ?? base.scenes;
   return kinds ? all.filter((name) => kinds.includes(scenes.find((s) => s.name === name).effect)) : all;
 }
@@ -80,13 +85,15 @@ function parse([build, ...words]) {
   const unknown = stray ?? Object.keys(given).find((name) => !WORDS.includes(name));
   if (!build || unknown) usage(unknown ? `"${unknown}" is unknown` : "which build?");
   const numbers = (name, other) => list(given[name])?.map(Number) ?? other;
-  // A choice of what pictures are compared is a choice of that part.
-  const parts = known("part", list(given.part), FULL.parts) ?? (PASSED_ON.some((w) => w !== "repeat" && w !== "seed" && given[w]) || given.scene ? ["accuracy"] : base.parts);
-  const o = { ...base, action, parts, scenes: chosen(base, given), build: resolve(build), cores, given,
+  // A choice of what pictures are compared is a choice of that part, and a folder of scenes of its own.
+  const parts = known("part", list(given.part), FULL.parts) ?? (given.peers ? ["real"] : PASSED_ON.some((w) => w !== "repeat" && w !== "seed" && given[w]) || given.scene ? ["accuracy"] : base.parts);
+  const o = { ...base, action, parts, scenes: chosen(base, given, parts), realNames: list(given.scene), peers: peersFolder(given.peers), build: resolve(build), cores, given,
     out: resolve(given.out ?? (base === FULL ? `${build}/bench` : `${build}/bench/${base.mode}`)), figures: resolve(given.figures ?? "tests/bench/figures.json"),
     workers: numbers("workers", base.workers), heights: numbers("heights", base.heights), hillSteps: numbers("steps", base.hillSteps),
     kinds: list(given.kinds) ?? base.kinds, runs: Number(given.runs ?? base.runs), repeat: Number(given.repeat ?? base.repeat) };
   o.accuracy = [...base.accuracy.filter((w) => !given[w.split("=")[0]]), ...PASSED_ON.filter((w) => w !== "effect" && given[w]).map((w) => `${w}=${given[w]}`)];
+  const real = parts.every((name) => name === "real") ? absentScenes(o) : null;
+  if (real) usage(`there is no real scene "${real.absent[0]}": ${real.names.join(" ")}`);
   // All that the mode measures; and whether what is measured is measured as the committed figures were.
   const only = (names) => Object.keys(given).every((w) => ["out", "figures", "runs", ...names].includes(w));
   o.whole = only([]);
@@ -121,11 +128,11 @@ async function acceptAll(o, common) {
     console.error(`run ${i + 1} of ${o.runs}`);
     const lines = new Lines(`${o.out}/lines-${i}.jsonl`, common);
     // The first with the seed that the gate's runs have.
-    await measure({ ...o, accuracy: i === 0 ? o.accuracy : [...o.accuracy, `seed=${100 + i}`] }, lines);
+    await measure(i === 0 ? o : { ...o, accuracy: [...o.accuracy, `seed=${100 + i}`], given: { ...o.given, seed: 100 + i } }, lines);
     runs.push(lines.fresh());
   }
   const { cpu, cores: count, instructions } = machineOf();
-  accept(o.figures, o.mode, runs, { build: common.build, machine: `${cpu}, ${count} cores, ${instructions}` });
+  accept(o.figures, o.mode, runs, { build: common.build, machine: `${cpu}, ${count} cores, ${instructions}` }, o.whole);
   console.error(`accepted: ${o.figures}`);
   return 0;
 }

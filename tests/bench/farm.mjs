@@ -2,7 +2,7 @@
 // `shearwater render` tells: its plan, wall time by stage, bytes over the links.
 import { spawn, spawnSync } from "node:child_process";
 import { randomBytes } from "node:crypto";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, renameSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 
 const START_S = 20;
@@ -86,9 +86,17 @@ export class Farm {
     for await (const chunk of (await this.#get(`/v1/jobs/${id}/events`)).body) void chunk;
   }
 
+  // A reader of the file never sees half a picture.
+  async #keep(id, picture) {
+    const answer = await this.#get(`/v1/jobs/${id}/frames/1/image.exr`);
+    writeFileSync(`${picture}.new`, Buffer.from(await answer.arrayBuffer()));
+    renameSync(`${picture}.new`, picture);
+  }
+
   // Runs a job to its end: {plan, statistics, wall: {import, tiles, drawn_late, after_last_tile, record, total}, link:
   // {received_bytes, sent_bytes}}; wall in seconds: what the coordinator says of frames, and the log of the rest.
-  async run(job) {
+  // picture: where its EXR goes, if it is wanted.
+  async run(job, picture = null) {
     const path = `${this.#folder}/job.json`, before = await this.#metrics();
     writeFileSync(path, JSON.stringify(job));
     const { status, stdout, stderr } = spawnSync(`${this.#build}/shearwater`, ["submit", path, "--server", this.#url, "--quiet"], { encoding: "utf8" });
@@ -97,6 +105,7 @@ export class Farm {
     await this.#ended(id);
     const { state, plan, log, statistics, error } = await (await this.#get(`/v1/jobs/${id}`)).json();
     if (state !== "finished") throw new Error(`the job is ${state}: ${JSON.stringify(error)}`);
+    if (picture) await this.#keep(id, picture);
     const after = await this.#metrics(), begun = Date.parse(log[0].time) / 1000;
     const moment = Object.fromEntries(Object.entries(MOMENTS).map(([name, words]) => [name, Date.parse(log.find((l) => words.test(l.text)).time) / 1000]));
     const sent = (name) => after[`shearwater_link_${name}_bytes_total`] - before[`shearwater_link_${name}_bytes_total`];

@@ -36,6 +36,18 @@ function accuracyFigures(rows) {
   return found;
 }
 
+// Of pictures beside two references; an error that these hide has no figure.
+function realFigures(rows) {
+  const found = {}, shares = rows.map((r) => r.trace_over_none).filter(Boolean);
+  for (const r of rows) {
+    const name = `${r.scene} ${r.method} ${r.spp} spp`;
+    if (r.rmse01) found[`${name}: RMSE`] = { value: r.rmse01, kind: "error" };
+    found[`${name}: rays a pixel`] = { value: raysOf(r.rays) / (1e6 * r.megapixels), kind: "count" };
+  }
+  if (shares.length > 0) found["real auto, all: tracing's CPU time over that of none"] = { value: median(shares), kind: "time" };
+  return found;
+}
+
 // Costs beside the cheapest of their kind: how they grow.
 function growth(lines, name, of, per) {
   if (lines.length < 2) return {};
@@ -62,7 +74,8 @@ function costFigures(lines) {
 }
 
 // {name: {value, kind}} of one run's lines; those of other seeds than the first are left out.
-export const figuresOf = (lines) => ({ ...accuracyFigures(lines.filter((l) => l.part === "accuracy")), ...costFigures(lines) });
+export const figuresOf = (lines) => ({ ...accuracyFigures(lines.filter((l) => l.part === "accuracy")),
+  ...realFigures(lines.filter((l) => l.part === "real" && l.rays)), ...costFigures(lines) });
 
 const percent = (ratio) => `${ratio >= 1 ? "+" : "−"}${(100 * Math.abs(ratio - 1)).toPrecision(3)} %`;
 
@@ -104,8 +117,9 @@ export function judge(committed, lines, all, say, slack) {
   return { ...result, ok: of("worse").length === 0 && !(all && result.missing.length > 0) };
 }
 
-// Writes the figures of several runs of a mode: values of the first, noise over all of them.
-export function accept(path, mode, runs, about) {
+// Writes the figures of several runs of a mode: values of the first, noise over all of them. Where the runs were of
+// some parts only, all other figures stay.
+export function accept(path, mode, runs, about, whole = true) {
   const all = existsSync(path) ? JSON.parse(readFileSync(path, "utf8")) : {}, found = runs.map(figuresOf), figures = {};
   for (const [name, { value, kind }] of Object.entries(found[0])) {
     const logs = found.map((f) => Math.log(f[name]?.value)).filter(Number.isFinite), middle = logs.reduce((a, b) => a + b, 0) / logs.length;
@@ -116,6 +130,7 @@ export function accept(path, mode, runs, about) {
   const text = (m) => `{\n${Object.entries(m).map(([k, v]) => k === "figures"
     ? `  "figures": {\n${Object.entries(v).map(([n, f]) => `   ${JSON.stringify(n)}: ${JSON.stringify(f)}`).join(",\n")}\n  }`
     : `  ${JSON.stringify(k)}: ${JSON.stringify(v)}`).join(",\n")}\n }`;
-  const next = { ...all, [mode]: { ...about, runs: runs.length, figures } };
+  const accepted = whole || !all[mode] ? { ...about, runs: runs.length, figures } : { ...all[mode], figures: { ...all[mode].figures, ...figures } };
+  const next = { ...all, [mode]: accepted };
   writeFileSync(path, `{\n${Object.entries(next).map(([k, m]) => ` ${JSON.stringify(k)}: ${text(m)}`).join(",\n")}\n}\n`);
 }

@@ -67,6 +67,11 @@ export function programs(build, folder) {
     doubt: (halves, test, { layer, times, where }) => JSON.parse(run("tests/bench/exr_doubt",
       [...halves, test, layer, ...(times ? [times] : []), ...(where ? [where] : [])])).doubt,
     picturesApart: (a, b) => compare(a, b, PICTURE).rmse,
+    // Errors beside two independent references, free of their noise, and FLIP beside their mean. What that noise hides is null.
+    besidePair(first, second, test) {
+      const { psnr_db, rmse01, relmse999, flip, width, height } = JSON.parse(run("shearwater", ["compare", first, "--reference-pair", second, test, "--flip"]));
+      return { psnr_db, rmse01, relmse999, flip: flip.mean, width, height };
+    },
     same: (a, b, layer) => compare(a, b, layer).rmse === 0,
     // All figures of a picture.
     judge(reference, test, effect) {

@@ -7,7 +7,7 @@ import { fence, slats } from "./lens.mjs";
 import { light } from "./light.mjs";
 
 // The living room's own camera, a step ahead: from where it stands this lens would reach into a wall.
-const ahead = { eye: [4.82, 0.753, -2.24], target: [1.934, 0.976, -1.4495], yfov_deg: 58.7 };
+export const ahead = { eye: [4.82, 0.753, -2.24], target: [1.934, 0.976, -1.4495], yfov_deg: 58.7 };
 
 //   bounces, sides, environment: as in indirect.mjs; boundaries: as in lens.mjs; lens: as in a job document
 export const combined = [

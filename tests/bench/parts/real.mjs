@@ -1,0 +1,93 @@
+// Pictures of real scenes beside two independent references each: what filters make of few samples, what it costs,
+// and what a neural denoiser makes of as many paths. Of the peers folder; the small bench has two scenes of its own.
+import { mkdirSync } from "node:fs";
+import { programs } from "../accuracy/programs.mjs";
+import { realBounds, realSentence } from "../real/bounds.mjs";
+import { filterSeconds, pictureSeconds } from "../real/cost.mjs";
+import { makeReferences } from "../real/references.mjs";
+import { peersScenes } from "../scenes/peers.mjs";
+import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
+import { withFarm } from "./farms.mjs";
+import { summary } from "./runs.mjs";
+
+const METHODS = ["none", "auto"], WARM_UP = 8;
+
+// What is measured if nothing is said. width: of small scenes, which are in place of the peers' then.
+const FULL = { spp: [1, 4, 16, 64], referenceSpp: 1024 };
+const SMALL = { quick: { spp: [4, 16], width: 160, referenceSpp: 576 }, smoke: { spp: [4], width: 48, referenceSpp: 256 } };
+
+// Too long to be run more than once.
+const isLong = (spp) => spp > 16;
+
+function settings({ mode, given, repeat, out }) {
+  const base = SMALL[mode] ?? FULL, list = (text) => text?.split(/[, ]+/).filter(Boolean);
+  return { ...base, spp: list(given.spp)?.map(Number) ?? base.spp, methods: list(given.method) ?? METHODS, seed: Number(given.seed ?? 1),
+    times: (spp) => given.repeat ? repeat : isLong(spp) ? 1 : Math.min(repeat, 3), folder: `${out}/real` };
+}
+
+// Those that there are; null where the peers folder is wanted and not there.
+const realScenes = ({ mode, out, peers }) => SMALL[mode] ? smallScenes(`${out}/real`, SMALL[mode].width) : peersScenes(peers);
+
+const jobOf = ({ job }, method, spp, seed) => ({ ...job, sampling: { spp, seed }, filter: { method } });
+
+// Import and BVH, which no picture's cost has then.
+async function warmUp(farm, scene) {
+  const { width, height } = scene.job.image, small = (side) => Math.max(8, Math.round(side / WARM_UP));
+  const job = jobOf(scene, "none", 1, 1);
+  await farm.run({ ...job, image: { ...job.image, width: small(width), height: small(height) } });
+}
+
+function rowOf({ scene, width, height, references, reference }, method, spp, more) {
+  return { scene: scene.name, about: scene.about, method, spp, width, height, megapixels: width * height / 1e6, references, reference_picture: reference, ...more };
+}
+
+// All methods at one count of samples, in turn, so that what else the machine does meets all alike.
+async function measureStep(farm, tools, o, set, at, spp) {
+  const runs = set.methods.map(() => []), picture = (method) => `${set.folder}/${at.scene.name}-${method}-${spp}.exr`;
+  o.say(`real: ${at.scene.name}, ${spp} spp`);
+  for (let i = 0; i < set.times(spp); i++)
+    for (const [k, method] of set.methods.entries())
+      runs[k].push(await farm.run(jobOf(at.scene, method, spp, set.seed), i === 0 ? picture(method) : null));
+  const sums = set.methods.map((method, k) => ({ method, ...summary(runs[k]) })), none = sums.find((s) => s.method === "none");
+  for (const { method, ...cost } of sums)
+    o.put("real", `${at.scene.name} ${method} ${spp} spp`, rowOf(at, method, spp, { seed: set.seed,
+      ...tools.besidePair(...at.references, picture(method)), ...cost,
+      picture_s: pictureSeconds(cost.cpu_least_s), filters_s_per_megapixel: filterSeconds(cost.cpu_least_s) / (at.width * at.height / 1e6),
+      trace_over_none: none && method !== "none" ? cost.cpu_least_s.trace / none.cpu_least_s.trace : null, picture: picture(method) }));
+}
+
+async function measureScene(farm, tools, o, set, scene) {
+  const { width, height } = scene.job.image, reference = `${set.folder}/${scene.name}-reference.exr`;
+  await warmUp(farm, scene);
+  const references = scene.references ?? await makeReferences(farm, tools, scene, { folder: `${o.build}/bench/reference`, spp: set.referenceSpp, say: o.say });
+  tools.mean(reference, references);
+  const at = { scene, width, height, references, reference };
+  for (const spp of set.spp) await measureStep(farm, tools, o, set, at, spp);
+  for (const [spp, picture] of Object.entries(scene.oidn ?? {}).filter(([spp]) => set.spp.includes(Number(spp))))
+    o.put("real", `${scene.name} oidn ${spp} spp`, rowOf(at, "oidn", Number(spp), { ...tools.besidePair(...references, picture), picture }));
+}
+
+function judge(o, rows) {
+  for (const b of realBounds(rows)) {
+    o.put("figure", `real ${b.figure}`, { from: "real", figure: b.figure, value: b.value === null ? null : Number(b.value.toPrecision(4)), bound: `${b.relation} ${b.bound}`, unit: b.unit, ok: b.ok });
+    console.error(realSentence(b));
+  }
+}
+
+// {absent, names}: what was asked for and is not there, and what is; null where all is, or where no folder tells.
+export function absentScenes({ mode, peers, realNames }) {
+  const names = SMALL[mode] ? SMALL_NAMES : peersScenes(peers)?.map((s) => s.name);
+  return names && realNames?.some((name) => !names.includes(name)) ? { absent: realNames.filter((name) => !names.includes(name)), names } : null;
+}
+
+export async function real(o) {
+  const scenes = realScenes(o)?.filter((s) => !o.realNames || o.realNames.includes(s.name)), set = settings(o), rows = [];
+  if (!scenes) return o.say(`real: skipped, there is no peers folder at ${o.peers}: say peers=DIR or SHEARWATER_PEERS`);
+  mkdirSync(set.folder, { recursive: true });
+  const tools = programs(o.build, set.folder), put = (...args) => { const line = o.put(...args); if (line.part === "real") rows.push(line); };
+  await withFarm(o, {}, async (farm) => {
+    for (const scene of scenes) await measureScene(farm, tools, { ...o, put }, set, scene);
+  });
+  // Bounds are about pictures of the peers' size.
+  if (!SMALL[o.mode]) judge(o, rows);
+}
