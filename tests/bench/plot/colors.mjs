@@ -4,7 +4,8 @@
 const LOOKS = {
   average: ["#6b6b6b", "circle"], paths: ["#00798c", "wedge"], axis_aligned: ["#b35900", "square"], sheared: ["#0060ad", "diamond"],
   constant: ["#b35900", "square"], linear: ["#00755e", "triangle"], blend: ["#a0457e", "wedge"], auto: ["#111111", "diamond"],
-  adaptive: ["#c23b22", "plus"], extra: ["#7a3e9d", "triangle"], sheared_4d: ["#00755e", "cross"] };
+  adaptive: ["#c23b22", "plus"], extra: ["#7a3e9d", "triangle"], sheared_4d: ["#00755e", "cross"], none: ["#6b6b6b", "circle"],
+  OIDN: ["#b35900", "square"] };
 const OTHERS = [["#0060ad", "circle"], ["#b35900", "square"], ["#00755e", "triangle"], ["#a0457e", "diamond"], ["#00798c", "wedge"], ["#111111", "plus"]];
 
 // The look of a series by its name, or by its place among others.

@@ -48,6 +48,7 @@ thead th{border-bottom:2px solid var(--ink);white-space:normal;vertical-align:bo
 .plots{display:flex;flex-wrap:wrap;gap:1rem;margin:.6rem 0}.plots figure{margin:0;max-width:100%}svg{max-width:100%;height:auto;border:1px solid var(--line);border-radius:.3rem}
 .crops{display:grid;grid-template-columns:repeat(auto-fill,minmax(8.5rem,1fr));gap:.7rem;margin:.7rem 0}.crops figure{margin:0}
 .crops img+img{margin-top:3px}.crops img{image-rendering:pixelated;width:100%;height:auto;display:block;background:#888}figcaption{font-size:.82rem;color:#333;line-height:1.3;padding-top:.2rem}
+.views{display:grid;grid-template-columns:repeat(auto-fill,minmax(16rem,1fr));gap:.7rem;margin:.7rem 0}.views figure{margin:0}.views img{width:100%;height:auto;display:block;background:#888}.views a+a img{margin-top:3px}
 details{margin:.5rem 0}summary{cursor:pointer;color:#00569c}code{font-size:.9em;background:#f3f3f3;padding:0 .25em}footer{padding:2rem 1.2rem 3rem;color:var(--soft)}
 dl{display:grid;grid-template-columns:max-content 1fr;gap:.15rem 1rem;margin:.8rem 0}dt{color:var(--soft)}dd{margin:0}
 @media (max-width:40rem){dl{grid-template-columns:1fr}dd{margin-bottom:.4rem}tbody th{min-width:9rem}}`;

@@ -7,6 +7,7 @@ import { scenes } from "../scenes/scenes.mjs";
 import { accuracySections } from "./accuracy.mjs";
 import { costSection, roofSection, skipSection } from "./costs.mjs";
 import { bytes, details, escape, number, STYLE, table, times, verdict } from "./html.mjs";
+import { realSection } from "./real.mjs";
 
 const gains = (h, what) => h[what] ? `${times(h[what].value)}` : "–";
 const range = (s) => s && s.scenes > 1 ? `${number(s.least)} … ${number(s.most)}` : "";
@@ -23,8 +24,10 @@ const boundCells = (b) => [`${b.of ? '<span class="soft">…</span> ' : ""}${esc
 const boundsTables = (found) => Object.values(effects).map((e) => table(`${e.title}: medians over scenes, or the worst where it says every scene`,
   ["figure", "measured", "bound", "unit", "least … most", "scenes", "verdict"], found.filter((b) => b.effect === e.name).map(boundCells), [3])).join("\n");
 
-const rates = (lines) => table("Rates and shares beside their bounds", ["figure", "measured", "bound", "unit", "verdict"],
-  ofPart(lines, "figure").map((l) => [escape(l.figure), number(l.value), escape(l.bound.replace(">=", "≥").replace("<=", "≤")), escape(l.unit), verdict(l.ok)]), [3]);
+const figureTable = (caption, found) => table(caption, ["figure", "measured", "bound", "unit", "verdict"],
+  found.map((l) => [escape(l.figure), number(l.value), escape(l.bound.replace(">=", "≥").replace("<=", "≤")), escape(l.unit), verdict(l.ok)]), [3]);
+const rates = (figures) => figureTable("Rates and shares beside their bounds", figures.filter((l) => l.from !== "real")) +
+  figureTable("Pictures of real scenes beside their bounds", figures.filter((l) => l.from === "real"));
 
 function boundSection(o, lines, rows) {
   const found = effectBounds(rows, scenes), judged = found.filter((b) => b.judged), missed = judged.filter((b) => !b.ok), figures = ofPart(lines, "figure");
@@ -32,7 +35,7 @@ function boundSection(o, lines, rows) {
   const why = found.some((b) => b.bound !== null && !b.judged)
     ? `<p>Bounds of accuracy are about all scenes at ${JUDGED_SIDE_PX} px and more, since filters are as wide as pixels say; pictures here have ${sidesOf(rows).join(", ")} px, so that figures are shown and bounds are not judged where that is so.</p>` : "";
   const said = asked === 0 ? "<p>No bound was judged by what was run.</p>" : `<p>${verdict(lost === 0, lost === 0 ? `all ${asked} bounds that were judged hold` : `${lost} of ${asked} bounds that were judged are missed`)}</p>`;
-  return { id: "bounds", title: "Bounds", html: `${said}${why}${boundsTables(found)}${rates(lines)}` };
+  return { id: "bounds", title: "Bounds", html: `${said}${why}${boundsTables(found)}${rates(figures)}` };
 }
 
 function gateSection(gate) {
@@ -63,13 +66,14 @@ export function writeReport(o, lines, gate) {
   rmSync(folder, { recursive: true, force: true });
   mkdirSync(`${folder}/plots`, { recursive: true });
   if (existsSync(`${o.out}/lines.jsonl`)) copyFileSync(`${o.out}/lines.jsonl`, `${folder}/lines.jsonl`);
-  const sections = [boundSection(o, lines, rows), gateSection(gate), ...accuracySections(o, rows, scenes), costSection(o, lines), roofSection(lines), skipSection(o, lines), howSection(o, lines)].filter(Boolean);
+  const sections = [boundSection(o, lines, rows), gateSection(gate), ...accuracySections(o, rows, scenes), realSection(o, lines), costSection(o, lines), roofSection(lines), skipSection(o, lines), howSection(o, lines)].filter(Boolean);
+  const shown = [...rows, ...ofPart(lines, "real").filter((l) => l.runs)];
   const sides = sidesOf(rows), day = lines.map((l) => l.time).sort().at(-1)?.slice(0, 10) ?? "";
   writeFileSync(`${folder}/index.html`, `<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1"><title>Shearwater: measured</title>
 <link rel="icon" href="data:,"><style>${STYLE}</style></head><body><a class="skip" href="#bounds">Skip to the figures</a>
 <header><h1>Shearwater: how much error for how much time</h1>
-<p>Build <code>${escape(machine.build ?? "")}</code>, ${escape(day)}, ${escape(machine.cpu ?? "")} with ${machine.cores ?? "?"} cores (${escape(machine.instructions ?? "?")}). ${rows.length} pictures of ${new Set(rows.map((r) => r.scene)).size} scenes${sides.length ? `, ${sides.join(" and ")} px wide` : ""}, against converged references.</p></header>
+<p>Build <code>${escape(machine.build ?? "")}</code>, ${escape(day)}, ${escape(machine.cpu ?? "")} with ${machine.cores ?? "?"} cores (${escape(machine.instructions ?? "?")}). ${shown.length} pictures of ${new Set(shown.map((r) => r.scene)).size} scenes${sides.length ? `, ${sides.join(" and ")} px wide` : ""}, against converged references.</p></header>
 <nav aria-label="Sections"><ul>${sections.map((s) => `<li><a href="#${s.id}">${escape(s.title)}</a></li>`).join("")}</ul></nav>
 <main>${cards(rows)}${sections.map((s) => `<section id="${s.id}" aria-labelledby="${s.id}-title"><h2 id="${s.id}-title">${escape(s.title)}</h2>${s.html}</section>`).join("\n")}</main>
 <footer><p>Made by <code>tests/bench/bench.mjs</code> from ${lines.length} lines.</p></footer></body></html>
