@@ -32,6 +32,8 @@ export function figuresOf(lines) {
       ...(l.apart ? { apart_build_s: three(l.apart.cpu_s.build), apart_wall: three(l.apart.wall.total / l.wall.total), apart_cpu: three(l.apart.cpu_s.total / l.cpu_s.total), apart_mb: three(l.apart.workers * l.apart.peak_rss_bytes.worker / 1e6) } : {}) })),
     ...ofPart(lines, "links").map((l) => ({ is: "link", kind: l.kind, link: l.link_kind, width: l.width, height: l.height, bytes: l.link.received_bytes + l.link.sent_bytes, cpu: three(l.over_unix.cpu), loop: three(l.over_unix.coordinate) })),
     ...ofPart(lines, "roofline").map((l) => l.machine_limits ? { is: "roof", ...l.machine_limits } : { is: "kernel", kernel: l.kernel, operations: three(l.operations), bytes: l.bytes, ns: three(l.ns), goperations_s: l.goperations_s, roof_ns: three(l.roof_ns), limit: l.limit, over_roof: l.over_roof, over_beyond: l.over_beyond, slots: l.slots }),
+    ...ofPart(lines, "real").map((l) => ({ is: "real", scene: l.scene, method: l.method, spp: l.spp, psnr_db: three(l.psnr_db), rmse01: three(l.rmse01), relmse999: three(l.relmse999), flip: three(l.flip),
+      ...(l.runs ? { trace_over_none: three(l.trace_over_none), filters_s_per_megapixel: three(l.filters_s_per_megapixel), trace_s: three(l.cpu_least_s.trace), cpu_s: three(l.cpu_least_s.total) } : {}) })),
     ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
 }
 
@@ -62,7 +64,9 @@ const headlineTable = (figures) => table(["effect (method, samples; pictures)", 
 
 // What README shows of the rates: of the machine's hands, not of filters beside what they stand for.
 const SHORT = ["rays", "paths", "share", "tile", "memory"];
-const rateTable = (figures, wanted = () => true) => table(["figure", "measured", "bound", ""], of(figures, "rate").filter(wanted).map((r) => [r.figure, `${Number(r.value.toPrecision(3))} ${r.unit}`, r.bound.replace(">=", "≥").replace("<=", "≤"), verdict(r)]));
+const signs = (bound) => bound.replace(">=", "≥").replace("<=", "≤");
+const isBeside = (r) => !SHORT.includes(r.from) && r.from !== "real";
+const rateTable = (figures, wanted = () => true) => table(["figure", "measured", "bound", ""], of(figures, "rate").filter(wanted).map((r) => [r.figure, `${Number(r.value.toPrecision(3))} ${r.unit}`, signs(r.bound), verdict(r)]));
 
 function costs(figures) {
   const workers = of(figures, "workers"), sizes = of(figures, "resolution"), hills = of(figures, "triangles"), parts = [];
@@ -86,6 +90,20 @@ function roofs(figures) {
   return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${first ? `${roof.gloads_s} billion lines read from L1, ${roof.gstores_s} vectors of a line and ${roof.gnarrow_s} narrower ones written there; ` : ""}${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? ` (slots: of the vector instructions that could begin meanwhile, how many it has${beyond})` : ""}:
 
 ${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", ...(first ? ["beyond L1"] : []), ...(said ? ["slots"] : [])], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, ...(first ? [`${k.over_beyond}×`] : []), ...(said ? [`${Math.round(100 * k.slots)} %`] : [])]))}`;
+}
+
+// Decibels by scene and count, each method in a column of its own.
+function realScenes(figures) {
+  const rows = of(figures, "real"), judged = of(figures, "rate").filter((r) => r.from === "real"), steps = [...new Set(rows.map((r) => `${r.scene}, ${r.spp}`))];
+  if (rows.length === 0) return "";
+  const known = (step) => rows.filter((r) => `${r.scene}, ${r.spp}` === step), said = (v) => v === undefined ? "–" : v === null ? "hidden" : v;
+  const held = (step, unit) => judged.filter((r) => r.figure.startsWith(`${step} spp: `) && r.unit === unit).map((r) => `${signs(r.bound)}: ${verdict(r)}`)[0] ?? "";
+  return `PSNR in dB as a screen shows the picture, the noise of the references taken out ("hidden": below what that lets one tell); OIDN: Intel Open Image Denoise on as many paths.
+
+${table(["scene, samples", "none", "auto", "OIDN", "bound on auto", "tracing of auto over that of none", "", "filters, CPU s a megapixel", ""], steps.map((step) => {
+    const here = known(step), of = (method, what) => said(here.find((r) => r.method === method)?.[what]);
+    return [step, of("none", "psnr_db"), of("auto", "psnr_db"), of("oidn", "psnr_db"), held(step, "dB"), of("auto", "trace_over_none"), held(step, "times"), of("auto", "filters_s_per_megapixel"), held(step, "s")];
+  }))}`;
 }
 
 function limits(figures) {
@@ -130,7 +148,8 @@ ${END}
   bounds.length > 0 ? `## Bounds of accuracy
 
 ${table(["figure", "measured", "bound", ""], bounds.map((b) => [`${title(b.effect)}: ${b.of ? `${b.of}; ` : ""}${b.figure}`, `${span(b)} ${b.unit}`, bound(b), verdict(b)]))}` : "",
-  of(figures, "rate").some((r) => !SHORT.includes(r.from)) ? `## Filters beside brute force\n\n${rateTable(figures, (r) => !SHORT.includes(r.from))}` : "",
+  realScenes(figures) ? `## Real scenes\n\n${realScenes(figures)}` : "",
+  of(figures, "rate").some(isBeside) ? `## Filters beside brute force\n\n${rateTable(figures, isBeside)}` : "",
   costs(figures) ? `## Costs\n\n${costs(figures)}` : "",
   roofs(figures) ? `## Kernels beside their roofs\n\n${roofs(figures)}` : "",
   skips.length > 0 ? `## What skipping saves
