@@ -25,6 +25,10 @@ check "every line says by what, on what and when" lines 'all(.[]; (.build | leng
 check "a line is there once" lines '[.[] | [.part, .key]] | length == (unique | length)'
 check "pictures of every method and count" lines '[.[] | select(.part == "accuracy")] | length == 29 and all(.[]; .judged.finite and .judged.rmse > 0
     and .cpu_s.trace > 0 and .peak_rss_bytes.worker > 0 and .bytes_received > 0 and (.picture | length > 0))'
+check "pictures of real scenes beside two references each" lines '[.[] | select(.part == "real")] | ([.[] | [.scene, .method, .spp]] | unique | length) == 4 and length == 4 and
+    all(.[]; .psnr_db > 10 and .rmse01 > 0 and .relmse999 > 0 and .flip > 0 and .cpu_least_s.trace > 0 and .picture_s >= .cpu_least_s.trace and .runs == 3 and (.references | length) == 2
+    and (.trace_over_none == null) == (.method == "none") and (.filters_s_per_megapixel > 0) == (.method == "auto"))'
+check "what real scenes cost is not judged where they are small" lines 'all(.[] | select(.part == "figure"); .from != "real")'
 check "workers, resolutions, triangles: wall time by stage" lines '[.[] | select(.part == "workers" or .part == "resolution" or .part == "triangles")] | length >= 7 and
     all(.[]; .wall as $w | $w.tiles > 0 and $w.total >= ([$w.import, $w.frame, $w.record] | max) and $w.frame > $w.after_last_tile and $w.after_last_tile >= $w.drawn_late and $w.drawn_late > 0 and .link.received_bytes >= .bytes_received)'
 check "six kinds of skips, all held" lines '[.[] | select(.part == "skips")] | ([.[].skip] | unique) == ["block", "effect", "light", "pixel", "plane", "ray"] and all(.[]; .holds and .wrong == [])'
@@ -68,6 +72,55 @@ check "the arithmetic of the gate" node --input-type=module -e '
     assert.deepEqual([missing.missing, missing.added], [["x"], ["y"]]);
     assert.match(sentence(compared(of({ x: { value: 1, noise: 0.02, kind: "error" } }), { x: { value: 1.0513, kind: "error" } }).moved[0]), /2.5 times its noise of 2.0 %/);
 '
+# A folder of scenes as people have it, with what is said to be a denoiser's picture.
+peers_folder() {
+    local folder=$tmp/peers/cornell seed
+    mkdir -p "$folder" && cp tests/scenes/cornell-box/cornell-box.glb "$folder/scene.glb" || return 1
+    echo '{"scene": {"file": "scene.glb"}, "image": {"width": 48, "height": 36}, "effects": {"indirect_bounces": 1}, "layers": ["beauty"]}' >"$folder/job.json"
+    for seed in a b; do
+        jq '.filter.method = "none" | .sampling = {spp: 64, seed: '"$([ $seed = a ] && echo 5 || echo 6)"'}' "$folder/job.json" >"$folder/paths.json" &&
+            "$build/shearwater" render "$folder/paths.json" --quiet -o "$folder/reference-$seed.exr" || return 1
+    done
+    cp "$folder/reference-a.exr" "$folder/oidn-4.exr" && cp "$folder/reference-b.exr" "$folder/oidn-9.exr" && mkdir "$tmp/peers/no-scene"
+}
+real() { node tests/bench/bench.mjs "$build" part=real repeat=1 "out=$tmp/real" "$@" >"$tmp/real.printed" 2>"$tmp/said"; }
+real_lines() { jq -es "$1" "$tmp/real/lines.jsonl"; }
+check "a peers folder" peers_folder
+check "its scenes are measured" real "peers=$tmp/peers" spp=1,4
+check "... by paths, by filters, and by the denoiser that has that count" real_lines '[.[] | select(.part == "real") | [.scene, .method, .spp]] | sort ==
+    [["cornell", "auto", 1], ["cornell", "auto", 4], ["cornell", "none", 1], ["cornell", "none", 4], ["cornell", "oidn", 4]]'
+check "... whose error is null where the references cannot tell it" real_lines '.[] | select(.method == "oidn") | .psnr_db == null and .rmse01 == null and .relmse999 == 0'
+check "... beside bounds, of which the costs are of four samples and more" real_lines '[.[] | select(.from == "real")] | ([.[] | .figure] | sort) ==
+    ["cornell, 4 spp: filters'"'"' CPU time per megapixel", "cornell, 4 spp: psnr_db of auto", "cornell, 4 spp: tracing of auto over that of none"]
+    and (.[] | select(.unit == "dB") | .ok == false and .bound == ">= 48")'
+check "... which are said" grep -q '^cornell, 4 spp: psnr_db of auto .* MISSED$' "$tmp/said"
+check "the report shows its pictures side by side" bash -c "cd '$tmp/real/report' && grep -oE '(src|href)=\"views/[^\"]+\"' index.html | sed 's/.*=\"//; s/\"//' | sort -u >../shown &&
+    [ \$(wc -l <../shown) -eq 7 ] && xargs -n 1 test -s <../shown && xmllint --noout plots/cornell-real-samples.svg plots/cornell-real-seconds.svg"
+check "a scene and a method are picked" bash -c "$(declare -f real real_lines); build='$build' tmp='$tmp'; rm -r '$tmp/real'; real peers='$tmp/peers' scene=cornell method=none spp=4 && real_lines '[.[] | select(.part == \"real\")] | length == 2'"
+no_scene() { real "peers=$tmp/peers" scene=nowhere; [ $? -eq 2 ] && grep -q 'no real scene "nowhere": cornell$' "$tmp/said"; }
+check "a scene that is not there is refused" no_scene
+no_folder() { real "peers=$tmp/nowhere" && grep -q "skipped, there is no peers folder at $tmp/nowhere" "$tmp/said"; }
+check "a folder that is not there is said" no_folder
+check "bounds of real scenes" node --input-type=module -e '
+    import assert from "node:assert/strict";
+    import { realBounds, realSentence } from "./tests/bench/real/bounds.mjs";
+    import { filterSeconds, pictureSeconds } from "./tests/bench/real/cost.mjs";
+    const row = (more) => ({ scene: "blocks", method: "auto", spp: 16, psnr_db: 47.01, trace_over_none: 1.2, filters_s_per_megapixel: 0.41, ...more });
+    const verdicts = (more) => realBounds([row(more)]).map((b) => b.ok);
+    assert.deepEqual(verdicts({}), [true, true, false]);
+    assert.deepEqual(verdicts({ psnr_db: 46.9, trace_over_none: 1.26, filters_s_per_megapixel: 0.4 }), [false, false, true]);
+    assert.deepEqual(verdicts({ psnr_db: null, trace_over_none: null }), [true, false]);
+    assert.deepEqual([verdicts({ method: "none" }), verdicts({ spp: 1 })], [[], []]);
+    assert.match(realSentence(realBounds([row({ psnr_db: null })])[0]), /hidden dB +\(bound >= 47\) holds/);
+    const cpu_s = { import: 9, build: 9, trace: 1, pack: 0.1, decode: 0.1, reconstruct: 0.2, shadow: 0.25, residual: 0.25, encode: 9, coordinate: 9, total: 99 };
+    assert.equal(filterSeconds(cpu_s), 0.5); // also what has been added since
+    assert.ok(Math.abs(pictureSeconds(cpu_s) - 1.9) < 1e-12);'
+accepted_in_part() {
+    echo '{"smoke": {"build": "b", "machine": "m", "runs": 3, "figures": {"other": {"value": 1, "noise": 0, "kind": "error"}}}}' >"$tmp/figures.json"
+    bench accept part=real runs=2 "figures=$tmp/figures.json" >/dev/null && jq -e '.smoke | .build == "b" and .figures.other.value == 1 and .figures["real_box auto 4 spp: RMSE"].value > 0
+        and .figures["real_box auto 4 spp: RMSE"].noise > 0 and (.figures | length) == 10' "$tmp/figures.json"
+}
+check "figures of one part are accepted, and the others stay" accepted_in_part
 # Joining: a part alone keeps what was measured before; another build does not.
 joined() {
     local before; before=$(wc -l <"$tmp/bench/lines.jsonl")
