@@ -75,8 +75,8 @@ checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev deps-fuzz demo test unit system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept bench-results property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
+.PHONY: all deps deps-browser deps-dev deps-fuzz demo test check unit system browser soak determinism golden check-shade check-kernels bench \
+        bench-accuracy bench-quick bench-accept bench-results picture screenshot property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
         install install-units uninstall clean help
 all: $(programs)
 
@@ -101,6 +101,9 @@ test:
 	@deploy/install-deps.sh --browser $(if $(fuzzed),--fuzz)
 	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties) $(if $(fuzzed),$(fuzzers))
 	@FUZZ_SECONDS=$(fuzz_seconds) tests/run $(B)
+## check: unit tests and include arrows, the inner loop of development
+check: all $(unit)
+	@tests/run $(B) unit arrows
 ## unit: the unit tests alone
 unit: all $(unit)
 	@tests/run $(B) unit
@@ -140,6 +143,12 @@ bench-accept: all $(pictures)
 ## bench-results: RESULTS.md and README's figures, from what make bench measured of this build
 bench-results: all $(pictures)
 	@node tests/bench/bench.mjs $(B) results
+## picture: README's picture and its caption (minutes)
+picture: all
+	@node tests/bench/picture.mjs $(B)
+## screenshot: README's screenshot of the viewer
+screenshot: all
+	@node tests/browser/screenshot.mjs $(B)
 ## bench-accuracy: pictures against converged ones, e.g. make bench-accuracy effect=indirect scene=box spp=16
 accuracy = $(foreach name,effect scene method spp side,$(if $($(name)),$(name)=$($(name))))
 bench-accuracy: all $(pictures)
