@@ -59,10 +59,10 @@ function extent(figures, effect) {
   return `${sides_px.join(" and ")} px${left_out.length > 0 ? `, ${seen} of ${seen + left_out.length} scenes` : ""}`;
 }
 
-const headlineTable = (figures) => table(["effect (method, samples; pictures)", "average's RMSE over its", "average's samples for equal error", "average's CPU time for equal error", "filters' share of CPU time"],
+const headlineTable = (figures) => table(["effect (filter, samples per pixel; picture)", "error: average ÷ filtered", "samples for equal error: average ÷ filtered", "CPU time for equal error: average ÷ filtered", "filters' share of CPU time"],
   of(figures, "headline").map((h) => [`${title(h.effect)} (${h.method}, ${effects[h.effect].at}; ${extent(figures, h.effect)})`, span(h.rmse, "×"), `${span(h.samples, "×")}${h.extrapolated ? " *" : ""}`, span(h.seconds, "×"), h.share ? share(h.share.value) : "–"]));
 
-// What README shows of the rates: of the machine's hands, not of filters beside what they stand for.
+// Rates of the machinery; the others compare filters with brute force.
 const SHORT = ["rays", "paths", "share", "tile", "memory"];
 const signs = (bound) => bound.replace(">=", "≥").replace("<=", "≤");
 const isBeside = (r) => !SHORT.includes(r.from) && r.from !== "real";
@@ -114,16 +114,13 @@ function limits(figures) {
     "- Errors are against converged pictures of this renderer itself; that it agrees with others' is shown by `make golden`."].join("\n");
 }
 
-// What README shows of it.
+// Returns what README shows: the table of effects and one sentence.
 export function excerpt(figures) {
   const [run] = of(figures, "run"), bounds = [...of(figures, "bound").filter((b) => b.judged), ...of(figures, "rate")], missed = bounds.filter((b) => !b.ok);
   const skips = of(figures, "skip");
-  const said = [`Build \`${run.build}\` on ${run.cpu}, ${run.cores} cores, ${run.instructions}; pictures against converged references, medians over scenes (least–largest):`, "", headlineTable(figures).trimEnd()];
-  const rates = rateTable(figures, (r) => SHORT.includes(r.from)).trimEnd();
-  if (rates) said.push("", rates);
-  said.push("", `${bounds.length === 0 ? "No bound was judged by this run" : missed.length === 0 ? `All ${bounds.length} bounds that were judged hold` : `${missed.length} of ${bounds.length} bounds that were judged are missed`}; ` +
-    `${skips.filter((s) => s.holds).length} of ${skips.length} pairs of frames show that what is not needed is skipped.`);
-  return said.join("\n");
+  const verdicts = bounds.length === 0 ? "No bound was judged by this run" : missed.length === 0 ? `All ${bounds.length} bounds that were judged hold` : `${missed.length} of ${bounds.length} bounds that were judged are missed`;
+  return `Medians over scenes (least–largest), errors against converged references${of(figures, "headline").some((h) => h.extrapolated) ? ", \\* extrapolated" : ""}; build \`${run.build}\` on ${run.cpu}, ${run.cores} cores, ${run.instructions}. ` +
+    `${verdicts}; ${skips.filter((s) => s.holds).length} of ${skips.length} pairs of frames show that work which is not needed is skipped.\n\n${headlineTable(figures).trimEnd()}`;
 }
 
 export function page(figures) {
@@ -145,6 +142,7 @@ ${BEGIN}
 ${excerpt(figures)}
 ${END}
 `,
+  of(figures, "rate").some((r) => SHORT.includes(r.from)) ? `## Rates\n\n${rateTable(figures, (r) => SHORT.includes(r.from))}` : "",
   bounds.length > 0 ? `## Bounds of accuracy
 
 ${table(["figure", "measured", "bound", ""], bounds.map((b) => [`${title(b.effect)}: ${b.of ? `${b.of}; ` : ""}${b.figure}`, `${span(b)} ${b.unit}`, bound(b), verdict(b)]))}` : "",
