@@ -204,6 +204,7 @@ format:
 
 ## install: DESTDIR= PREFIX=
 share := $(DESTDIR)$(PREFIX)/share/shearwater
+doc := $(DESTDIR)$(PREFIX)/share/doc/shearwater
 units := $(notdir $(wildcard deploy/systemd/*.service))
 unit_dir := $(DESTDIR)$(PREFIX)/lib/systemd/system
 install-units:
@@ -213,11 +214,13 @@ install: all install-units
 	install -Dm755 -t $(DESTDIR)$(PREFIX)/bin $(programs)
 	cd web && find . -type f -not -name '.*' -not -name package.json -exec install -Dm644 {} $(share)/web/{} \;
 	install -Dm644 -t $(share) proto/openapi.yaml
-	install -Dm644 -t $(DESTDIR)$(PREFIX)/share/doc/shearwater README.md LICENSE CHANGELOG.md proto/PROTOCOL.md
+	install -Dm644 -t $(doc) *.md LICENSE
+	install -Dm644 -t $(doc)/proto proto/PROTOCOL.md proto/openapi.yaml
+	cd docs && find . -type f -not -name '.*' -exec install -Dm644 {} $(doc)/docs/{} \;
 uninstall:
 	rm -f $(addprefix $(DESTDIR)$(PREFIX)/bin/,$(notdir $(programs)))
 	rm -f $(addprefix $(unit_dir)/,$(units))
-	rm -rf $(share) $(DESTDIR)$(PREFIX)/share/doc/shearwater
+	rm -rf $(share) $(doc)
 clean:
 	rm -rf build
 help:

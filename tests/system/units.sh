@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# The systemd units as they are installed: systemd finds no fault with them, they are as shut off as README says,
+# The systemd units as they are installed: systemd finds no fault with them, they are as shut off as docs/operating.md says,
 # and every option that they name is one.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/units.sh BUILD_DIR}
 . tests/tap.bash
 prefix=$tmp/prefix units=$tmp/prefix/lib/systemd/system
-mkdir -p "$prefix/bin" "$prefix/share/doc/shearwater"
+mkdir -p "$prefix/bin" "$prefix/share/doc/shearwater/docs"
 for program in shearwater shearwater-worker; do cp "$build/$program" "$prefix/bin/"; done
-touch "$prefix/share/doc/shearwater/README.md"
+touch "$prefix/share/doc/shearwater/docs/operating.md"
 check "the units are installed" make -s install-units PREFIX="$prefix" DESTDIR=
 check "no place is left open in them" bash -c "! grep -n '@prefix@' '$units'/*"
 options() { # options UNIT PROGRAM [COMMAND]: each is in the program's help
