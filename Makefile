@@ -53,7 +53,7 @@ all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/impo
               $(worker_src) worker/main.c $(unit_src) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
-# Kernels (proto/kernels.h) are compiled once for each instruction set.
+# Kernels (proto/runtime/kernels.h) are compiled once for each instruction set.
 isas     := sse42 avx2 avx512
 kernels  := $(filter %_kernels.c,$(server_src) $(worker_src))
 obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B)/obj/$(f).%.o),$(B)/obj/$(f).o))
@@ -231,7 +231,7 @@ $(B)/build_id.h: $(sort $(shell find proto worker server -name '*.[ch]' -o -name
 	@mkdir -p $(B)
 	@printf '#define BUILD_ID "$(VERSION)+%s"\n' "$$(cat $(sort $(filter-out Makefile,$^)) | sha256sum | cut -c1-12)" > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; touch $@; else mv $@.new $@; fi
-$(B)/obj/proto/build.o: $(B)/build_id.h
+$(B)/obj/proto/runtime/build.o: $(B)/build_id.h
 
 # Copies of known size go 32 bytes at a time, as vectors are read: by halves, what is read waits for both.
 $(B)/obj/%.avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore-max=256) $(clocked)
@@ -336,7 +336,7 @@ fuzz_line = $(shell sed -n 's|^// $(1): ||p' $(2))
 $(B)/fuzz/obj/%.o: %.c
 	@mkdir -p $(@D)
 	clang-14 $(CPPFLAGS) $(STD) $(fuzz_flags) -fsanitize=fuzzer-no-link,address,undefined -MMD -MP -c $< -o $@
-$(B)/fuzz/obj/proto/build.o: $(B)/build_id.h
+$(B)/fuzz/obj/proto/runtime/build.o: $(B)/build_id.h
 $(B)/fuzz/libproto.a: $(call fuzz_obj,$(proto_src))
 	@rm -f $@
 	@ar rcs $@ $^

@@ -2,7 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "server/cli/cli.h"
 
 static const struct command {

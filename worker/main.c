@@ -7,7 +7,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "worker/process/heap.h"
 #include "worker/process/options.h"
 #include "worker/replay/replay.h"

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/secret_file.h"
+#include "proto/runtime/secret_file.h"
 
 #define FILE_BYTES 256u
 

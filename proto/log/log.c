@@ -3,10 +3,10 @@
 #include <errno.h>
 #include <poll.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "proto/log/log_writer.h"
+#include "proto/runtime/clock.h"
 
 static const char *const level_names[] = {"info", "warning", "error"};
 
@@ -77,9 +77,7 @@ static bool tell_lost(struct log *log, int64_t at_ms)
 
 static int64_t now_ms(void)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    return (int64_t)now.tv_sec * 1000 + now.tv_nsec / 1000000;
+    return (int64_t)(clock_us(CLOCK_REALTIME) / 1000);
 }
 
 void log_end(struct log *log)

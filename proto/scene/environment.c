@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "proto/scene/blob_file.h"
+#include "proto/runtime/blob_file.h"
 #include "proto/scene/scene.h"
 
 #define ALIGN_BYTES 64u

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/scene/blob_file.h"
+#include "proto/runtime/blob_file.h"
 #include "proto/scene/environment.h"
 #include "proto/scene/scene_internal.h"
 

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "proto/json.h"
-#include "proto/secret_file.h"
+#include "proto/runtime/secret_file.h"
 #include "server/store/asset_owners.h"
 
 #define TOKEN_RANDOM_BYTES 32u

@@ -13,9 +13,9 @@
 #include <sys/pidfd.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "proto/runtime/clock.h"
 #include "server/cli/cli.h"
 
 #define LOOK_MS     25
@@ -129,9 +129,7 @@ fail:
 
 static int64_t clock_ms(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+    return (int64_t)(clock_us(CLOCK_MONOTONIC) / 1000);
 }
 
 static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *where)

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "proto/runtime/clock.h"
 #include "server/cli/cli.h"
 #include "server/cli/client/output_file.h"
 #include "server/cli/job_file.h"
@@ -202,9 +203,7 @@ static int render(struct client *c, const char *path, json_t *document,
 
 static double now_s(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+    return (double)clock_us(CLOCK_MONOTONIC) * 1e-6;
 }
 
 int cli_render(int argc, char **argv)

@@ -7,7 +7,7 @@
 #include <unistd.h>
 #include <uv.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "server/cli/cli.h"
 #include "server/cli/coordinator.h"
 #include "server/cli/option.h"

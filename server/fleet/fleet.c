@@ -2,7 +2,7 @@
 #include <string.h>
 #include <sys/random.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "server/fleet/fleet_work.h"
 #include "server/fleet/roster.h"
 

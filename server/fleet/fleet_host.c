@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "server/fleet/admission.h"
 #include "server/fleet/fleet_work.h"
 

@@ -3,17 +3,10 @@
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "proto/runtime/clock.h"
 #include "server/job/jobs_table.h"
 #include "server/reconstruct/patch/scratch.h"
-
-static uint64_t clock_us(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
-}
 
 uint64_t jobs_clock_us(void)
 {
@@ -22,7 +15,7 @@ uint64_t jobs_clock_us(void)
 
 uint64_t jobs_loop_cpu_us(void)
 {
-    return clock_us(CLOCK_THREAD_CPUTIME_ID);
+    return thread_cpu_us();
 }
 
 int64_t jobs_time_ms(void)

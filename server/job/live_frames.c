@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "proto/samples.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"

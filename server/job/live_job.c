@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
 #include "proto/json.h"
+#include "proto/runtime/build.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 

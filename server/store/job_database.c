@@ -3,8 +3,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "proto/runtime/clock.h"
 #include "server/store/asset_uses.h"
 #include "server/store/job_schema.h"
 
@@ -229,9 +229,7 @@ void job_database_unmark(struct job_database *db, bool keep)
 
 static int64_t now_ms(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_REALTIME, &t);
-    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+    return (int64_t)(clock_us(CLOCK_REALTIME) / 1000);
 }
 
 /* Keys of different owners are different keys. No key has a blank in it, and no owner's name. */

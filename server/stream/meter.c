@@ -1,17 +1,10 @@
 #include "server/stream/meter.h"
 
-#include <time.h>
-
-static uint64_t thread_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
+#include "proto/runtime/clock.h"
 
 static void count(struct meter *meter)
 {
-    const uint64_t now_ns = thread_ns();
+    const uint64_t now_ns = clock_ns(CLOCK_THREAD_CPUTIME_ID);
     if (meter->kind != METER_NOBODY) meter->spent_ns[meter->kind] += now_ns - meter->at_ns;
     meter->at_ns = now_ns;
 }

@@ -1,13 +1,11 @@
 /* What streams may take of the machine, and what they have taken. */
-#include <time.h>
 
+#include "proto/runtime/clock.h"
 #include "server/stream/streams.h"
 
 uint64_t streams_clock_us(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
+    return clock_us(CLOCK_MONOTONIC);
 }
 
 void streams_limit(struct streams *s, const struct streams_limits *limits)

@@ -2,7 +2,8 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+#include "proto/runtime/clock.h"
 
 #define BEAT_MS     15000u
 #define PEEK_MS     2000u
@@ -10,17 +11,13 @@
 
 static uint64_t now_ms(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u;
+    return clock_us(CLOCK_MONOTONIC) / 1000;
 }
 
 /* Milliseconds of the wall clock tell one life of the coordinator from the next. */
 static uint64_t wall_ms(void)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_REALTIME, &t);
-    return (uint64_t)t.tv_sec * 1000u + (uint64_t)t.tv_nsec / 1000000u;
+    return clock_us(CLOCK_REALTIME) / 1000;
 }
 
 int streams_create(struct streams **out)

@@ -21,7 +21,7 @@
  * check: nothing is measured; status 1 when instructions are counted wrong. */
 #include <stdio.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "tests/bench/roofline_machine.h"
 #include "tests/bench/roofline_probe.h"
 #include "tests/bench/roofline_wrap.h"

@@ -10,7 +10,7 @@
 #include <time.h>
 #include <x86intrin.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "tests/kernel/kernel_glossy.h"
 #include "tests/kernel/kernel_indirect.h"
 #include "tests/kernel/kernel_lens.h"

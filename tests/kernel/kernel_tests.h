@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 
 static inline bool cpu_runs(const char *isa)
 {

@@ -34,7 +34,7 @@ mapfile -t film < <(sources server/film)
 mapfile -t ground < <(sources server/reconstruct/patch; sources server/reconstruct/simd)
 mapfile -t fields < <(for d in shadow indirect lens; do sources server/reconstruct/$d; done)
 mapfile -t formats < <(sources server/image)
-mapfile -t proto_alone < <(sources proto -not -name log_writer.c)
+mapfile -t proto_alone < <(sources proto -not -path 'proto/runtime/*' -not -name log_writer.c)
 mapfile -t worker < <(sources worker)
 mapfile -t server < <(sources server)
 mapfile -t planes < <(for d in server/reconstruct server/image server/film; do sources $d; done)
@@ -47,7 +47,7 @@ mapfile -t no_assimp < <(find proto server worker -name '*.[ch]' -not -path 'ser
 rule "proto includes neither worker nor server" "${proto[@]}" -- '(worker|server)/'
 rule "worker does not include server" "${worker[@]}" -- 'server/'
 rule "server does not include worker" "${server[@]}" -- 'worker/'
-rule "proto has no sockets, loop or threads, but the log's" "${proto_alone[@]}" -- '(uv\.h|sys/socket\.h|pthread\.h|microhttpd\.h)'
+rule "proto has no sockets, loop or threads, but its runtime's and the log's" "${proto_alone[@]}" -- '(uv\.h|sys/socket\.h|pthread\.h|microhttpd\.h)'
 rule "reconstruct, image and film know no sockets, jobs or JSON" "${planes[@]}" -- \
      '(uv\.h|sys/socket\.h|jansson\.h|microhttpd\.h|proto/(job/|link/|json\.h)|server/(job|http|fleet|stream|store|cli)/)'
 rule "film knows patches, and no filter" "${film[@]}" -- \
@@ -60,6 +60,7 @@ rule "readers and writers of pictures do not judge them" "${formats[@]}" -- 'ser
 rule "nothing but the command line calls into http" "${below_http[@]}" -- 'server/http/'
 rule "Embree is included by worker/trace and worker/scene only" "${no_embree[@]}" -- 'embree'
 rule "libmicrohttpd is included by http and stream only" "${no_mhd[@]}" -- 'microhttpd'
+order "proto's rooms stand on its runtime" proto/runtime proto/log proto/scene proto/job proto/link
 order "in a worker, arrows go from shading up to the session" \
       worker/shade worker/scene worker/trace worker/tile worker/session worker/replay
 order "tracing goes from hits to fields" \

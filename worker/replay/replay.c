@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "proto/scene/blob_file.h"
+#include "proto/runtime/blob_file.h"
 #include "proto/scene/environment.h"
 #include "worker/replay/sample_replay.h"
 #include "worker/scene/environment.h"

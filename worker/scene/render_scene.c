@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "worker/scene/alpha.h"
 #include "worker/scene/emitters.h"
 

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "worker/session/session_work.h"
 
 #define TEXT_BYTES 768

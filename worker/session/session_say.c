@@ -1,7 +1,7 @@
 #include <stdio.h>
 #include <unistd.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "worker/process/vitals.h"
 #include "worker/session/session_work.h"
 

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "proto/link/message.h"
+#include "proto/runtime/clock.h"
 #include "proto/samples.h"
 #include "proto/scene/environment.h"
 #include "proto/scene/scene.h"
@@ -34,13 +35,6 @@ struct loaded {
     struct loaded_scene scene;
     struct loaded_environment environment;
 };
-
-static uint64_t cpu_us(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
-}
 
 static const char *embree_version(void *ctx)
 {
@@ -80,16 +74,16 @@ static int load_scene(struct loaded_scene *s, const char *path, unsigned threads
                       _Atomic uint64_t *steps, uint64_t *bytes, uint64_t *spent_us,
                       struct fault *fault)
 {
-    const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    const uint64_t start_us = thread_cpu_us();
     int e = scene_map(path, &s->blob, fault);
     if (e) return e;
     const uint64_t triangles = s->blob.count[SCENE_TRIANGLES];
     const unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
     const clockid_t clock = used == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
-    const uint64_t build_us = cpu_us(clock), open_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
+    const uint64_t build_us = clock_us(clock), open_us = thread_cpu_us() - start_us;
     e = render_scene_create(&s->blob, used, steps, &s->render, fault);
     if (e) return e;
-    *spent_us = open_us + cpu_us(clock) - build_us;
+    *spent_us = open_us + clock_us(clock) - build_us;
     *bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles;
     return 0;
 }
@@ -97,12 +91,12 @@ static int load_scene(struct loaded_scene *s, const char *path, unsigned threads
 static int load_environment(struct loaded_environment *l, const char *path, uint64_t *bytes,
                             uint64_t *spent_us, struct fault *fault)
 {
-    const uint64_t start_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    const uint64_t start_us = thread_cpu_us();
     int e = environment_map(path, &l->blob, fault);
     if (e) return e;
     e = environment_create(&l->blob, &l->map);
     if (e) return fault_set(fault, e, path, "%s", error_text(e));
-    *spent_us = cpu_us(CLOCK_THREAD_CPUTIME_ID) - start_us;
+    *spent_us = thread_cpu_us() - start_us;
     *bytes = l->blob.blob_bytes + environment_bytes(l->map);
     return 0;
 }
@@ -157,10 +151,10 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
     int e = tile_trace_pass(tracer, s->scene.render, around ? around->environment.map : NULL, plan,
                             pass, rect, progress, stop, &samples, counters);
     if (e) return e;
-    uint64_t dropped = 0, before_us = cpu_us(CLOCK_THREAD_CPUTIME_ID);
+    uint64_t dropped = 0, before_us = thread_cpu_us();
     e = samples_pack(samples, packing, packed, &dropped);
     samples_destroy(&samples);
-    counters->value[COUNTER_PACK_CPU_US] += cpu_us(CLOCK_THREAD_CPUTIME_ID) - before_us;
+    counters->value[COUNTER_PACK_CPU_US] += thread_cpu_us() - before_us;
     counters->value[COUNTER_SKIPPED_EMPTY_PLANE] += dropped;
     return e;
 }

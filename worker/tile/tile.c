@@ -2,9 +2,9 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <xmmintrin.h>
 
+#include "proto/runtime/clock.h"
 #include "worker/tile/tile_work.h"
 #include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/hit_kernels.h"
@@ -95,13 +95,6 @@ static int trace_lone(struct tile_tracer *t, const struct stages *stages, struct
         return lone_trace(&stages->field, &tools, rect, &t->lone, samples);
     lone_settle(&stages->field, rect, &t->lone, samples);
     return 0;
-}
-
-static uint64_t thread_cpu_us(void)
-{
-    struct timespec now;
-    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now) != 0) return 0;
-    return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
 static bool rect_fits(const struct plan *plan, struct rect rect)

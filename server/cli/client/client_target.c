@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/secret_file.h"
+#include "proto/runtime/secret_file.h"
 #include "server/access/tokens.h"
 
 #define TOKEN_FILE_BYTES 1024u

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/secret_file.h"
+#include "proto/runtime/secret_file.h"
 
 #define PEM_LIMIT_BYTES 65536u
 

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "server/http/request.h"
 #include "server/http/resource/metric_text.h"
 #include "server/http/resource/metrics_host.h"

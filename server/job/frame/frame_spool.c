@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
 #include "proto/link/frame.h"
+#include "proto/runtime/build.h"
 #include "server/job/frame/frame_work.h"
 
 /* Results that are read at a time: as many as keep a team busy. */

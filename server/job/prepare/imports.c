@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 
 /* Children at a time: an import may take gigabytes. */
 #define RUNNING_MOST 2

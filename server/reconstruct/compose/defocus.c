@@ -2,8 +2,8 @@
 
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
+#include "proto/runtime/clock.h"
 #include "server/reconstruct/lens/lens.h"
 #include "server/reconstruct/lens/lens_extra.h"
 #include "server/reconstruct/lighting/lighting.h"
@@ -15,13 +15,6 @@ struct defocused {
     float *rgb[3], *width_px;
     void *memory;
 };
-
-static uint64_t thread_cpu_us(void)
-{
-    struct timespec t;
-    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
-}
 
 static int create(const struct patch *patch, struct defocused *out)
 {

@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 #define GLOSSY_LANES        16
 #define GLOSSY_REACH_MAX_PX 64

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 #define INDIRECT_LANES   16
 #define INDIRECT_TAPS    128 /* neighbours on a line, at most: INDIRECT_REACH_MAX_PX a side */

@@ -17,7 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 #define V_PLANE_REACH_PX    16  /* farthest pixel of a walk */
 #define V_PLANE_SLOPES_PX   2   /* around a pixel, of the same object, that its slopes come from */

@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 struct lens_aperture;
 

@@ -4,7 +4,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 /* Planes of a picture that is given the difference to its average. */
 struct lens_residual_planes {

@@ -3,7 +3,7 @@
  * set, and the arrays they read and write. */
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 /* Of the pixels of a row and a line of the lens; and of samples k of that line. */
 struct lens_light_row {

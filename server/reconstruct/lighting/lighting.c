@@ -2,8 +2,8 @@
 
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
+#include "proto/runtime/clock.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
 
 #define INVERSE_PI 0.318309886183790672f
@@ -263,13 +263,6 @@ static int fill_glossy(const struct plan *plan, const struct patch *patch, struc
     for (int32_t y = lit.y0; !error && y < lit.y1; y++)
         lend_indirect(patch, row_of(patch, lit, y), out);
     return error;
-}
-
-static uint64_t thread_cpu_us(void)
-{
-    struct timespec t;
-    if (clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t) != 0) return 0;
-    return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_nsec / 1000u;
 }
 
 static int filter(const struct plan *plan, const struct patch *patch, struct rect lit,

@@ -12,7 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 #define SHADOW_REACH_PX    16                              /* farthest pixel of a walk */
 #define SHADOW_TAPS        (2 * (2 * SHADOW_REACH_PX + 1)) /* neighbours of a walk, at most */

@@ -6,7 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 #include "tests/fake/worker/link.h"
 #include "tests/fake/worker/script.h"
 

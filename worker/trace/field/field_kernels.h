@@ -1,6 +1,6 @@
 #pragma once
 /* The inner loops over sixteen sub-samples. */
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 #include "worker/trace/field/lone_finder.h"
 
 struct field_kernels {

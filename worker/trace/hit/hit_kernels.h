@@ -1,6 +1,6 @@
 #pragma once
 /* The inner loops over sixteen rays and what they meet. */
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
 #include "worker/trace/hit/texels.h"

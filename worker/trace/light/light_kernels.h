@@ -1,6 +1,6 @@
 #pragma once
 /* The inner loops over sixteen pixels' light samples. */
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 #include "worker/trace/light/light.h"
 #include "worker/trace/light/shadow_sums.h"
 #include "worker/trace/light/strata.h"

@@ -1,7 +1,7 @@
 #pragma once
 /* The inner loops over sixteen paths; path_lanes.h says more. */
-#include "proto/kernels.h"
 #include "proto/pattern_path.h"
+#include "proto/runtime/kernels.h"
 #include "worker/trace/path/path.h"
 
 struct path_kernels {

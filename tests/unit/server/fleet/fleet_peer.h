@@ -17,9 +17,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "proto/build.h"
 #include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/runtime/build.h"
 #include "tests/unit/server/fleet/fleet_fixture.h"
 
 struct peer {

@@ -17,9 +17,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "proto/build.h"
 #include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/runtime/build.h"
 #include "proto/scene/environment.h"
 #include "tests/unit/proto/plan_case.h"
 #include "tests/unit/worker/session/fake_tracing.h"

@@ -2,7 +2,7 @@
 /* Instruction sets that lane kernels are compared on. */
 #include <string.h>
 
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 
 static const char *const all_isas[] = {"sse4.2", "avx2", "avx512"};
 

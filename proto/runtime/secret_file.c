@@ -1,4 +1,4 @@
-#include "proto/secret_file.h"
+#include "proto/runtime/secret_file.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/build.h"
 #include "proto/limits.h"
+#include "proto/runtime/build.h"
 
 static const char *const sets[] = {"sse4.2", "avx2", "avx512"};
 

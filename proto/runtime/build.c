@@ -1,4 +1,4 @@
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 
 #include <stdbool.h>
 #include <stdlib.h>

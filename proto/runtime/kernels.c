@@ -1,4 +1,4 @@
-#include "proto/kernels.h"
+#include "proto/runtime/kernels.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
 /* Tables of kernels: inner loops, compiled once for each instruction set that build_isa() names. A
  * table `struct X` is defined as KERNELS(X) in a source X.c, which the Makefile compiles three
  * times, with ISA defined as sse42, avx2 and avx512: X_sse42 runs on every CPU. */
-#include "proto/build.h"
+#include "proto/runtime/build.h"
 
 #define KERNELS_JOINED(name, isa) name##_##isa
 #define KERNELS_OF(name, isa)     KERNELS_JOINED(name, isa)

@@ -1,4 +1,4 @@
-#include "proto/scene/blob_file.h"
+#include "proto/runtime/blob_file.h"
 
 #include <errno.h>
 #include <fcntl.h>
