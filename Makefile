@@ -290,7 +290,7 @@ $(B)/tests/golden/%: $(B)/obj/tests/golden/%.o $(B)/libproto.a
 
 $(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(proto_libs)
+	$(CC) $(CFLAGS) $^ -o $@ -lcmocka -luv $(proto_libs)
 $(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)

@@ -22,7 +22,7 @@ struct coordinator {
     struct job_store *store;
     struct asset_usage *asset_usage;
     struct spools *spools;
-    struct team *team;
+    struct thread_pool *pool;
     struct streams *streams;
     struct jobs *jobs;
     struct fleet *fleet;
@@ -40,7 +40,7 @@ static void close_rooms(struct coordinator *c)
     if (c->closed) return;
     c->closed = true;
     if (c->jobs) jobs_stop(c->jobs);
-    team_destroy(&c->team);
+    thread_pool_destroy(&c->pool);
     spools_destroy(&c->spools);
     job_store_close(&c->store);
     http_destroy(&c->http);
@@ -125,7 +125,7 @@ static uint64_t live_idle_ms(void)
 static int open_jobs(struct coordinator *c, const struct coordinator_options *options,
                      struct fault *fault)
 {
-    int error = team_create(&c->loop, "team", options->team_threads, &c->team);
+    int error = thread_pool_create(&c->loop, "pool", options->pool_threads, NULL, &c->pool);
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
                                 .log = options->log,
@@ -135,7 +135,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
                                 .objects = &c->objects,
                                 .spools = options->ephemeral ? NULL : c->spools,
                                 .streams = c->streams,
-                                .team = c->team,
+                                .pool = c->pool,
                                 .import_program = options->places->import};
     if (!error) error = jobs_create(&jobs, &c->jobs);
     return error ? fault_set(fault, error, "", "%s", error_text(error)) : 0;
@@ -163,7 +163,7 @@ static int open_fleet(struct coordinator *c, const struct coordinator_options *o
 static int64_t stream_us_per_s(const struct coordinator_options *options)
 {
     const int64_t most_us = 500000;
-    const int64_t us = INT64_C(10000) * options->stream_share_percent * options->team_threads;
+    const int64_t us = INT64_C(10000) * options->stream_share_percent * options->pool_threads;
     return us < most_us ? us : most_us;
 }
 
@@ -183,7 +183,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .store = c->store,
                                 .spools = c->spools,
                                 .asset_usage = c->asset_usage,
-                                .team = c->team,
+                                .pool = c->pool,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
                                 .streams = c->streams,

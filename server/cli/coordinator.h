@@ -26,7 +26,7 @@ struct coordinator_options {
     const char *worker_listen; /* TCP for workers; NULL: none */
     unsigned workers;          /* local ones */
     unsigned worker_threads;   /* of each */
-    unsigned team_threads;     /* reconstruction and encoding */
+    unsigned pool_threads;     /* reconstruction and encoding */
     bool ephemeral; /* the data folder goes when it ends: nothing waits for the disk, no tile is
                        kept for a restart */
 };

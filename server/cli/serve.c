@@ -200,7 +200,7 @@ int cli_serve(int argc, char **argv)
                                                 .worker_key = o.worker_key,
                                                 .workers = (unsigned)o.workers,
                                                 .worker_threads = (unsigned)o.threads,
-                                                .team_threads = (unsigned)cores,
+                                                .pool_threads = (unsigned)cores,
                                                 .ephemeral = o.ephemeral};
     status = serve(&options);
     places_leave(&places);

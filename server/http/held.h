@@ -1,5 +1,5 @@
 #pragma once
-/* Requests that wait for what the store, the team or the importer does: how many there may be, and
+/* Requests that wait for what the store, the pool or the importer does: how many there may be, and
  * for how long each is kept waiting.
  *
  * Nobody waits for ever on a disk that hangs. Who has waited for his time is told so (503

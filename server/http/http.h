@@ -23,7 +23,7 @@ struct http_options {
     struct job_store *store;         /* for assets that go, and for metrics */
     const struct spools *spools;     /* for metrics */
     struct asset_usage *asset_usage; /* of tenants; NULL: no quota */
-    struct team *team;               /* hashing uploads, encoding pictures */
+    struct thread_pool *pool;        /* hashing uploads, encoding pictures */
     struct jobs *jobs;
     struct fleet *fleet;
     struct streams *streams;

@@ -3,7 +3,7 @@
 #include <stdint.h>
 
 #include "server/http/route.h"
-#include "server/team/duration_histogram.h"
+#include "server/metric/duration_histogram.h"
 
 #define STATUS_FIRST 100u
 #define STATUS_COUNT 500u

@@ -177,7 +177,7 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     struct jobs *jobs = calloc(1, sizeof *jobs);
     if (!jobs) return ERR_MEMORY;
     struct import_options import = {.loop = options->loop,
-                                    .team = options->team,
+                                    .pool = options->pool,
                                     .objects = options->objects,
                                     .program = options->import_program,
                                     .limit_ms = LIMIT_IMPORT_MS};

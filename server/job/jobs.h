@@ -9,6 +9,7 @@
 
 #include "proto/job/job.h"
 #include "proto/log/log.h"
+#include "proto/runtime/thread_pool.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
 #include "server/job/asker.h"
@@ -17,7 +18,6 @@
 #include "server/store/objects.h"
 #include "server/store/spools.h"
 #include "server/stream/stream.h"
-#include "server/team/team.h"
 
 struct jobs;
 
@@ -31,7 +31,7 @@ struct jobs_options {
     const struct objects *objects;
     struct spools *spools; /* tiles of frames in work; NULL: a restart begins frames anew */
     struct streams *streams;
-    struct team *team;          /* reconstruction and encoding */
+    struct thread_pool *pool;   /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
     size_t tenant_jobs_most;    /* that have not ended, of each tenant; 0: no quota */
     uint64_t live_idle_ms;      /* without a move, until a live job that rests ends */
@@ -48,7 +48,7 @@ void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet);
 int jobs_resume(struct jobs *jobs);
 
 /* Stops importers and drops frames in work (they stay unfinished in the store); calls neither fleet
- * nor streams any more and gives team and store no more work. Then team, spools and store are
+ * nor streams any more and gives pool and store no more work. Then pool, spools and store are
  * destroyed, whose last callbacks still come here, the fleet is closed, and the loop runs once
  * more. */
 void jobs_stop(struct jobs *jobs);

@@ -265,7 +265,7 @@ void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job,
     }
     *run = (struct dry_run){.next = jobs->dry_runs, .jobs = jobs, .done = done, .ctx = ctx};
     jobs->dry_runs = run;
-    error = preparation_start(jobs->imports, jobs->options.team, jobs->options.objects, job,
+    error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, job,
                               on_dry_prepared, run, &run->preparation);
     if (!error) return;
     unlink_dry_run(run);

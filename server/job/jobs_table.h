@@ -41,7 +41,7 @@ struct jobs {
     struct jobs_options options;
     struct fleet *fleet; /* NULL before it is set and after jobs_stop */
     struct imports *imports;
-    struct scratch *scratch; /* of the team's work on blocks, whichever frame they are of */
+    struct scratch *scratch; /* of the pool's work on blocks, whichever frame they are of */
     uv_timer_t advance, progress, idle, again;
     uv_timer_t unused; /* runs since a frame was last opened or closed */
     struct job_id_source ids;

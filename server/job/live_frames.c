@@ -327,7 +327,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
                      .frame = live_frame_number(job, frame),
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,
-        .team = jobs->options.team,
+        .pool = jobs->options.pool,
         .scratch = jobs->scratch,
         .objects = jobs->options.objects,
         .spools = job->view ? NULL : jobs->options.spools, /* views come and go */

@@ -288,7 +288,7 @@ static int load(struct live_job *job, const struct job_row *row, const struct fr
         job_fini(&document);
         return fault_set(fault, error, "", "no memory for the job's frames");
     }
-    error = preparation_start(jobs->imports, jobs->options.team, jobs->options.objects, &document,
+    error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &document,
                               on_prepared, job, &job->preparation);
     return error ? fault_set(fault, error, "", "no memory to import the scene") : 0;
 }

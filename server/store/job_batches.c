@@ -57,7 +57,7 @@ static int perform_batch(struct job_batches *b, bool writes)
     return error;
 }
 
-static void run_batch(struct team_task *task)
+static void run_batch(struct pool_task *task)
 {
     struct job_batches *b = (struct job_batches *)task;
     const uint64_t began_ns = uv_hrtime();
@@ -95,10 +95,10 @@ static void start_batch(struct job_batches *b)
     if (b->busy || !b->first) return;
     b->batch = take_batch(b);
     b->busy = true;
-    team_submit(b->team, &b->task);
+    thread_pool_submit(b->pool, &b->task);
 }
 
-static void batch_done(struct team_task *task)
+static void batch_done(struct pool_task *task)
 {
     struct job_batches *b = (struct job_batches *)task;
     struct job_request *batch = b->batch;
@@ -164,7 +164,7 @@ int job_batches_open(struct job_batches *b, uv_loop_t *loop, struct job_database
                               .db = db,
                               .performed = performed,
                               .ctx = ctx};
-    return team_create(loop, "store", 1, &b->team);
+    return thread_pool_create(loop, "store", 1, NULL, &b->pool);
 }
 
 bool job_batches_are_done(const struct job_batches *b)
@@ -174,5 +174,5 @@ bool job_batches_are_done(const struct job_batches *b)
 
 void job_batches_close(struct job_batches *b)
 {
-    team_destroy(&b->team);
+    thread_pool_destroy(&b->pool);
 }

@@ -2,16 +2,16 @@
 /* Requests to the job store in groups: all changes of a group are one commit, and while one is
  * being committed the next gathers. A group at a time is with the store's thread, which alone uses
  * the database then. Functions are for the loop's thread. */
+#include "proto/runtime/thread_pool.h"
+#include "server/metric/duration_histogram.h"
 #include "server/store/job_request.h"
-#include "server/team/duration_histogram.h"
-#include "server/team/team.h"
 
 /* A request was performed; its answer follows. */
 typedef void (*job_batches_performed)(void *ctx, const struct job_request *r);
 
 struct job_batches {
-    struct team_task task; /* the group in work; first, so that a task is its batches */
-    struct team *team;     /* one thread */
+    struct pool_task task;    /* the group in work; first, so that a task is its batches */
+    struct thread_pool *pool; /* one thread */
     struct job_database *db;
     bool busy;                        /* a group is in work */
     struct job_request *first, *last; /* waiting */

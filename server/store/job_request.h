@@ -21,7 +21,7 @@ enum request_kind {
 typedef void (*job_store_passed)(void *ctx, int error, const struct removal_pass *pass);
 
 /* What is asked, and then what came of it. Written by the loop's thread, then by the store's, then
- * read by the loop's: the team's queue hands it over. Texts are owned copies, NULL where absent. */
+ * read by the loop's: the pool's queue hands it over. Texts are owned copies, NULL where absent. */
 struct job_request {
     struct job_request *next;
     enum request_kind kind;

@@ -1,7 +1,7 @@
 #pragma once
 /* Jobs on disk: SQLite in WAL mode, every change of a job's state a synced commit.
  *
- * Queries run on the store's own thread (a team of one, so in order); callbacks come on the loop's
+ * Queries run on the store's own thread (a pool of one, so in order); callbacks come on the loop's
  * thread. Text handed in is copied; text in callbacks is borrowed for the call. */
 #include <stdbool.h>
 #include <uv.h>
@@ -9,8 +9,8 @@
 #include "proto/digest.h"
 #include "proto/error.h"
 #include "proto/log/trace.h"
+#include "server/metric/duration_histogram.h"
 #include "server/store/objects.h"
-#include "server/team/duration_histogram.h"
 
 struct job_store;
 

@@ -11,28 +11,28 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
-#include "server/team/team.h"
+#include "proto/runtime/thread_pool.h"
 
 #define PATH_BYTES 4352
 
 struct removal {
-    struct team_task task; /* first */
+    struct pool_task task; /* first */
     struct spools *spools;
     char job[JOB_ID_BYTES];
     int32_t frame;
 };
 
 struct spools {
-    struct team *team;    /* one thread: what is asked for is done in order */
-    struct removal spare; /* for one removal while there is no memory; .spools is NULL: free */
+    struct thread_pool *pool; /* one thread: what is asked for is done in order */
+    struct removal spare;     /* for one removal while there is no memory; .spools is NULL: free */
     char dir[4096];
     uint64_t queued_bytes; /* the loop's thread: in memory, to be written */
     uint64_t skipped;
-    atomic_uint_fast64_t kept, dropped, size_bytes; /* written by the team's thread */
+    atomic_uint_fast64_t kept, dropped, size_bytes; /* written by the pool's thread */
 };
 
 struct spool {
-    struct team_task task; /* first: opens it, later closes it */
+    struct pool_task task; /* first: opens it, later closes it */
     struct spools *spools;
     char job[JOB_ID_BYTES];
     int32_t frame;
@@ -62,7 +62,7 @@ static uint64_t size_of(const char *path)
     return !lstat(path, &st) && S_ISREG(st.st_mode) ? (uint64_t)st.st_size : 0;
 }
 
-/* -- on the team's thread, and before it has work -- */
+/* -- on the pool's thread, and before it has work -- */
 
 static void remove_file(struct spools *s, const char *path)
 {
@@ -101,7 +101,7 @@ static void count_file(struct spools *s, const char *path)
     atomic_fetch_add(&s->size_bytes, size_of(path));
 }
 
-static void open_run(struct team_task *task)
+static void open_run(struct pool_task *task)
 {
     struct spool *spool = (struct spool *)task;
     struct spools *s = spool->spools;
@@ -135,7 +135,7 @@ static bool is_room_left(const struct spool *spool)
 }
 
 struct append {
-    struct team_task task; /* first */
+    struct pool_task task; /* first */
     struct spool *spool;
     struct spool_key key;
     uint8_t *back; /* owned */
@@ -143,7 +143,7 @@ struct append {
     uint8_t front[];
 };
 
-static void append_run(struct team_task *task)
+static void append_run(struct pool_task *task)
 {
     struct append *a = (struct append *)task;
     struct spool *spool = a->spool;
@@ -160,7 +160,7 @@ static void append_run(struct team_task *task)
     if (error == ERR_NO_SPACE || error == ERR_IO) end_file(spool);
 }
 
-static void remove_run(struct team_task *task)
+static void remove_run(struct pool_task *task)
 {
     const struct removal *r = (const struct removal *)task;
     char path[PATH_BYTES];
@@ -172,14 +172,14 @@ static void remove_run(struct team_task *task)
     remove_file(r->spools, path);
 }
 
-static void close_run(struct team_task *task)
+static void close_run(struct pool_task *task)
 {
     spool_file_close(&((struct spool *)task)->file);
 }
 
 /* -- on the loop's thread -- */
 
-static void free_task(struct team_task *task)
+static void free_task(struct pool_task *task)
 {
     free(task);
 }
@@ -192,7 +192,7 @@ int spools_create(uv_loop_t *loop, const char *dir, struct spools **out)
     int error = 0;
     if (snprintf(s->dir, sizeof s->dir, "%s/spool", dir) >= (int)sizeof s->dir) error = ERR_LIMIT;
     if (!error && mkdir(s->dir, 0700) && errno != EEXIST) error = error_of_errno(errno);
-    if (!error) error = team_create(loop, "spool", 1, &s->team);
+    if (!error) error = thread_pool_create(loop, "spool", 1, NULL, &s->pool);
     if (error)
         free(s);
     else
@@ -205,7 +205,7 @@ void spools_destroy(struct spools **spools)
     struct spools *s = *spools;
     *spools = NULL;
     if (!s) return;
-    team_destroy(&s->team);
+    thread_pool_destroy(&s->pool);
     free(s);
 }
 
@@ -213,7 +213,7 @@ void spools_sweep(struct spools *s, bool (*is_wanted)(void *ctx, const char *job
 {
     DIR *dir = opendir(s->dir);
     const struct dirent *entry;
-    assert(team_pending(s->team) == 0);
+    assert(thread_pool_pending(s->pool) == 0);
     while (dir && (entry = readdir(dir))) {
         if (entry->d_name[0] == '.') continue;
         for_files(s, entry->d_name, count_file);
@@ -223,7 +223,7 @@ void spools_sweep(struct spools *s, bool (*is_wanted)(void *ctx, const char *job
     if (dir) closedir(dir);
 }
 
-static void open_done(struct team_task *task)
+static void open_done(struct pool_task *task)
 {
     struct spool *spool = (struct spool *)task;
     if (!spool->error) {
@@ -247,7 +247,7 @@ int spool_open(struct spools *spools, const char *job, int32_t frame,
                             .opened = opened,
                             .ctx = ctx};
     snprintf(spool->job, sizeof spool->job, "%s", job);
-    team_submit(spools->team, &spool->task);
+    thread_pool_submit(spools->pool, &spool->task);
     return 0;
 }
 
@@ -256,8 +256,8 @@ void spool_close(struct spool **spool)
     struct spool *s = *spool;
     *spool = NULL;
     if (!s) return;
-    s->task = (struct team_task){.run = close_run, .done = free_task};
-    team_submit(s->spools->team, &s->task);
+    s->task = (struct pool_task){.run = close_run, .done = free_task};
+    thread_pool_submit(s->spools->pool, &s->task);
 }
 
 const struct spool_record *spool_find(const struct spool *spool, const struct spool_key *key)
@@ -275,7 +275,7 @@ int spool_read(const struct spool *spool, const struct spool_record *record, uin
     return spool_file_read(&spool->file, record, out);
 }
 
-static void append_done(struct team_task *task)
+static void append_done(struct pool_task *task)
 {
     struct append *a = (struct append *)task;
     a->spool->spools->queued_bytes -= a->back_bytes;
@@ -302,10 +302,10 @@ void spool_append(struct spool *spool, const struct spool_key *key, const void *
                          .front_bytes = front_bytes};
     memcpy(a->front, front, front_bytes);
     s->queued_bytes += back_bytes;
-    team_submit(s->team, &a->task);
+    thread_pool_submit(s->pool, &a->task);
 }
 
-static void remove_done(struct team_task *task)
+static void remove_done(struct pool_task *task)
 {
     struct removal *r = (struct removal *)task;
     if (r == &r->spools->spare)
@@ -322,7 +322,7 @@ void spools_remove(struct spools *spools, const char *job, int32_t frame)
     *r = (struct removal){
         .task = {.run = remove_run, .done = remove_done}, .spools = spools, .frame = frame};
     snprintf(r->job, sizeof r->job, "%s", job);
-    team_submit(spools->team, &r->task);
+    thread_pool_submit(spools->pool, &r->task);
 }
 
 void spools_totals(const struct spools *spools, struct spools_totals *out)

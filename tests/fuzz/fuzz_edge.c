@@ -1,5 +1,5 @@
 // sources: tests/fuzz/answers.c server/http/*.c server/stream/*.c
-// sources: server/access/*.c server/store/*.c server/team/*.c server/metric/*.c
+// sources: server/access/*.c server/store/*.c server/metric/*.c
 // archives: libserver.a
 // libs: -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl
 /* The coordinator's HTTP edge with libmicrohttpd, store, streams and jobs behind it, over real
@@ -41,7 +41,7 @@ static struct {
     struct objects objects;
     struct job_store *store;
     struct spools *spools;
-    struct team *team;
+    struct thread_pool *pool;
     struct streams *streams;
     struct jobs *jobs;
     struct fleet *fleet;
@@ -117,14 +117,14 @@ static void open_rooms(void)
     must(job_store_open(&edge.loop, edge.dir, false, &edge.store) == 0);
     job_store_set_assets(edge.store, &edge.objects, NULL);
     must(spools_create(&edge.loop, edge.dir, &edge.spools) == 0);
-    must(team_create(&edge.loop, "team", 1, &edge.team) == 0);
+    must(thread_pool_create(&edge.loop, "pool", 1, NULL, &edge.pool) == 0);
     must(streams_create(&edge.streams) == 0);
     struct jobs_options jobs = {.loop = &edge.loop,
                                 .store = edge.store,
                                 .objects = &edge.objects,
                                 .spools = edge.spools,
                                 .streams = edge.streams,
-                                .team = edge.team,
+                                .pool = edge.pool,
                                 .live_idle_ms = LIVE_IDLE_MS,
                                 .import_program = "/bin/false"};
     must(jobs_create(&jobs, &edge.jobs) == 0);
@@ -153,7 +153,7 @@ static void open_edge(void)
                                 .objects = &edge.objects,
                                 .store = edge.store,
                                 .spools = edge.spools,
-                                .team = edge.team,
+                                .pool = edge.pool,
                                 .jobs = edge.jobs,
                                 .fleet = edge.fleet,
                                 .streams = edge.streams};
@@ -169,7 +169,7 @@ static void close_edge(void)
     if (!edge.is_up) return;
     stream_image(edge.streams, JOB, NULL);
     jobs_stop(edge.jobs);
-    team_destroy(&edge.team);
+    thread_pool_destroy(&edge.pool);
     spools_destroy(&edge.spools);
     job_store_close(&edge.store);
     http_destroy(&edge.http);

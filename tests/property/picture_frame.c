@@ -8,7 +8,7 @@
 #include "worker/scene/environment.h"
 #include "worker/tile/tile.h"
 
-enum { TEAM_THREADS = 2 };
+enum { POOL_THREADS = 2 };
 
 struct session {
     const struct plan *plan;
@@ -124,7 +124,7 @@ static void work(struct session *s, uv_loop_t *loop, bool backwards)
     while (!s->completed) {
         const uint32_t count = lease(s, tiles, most);
         for (uint32_t i = 0; i < count; i++) trace(s, &tiles[backwards ? count - 1 - i : i]);
-        uv_run(loop, UV_RUN_DEFAULT); /* until the team has nothing left to do */
+        uv_run(loop, UV_RUN_DEFAULT); /* until the pool has nothing left to do */
         if (count == 0 && !s->completed) die("the frame waits for nothing", ERR_STATE);
     }
     free(tiles);
@@ -132,7 +132,7 @@ static void work(struct session *s, uv_loop_t *loop, bool backwards)
 
 /* -- the frame -- */
 
-static void create(struct session *s, struct team *team,
+static void create(struct session *s, struct thread_pool *pool,
                    const struct picture_frame_options *options)
 {
     char block[16];
@@ -140,7 +140,7 @@ static void create(struct session *s, struct team *team,
                                         .number = 1,
                                         .layers = options->layers,
                                         .plan = s->plan,
-                                        .team = team,
+                                        .pool = pool,
                                         .kept = true, /* nobody wants its files */
                                         .events = {.ctx = s,
                                                    .judged = on_judged,
@@ -173,21 +173,21 @@ void picture_frame_render(const struct plan *plan, const struct scene *scene,
 {
     struct session s = {.plan = plan};
     struct fault fault = {0};
-    struct team *team;
+    struct thread_pool *pool;
     uv_loop_t loop;
     int error = render_scene_create(scene, 1, NULL, &s.scene, &fault);
     if (error) die(fault.detail, error);
     if (map->header && environment_create(map, &s.environment)) die("no map", ERR_MEMORY);
     if (tile_tracer_create(&s.tracer)) die("no memory for a tracer", ERR_MEMORY);
     if (uv_loop_init(&loop)) die("no loop", ERR_MEMORY);
-    error = team_create(&loop, "property", TEAM_THREADS, &team);
-    if (error) die("no team", error);
-    create(&s, team, options);
+    error = thread_pool_create(&loop, "property", POOL_THREADS, NULL, &pool);
+    if (error) die("no pool", error);
+    create(&s, pool, options);
     work(&s, &loop, options->backwards);
     *image = copy_of(frame_image(s.frame), options->layers);
     *statistics = *frame_statistics(s.frame);
     frame_drop(&s.frame);
-    team_destroy(&team);
+    thread_pool_destroy(&pool);
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
     tile_tracer_destroy(&s.tracer);

@@ -22,7 +22,7 @@ struct hand_frame {
 enum tile_state { TILE_WAITING, TILE_QUEUED, TILE_DONE, TILE_DROPPED };
 
 struct hand_tile {
-    struct crew_task task;
+    struct pool_task task;
     struct hand_tile *next, *previous;
     struct hand *hand;
     struct hand_frame *frame;
@@ -39,7 +39,7 @@ struct hand_tile {
 };
 
 struct hand {
-    struct crew *crew;
+    struct thread_pool *pool;
     struct shelf *shelf;
     const struct tracing *tracing;
     enum packing packing;
@@ -114,16 +114,16 @@ static void leave_open(struct hand *hand, struct hand_tile *t)
 
 /* ---- tracing ---- */
 
-static struct hand_tile *tile_of(struct crew_task *task)
+static struct hand_tile *tile_of(struct pool_task *task)
 {
     return (struct hand_tile *)((char *)task - offsetof(struct hand_tile, task));
 }
 
-static void run_tile(struct crew_task *task, void *tracer)
+static void run_tile(struct pool_task *task)
 {
     struct hand_tile *t = tile_of(task);
     struct hand *hand = t->hand;
-    t->error = hand->tracing->trace(hand->tracing->ctx, tracer, t->scene, t->environment,
+    t->error = hand->tracing->trace(hand->tracing->ctx, task->tool, t->scene, t->environment,
                                     &t->frame->plan, &t->lease.pass, t->lease.rect, &hand->rows,
                                     &t->stop, hand->packing, &t->packed, &t->counters);
 }
@@ -168,7 +168,7 @@ static void give_up(struct hand *hand, struct hand_tile *t, int code, const char
     free_tile(hand, t);
 }
 
-static void done_tile(struct crew_task *task)
+static void done_tile(struct pool_task *task)
 {
     struct hand_tile *t = tile_of(task);
     struct hand *hand = t->hand;
@@ -199,8 +199,8 @@ static void queue_tile(struct hand *hand, struct hand_tile *t)
 {
     t->state = TILE_QUEUED;
     frame_blobs_loaded(&t->frame->blobs, &t->scene, &t->environment);
-    t->task = (struct crew_task){.run = run_tile, .done = done_tile};
-    crew_submit(hand->crew, &t->task);
+    t->task = (struct pool_task){.run = run_tile, .done = done_tile};
+    thread_pool_submit(hand->pool, &t->task);
 }
 
 /* A waiting tile goes on when its blobs are ready, and is given up when one of them has failed. */
@@ -227,12 +227,12 @@ void hand_blob_settled(struct hand *hand, struct shelf_blob *blob)
 
 /* ---- the coordinator's messages ---- */
 
-int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,
+int hand_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,
                 enum packing packing, const struct hand_client *client, struct hand **out)
 {
     struct hand *hand = calloc(1, sizeof *hand);
     if (!hand) return ERR_MEMORY;
-    hand->crew = crew;
+    hand->pool = pool;
     hand->shelf = shelf;
     hand->tracing = tracing;
     hand->packing = packing;
@@ -382,7 +382,7 @@ static void drop(struct hand *hand, struct hand_tile *t)
         free_tile(hand, t);
         return;
     }
-    if (t->state == TILE_QUEUED && !crew_withdraw(hand->crew, &t->task)) {
+    if (t->state == TILE_QUEUED && !thread_pool_withdraw(hand->pool, &t->task)) {
         atomic_store(&t->stop, true);
         t->state = TILE_DROPPED;
         return;
@@ -421,7 +421,7 @@ void hand_drop_all(struct hand *hand)
 static bool is_begun(struct hand *hand, struct hand_tile *t)
 {
     if (t->state != TILE_QUEUED) return t->state != TILE_WAITING;
-    if (!crew_withdraw(hand->crew, &t->task)) return true;
+    if (!thread_pool_withdraw(hand->pool, &t->task)) return true;
     t->state = TILE_WAITING;
     return false;
 }

@@ -3,14 +3,14 @@
  * acknowledgement of the result.
  *
  *   WAITING (for the scene, and the environment map if the plan has one) -->
- *   QUEUED (with the crew) --> DONE (result kept) --> acknowledged
+ *   QUEUED (with the pool) --> DONE (result kept) --> acknowledged
  *
  * A tile that was dropped while a thread traces it is stopped, and forgotten when the thread is
  * through. All calls on the loop's thread. */
 #include "proto/link/message.h"
+#include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
 #include "worker/process/journal.h"
-#include "worker/session/crew.h"
 #include "worker/session/shelf.h"
 
 struct hand;
@@ -31,10 +31,10 @@ struct hand_client {
     struct journal *journal;  /* what becomes of leases is told there; borrowed; NULL: nowhere */
 };
 
-int hand_create(struct crew *crew, struct shelf *shelf, const struct tracing *tracing,
+int hand_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,
                 enum packing packing, const struct hand_client *client, struct hand **out);
 
-/* After the crew was closed. Nulls the pointer. */
+/* After the pool was closed. Nulls the pointer. */
 void hand_destroy(struct hand **hand);
 
 /* A frame's plan. One that is known already is kept. ERR_MEMORY or what plan_decode refuses. */
@@ -69,5 +69,5 @@ struct hand_counts {
     uint32_t kept; /* results not yet acknowledged */
 };
 struct hand_counts hand_counts(const struct hand *hand);
-bool hand_is_tracing(const struct hand *hand); /* a tile is with the crew */
+bool hand_is_tracing(const struct hand *hand); /* a tile is with the pool */
 uint64_t hand_rows(const struct hand *hand);   /* rows traced so far */

@@ -170,17 +170,17 @@ static void on_timer_closed(uv_handle_t *handle)
     release_one(handle->data);
 }
 
-static void on_crew_closed(void *ctx)
+static void on_pool_closed(void *ctx)
 {
     release_one(ctx);
 }
 
 /* The last bytes are out: now the threads may take their time. */
-static void close_crew(struct session *s)
+static void close_pool(struct session *s)
 {
-    if (!s->crew) return;
+    if (!s->pool) return;
     if (s->client.flushed && s->shelf) s->client.flushed(s->client.ctx, shelf_is_loading(s->shelf));
-    crew_close(s->crew, on_crew_closed, s);
+    thread_pool_close(&s->pool, on_pool_closed, s);
     hand_destroy(&s->hand);
     shelf_destroy(&s->shelf);
 }
@@ -189,7 +189,7 @@ static void on_link_closed(void *ctx)
 {
     struct session *s = ctx;
     s->link = NULL;
-    close_crew(s);
+    close_pool(s);
     release_one(s);
 }
 
@@ -205,7 +205,7 @@ void session_close(struct session *s, void (*closed)(void *ctx), void *ctx)
     if (s->link)
         link_close(s->link, on_link_closed, s);
     else
-        close_crew(s);
+        close_pool(s);
 }
 
 static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
@@ -219,6 +219,8 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
     const struct hand_client hand_client = {
         s, on_result, on_tile_fault, on_tile_returned, on_moved, s->client.journal};
     const struct link_client link_client = {s, on_up, on_frame, on_down};
+    const struct pool_tools tools = {s->tracing->tracer_create, s->tracing->tracer_destroy,
+                                     s->tracing->ctx};
     struct link_key key;
     int e = o->key ? link_key_read(o->key, &key, fault) : 0;
     if (e == 0)
@@ -226,10 +228,10 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
     if (o->key) gnutls_memset(&key, 0, sizeof key);
     if (e) return e;
     s->open++;
-    e = crew_create(loop, s->tracing, o->threads, &s->crew);
+    e = thread_pool_create(loop, "trace", o->threads, &tools, &s->pool);
     if (e == 0) s->open++;
-    if (e == 0) e = shelf_create(s->crew, s->tracing, &shelf, &shelf_client, &s->shelf);
-    if (e == 0) e = hand_create(s->crew, s->shelf, s->tracing, o->packing, &hand_client, &s->hand);
+    if (e == 0) e = shelf_create(s->pool, s->tracing, &shelf, &shelf_client, &s->shelf);
+    if (e == 0) e = hand_create(s->pool, s->shelf, s->tracing, o->packing, &hand_client, &s->hand);
     return e ? fault_set(fault, e, "worker", "%s", error_text(e)) : 0;
 }
 

@@ -2,8 +2,8 @@
 /* What the files of a session share: session.c has its states and its life, session_say.c what it
  * sends, session_steps.c what it does with what comes. Nobody else includes this. */
 #include "proto/link/message.h"
+#include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
-#include "worker/session/crew.h"
 #include "worker/session/hand.h"
 #include "worker/session/session.h"
 #include "worker/session/shelf.h"
@@ -14,7 +14,7 @@ struct session {
     struct session_client client;
     enum session_state state;
     struct link *link;
-    struct crew *crew;
+    struct thread_pool *pool;
     struct shelf *shelf;
     struct hand *hand;
     uv_timer_t beat, patience;

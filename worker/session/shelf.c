@@ -9,7 +9,7 @@
 
 struct shelf_entry {
     struct shelf_blob blob; /* first: what callers hold */
-    struct crew_task task;
+    struct pool_task task;
     struct shelf *shelf;
     struct shelf_entry *next;
     uint64_t bytes, last_use;
@@ -27,7 +27,7 @@ struct shelf_entry {
 };
 
 struct shelf {
-    struct crew *crew;
+    struct thread_pool *pool;
     const struct tracing *tracing;
     struct shelf_client client;
     char *blob_dir, *cache_dir; /* owned */
@@ -37,8 +37,8 @@ struct shelf {
     bool cache_is_open, link_is_up;
     struct shelf_entry *entries;
     uint64_t clock, parts;
-    _Atomic uint64_t steps;   /* of loading, by the crew */
-    _Atomic uint32_t running; /* loads that a thread of the crew is at */
+    _Atomic uint64_t steps;   /* of loading, by the pool */
+    _Atomic uint32_t running; /* loads that a thread of the pool is at */
 };
 
 static void free_entry(struct shelf *shelf, struct shelf_entry *e)
@@ -54,13 +54,13 @@ static char *copy(const char *text)
     return text ? strdup(text) : NULL;
 }
 
-int shelf_create(struct crew *crew, const struct tracing *tracing,
+int shelf_create(struct thread_pool *pool, const struct tracing *tracing,
                  const struct shelf_options *options, const struct shelf_client *client,
                  struct shelf **out)
 {
     struct shelf *shelf = calloc(1, sizeof *shelf);
     if (!shelf) return ERR_MEMORY;
-    shelf->crew = crew;
+    shelf->pool = pool;
     shelf->tracing = tracing;
     shelf->client = *client;
     shelf->blob_dir = copy(options->blob_dir);
@@ -142,7 +142,7 @@ static void trim(struct shelf *shelf)
     }
 }
 
-/* ---- on the crew: from a file to what can be traced ---- */
+/* ---- on the pool: from a file to what can be traced ---- */
 
 static int load_path(struct shelf_entry *e, const char *path)
 {
@@ -173,7 +173,7 @@ static int load_from_cache(struct shelf_entry *e)
     return error;
 }
 
-static struct shelf_entry *entry_of(struct crew_task *task)
+static struct shelf_entry *entry_of(struct pool_task *task)
 {
     return (struct shelf_entry *)((char *)task - offsetof(struct shelf_entry, task));
 }
@@ -187,9 +187,8 @@ static int find_and_load(struct shelf_entry *e)
     return error == ERR_NOT_FOUND ? load_from_cache(e) : error;
 }
 
-static void run_load(struct crew_task *task, void *tracer)
+static void run_load(struct pool_task *task)
 {
-    (void)tracer;
     struct shelf_entry *e = entry_of(task);
     atomic_fetch_add(&e->shelf->steps, 1);
     atomic_fetch_add(&e->shelf->running, 1);
@@ -260,7 +259,7 @@ static void begin_fetch(struct shelf_entry *e)
     ask_more(e);
 }
 
-static void done_load(struct crew_task *task)
+static void done_load(struct pool_task *task)
 {
     struct shelf_entry *e = entry_of(task);
     e->has_task = false;
@@ -281,10 +280,10 @@ static void done_load(struct crew_task *task)
 
 static void start_task(struct shelf_entry *e)
 {
-    e->task = (struct crew_task){.run = run_load, .done = done_load};
+    e->task = (struct pool_task){.run = run_load, .done = done_load};
     e->has_task = true;
     e->use_cache = e->shelf->cache_is_open;
-    crew_submit_first(e->shelf->crew, &e->task);
+    thread_pool_submit_first(e->shelf->pool, &e->task);
 }
 
 struct shelf_blob *shelf_take(struct shelf *shelf, const struct digest *digest)

@@ -1,7 +1,7 @@
 #pragma once
 /* Blobs (scenes, environment maps) ready to trace, and how they become so: mapped from a local
  * coordinator's folder, or from the cache, or fetched into the cache part by part over the link;
- * then loaded on the crew.
+ * then loaded on the pool.
  *
  * Who traces with a blob holds a reference. Blobs without references stay while they are few and
  * small: the least recently used go first. All calls on the loop's thread. */
@@ -10,8 +10,8 @@
 
 #include "proto/digest.h"
 #include "proto/link/message.h"
+#include "proto/runtime/thread_pool.h"
 #include "worker/session/cache.h"
-#include "worker/session/crew.h"
 #include "worker/session/tracing.h"
 
 #define SHELF_IDLE_BLOBS  6u           /* kept without a reference */
@@ -45,11 +45,11 @@ struct shelf_options {
     unsigned threads; /* for building a BVH */
 };
 
-int shelf_create(struct crew *crew, const struct tracing *tracing,
+int shelf_create(struct thread_pool *pool, const struct tracing *tracing,
                  const struct shelf_options *options, const struct shelf_client *client,
                  struct shelf **out);
 
-/* After the crew was closed. Nulls the pointer. */
+/* After the pool was closed. Nulls the pointer. */
 void shelf_destroy(struct shelf **shelf);
 
 /* A reference to a blob in any state; `settled` comes later unless it is READY already. NULL: out

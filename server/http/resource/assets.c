@@ -8,9 +8,9 @@
 #include "server/store/asset_usage.h"
 #include "server/store/removal_notes.h"
 
-/* Syncing and renaming wait for the disk: the team does it while the connection sleeps. */
+/* Syncing and renaming wait for the disk: the pool does it while the connection sleeps. */
 struct asset_finish {
-    struct team_task task;
+    struct pool_task task;
     struct request *request;
     struct object_writer *writer; /* owned */
     uint64_t size_bytes;
@@ -44,7 +44,7 @@ static void keep(struct asset_finish *f, bool is_new, bool *counted)
     (void)asset_owners_remove(f->objects, f->owner, &f->expected);
 }
 
-static void finish_run(struct team_task *task)
+static void finish_run(struct pool_task *task)
 {
     struct asset_finish *f = (struct asset_finish *)task;
     const bool is_owned = f->owner[0] != '\0';
@@ -92,7 +92,7 @@ static void answer_stored(struct request *r, const struct digest *digest, bool e
     request_answer(r, existed ? 200 : 201, response);
 }
 
-static void finish_done(struct team_task *task)
+static void finish_done(struct pool_task *task)
 {
     struct asset_finish *f = (struct asset_finish *)task;
     struct request *r = f->request;
@@ -118,7 +118,7 @@ void route_asset_put(struct request *r)
         request_trouble(r, ERR_MEMORY, NULL);
         return;
     }
-    f->task = (struct team_task){.run = finish_run, .done = finish_done};
+    f->task = (struct pool_task){.run = finish_run, .done = finish_done};
     f->request = r;
     f->expected = r->match.sha256;
     f->objects = r->http->options.objects;
@@ -128,7 +128,7 @@ void route_asset_put(struct request *r)
     memcpy(f->owner, r->asker.owner, sizeof f->owner);
     f->writer = upload_take_writer(r->upload);
     request_hold(r);
-    team_submit(r->http->options.team, &f->task);
+    thread_pool_submit(r->http->options.pool, &f->task);
 }
 
 void route_asset_head(struct request *r)

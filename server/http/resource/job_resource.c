@@ -70,10 +70,10 @@ static bool read_key(struct request *r, const char **key)
     return plain;
 }
 
-/* A document on its way into a job. A large one takes tens of milliseconds to read: the team does
+/* A document on its way into a job. A large one takes tens of milliseconds to read: the pool does
  * that, while the loop serves others. */
 struct reading {
-    struct team_task task;
+    struct pool_task task;
     struct request *request;
     const char *text; /* the request's body, which stays while it is held */
     size_t size_bytes;
@@ -83,7 +83,7 @@ struct reading {
     int error;
 };
 
-static void reading_run(struct team_task *task)
+static void reading_run(struct pool_task *task)
 {
     struct reading *d = (struct reading *)task;
     d->error = job_read(d->text, d->size_bytes, &d->job, &d->fault);
@@ -109,7 +109,7 @@ static void submit(struct request *r, struct reading *d)
     }
 }
 
-static void reading_done(struct team_task *task)
+static void reading_done(struct pool_task *task)
 {
     struct reading *d = (struct reading *)task;
     if (request_back(d->request))
@@ -129,13 +129,13 @@ void route_job_submit(struct request *r)
         request_problem(r, PROBLEM_OUT_OF_MEMORY, NULL, NULL);
         return;
     }
-    d->task = (struct team_task){.run = reading_run, .done = reading_done};
+    d->task = (struct pool_task){.run = reading_run, .done = reading_done};
     d->request = r;
     d->text = r->body ? r->body : "";
     d->size_bytes = r->body_bytes;
     if (d->size_bytes > READ_HERE_BYTES) {
         request_hold(r);
-        team_submit(r->http->options.team, &d->task);
+        thread_pool_submit(r->http->options.pool, &d->task);
         return;
     }
     reading_run(&d->task);

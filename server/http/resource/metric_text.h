@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "server/team/duration_histogram.h"
+#include "server/metric/duration_histogram.h"
 
 /* type: "counter", "gauge" or "histogram". Its samples follow at once. */
 void metric_family(FILE *out, const char *name, const char *type, const char *help);

@@ -92,8 +92,8 @@ void metrics_host(FILE *out, const struct http *http)
     metric_family(out, "shearwater_loop_delay_seconds", "histogram",
                   "How late a timer of the coordinator's loop came, four times a second.");
     metric_histogram(out, "shearwater_loop_delay_seconds", "", &http->delays);
-    metric_single(out, "shearwater_team_tasks", "gauge",
+    metric_single(out, "shearwater_pool_tasks", "gauge",
                   "Pieces of reconstruction and encoding that wait or are in work.",
-                  team_pending(http->options.team));
+                  thread_pool_pending(http->options.pool));
     write_process(out, http);
 }

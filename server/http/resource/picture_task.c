@@ -116,7 +116,7 @@ static int write_exr(struct picture_task *t)
     return error;
 }
 
-static void run(struct team_task *task)
+static void run(struct pool_task *task)
 {
     struct picture_task *t = (struct picture_task *)task;
     struct fault fault;
@@ -177,7 +177,7 @@ static void answer(struct request *r, struct picture_task *t)
     }
 }
 
-static void done(struct team_task *task)
+static void done(struct pool_task *task)
 {
     struct picture_task *t = (struct picture_task *)task;
     if (request_back(t->request)) answer(t->request, t);
@@ -186,8 +186,8 @@ static void done(struct team_task *task)
 
 void picture_task_start(struct picture_task *t, struct request *r)
 {
-    t->task = (struct team_task){.run = run, .done = done};
+    t->task = (struct pool_task){.run = run, .done = done};
     t->request = r;
     request_hold(r);
-    team_submit(r->http->options.team, &t->task);
+    thread_pool_submit(r->http->options.pool, &t->task);
 }

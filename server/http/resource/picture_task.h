@@ -1,5 +1,5 @@
 #pragma once
-/* The making of a picture on the team, from a copy of planes or from a stored EXR. */
+/* The making of a picture on the pool, from a copy of planes or from a stored EXR. */
 #include "server/http/etag.h"
 #include "server/http/request.h"
 
@@ -19,7 +19,7 @@ struct picture_source {
 };
 
 struct picture_task {
-    struct team_task task;
+    struct pool_task task;
     struct request *request;
     enum picture_form form;
     struct image *image; /* owned; read from exr_path when NULL */
@@ -45,5 +45,5 @@ struct picture_task *picture_task_create(enum picture_form form,
                                          const struct picture_source *source);
 void picture_task_destroy(struct picture_task **task);
 
-/* Holds the request, runs on the team, answers, and frees the task. */
+/* Holds the request, runs on the pool, answers, and frees the task. */
 void picture_task_start(struct picture_task *task, struct request *request);

@@ -7,7 +7,7 @@
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/compose/path_error.h"
 
-/* Pixels in blocks that may wait for the team before leases pause: their samples stay in memory,
+/* Pixels in blocks that may wait for the pool before leases pause: their samples stay in memory,
  * about 128 bytes a pixel at 9 spp. However large blocks are, some for each thread may wait. */
 #define PIXELS_OUT_MOST  524288
 #define BLOCKS_OUT_LEAST 32
@@ -107,10 +107,10 @@ void frame_drop(struct frame **frame)
     if (f->tasks == 0) destroy(f);
 }
 
-void frame_task_submit(struct frame *f, struct team_task *task)
+void frame_task_submit(struct frame *f, struct pool_task *task)
 {
     f->tasks++;
-    team_submit(f->options.team, task);
+    thread_pool_submit(f->options.pool, task);
 }
 
 bool frame_task_over(struct frame *f)

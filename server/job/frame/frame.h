@@ -2,12 +2,13 @@
 /* One frame in work: its plan, tiles, film and image, from the first lease to the stored files.
  *
  * Everything here runs on the loop's thread; decoding, reconstruction and encoding are handed to
- * the team and come back. A frame that is dropped tells its owner nothing more, and is freed when
- * the team has let go of it. */
+ * the pool and come back. A frame that is dropped tells its owner nothing more, and is freed when
+ * the pool has let go of it. */
 #include <jansson.h>
 #include <stdbool.h>
 
 #include "proto/plan.h"
+#include "proto/runtime/thread_pool.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
 #include "server/job/frame/state.h"
@@ -15,7 +16,6 @@
 #include "server/job/frame/tile_order.h"
 #include "server/store/objects.h"
 #include "server/store/spools.h"
-#include "server/team/team.h"
 
 struct frame;
 
@@ -47,8 +47,8 @@ struct frame_options {
     uint32_t layers;
     struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
     const struct plan *plan;      /* copied */
-    struct team *team;
-    struct scratch *scratch; /* of the team's work on blocks; borrowed until the frame's last task
+    struct thread_pool *pool;
+    struct scratch *scratch; /* of the pool's work on blocks; borrowed until the frame's last task
                                 is over; NULL: one of its own */
     const struct objects *objects;
     struct spools *spools;  /* where its tiles are kept until it has its files; NULL: nowhere */

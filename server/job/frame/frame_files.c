@@ -33,7 +33,7 @@ void frame_files_drop(struct frame *f)
     }
 }
 
-static void file_run(struct team_task *task)
+static void file_run(struct pool_task *task)
 {
     struct frame_file *file = (struct frame_file *)task;
     if (atomic_load(&file->frame->dropped)) return;
@@ -100,7 +100,7 @@ static void file_over(struct frame *f, struct frame_file *file)
         frame_files_feed(f);
 }
 
-static void file_done(struct team_task *task)
+static void file_done(struct pool_task *task)
 {
     struct frame_file *file = (struct frame_file *)task;
     file->is_out = false;
@@ -113,7 +113,7 @@ static void submit(struct frame *f, struct frame_file *file, int32_t end)
     file->is_last = f->files.closing;
     file->error = 0;
     file->is_out = true;
-    file->task = (struct team_task){.run = file_run, .done = file_done};
+    file->task = (struct pool_task){.run = file_run, .done = file_done};
     frame_task_submit(f, &file->task);
 }
 

@@ -1,4 +1,4 @@
-/* From a result's bytes to pixels: decode on the team, land on the film, reconstruct on the team.
+/* From a result's bytes to pixels: decode on the pool, land on the film, reconstruct on the pool.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 /* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
  * looks at the picture while it forms reads no half-written numbers. */
 struct block_task {
-    struct team_task task;
+    struct pool_task task;
     struct frame *frame;
     uint32_t block;
     struct rect rect;
@@ -84,7 +84,7 @@ static int reconstruct(struct block_task *t)
     return error;
 }
 
-static void block_run(struct team_task *task)
+static void block_run(struct pool_task *task)
 {
     struct block_task *t = (struct block_task *)task;
     if (!atomic_load(&t->frame->dropped)) t->error = reconstruct(t);
@@ -117,7 +117,7 @@ static int take_pixels(struct scratch *scratch, struct block_task *t, const stru
 
 static int submit_block(struct frame *f, uint32_t block);
 
-/* Blocks that have come a pass further go to the team. */
+/* Blocks that have come a pass further go to the pool. */
 static int submit_ready(struct frame *f)
 {
     uint32_t block;
@@ -176,7 +176,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     if (frame_task_over(f)) f->options.events.drawn(f->options.events.ctx, f, t->rect);
 }
 
-static void block_done(struct team_task *task)
+static void block_done(struct pool_task *task)
 {
     struct block_task *t = (struct block_task *)task;
     struct frame *f = t->frame;
@@ -193,7 +193,7 @@ static int submit_block(struct frame *f, uint32_t block)
     struct block_task *t = calloc(1, sizeof *t);
     if (!t) return ERR_MEMORY;
     t->rect = film_block_rect(f->film, block);
-    t->task = (struct team_task){.run = block_run, .done = block_done};
+    t->task = (struct pool_task){.run = block_run, .done = block_done};
     t->frame = f;
     t->block = block;
     int error = 0;
@@ -213,7 +213,7 @@ static int submit_block(struct frame *f, uint32_t block)
 }
 
 struct decode_task {
-    struct team_task task;
+    struct pool_task task;
     struct frame *frame;
     uint64_t worker;
     struct plan_pass pass;
@@ -225,7 +225,7 @@ struct decode_task {
     struct fault fault;
 };
 
-static void decode_run(struct team_task *task)
+static void decode_run(struct pool_task *task)
 {
     struct decode_task *t = (struct decode_task *)task;
     if (atomic_load(&t->frame->dropped)) return;
@@ -300,7 +300,7 @@ static void land(struct decode_task *t)
     if (frame_task_over(f) && complete) f->options.events.traced(f->options.events.ctx, f);
 }
 
-static void decode_done(struct team_task *task)
+static void decode_done(struct pool_task *task)
 {
     struct decode_task *t = (struct decode_task *)task;
     if (frame_task_over(t->frame)) {
@@ -330,7 +330,7 @@ uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_res
         return VERDICT_STALE;
     }
     f->arrived_us = frame_clock_us();
-    t->task = (struct team_task){.run = decode_run, .done = decode_done};
+    t->task = (struct pool_task){.run = decode_run, .done = decode_done};
     t->frame = f;
     t->worker = worker;
     t->pass = frame_pass(f, result->index, tile_queue_pass(f->tiles, result->index));

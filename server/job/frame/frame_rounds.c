@@ -46,14 +46,14 @@ void frame_rounds_note(struct frame *f)
 }
 
 struct decide_task {
-    struct team_task task;
+    struct pool_task task;
     struct frame *frame;
     int error;
     bool more;
 };
 
 /* Nothing else touches rounds or what was measured meanwhile: no block is out, and no tile is. */
-static void decide_run(struct team_task *task)
+static void decide_run(struct pool_task *task)
 {
     struct decide_task *t = (struct decide_task *)task;
     struct frame *f = t->frame;
@@ -100,7 +100,7 @@ static void decided(struct frame *f, const struct decide_task *t)
         end(f);
 }
 
-static void decide_done(struct team_task *task)
+static void decide_done(struct pool_task *task)
 {
     struct decide_task *t = (struct decide_task *)task;
     if (frame_task_over(t->frame)) decided(t->frame, t);
@@ -114,7 +114,7 @@ void frame_rounds_decide(struct frame *f)
         frame_fail(f, ERR_MEMORY, "", "no memory to decide on further samples");
         return;
     }
-    t->task = (struct team_task){.run = decide_run, .done = decide_done};
+    t->task = (struct pool_task){.run = decide_run, .done = decide_done};
     t->frame = f;
     frame_task_submit(f, &t->task);
 }

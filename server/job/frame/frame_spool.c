@@ -13,7 +13,7 @@
 #include "proto/runtime/build.h"
 #include "server/job/frame/frame_work.h"
 
-/* Results that are read at a time: as many as keep a team busy. */
+/* Results that are read at a time: as many as keep a pool busy. */
 #define READING_MOST 8
 
 void frame_spool_destroy(struct frame *f)
@@ -59,7 +59,7 @@ bool frame_spool_has_next(const struct frame *f, uint32_t tile)
 /* -- reading -- */
 
 struct read_task {
-    struct team_task task;
+    struct pool_task task;
     struct frame *frame;
     uint32_t tile;
     struct plan_pass pass;
@@ -82,7 +82,7 @@ static int unpack(struct read_task *t, const uint8_t *payload)
                           &fault);
 }
 
-static void read_run(struct team_task *task)
+static void read_run(struct pool_task *task)
 {
     struct read_task *t = (struct read_task *)task;
     if (atomic_load(&t->frame->dropped)) return;
@@ -115,7 +115,7 @@ static bool read_over(struct frame *f, struct read_task *t)
     return true;
 }
 
-static void read_done(struct team_task *task)
+static void read_done(struct pool_task *task)
 {
     struct read_task *t = (struct read_task *)task;
     struct frame *f = t->frame;

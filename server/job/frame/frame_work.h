@@ -65,11 +65,11 @@ struct frame_spool {
 
 /* What a frame leaves behind; one task of each at a time. */
 struct frame_file {
-    struct team_task task;
+    struct pool_task task;
     struct frame *frame;
     struct picture_file picture;
     int32_t end;  /* rows that were given to it */
-    bool is_out;  /* on the team; then nobody touches what is here, but `frame` */
+    bool is_out;  /* on the pool; then nobody touches what is here, but `frame` */
     bool is_last; /* its last task: it was given all rows */
     bool is_stored;
     bool waits; /* for the end: it failed before */
@@ -96,8 +96,8 @@ struct frame {
     struct frame_target target; /* all NULL without one */
     struct frame_rate rate;     /* all NULL without */
     struct frame_spool spool;
-    struct scratch *scratch, *own_scratch; /* of the team's work on blocks; NULL: it is borrowed */
-    struct image *image; /* on the loop's thread, but rows that are final: the team reads them */
+    struct scratch *scratch, *own_scratch; /* of the pool's work on blocks; NULL: it is borrowed */
+    struct image *image; /* on the loop's thread, but rows that are final: the pool reads them */
     struct frame_files files;
     uint64_t begun_us, arrived_us, drawn_us; /* when; `arrived`: its last result so far */
     enum frame_state state;
@@ -105,18 +105,18 @@ struct frame {
     uint64_t samples_landed; /* a tile's pass counts as its samples a pixel; with rounds, as those
                                 of all its pixels */
     uint64_t blocks_drawn;
-    uint32_t blocks_out; /* on the team */
-    uint32_t tasks;      /* on the team, of any kind */
+    uint32_t blocks_out; /* on the pool */
+    uint32_t tasks;      /* on the pool, of any kind */
     bool held;
     bool complete; /* of a frame that is kept */
     bool given_up; /* by its workers */
     char fingerprint[FINGERPRINT_BYTES];
-    atomic_bool dropped; /* the team skips what is queued */
+    atomic_bool dropped; /* the pool skips what is queued */
 };
 
-/* Hands a task to the team, which counts; frame_task_over takes the count back and frees a dropped
+/* Hands a task to the pool, which counts; frame_task_over takes the count back and frees a dropped
  * frame with its last task. True when the frame is still wanted. */
-void frame_task_submit(struct frame *f, struct team_task *task);
+void frame_task_submit(struct frame *f, struct pool_task *task);
 bool frame_task_over(struct frame *f);
 
 /* Samples a pixel of a pass, by which the work that is done is told: paths, and bounce rays, each
@@ -134,7 +134,7 @@ bool frame_is_behind(const struct frame *f);
 /* -- frame_results.c -- */
 
 /* Lands a received tile's pass, and counts it, unless it counts already (counters NULL); blocks
- * that are ready go to the team. On failure the frame has failed, and may be gone. */
+ * that are ready go to the pool. On failure the frame has failed, and may be gone. */
 int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                struct samples **samples, const struct counters *counters);
 
@@ -161,7 +161,7 @@ static inline bool frame_has_rounds(const struct frame *f)
 {
     return f->rounds.more_passes != NULL;
 }
-/* All blocks are drawn: decides on the team whether there is another round, and begins it or ends
+/* All blocks are drawn: decides on the pool whether there is another round, and begins it or ends
  * the frame. */
 void frame_rounds_decide(struct frame *f);
 /* Tells anew how much of the work is done, which never shrinks. */
@@ -177,7 +177,7 @@ static inline bool frame_has_target(const struct frame *f)
 }
 /* Keeps what was measured of a block's pixels, in `measure` (block by block, not of the image). */
 void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure);
-/* On the team, when nothing else touches the frame's rounds: whether any tile gets more passes. */
+/* On the pool, when nothing else touches the frame's rounds: whether any tile gets more passes. */
 bool frame_target_decide(struct frame *f);
 /* On the loop's thread, after that. */
 void frame_target_count(struct frame *f);
@@ -211,7 +211,7 @@ void frame_fail(struct frame *f, int code, const char *pointer, const char *deta
 
 void frame_files_init(struct frame *f);
 void frame_files_drop(struct frame *f);
-/* Gives rows that have become final to the team, to be encoded. */
+/* Gives rows that have become final to the pool, to be encoded. */
 void frame_files_feed(struct frame *f);
 
 /* Of a loop's time that goes on evenly. */
@@ -220,6 +220,6 @@ static inline uint64_t frame_clock_us(void)
     return uv_hrtime() / 1000;
 }
 
-/* The image is whole: what is left of EXR and PNG is written on the team, then `encoded` or
+/* The image is whole: what is left of EXR and PNG is written on the pool, then `encoded` or
  * `failed`. Of a frame that is kept: `completed`. */
 void frame_encode(struct frame *f);

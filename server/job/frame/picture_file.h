@@ -1,7 +1,7 @@
 #pragma once
 /* One of the two files of a picture, written from the top while the picture forms: rows that are
  * final are encoded while others are still traced, so that little is left to do after the last. It
- * becomes an object under its digest in the end. Blocking; for the team; one call at a time. */
+ * becomes an object under its digest in the end. Blocking; for the pool; one call at a time. */
 #include "server/image/exr.h"
 #include "server/store/objects.h"
 

@@ -16,7 +16,7 @@ enum job_state {
 
 enum frame_state {
     FRAME_QUEUED,
-    FRAME_RENDERING, /* tiles are out, or blocks on the team */
+    FRAME_RENDERING, /* tiles are out, or blocks on the pool */
     FRAME_ENCODING,  /* all pixels are there; files are written and recorded */
     FRAME_FINISHED,
     FRAME_STATE_COUNT

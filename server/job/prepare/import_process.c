@@ -16,16 +16,16 @@
  * of memory). What it dies of by itself it would die of again. */
 #define RUNS_MOST 5
 
-/* Phases follow each other: files on the team, the child on the loop, the blob on the team. */
+/* Phases follow each other: files on the pool, the child on the loop, the blob on the pool. */
 struct import_process {
-    struct team_task task; /* first: files or blob, one at a time */
+    struct pool_task task; /* first: files or blob, one at a time */
     struct import_options options;
     struct digest scene;
     struct job_file *files; /* owned, with their paths */
     uint32_t file_count;
     import_done done;
     void *ctx;
-    atomic_bool cancelled; /* the team looks, too */
+    atomic_bool cancelled; /* the pool looks, too */
 
     struct import_folder folder;
     struct fault fault; /* code 0: none so far */
@@ -78,7 +78,7 @@ static void run_again(struct import_process *p)
 }
 
 /* The last phase: keep the blob, if there is one, and clear up. */
-static void finish_run(struct team_task *task)
+static void finish_run(struct pool_task *task)
 {
     struct import_process *p = (struct import_process *)task;
     if (!p->fault.code && !p->cancelled) {
@@ -89,7 +89,7 @@ static void finish_run(struct team_task *task)
     import_folder_remove(&p->folder);
 }
 
-static void finish_done(struct team_task *task)
+static void finish_done(struct pool_task *task)
 {
     struct import_process *p = (struct import_process *)task;
     if (!p->cancelled)
@@ -99,7 +99,7 @@ static void finish_done(struct team_task *task)
     destroy(p);
 }
 
-/* A cancelled run gives the team no more work: the team may be about to end. */
+/* A cancelled run gives the pool no more work: the pool may be about to end. */
 static void finish(struct import_process *p)
 {
     if (p->cancelled) {
@@ -107,8 +107,8 @@ static void finish(struct import_process *p)
         destroy(p);
         return;
     }
-    p->task = (struct team_task){.run = finish_run, .done = finish_done};
-    team_submit(p->options.team, &p->task);
+    p->task = (struct pool_task){.run = finish_run, .done = finish_done};
+    thread_pool_submit(p->options.pool, &p->task);
 }
 
 /* The code of a name, "RANGE" for ERR_RANGE; ERR_CORRUPT for one that is unknown here. */
@@ -268,7 +268,7 @@ static void start_child(struct import_process *p)
     uv_timer_start(&p->limit, on_limit, p->options.limit_ms, 0);
 }
 
-static void files_run(struct team_task *task)
+static void files_run(struct pool_task *task)
 {
     struct import_process *p = (struct import_process *)task;
     if (!p->cancelled)
@@ -276,7 +276,7 @@ static void files_run(struct team_task *task)
                            &p->fault);
 }
 
-static void files_done(struct team_task *task)
+static void files_done(struct pool_task *task)
 {
     struct import_process *p = (struct import_process *)task;
     if (p->cancelled || p->fault.code)
@@ -312,8 +312,8 @@ int import_process_start(const struct import_options *options, const struct job 
         destroy(p);
         return ERR_MEMORY;
     }
-    p->task = (struct team_task){.run = files_run, .done = files_done};
-    team_submit(options->team, &p->task);
+    p->task = (struct pool_task){.run = files_run, .done = files_done};
+    thread_pool_submit(options->pool, &p->task);
     *out = p;
     return 0;
 }

@@ -4,14 +4,14 @@
 #include <uv.h>
 
 #include "proto/job/job.h"
+#include "proto/runtime/thread_pool.h"
 #include "server/store/objects.h"
-#include "server/team/team.h"
 
 struct import_process;
 
 struct import_options {
     uv_loop_t *loop;
-    struct team *team;             /* prepares files, hashes the blob */
+    struct thread_pool *pool;      /* prepares files, hashes the blob */
     const struct objects *objects; /* where assets are and the blob goes */
     const char *program;
     uint64_t limit_ms; /* of wall time */

@@ -13,7 +13,7 @@ int imports_create(const struct import_options *options, struct job_store *store
 /* Kills what runs and tells nobody more. */
 void imports_stop(struct imports *imports);
 
-/* After imports_stop, once store and team have let go. Nulls the pointer. */
+/* After imports_stop, once store and pool have let go. Nulls the pointer. */
 void imports_destroy(struct imports **imports);
 
 /* Of `scene` only the main file and its files count: an environment map is a scene of one file. It

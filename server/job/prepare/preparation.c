@@ -5,15 +5,15 @@
 #include <string.h>
 
 struct preparation {
-    struct team_task task; /* first */
-    struct team *team;
+    struct pool_task task; /* first */
+    struct thread_pool *pool;
     struct imports *imports;
     const struct objects *objects;
     struct import_request *request;
     struct prepared *prepared; /* owned until told */
     struct digest scene_blob, map_blob;
     struct fault fault;
-    bool planning; /* on the team */
+    bool planning; /* on the pool */
     bool cancelled;
     preparation_done done;
     void *ctx;
@@ -86,7 +86,7 @@ static int plan_with_map(struct preparation *p)
     return error;
 }
 
-static void plan_run(struct team_task *task)
+static void plan_run(struct pool_task *task)
 {
     struct preparation *p = (struct preparation *)task;
     p->fault.code = plan_with_map(p);
@@ -100,7 +100,7 @@ static void tell(struct preparation *p)
     destroy(p);
 }
 
-static void plan_done(struct team_task *task)
+static void plan_done(struct pool_task *task)
 {
     struct preparation *p = (struct preparation *)task;
     if (p->cancelled) {
@@ -114,8 +114,8 @@ static void plan_done(struct team_task *task)
 static void start_planning(struct preparation *p)
 {
     p->planning = true;
-    p->task = (struct team_task){.run = plan_run, .done = plan_done};
-    team_submit(p->team, &p->task);
+    p->task = (struct pool_task){.run = plan_run, .done = plan_done};
+    thread_pool_submit(p->pool, &p->task);
 }
 
 /* What the imports say of a scene's asset is said of the map's. */
@@ -170,8 +170,9 @@ static void scene_imported(void *ctx, const struct fault *fault, const struct di
         start_planning(p);
 }
 
-int preparation_start(struct imports *imports, struct team *team, const struct objects *objects,
-                      struct job *job, preparation_done done, void *ctx, struct preparation **out)
+int preparation_start(struct imports *imports, struct thread_pool *pool,
+                      const struct objects *objects, struct job *job, preparation_done done,
+                      void *ctx, struct preparation **out)
 {
     struct preparation *p = calloc(1, sizeof *p);
     struct prepared *prepared = calloc(1, sizeof *prepared);
@@ -183,7 +184,7 @@ int preparation_start(struct imports *imports, struct team *team, const struct o
     }
     prepared->job = *job;
     memset(job, 0, sizeof *job);
-    *p = (struct preparation){.team = team,
+    *p = (struct preparation){.pool = pool,
                               .imports = imports,
                               .objects = objects,
                               .prepared = prepared,

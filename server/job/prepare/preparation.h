@@ -22,8 +22,9 @@ struct prepared {
 typedef void (*preparation_done)(void *ctx, const struct fault *fault, struct prepared *prepared);
 
 /* Takes the job (leaves it empty), also on failure. `done` comes later, once. ERR_MEMORY. */
-int preparation_start(struct imports *imports, struct team *team, const struct objects *objects,
-                      struct job *job, preparation_done done, void *ctx, struct preparation **out);
+int preparation_start(struct imports *imports, struct thread_pool *pool,
+                      const struct objects *objects, struct job *job, preparation_done done,
+                      void *ctx, struct preparation **out);
 
 /* What of a live job's preparation plans are made of: borrows its scene and map. */
 struct plan_source prepared_source(const struct prepared *prepared);

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "server/team/team.h"
+#include "proto/runtime/thread_pool.h"
 #include "tests/unit/server/reconstruct/block_scene.h"
 
 static void a_constant_field_stays_constant(void **state)
@@ -53,14 +53,14 @@ static void assert_same(const struct image *a, const struct image *b)
 
 /* Tiles land on one thread while blocks are gathered and reconstructed on others. */
 struct threaded_block {
-    struct team_task task;
+    struct pool_task task;
     const struct plan *plan;
     struct film *film;
     struct image *image;
     uint32_t block;
 };
 
-static void run_block(struct team_task *task)
+static void run_block(struct pool_task *task)
 {
     struct threaded_block *b = (struct threaded_block *)task;
     struct patch *patch;
@@ -70,7 +70,7 @@ static void run_block(struct team_task *task)
     patch_destroy(&patch);
 }
 
-static void block_done(struct team_task *task)
+static void block_done(struct pool_task *task)
 {
     struct threaded_block *b = (struct threaded_block *)task;
     film_block_done(b->film, b->block);
@@ -83,7 +83,7 @@ static void threads_make_the_same_picture(void **state)
     struct plan plan;
     struct film *film;
     struct image *image;
-    struct team *team;
+    struct thread_pool *pool;
     struct tile_grid grid;
     uv_loop_t loop;
     uint32_t block;
@@ -91,7 +91,7 @@ static void threads_make_the_same_picture(void **state)
     struct image *expected = render(&plan, NULL, 64, 0, NULL, NULL);
     tile_grid_init(&grid, 200, 150, 16);
     assert_int_equal(uv_loop_init(&loop), 0);
-    assert_int_equal(team_create(&loop, "test", 4, &team), 0);
+    assert_int_equal(thread_pool_create(&loop, "test", 4, NULL, &pool), 0);
     assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     assert_int_equal(image_create(ALL_LAYERS, 200, 150, &image), 0);
     for (uint32_t t = tile_grid_count(&grid); t-- > 0;) {
@@ -100,7 +100,7 @@ static void threads_make_the_same_picture(void **state)
             struct threaded_block *b = malloc(sizeof *b);
             *b = (struct threaded_block){
                 {.run = run_block, .done = block_done}, &plan, film, image, block};
-            team_submit(team, &b->task);
+            thread_pool_submit(pool, &b->task);
         }
         uv_run(&loop, UV_RUN_NOWAIT);
     }
@@ -108,7 +108,7 @@ static void threads_make_the_same_picture(void **state)
     assert_true(film_complete(film));
     assert_int_equal(film_bytes(film), 0);
     assert_same(expected, image);
-    team_destroy(&team);
+    thread_pool_destroy(&pool);
     uv_run(&loop, UV_RUN_DEFAULT);
     assert_int_equal(uv_loop_close(&loop), 0);
     film_destroy(&film);

@@ -1,5 +1,5 @@
 #pragma once
-/* A frame that is made on a team of threads, with its tiles' samples from formulas, and what is
+/* A frame that is made on a pool of threads, with its tiles' samples from formulas, and what is
  * told of it; the folder that its files go to. */
 #include <ftw.h>
 #include <setjmp.h>
@@ -21,7 +21,7 @@
 
 struct bench {
     uv_loop_t loop;
-    struct team *team;
+    struct thread_pool *pool;
     struct objects objects;
     char dir[64];
     struct plan plan;
@@ -106,7 +106,7 @@ static inline int set_up(void **state)
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-frame-XXXXXX");
     return !mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
-           team_create(&b->loop, "test", 3, &b->team);
+           thread_pool_create(&b->loop, "test", 3, NULL, &b->pool);
 }
 
 static inline int remove_entry(const char *path, const struct stat *info, int kind,
@@ -119,7 +119,7 @@ static inline int remove_entry(const char *path, const struct stat *info, int ki
 static inline int tear_down(void **state)
 {
     struct bench *b = *state;
-    team_destroy(&b->team);
+    thread_pool_destroy(&b->pool);
     uv_run(&b->loop, UV_RUN_DEFAULT);
     int error = uv_loop_close(&b->loop);
     nftw(b->dir, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
@@ -153,7 +153,7 @@ static inline void begin(struct bench *b, int32_t tile_px)
                   (b->path_spp && !b->beside ? LAYER_ERROR : 0),
         .metadata = {.job = "feed", .build = "test", .spp = 9},
         .plan = &b->plan,
-        .team = b->team,
+        .pool = b->pool,
         .scratch = b->scratch,
         .objects = &b->objects,
         .events = {.ctx = b,

@@ -103,7 +103,7 @@ static void a_hopeless_tile_fails_the_frame(void **state)
     assert_non_null(strstr(b->fault.detail, "no such mesh"));
 }
 
-/* Dropped with work on the team: nothing more is told, nothing leaks. */
+/* Dropped with work on the pool: nothing more is told, nothing leaks. */
 static void a_dropped_frame_is_silent(void **state)
 {
     struct bench *b = *state;
@@ -123,7 +123,7 @@ static void capabilities_are_asked_for(void **state)
     frame_drop(&b->frame);
     b->plan.capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT;
     struct frame_options options = {
-        .id = 9, .layers = LAYER_BEAUTY, .plan = &b->plan, .team = b->team, .objects = &b->objects};
+        .id = 9, .layers = LAYER_BEAUTY, .plan = &b->plan, .pool = b->pool, .objects = &b->objects};
     assert_int_equal(frame_create(&options, &b->frame), 0);
     assert_false(lease(b, 1, CAPABILITY_DIRECT, &tile));
     assert_true(lease(b, 1, CAPABILITY_DIRECT | CAPABILITY_INDIRECT, &tile));

@@ -17,7 +17,7 @@
 
 struct bench {
     uv_loop_t loop;
-    struct team *team;
+    struct thread_pool *pool;
     struct objects objects;
     char dir[64], program[96];
     struct job scene;
@@ -34,7 +34,7 @@ static int set_up(void **state)
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-import-XXXXXX");
     if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
-        team_create(&b->loop, "test", 2, &b->team))
+        thread_pool_create(&b->loop, "test", 2, NULL, &b->pool))
         return -1;
     import_case_put(&b->objects, "{\"asset\": 1}", &b->scene.scene);
     b->scene.files = calloc(2, sizeof *b->scene.files);
@@ -55,7 +55,7 @@ static int remove_entry(const char *path, const struct stat *info, int kind, str
 static int tear_down(void **state)
 {
     struct bench *b = *state;
-    team_destroy(&b->team);
+    thread_pool_destroy(&b->pool);
     uv_run(&b->loop, UV_RUN_DEFAULT);
     int error = uv_loop_close(&b->loop);
     job_fini(&b->scene);
@@ -80,7 +80,7 @@ static void begin(struct bench *b, const char *script, uint64_t limit_ms)
     snprintf(b->program, sizeof b->program, "%s/importer", b->dir);
     import_case_write(b->program, script);
     struct import_options options = {.loop = &b->loop,
-                                     .team = b->team,
+                                     .pool = b->pool,
                                      .objects = &b->objects,
                                      .program = b->program,
                                      .limit_ms = limit_ms};

@@ -18,7 +18,7 @@
 
 struct bench {
     uv_loop_t loop;
-    struct team *team;
+    struct thread_pool *pool;
     struct objects objects;
     struct job_store *store;
     struct import_options options;
@@ -52,7 +52,7 @@ static int set_up(void **state)
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-imports-XXXXXX");
     if (!mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
-        team_create(&b->loop, "test", 2, &b->team) ||
+        thread_pool_create(&b->loop, "test", 2, NULL, &b->pool) ||
         job_store_open(&b->loop, b->dir, false, &b->store))
         return -1;
     snprintf(b->program, sizeof b->program, "%s/importer", b->dir);
@@ -63,7 +63,7 @@ static int set_up(void **state)
     b->scene.files[0].path = strdup("mesh.bin");
     import_case_put(&b->objects, "mesh", &b->scene.files[0].asset);
     b->options = (struct import_options){.loop = &b->loop,
-                                         .team = b->team,
+                                         .pool = b->pool,
                                          .objects = &b->objects,
                                          .program = b->program,
                                          .limit_ms = 60000};
@@ -81,7 +81,7 @@ static int tear_down(void **state)
     struct bench *b = *state;
     imports_stop(b->imports);
     job_store_close(&b->store);
-    team_destroy(&b->team);
+    thread_pool_destroy(&b->pool);
     settle(b);
     imports_destroy(&b->imports);
     const int error = uv_loop_close(&b->loop);

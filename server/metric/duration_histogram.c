@@ -1,4 +1,4 @@
-#include "server/team/duration_histogram.h"
+#include "server/metric/duration_histogram.h"
 
 const double duration_bounds[DURATION_BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
                                                   0.1,   0.25,   0.5,   1,    5,     30};
