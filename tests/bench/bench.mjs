@@ -47,7 +47,7 @@ const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "st
 
 process.chdir(new URL("../..", import.meta.url).pathname);
 
-const NAMES = `parts: ${FULL.parts.join(" ")}\neffects: ${Object.keys(effects).join(" ")}\nscenes: ${scenes.map((s) => s.name).join(" ")}`;
+const NAMES = `parts: ${FULL.parts.join(" ")}\neffects: ${Object.keys(effects).join(" ")}\nscenes: ${scenes.map((s) => s.name).join(" ")}\nreal scenes: those of the peers folder, and living_room_lens`;
 
 function usage(sentence) {
   console.error(`bench: ${sentence}\n${NAMES}`);
