@@ -12,7 +12,7 @@ import { summary } from "./runs.mjs";
 
 const METHODS = ["none", "auto"], WARM_UP = 8;
 
-// What is measured if nothing is said. width: of small scenes, which are in place of the peers' then.
+// What is measured if nothing is said. width: of small scenes, which take the place of the peers folder then.
 const FULL = { spp: [1, 4, 16, 64], referenceSpp: 1024 };
 const SMALL = { quick: { spp: [4, 16], width: 160, referenceSpp: 576 }, smoke: { spp: [4], width: 48, referenceSpp: 256 } };
 
@@ -88,6 +88,6 @@ export async function real(o) {
   await withFarm(o, {}, async (farm) => {
     for (const scene of scenes) await measureScene(farm, tools, { ...o, put }, set, scene);
   });
-  // Bounds are about pictures of the peers' size.
+  // Bounds are about the scenes of the peers folder.
   if (!SMALL[o.mode]) judge(o, rows);
 }

@@ -90,7 +90,7 @@ export function realSection(o, all) {
   const rows = ofPart(all, "real").sort((a, b) => a.scene.localeCompare(b.scene) || a.spp - b.spp || ORDER.indexOf(a.method) - ORDER.indexOf(b.method));
   if (rows.length === 0) return null;
   mkdirSync(`${o.out}/real`, { recursive: true });
-  // Bounds are about the peers' scenes.
+  // Bounds are about the scenes of the peers folder.
   const tools = programs(o.build, `${o.out}/real`), bounds = o.mode === "full" ? realBounds(rows) : [], scenes = [...new Set(rows.map((r) => r.scene))];
   return { id: "real", title: "Real scenes", html: `<p>Pictures beside two independent references each: the product of what they are off beside the one and beside the other has no share of the references' own noise in its mean (<code>shearwater compare --reference-pair</code>). "Hidden" is an error that is below what that noise lets one tell. <em>none</em> are paths without a filter, <em>auto</em> is what the service does by itself, <em>OIDN</em> what a neural denoiser (Intel Open Image Denoise with albedo and normal) makes of the paths of <em>none</em>; its own time is not measured here, so that it has no place over CPU time.</p>
 ${overview(rows, bounds)}${scenes.map((scene) => article(o, tools, scene, rows.filter((r) => r.scene === scene), bounds)).join("\n")}` };
