@@ -54,28 +54,14 @@ uint32_t samples_lone_places(const struct samples_layout *layout)
     return (uint32_t)layout->width_px * (uint32_t)layout->height_px * layout->sub_samples;
 }
 
-static uint8_t *component_at(const struct samples *s, uint32_t offset, enum samples_type type,
-                             uint32_t component, uint32_t count)
+void *samples_component(const struct samples *s, uint32_t slot, uint32_t component)
 {
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
-    if (offset == SAMPLES_ABSENT) return NULL;
-    assert(component < count);
-    return s->data + offset + component * area * samples_type_bytes(type);
-}
-
-void *samples_component(const struct samples *s, enum plane_id plane, uint32_t component)
-{
-    assert(plane < PLANE_ID_COUNT);
-    return component_at(s, s->layout.offset[plane], samples_plane(plane)->type, component,
-                        s->layout.components[plane]);
-}
-
-void *samples_light_component(const struct samples *s, uint32_t light, enum light_plane_id plane,
-                              uint32_t component)
-{
-    assert(light < s->layout.light_count);
-    return component_at(s, s->layout.light_offset[light][plane], samples_light_plane(plane)->type,
-                        component, s->layout.light_components[light][plane]);
+    assert(slot < s->layout.slots);
+    if (s->layout.offset[slot] == SAMPLES_ABSENT) return NULL;
+    assert(component < s->layout.components[slot]);
+    return s->data + s->layout.offset[slot] +
+           component * area * samples_type_bytes(samples_plane(slot)->type);
 }
 
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component)
@@ -98,15 +84,15 @@ uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t com
 
 float *samples_light_irradiance(const struct samples *s, uint32_t light)
 {
-    return samples_light_component(s, light, LIGHT_PLANE_IRRADIANCE, 0);
+    return samples_component(s, samples_light_slot(light, LIGHT_PLANE_IRRADIANCE), 0);
 }
 
 uint8_t *samples_light_visibility(const struct samples *s, uint32_t light, uint32_t byte)
 {
-    return samples_light_component(s, light, LIGHT_PLANE_VISIBILITY, byte);
+    return samples_component(s, samples_light_slot(light, LIGHT_PLANE_VISIBILITY), byte);
 }
 
 uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t which)
 {
-    return samples_light_component(s, light, LIGHT_PLANE_SLOPES, which);
+    return samples_component(s, samples_light_slot(light, LIGHT_PLANE_SLOPES), which);
 }

@@ -64,6 +64,25 @@ enum samples_merge {
     SAMPLES_LATEST,      /* takes its place */
 };
 
+/* Planes in a row: of the frame by their numbers, then of light after light. */
+#define SAMPLES_SLOTS (PLANE_ID_COUNT + LIMIT_LIGHTS * LIGHT_PLANE_COUNT)
+
+static inline uint32_t samples_light_slot(uint32_t light, enum light_plane_id plane)
+{
+    return PLANE_ID_COUNT + light * LIGHT_PLANE_COUNT + plane;
+}
+
+static inline uint32_t samples_slot_light(uint32_t slot) /* 0 of the frame's */
+{
+    return slot < PLANE_ID_COUNT ? 0 : (slot - PLANE_ID_COUNT) / LIGHT_PLANE_COUNT;
+}
+
+static inline uint32_t samples_row(uint32_t slot) /* of plane.def, whose lights have one for all */
+{
+    return slot < PLANE_ID_COUNT ? slot
+                                 : PLANE_ID_COUNT + (slot - PLANE_ID_COUNT) % LIGHT_PLANE_COUNT;
+}
+
 /* A row of plane.def; of light planes without `merge`. */
 struct samples_plane {
     const char *name;
@@ -74,8 +93,7 @@ struct samples_plane {
     enum samples_merge merge;
 };
 
-const struct samples_plane *samples_plane(enum plane_id plane);
-const struct samples_plane *samples_light_plane(enum light_plane_id plane);
+const struct samples_plane *samples_plane(uint32_t slot);
 uint32_t samples_type_bytes(enum samples_type type);
 
 /* A set of planes is the sum of these. */
@@ -126,25 +144,22 @@ uint32_t samples_type_bytes(enum samples_type type);
     (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(SUB_DEPTH) |                 \
      PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
 
-/* How many components a plane has under the plan, whether the plan asks for it or not. */
-uint32_t samples_components(const struct plan *plan, enum plane_id plane);
-uint32_t samples_light_components(const struct plan *plan, uint32_t light,
-                                  enum light_plane_id plane);
+/* How many components a plane has under the plan; 0: the plan does not ask for it. */
+uint32_t samples_components(const struct plan *plan, uint32_t slot);
 
 /* Where each plane lies. Offsets in bytes from the start of the data; SAMPLES_ABSENT if absent. */
 #define SAMPLES_ABSENT UINT32_MAX
 struct samples_layout {
     int32_t width_px, height_px;
     uint32_t light_count, sub_samples;
+    uint32_t slots;                      /* planes of the frame and of these lights */
     uint32_t lens_strata;                /* l_u^2 */
     uint32_t light_strata[LIMIT_LIGHTS]; /* l^2 */
     uint32_t lone_parts;                 /* of the list of lone sub-samples; 0: there is none */
     uint64_t planes;                     /* of PLANE_BIT */
     uint8_t light_planes[LIMIT_LIGHTS];  /* bits of enum light_plane_id */
-    uint32_t components[PLANE_ID_COUNT]; /* of planes present or not */
-    uint32_t light_components[LIMIT_LIGHTS][LIGHT_PLANE_COUNT];
-    uint32_t offset[PLANE_ID_COUNT];
-    uint32_t light_offset[LIMIT_LIGHTS][LIGHT_PLANE_COUNT];
+    uint32_t components[SAMPLES_SLOTS];  /* that the plan has of them */
+    uint32_t offset[SAMPLES_SLOTS];
     uint32_t group_bytes[3]; /* sizes of the 4-, 2- and 1-byte groups */
     uint32_t total_bytes;
 };
@@ -178,9 +193,7 @@ void samples_destroy(struct samples **s);
 /* Component c of a plane, w*h elements; NULL when the plane is absent. Of a plane of sub-samples,
  * strata or lens samples c is sample * components + component. The type must be the plane's
  * (asserted); f16 are read as u16. */
-void *samples_component(const struct samples *s, enum plane_id plane, uint32_t component);
-void *samples_light_component(const struct samples *s, uint32_t light, enum light_plane_id plane,
-                              uint32_t component);
+void *samples_component(const struct samples *s, uint32_t slot, uint32_t component);
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t component);

@@ -124,10 +124,15 @@ static int refuse(const struct samples *s, const char *place, const struct findi
                      found->index % width, found->index / width);
 }
 
-static bool check_component(const struct samples_plane *plane, const void *v, size_t area,
+static bool check_component(const struct samples *s, uint32_t slot, uint32_t c, size_t area,
                             struct finding *found)
 {
+    const struct samples_plane *plane = samples_plane(slot);
+    const void *v = samples_component(s, slot, c);
+    const bool last = c + 1 == s->layout.components[slot];
     switch (plane->values) {
+    case SAMPLES_ANY:
+        return true;
     case SAMPLES_POSITIVE:
         return plane->type == SAMPLES_F32 ? check_floats(v, area, found)
                                           : check_halves(v, area, HALF_SIGN, found);
@@ -139,65 +144,29 @@ static bool check_component(const struct samples_plane *plane, const void *v, si
         return check_ids(v, area, found);
     case SAMPLES_SHARED_8:
         return check_shared(v, area, found);
-    default:
-        return true;
+    case SAMPLES_SLOPES:
+        return check_halves(v, area, HALF_SIGN, found) &&
+               (!last || check_order(samples_component(s, slot, 0), v, area, found));
+    case SAMPLES_BITS:
+        return !last ||
+               check_bits(v, area, samples_visibility_mask(&s->layout, samples_slot_light(slot)),
+                          found);
     }
+    return true;
 }
 
-static int check_plane(const struct samples *s, enum plane_id plane, size_t area,
-                       struct fault *fault)
+static int check_plane(const struct samples *s, uint32_t slot, size_t area, struct fault *fault)
 {
-    if (s->layout.offset[plane] == SAMPLES_ABSENT) return 0;
-    const struct samples_plane *row = samples_plane(plane);
-    for (uint32_t c = 0; c < s->layout.components[plane]; c++) {
+    if (s->layout.offset[slot] == SAMPLES_ABSENT) return 0;
+    for (uint32_t c = 0; c < s->layout.components[slot]; c++) {
         struct finding found;
         char place[LIMIT_POINTER_BYTES];
-        if (check_component(row, samples_component(s, plane, c), area, &found)) continue;
-        snprintf(place, sizeof place, "%s[%u]", row->name, c);
-        return refuse(s, place, &found, fault);
-    }
-    return 0;
-}
-
-static bool check_visibility(const struct samples *s, uint32_t light, size_t area,
-                             struct finding *found)
-{
-    if (s->layout.light_offset[light][LIGHT_PLANE_VISIBILITY] == SAMPLES_ABSENT) return true;
-    const uint32_t last = (s->layout.light_strata[light] - 1) / 8;
-    return check_bits(samples_light_visibility(s, light, last), area,
-                      samples_visibility_mask(&s->layout, light), found);
-}
-
-static bool check_slopes(const struct samples *s, uint32_t light, size_t area,
-                         struct finding *found)
-{
-    const uint16_t *low = samples_light_slope(s, light, 0);
-    if (!low) return true;
-    const uint16_t *high = samples_light_slope(s, light, 1);
-    return check_halves(low, area, HALF_SIGN, found) &&
-           check_halves(high, area, HALF_SIGN, found) && check_order(low, high, area, found);
-}
-
-static bool check_irradiance(const struct samples *s, uint32_t light, size_t area,
-                             struct finding *found)
-{
-    const float *irradiance = samples_light_irradiance(s, light);
-    return !irradiance || check_floats(irradiance, area, found);
-}
-
-static int check_light(const struct samples *s, uint32_t light, size_t area, struct fault *fault)
-{
-    static bool (*const checks[LIGHT_PLANE_COUNT])(const struct samples *, uint32_t, size_t,
-                                                   struct finding *) = {
-        [LIGHT_PLANE_IRRADIANCE] = check_irradiance,
-        [LIGHT_PLANE_VISIBILITY] = check_visibility,
-        [LIGHT_PLANE_SLOPES] = check_slopes,
-    };
-    for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++) {
-        struct finding found;
-        char place[LIMIT_POINTER_BYTES];
-        if (checks[p](s, light, area, &found)) continue;
-        snprintf(place, sizeof place, "lights[%u].%s", light, samples_light_plane(p)->name);
+        const char *name = samples_plane(slot)->name;
+        if (check_component(s, slot, c, area, &found)) continue;
+        if (slot < PLANE_ID_COUNT)
+            snprintf(place, sizeof place, "%s[%u]", name, c);
+        else
+            snprintf(place, sizeof place, "lights[%u].%s", samples_slot_light(slot), name);
         return refuse(s, place, &found, fault);
     }
     return 0;
@@ -228,8 +197,6 @@ int samples_check(const struct samples *s, struct fault *fault)
 {
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
     int error = 0;
-    for (uint32_t p = 0; p < PLANE_ID_COUNT && !error; p++) error = check_plane(s, p, area, fault);
-    for (uint32_t k = 0; k < s->layout.light_count && !error; k++)
-        error = check_light(s, k, area, fault);
+    for (uint32_t i = 0; i < s->layout.slots && !error; i++) error = check_plane(s, i, area, fault);
     return error ? error : check_lone(s, fault);
 }

@@ -1,31 +1,24 @@
 /* Where the planes of a tile lie. */
 #include "proto/samples_layout.h"
 
-#include <string.h>
-
 /* Room that a result frame needs beside the samples: message fields, counters, masks, headers. */
 #define RESULT_OVERHEAD_BYTES 8192u
 
-static const struct samples_plane rows[PLANE_ID_COUNT] = {
+static const struct samples_plane rows[PLANE_ID_COUNT + LIGHT_PLANE_COUNT] = {
+#define ROW(key, type, count, per, values, merge)                                                  \
+    {                                                                                              \
+#key, SAMPLES_##type, count, SAMPLES_PER_##per, SAMPLES_##values, SAMPLES_##merge          \
+    }
 #define PLANE(number, name, key, type, count, per, values, merge, ...)                             \
-    [number] = {#key, SAMPLES_##type, count, SAMPLES_PER_##per, SAMPLES_##values, SAMPLES_##merge},
-#include "proto/plane.def"
-};
-
-static const struct samples_plane light_rows[LIGHT_PLANE_COUNT] = {
+    [number] = ROW(key, type, count, per, values, merge),
 #define LIGHT_PLANE(number, name, key, type, count, per, values, ...)                              \
-    [number] = {#key, SAMPLES_##type, count, SAMPLES_PER_##per, SAMPLES_##values, SAMPLES_FIRST},
+    [PLANE_ID_COUNT + number] = ROW(key, type, count, per, values, FIRST),
 #include "proto/plane.def"
 };
 
-const struct samples_plane *samples_plane(enum plane_id plane)
+const struct samples_plane *samples_plane(uint32_t slot)
 {
-    return &rows[plane];
-}
-
-const struct samples_plane *samples_light_plane(enum light_plane_id plane)
-{
-    return &light_rows[plane];
+    return &rows[samples_row(slot)];
 }
 
 uint32_t samples_element_bytes(enum samples_group group)
@@ -44,23 +37,24 @@ static uint32_t square(uint32_t side)
     return side * side;
 }
 
-uint32_t samples_components(const struct plan *plan, enum plane_id plane)
+static bool has(uint64_t planes, uint32_t light_planes, uint32_t slot)
 {
+    const uint32_t row = samples_row(slot);
+    return row < PLANE_ID_COUNT ? planes >> row & 1 : light_planes >> (row - PLANE_ID_COUNT) & 1;
+}
+
+uint32_t samples_components(const struct plan *plan, uint32_t slot)
+{
+    const uint32_t light = samples_slot_light(slot);
     const uint32_t count[] = {
         [SAMPLES_PER_PIXEL] = 1,
         [SAMPLES_PER_SUB] = plan->sub_samples,
         [SAMPLES_PER_STRATUM] = square(plan->indirect_strata_per_axis),
         [SAMPLES_PER_LENS] = square(plan->lens_strata_per_axis),
+        [SAMPLES_PER_BITS] = (square(plan->lights[light].strata_per_axis) + 7) / 8,
     };
-    return rows[plane].components * count[rows[plane].per];
-}
-
-uint32_t samples_light_components(const struct plan *plan, uint32_t light,
-                                  enum light_plane_id plane)
-{
-    const struct samples_plane *row = &light_rows[plane];
-    const uint32_t strata = square(plan->lights[light].strata_per_axis);
-    return row->components * (row->per == SAMPLES_PER_BITS ? (strata + 7) / 8 : 1);
+    if (!has(plan->planes, plan_light_planes(plan, light), slot)) return 0;
+    return samples_plane(slot)->components * count[samples_plane(slot)->per];
 }
 
 uint32_t samples_visibility_mask(const struct samples_layout *layout, uint32_t light)
@@ -69,29 +63,30 @@ uint32_t samples_visibility_mask(const struct samples_layout *layout, uint32_t l
     return (1u << bits) - 1;
 }
 
-/* Sizes a plane and moves *at behind it; the caller has checked that sums stay within 64 bits. */
-static uint32_t place_plane(uint64_t *at, uint64_t size_bytes)
+void samples_layout_drop(struct samples_layout *layout, uint32_t slot)
 {
-    const uint64_t offset = *at;
-    *at += size_bytes;
-    return (uint32_t)offset;
+    const uint32_t row = samples_row(slot);
+    if (row < PLANE_ID_COUNT)
+        layout->planes &= ~(UINT64_C(1) << row);
+    else
+        layout->light_planes[samples_slot_light(slot)] &= (uint8_t) ~(1u << (row - PLANE_ID_COUNT));
 }
 
+uint64_t samples_slot_bytes(const struct samples_layout *layout, uint32_t slot)
+{
+    return (uint64_t)layout->width_px * (uint64_t)layout->height_px * layout->components[slot] *
+           samples_type_bytes(samples_plane(slot)->type);
+}
+
+/* Sums stay within 64 bits. */
 static void place_group(struct samples_layout *layout, enum samples_group group, uint64_t *at)
 {
-    const uint64_t area = (uint64_t)layout->width_px * (uint64_t)layout->height_px;
-    const uint64_t component_bytes = area * samples_element_bytes(group);
-    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
-        if (samples_group(rows[p].type) != group || !(layout->planes >> p & 1)) continue;
-        layout->offset[p] = place_plane(at, component_bytes * layout->components[p]);
+    for (uint32_t i = 0; i < layout->slots; i++) {
+        if (samples_group(samples_plane(i)->type) != group) continue;
+        if (!has(layout->planes, layout->light_planes[samples_slot_light(i)], i)) continue;
+        layout->offset[i] = (uint32_t)*at;
+        *at += samples_slot_bytes(layout, i);
     }
-    for (uint32_t k = 0; k < layout->light_count; k++)
-        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++) {
-            if (samples_group(light_rows[p].type) != group) continue;
-            if (!(layout->light_planes[k] >> p & 1)) continue;
-            layout->light_offset[k][p] =
-                place_plane(at, component_bytes * layout->light_components[k][p]);
-        }
 }
 
 /* Of a list of all sub-samples. */
@@ -106,8 +101,7 @@ int samples_layout_place(struct samples_layout *layout)
 {
     uint64_t at = 0;
     const uint64_t most = LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES - lone_most_bytes(layout);
-    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) layout->offset[p] = SAMPLES_ABSENT;
-    memset(layout->light_offset, 0xff, sizeof layout->light_offset);
+    for (uint32_t i = 0; i < layout->slots; i++) layout->offset[i] = SAMPLES_ABSENT;
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
         const uint64_t start = at;
         place_group(layout, group, &at);
@@ -128,16 +122,15 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .height_px = height_px,
         .light_count = plan->light_count,
         .sub_samples = plan->sub_samples,
+        .slots = samples_light_slot(plan->light_count, 0),
         .lens_strata = square(plan->lens_strata_per_axis),
         .planes = plan_pass_planes(plan, pass),
     };
     if (layout->planes & PLANE_BIT(LONE)) layout->lone_parts = lone_parts(plan);
-    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
-        layout->components[p] = samples_components(plan, p);
+    for (uint32_t i = 0; i < layout->slots; i++)
+        layout->components[i] = samples_components(plan, i);
     for (uint32_t k = 0; k < plan->light_count; k++) {
         layout->light_strata[k] = square(plan->lights[k].strata_per_axis);
-        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++)
-            layout->light_components[k][p] = samples_light_components(plan, k, p);
         layout->light_planes[k] = pass == 0 ? (uint8_t)plan_light_planes(plan, k) : 0;
     }
     return 0;

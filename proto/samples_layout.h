@@ -12,6 +12,12 @@ static inline enum samples_group samples_group(enum samples_type type)
 }
 uint32_t samples_element_bytes(enum samples_group group);
 
+/* What a plane takes, present or not. */
+uint64_t samples_slot_bytes(const struct samples_layout *layout, uint32_t slot);
+
+/* Takes a plane out of the masks. */
+void samples_layout_drop(struct samples_layout *layout, uint32_t slot);
+
 /* The bits of a light's last visibility byte that stand for a stratum. */
 uint32_t samples_visibility_mask(const struct samples_layout *layout, uint32_t light);
 

@@ -15,26 +15,9 @@ static bool is_zero(const uint8_t *data, size_t size_bytes)
     return data[0] == 0 && memcmp(data, data + 1, size_bytes - 1) == 0;
 }
 
-static size_t area_of(const struct samples_layout *layout)
-{
-    return (size_t)layout->width_px * (size_t)layout->height_px;
-}
-
 static size_t component_bytes(const struct samples_layout *layout, enum samples_group group)
 {
-    return area_of(layout) * samples_element_bytes(group);
-}
-
-static size_t plane_bytes(const struct samples_layout *layout, uint32_t plane)
-{
-    return area_of(layout) * samples_type_bytes(samples_plane(plane)->type) *
-           layout->components[plane];
-}
-
-static size_t light_plane_bytes(const struct samples_layout *layout, uint32_t light, uint32_t plane)
-{
-    return area_of(layout) * samples_type_bytes(samples_light_plane(plane)->type) *
-           layout->light_components[light][plane];
+    return (size_t)layout->width_px * (size_t)layout->height_px * samples_element_bytes(group);
 }
 
 /* Bits past the last stratum mean nothing; equal samples must give equal bytes. */
@@ -54,20 +37,12 @@ static uint64_t layout_of_filled(const struct samples *s, struct samples_layout 
 {
     uint64_t dropped = 0;
     *filled = s->layout;
-    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
-        if (!(s->layout.planes >> p & 1)) continue;
-        if (!is_zero(s->data + s->layout.offset[p], plane_bytes(&s->layout, p))) continue;
-        filled->planes &= ~(UINT64_C(1) << p);
+    for (uint32_t i = 0; i < s->layout.slots; i++) {
+        if (s->layout.offset[i] == SAMPLES_ABSENT) continue;
+        if (!is_zero(s->data + s->layout.offset[i], samples_slot_bytes(&s->layout, i))) continue;
+        samples_layout_drop(filled, i);
         dropped++;
     }
-    for (uint32_t k = 0; k < s->layout.light_count; k++)
-        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++) {
-            if (!(s->layout.light_planes[k] >> p & 1)) continue;
-            const uint8_t *data = s->data + s->layout.light_offset[k][p];
-            if (!is_zero(data, light_plane_bytes(&s->layout, k, p))) continue;
-            filled->light_planes[k] &= (uint8_t) ~(1u << p);
-            dropped++;
-        }
     if (!s->lone) filled->planes &= ~PLANE_BIT(LONE);
     return dropped;
 }
@@ -75,15 +50,10 @@ static uint64_t layout_of_filled(const struct samples *s, struct samples_layout 
 /* Copies the planes that both layouts have. */
 static void copy_planes(struct samples *to, const struct samples *from)
 {
-    const struct samples_layout *a = &to->layout, *b = &from->layout;
-    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
-        if (a->planes & b->planes & UINT64_C(1) << p)
-            memcpy(to->data + a->offset[p], from->data + b->offset[p], plane_bytes(a, p));
-    for (uint32_t k = 0; k < a->light_count; k++)
-        for (uint32_t p = 0; p < LIGHT_PLANE_COUNT; p++)
-            if (a->light_planes[k] & b->light_planes[k] & 1u << p)
-                memcpy(to->data + a->light_offset[k][p], from->data + b->light_offset[k][p],
-                       light_plane_bytes(a, k, p));
+    const uint32_t *a = to->layout.offset, *b = from->layout.offset;
+    for (uint32_t i = 0; i < to->layout.slots; i++)
+        if (a[i] != SAMPLES_ABSENT && b[i] != SAMPLES_ABSENT)
+            memcpy(to->data + a[i], from->data + b[i], samples_slot_bytes(&to->layout, i));
 }
 
 static void write_head(struct bytes_writer *w, const struct samples_layout *layout)

@@ -16,40 +16,33 @@ static const char *const integrator_names[] = {
 };
 static const char *const light_type_names[] = {"point", "spot", "directional", "rectangle"};
 
-static json_t *effects_of(const struct plan_report *report)
+static json_t *names_of(uint64_t bits, const char *(*name)(uint32_t bit))
 {
     json_t *list = json_array();
-    for (unsigned i = 0; i < EFFECT_COUNT; i++)
-        if (report->effects >> i & 1u) json_array_append_new(list, json_string(effect_names[i]));
+    for (uint32_t i = 0; i < 64; i++)
+        if (bits >> i & 1u) json_array_append_new(list, json_string(name(i)));
     return list;
 }
 
-/* Of planes, and of the list beside them. */
-static json_t *planes_of(uint64_t planes)
+static const char *effect_of(uint32_t bit)
 {
-    json_t *list = json_array();
-    for (unsigned i = 0; i < PLANE_ID_COUNT; i++)
-        if (planes >> i & 1u) json_array_append_new(list, json_string(samples_plane(i)->name));
-    if (planes & PLANE_BIT(LONE)) json_array_append_new(list, json_string("lone"));
-    return list;
+    return effect_names[bit];
 }
 
-static json_t *light_planes_of(uint32_t planes)
+/* Of a plane, or of the list beside them. */
+static const char *plane_of(uint32_t bit)
 {
-    json_t *list = json_array();
-    for (unsigned i = 0; i < LIGHT_PLANE_COUNT; i++)
-        if (planes >> i & 1u)
-            json_array_append_new(list, json_string(samples_light_plane(i)->name));
-    return list;
+    return bit == PLANE_LONE ? "lone" : samples_plane(bit)->name;
 }
 
-static json_t *layers_of(uint32_t layers)
+static const char *light_plane_of(uint32_t bit)
 {
-    json_t *list = json_array();
-    for (unsigned i = 0; i < 32; i++)
-        if (layers >> i & 1u)
-            json_array_append_new(list, json_string(layer_name((enum layer)(1u << i))));
-    return list;
+    return samples_plane(samples_light_slot(0, bit))->name;
+}
+
+static const char *layer_of(uint32_t bit)
+{
+    return layer_name((enum layer)(1u << bit));
 }
 
 static json_t *skips_of(const struct plan_report *report)
@@ -197,9 +190,10 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
         "s:s,s:f,"
         "s:f,s:o,s:o}",
-        "integrator", integrator_names[report->integrator], "effects", effects_of(report), "layers",
-        layers_of(report->layers), "planes", planes_of(plan->planes), "light_planes",
-        light_planes_of(plan->light_planes), "filter", filter_method_name(report->method),
+        "integrator", integrator_names[report->integrator], "effects",
+        names_of(report->effects, effect_of), "layers", names_of(report->layers, layer_of),
+        "planes", names_of(plan->planes, plane_of), "light_planes",
+        names_of(plan->light_planes, light_plane_of), "filter", filter_method_name(report->method),
         "filter_why", report->filter_why, "indirect_filter",
         plan_indirect_filter_name(plan->indirect_filter), "indirect_filter_why",
         report->indirect_filter_why, "glossy_filter", plan_glossy_filter_name(plan->glossy_filter),

@@ -92,8 +92,8 @@ static void layouts_do_not_overlap(void **state)
     }
     assert_true(sum > 0);
     for (uint32_t k = 0; k < 3; k++)
-        assert_int_equal(layout.light_offset[k][LIGHT_PLANE_SLOPES], SAMPLES_ABSENT);
-    assert_true(layout.light_offset[3][LIGHT_PLANE_SLOPES] < layout.total_bytes);
+        assert_int_equal(layout.offset[samples_light_slot(k, LIGHT_PLANE_SLOPES)], SAMPLES_ABSENT);
+    assert_true(layout.offset[samples_light_slot(3, LIGHT_PLANE_SLOPES)] < layout.total_bytes);
 }
 
 static void large_layouts_are_refused(void **state)
