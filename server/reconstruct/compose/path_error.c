@@ -32,10 +32,10 @@ static float bounded(float v)
 }
 
 /* What independent samples would have. */
-static float independent(const struct patch_paths *p, int c, size_t i)
+static float independent(const struct patch *p, int c, size_t i)
 {
-    const float n = p->spp[i];
-    return n > 1.0f ? bounded(p->spread[c][i] / (n - 1.0f) / n) : 0.0f;
+    const float n = p->paths.spp[i];
+    return n > 1.0f ? bounded(p->path_spread[c][i] / (n - 1.0f) / n) : 0.0f;
 }
 
 /* The whole number next to log2. */
@@ -145,7 +145,7 @@ static void load(const struct field *f)
     for (int32_t y = f->wide.y0; y < f->wide.y1; y++) {
         size_t i = patch_pixel(patch, f->wide.x0, y), k = index_in(f->wide, f->wide.x0, y);
         for (int32_t x = f->wide.x0; x < f->wide.x1; x++, i++, k++)
-            for (int c = 0; c < 3; c++) f->alone[c][k] = independent(&patch->paths, c, i);
+            for (int c = 0; c < 3; c++) f->alone[c][k] = independent(patch, c, i);
     }
 }
 
@@ -194,7 +194,7 @@ static uint32_t level_of(const struct field *f, size_t k)
 /* A few bright pixels (a lamp's edge) would speak for a whole cell if all were added up. */
 static void add_to_levels(const struct field *f, struct rect r, struct cell *cell)
 {
-    const struct patch_paths *p = &f->patch->paths;
+    const struct patch *p = f->patch;
     cell->n_least = 1e9f;
     for (int32_t y = r.y0; y < r.y1; y++) {
         size_t i = patch_pixel(f->patch, r.x0, y), k = index_in(f->rect, r.x0, y);
@@ -203,11 +203,12 @@ static void add_to_levels(const struct field *f, struct rect r, struct cell *cel
             struct level *level = &cell->levels[level_of(f, k)];
             level->count++;
             for (int c = 0; c < 3; c++) level->alone += (double)f->alone[c][at];
-            if (p->split && p->split_spp[i] > 0.0f)
-                level->halves += (double)bounded(p->split[i] / p->split_spp[i] / p->spp[i]);
-            if (p->spp[i] >= cell->n_least) continue;
-            cell->n_least = p->spp[i];
-            cell->length = p->split_length[i];
+            if (p->path_split && p->paths.split_spp[i] > 0.0f)
+                level->halves +=
+                    (double)bounded(p->path_split[i] / p->paths.split_spp[i] / p->paths.spp[i]);
+            if (p->paths.spp[i] >= cell->n_least) continue;
+            cell->n_least = p->paths.spp[i];
+            cell->length = p->paths.split_length[i];
         }
     }
 }
@@ -291,11 +292,11 @@ static float decay_at(const struct field *f, int32_t x, int32_t y, uint32_t k)
 
 static float share_at(const struct field *f, int32_t x, int32_t y, size_t k)
 {
-    const struct patch_paths *p = &f->patch->paths;
+    const struct patch *p = f->patch;
     const size_t i = patch_pixel(f->patch, x, y);
-    if (!p->split || !(p->spp[i] > 1.0f)) return 1.0f;
-    return stratified(decay_at(f, x, y, level_of(f, k)), (uint32_t)p->spp[i],
-                      rounded_log2(p->split_length[i]));
+    if (!p->path_split || !(p->paths.spp[i] > 1.0f)) return 1.0f;
+    return stratified(decay_at(f, x, y, level_of(f, k)), (uint32_t)p->paths.spp[i],
+                      rounded_log2(p->paths.split_length[i]));
 }
 
 static void store(const struct field *f, struct block_squares *out)
@@ -318,7 +319,7 @@ int32_t path_error_halo_px(const struct plan *plan)
 int path_error_find(const struct patch *patch, struct block_squares *out)
 {
     struct field f;
-    if (!patch->paths.spread[0]) return 0;
+    if (!patch->path_spread[0]) return 0;
     const int error = field_create(patch, out->rect, &f);
     if (!error) {
         load(&f);

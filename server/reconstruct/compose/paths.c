@@ -46,8 +46,8 @@ static void put_samples(const struct patch *patch, struct rect block, const stru
 static uint64_t count_background(const struct patch *patch, struct rect block)
 {
     uint64_t count = 0;
-    for (int32_t y = block.y0; y < block.y1 && patch->paths.coverage; y++) {
-        const float *in = patch->paths.coverage + patch_index(patch, block.x0, y);
+    for (int32_t y = block.y0; y < block.y1 && patch->path_coverage; y++) {
+        const float *in = patch->path_coverage + patch_index(patch, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++) count += in[x] == 0.0f;
     }
     return count;
@@ -56,31 +56,30 @@ static uint64_t count_background(const struct patch *patch, struct rect block)
 void paths_compose(const struct patch *patch, struct rect block, struct image *image,
                    struct block_statistics *statistics)
 {
-    const struct patch_paths *p = &patch->paths;
     const struct mean means[] = {
-        {"R", p->radiance[0]},
-        {"G", p->radiance[1]},
-        {"B", p->radiance[2]},
-        {"A", p->coverage},
-        {"direct.R", p->direct[0]},
-        {"direct.G", p->direct[1]},
-        {"direct.B", p->direct[2]},
-        {"indirect.R", p->indirect[0]},
-        {"indirect.G", p->indirect[1]},
-        {"indirect.B", p->indirect[2]},
-        {"emission.R", p->emission[0]},
-        {"emission.G", p->emission[1]},
-        {"emission.B", p->emission[2]},
-        {"albedo.R", p->albedo[0]},
-        {"albedo.G", p->albedo[1]},
-        {"albedo.B", p->albedo[2]},
-        {"diffuse_direct.R", p->diffuse_direct[0]},
-        {"diffuse_direct.G", p->diffuse_direct[1]},
-        {"diffuse_direct.B", p->diffuse_direct[2]},
-        {"diffuse_indirect.R", p->diffuse_indirect[0]},
-        {"diffuse_indirect.G", p->diffuse_indirect[1]},
-        {"diffuse_indirect.B", p->diffuse_indirect[2]},
-        {"occlusion.O", p->open},
+        {"R", patch->path_radiance[0]},
+        {"G", patch->path_radiance[1]},
+        {"B", patch->path_radiance[2]},
+        {"A", patch->path_coverage},
+        {"direct.R", patch->path_direct[0]},
+        {"direct.G", patch->path_direct[1]},
+        {"direct.B", patch->path_direct[2]},
+        {"indirect.R", patch->path_indirect[0]},
+        {"indirect.G", patch->path_indirect[1]},
+        {"indirect.B", patch->path_indirect[2]},
+        {"emission.R", patch->path_emission[0]},
+        {"emission.G", patch->path_emission[1]},
+        {"emission.B", patch->path_emission[2]},
+        {"albedo.R", patch->path_albedo[0]},
+        {"albedo.G", patch->path_albedo[1]},
+        {"albedo.B", patch->path_albedo[2]},
+        {"diffuse_direct.R", patch->path_diffuse_direct[0]},
+        {"diffuse_direct.G", patch->path_diffuse_direct[1]},
+        {"diffuse_direct.B", patch->path_diffuse_direct[2]},
+        {"diffuse_indirect.R", patch->path_diffuse_indirect[0]},
+        {"diffuse_indirect.G", patch->path_diffuse_indirect[1]},
+        {"diffuse_indirect.B", patch->path_diffuse_indirect[2]},
+        {"occlusion.O", patch->path_occlusion},
     };
     for (size_t i = 0; i < sizeof means / sizeof means[0]; i++)
         put_mean(patch, means[i].sum, block, image_plane(image, means[i].channel));

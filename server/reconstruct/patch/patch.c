@@ -2,8 +2,7 @@
 
 #include <stdlib.h>
 
-#include "proto/samples.h"
-#include "server/reconstruct/patch/scratch.h"
+#include "server/reconstruct/patch/patch_array.h"
 
 /* Arrays start on cache lines, so that vector loops start aligned. */
 #define ALIGN_BYTES 64u
@@ -23,133 +22,38 @@ static void *carve(struct carver *c, size_t element_bytes)
     return at;
 }
 
-static void carve_rgb(struct carver *c, float *out[3])
+static void carve_plane(struct carver *c, struct patch *p, uint32_t slot, uint32_t components)
 {
-    for (int i = 0; i < 3; i++) out[i] = carve(c, sizeof(float));
+    const struct patch_array *array = patch_arrays(slot);
+    for (uint32_t left = components; left > 0; array++) {
+        const uint32_t count = patch_array_holds(array, left);
+        const size_t size = array->element_bytes;
+        if (array->stacked) patch_array_set(p, slot, array, 0, carve(c, count * size));
+        for (uint32_t i = 0; i < count * patch_array_each(array) && !array->stacked; i++)
+            patch_array_set(p, slot, array, i, carve(c, size));
+        left -= count;
+    }
 }
 
-static void carve_subs(struct carver *c, const struct plan *plan, struct patch *p)
+/* How many rays each pixel has. */
+static void carve_counts(struct carver *c, const struct plan *plan, struct patch *p)
 {
-    for (uint32_t k = 0; k < plan->sub_samples; k++) {
-        if (plan->planes >> PLANE_SUB_DEPTH & 1u) p->sub_depth[k] = carve(c, sizeof(float));
-        if (plan->planes >> PLANE_SUB_NORMAL & 1u) carve_rgb(c, p->sub_normal[k]);
-        if (plan->planes >> PLANE_SUB_ALBEDO & 1u) carve_rgb(c, p->sub_albedo[k]);
-        if (plan->planes >> PLANE_SUB_ID & 1u) p->sub_id[k] = carve(c, sizeof(uint32_t));
-    }
-}
-
-static void carve_indirect(struct carver *c, const struct plan *plan, struct patch *p)
-{
-    size_t strata = (size_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
-    if (plan->planes >> PLANE_INDIRECT_MEAN & 1u) carve_rgb(c, p->indirect);
-    if (plan->planes >> PLANE_INDIRECT_HALVES & 1u) {
-        carve_rgb(c, p->indirect_even);
-        carve_rgb(c, p->indirect_odd);
-    }
-    if (plan_has_rounds(plan) && strata > 0) p->bounces = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_REFLECTOR & 1u) p->reflector = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_REFLECTOR_FAR & 1u) p->reflector_far = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_INDIRECT_STRATA & 1u)
-        p->indirect_strata = carve(c, strata * 4 * sizeof(float));
-    if (plan->planes >> PLANE_OPEN & 1u) p->open = carve(c, sizeof(float));
-}
-
-static void carve_glossy(struct carver *c, const struct plan *plan, struct patch *p)
-{
-    if (plan->planes >> PLANE_GLOSSY_MEAN & 1u) {
-        carve_rgb(c, p->glossy);
-        p->glossy_weight = carve(c, sizeof(float));
-    }
-    if (plan->planes >> PLANE_GLOSSY_HALF & 1u) {
-        carve_rgb(c, p->glossy_half);
-        p->glossy_half_weight = carve(c, sizeof(float));
-    }
-    if (plan->planes >> PLANE_GLOSSY_LOBE & 1u) {
-        carve_rgb(c, p->reflectance);
-        p->glossy_alpha = carve(c, sizeof(float));
-    }
-    if (plan->planes >> PLANE_GLOSSY_NEARNESS & 1u) p->glossy_nearness = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_GLOSSY_SPAN & 1u) {
-        p->glossy_near = carve(c, sizeof(float));
-        p->glossy_far = carve(c, sizeof(float));
-    }
+    if (plan_has_rounds(plan) && plan->indirect_strata_per_axis > 0)
+        p->bounces = carve(c, sizeof(float));
     if (plan_has_rounds(plan) && plan->planes >> PLANE_GLOSSY_MEAN & 1u)
         p->glossy_rays = carve(c, sizeof(float));
-    for (uint32_t k = 0; k < plan->sub_samples; k++)
-        if (plan->planes >> PLANE_SUB_REFLECTANCE & 1u) carve_rgb(c, p->sub_reflectance[k]);
-}
-
-static void carve_lens(struct carver *c, const struct plan *plan, struct patch *p)
-{
-    const size_t samples = (size_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    if (plan->planes >> PLANE_LENS_RADIANCE & 1u)
-        p->lens_radiance = carve(c, samples * 3 * sizeof(float));
-    if (plan->planes >> PLANE_LENS_SLOPE & 1u) p->lens_slope = carve(c, samples * sizeof(float));
-    if (plan->lens_light != LENS_LIGHT_OWN) {
-        p->lens_depth = carve(c, samples * sizeof *p->lens_depth);
-        p->lens_normal = carve(c, samples * sizeof *p->lens_normal);
-        p->lens_albedo = carve(c, samples * sizeof *p->lens_albedo);
-        p->lens_light = carve(c, samples * sizeof *p->lens_light);
-        if (plan->planes >> PLANE_LENS_LOBE & 1u)
-            p->lens_lobe = carve(c, samples * sizeof *p->lens_lobe);
-    }
-    if (plan->planes >> PLANE_LENS_COVERAGE & 1u) p->lens_coverage = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_LENS_MORE & 1u) {
-        p->lens_more = carve(c, 4 * sizeof(float));
-        p->lens_paths = carve(c, sizeof(float));
-    }
-}
-
-static void carve_light(struct carver *c, const struct plan *plan, uint32_t k, struct patch *p)
-{
-    uint32_t planes = plan_light_planes(plan, k);
-    uint32_t l = plan->lights[k].strata_per_axis;
-    struct patch_light *light = &p->lights[k];
-    if (planes >> LIGHT_PLANE_IRRADIANCE & 1u) light->irradiance = carve(c, sizeof(float));
-    if (planes >> LIGHT_PLANE_VISIBILITY & 1u) light->visibility = carve(c, (l * l + 7u) / 8u);
-    if (planes >> LIGHT_PLANE_SLOPES & 1u) {
-        light->slope_min = carve(c, sizeof(float));
-        light->slope_max = carve(c, sizeof(float));
-    }
-}
-
-static void carve_plane(struct carver *c, const struct plan *plan, enum plane_id plane,
-                        float *out[3])
-{
-    if (plan->planes >> plane & 1u) carve_rgb(c, out);
-}
-
-static void carve_paths(struct carver *c, const struct plan *plan, struct patch_paths *p)
-{
-    p->spp = carve(c, sizeof(float));
-    p->split_spp = carve(c, sizeof(float));
-    p->split_length = carve(c, sizeof(float));
-    carve_plane(c, plan, PLANE_PATH_RADIANCE, p->radiance);
-    carve_plane(c, plan, PLANE_PATH_SPREAD, p->spread);
-    carve_plane(c, plan, PLANE_PATH_EMISSION, p->emission);
-    carve_plane(c, plan, PLANE_PATH_DIRECT, p->direct);
-    carve_plane(c, plan, PLANE_PATH_INDIRECT, p->indirect);
-    carve_plane(c, plan, PLANE_PATH_DIFFUSE_DIRECT, p->diffuse_direct);
-    carve_plane(c, plan, PLANE_PATH_DIFFUSE_INDIRECT, p->diffuse_indirect);
-    carve_plane(c, plan, PLANE_PATH_ALBEDO, p->albedo);
-    if (plan->planes >> PLANE_PATH_COVERAGE & 1u) p->coverage = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_PATH_OCCLUSION & 1u) p->open = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_PATH_SPLIT & 1u) p->split = carve(c, sizeof(float));
+    if (plan->planes >> PLANE_LENS_MORE & 1u) p->lens_paths = carve(c, sizeof(float));
+    if (plan->paths.spp == 0) return;
+    p->paths.spp = carve(c, sizeof(float));
+    p->paths.split_spp = carve(c, sizeof(float));
+    p->paths.split_length = carve(c, sizeof(float));
 }
 
 static void carve_all(struct carver *c, const struct plan *plan, struct patch *p)
 {
-    if (plan->planes >> PLANE_DEPTH & 1u) p->depth = carve(c, sizeof(float));
-    if (plan->planes >> PLANE_NORMAL & 1u) carve_rgb(c, p->normal);
-    if (plan->planes >> PLANE_ALBEDO & 1u) carve_rgb(c, p->albedo);
-    if (plan->planes >> PLANE_ID & 1u) p->id = carve(c, sizeof(uint32_t));
-    carve_subs(c, plan, p);
-    if (plan->planes >> PLANE_EMISSION & 1u) carve_rgb(c, p->emission);
-    carve_indirect(c, plan, p);
-    carve_glossy(c, plan, p);
-    carve_lens(c, plan, p);
-    for (uint32_t k = 0; k < plan->light_count; k++) carve_light(c, plan, k, p);
-    if (plan->paths.spp > 0) carve_paths(c, plan, &p->paths);
+    for (uint32_t slot = 0; slot < samples_light_slot(plan->light_count, 0); slot++)
+        carve_plane(c, p, slot, samples_components(plan, slot));
+    carve_counts(c, plan, p);
 }
 
 size_t patch_bytes(const struct plan *plan, size_t area)
@@ -225,6 +129,13 @@ bool patch_has_far_lobes(const struct plan *plan)
 bool patch_has_far_paths(const struct plan *plan)
 {
     return plan->planes >> PLANE_PATH_SPREAD & 1u;
+}
+
+uint32_t patch_far(const struct plan *plan)
+{
+    return PATCH_FAR | (patch_has_far_indirect(plan) ? PATCH_FAR_INDIRECT : 0u) |
+           (patch_has_far_lobes(plan) ? PATCH_FAR_LOBES : 0u) |
+           (patch_has_far_paths(plan) ? PATCH_FAR_PATHS : 0u);
 }
 
 bool patch_has_surface(const struct patch *patch, size_t i)

@@ -1,37 +1,35 @@
 #pragma once
-/* The samples of a block and its halo as float arrays: what reconstruction reads.
+/* The samples of a block and its halo as arrays of numbers: what reconstruction reads.
  *
- * All arrays have width * height elements of the rect, row by row, and are NULL when the plan does
- * not have their plane. One allocation, owned by the patch, and one of what lone sub-samples have.
- * The halo is cut at the image's border. Under a filter, and where halves tell of errors, there are
- * in the far halo, outside `core`, only depth, normal and what the plan's filters read: of shadows
- * the lights' visibility and slopes; of indirect light id, indirect light, reflector and open
- * shares; of glossy lobes id, light and its half, alpha and how far they see; lens samples; and
- * what tells of errors of paths. The other arrays are not set there. Distances are at most 1e16, so
- * that their squares are finite; normals are 0 without surface. */
+ * Planes become the fields that proto/plane.def names: what it gives an ARRAY has width * height
+ * elements of the rect, row by row, for each component; a STACK has so many after each other. They
+ * are NULL where the plan does not have the plane. Scales are taken out: radiance and distances are
+ * those of the scene, of sub-samples, too. One allocation, owned by the patch, and one of what lone
+ * sub-samples have.
+ *
+ * The halo is cut at the image's border. Under a filter, and where halves tell of errors, the far
+ * halo, outside `core`, has only the arrays that the plan's filters read (enum patch_reach); the
+ * others are not set there. Distances are at most 1e16, so that their squares are finite; normals
+ * are 0 without surface. */
 #include <stdbool.h>
 
-#include "proto/plan.h"
+#include "proto/samples.h"
 #include "server/reconstruct/patch/lone_share.h"
 #include "server/reconstruct/patch/scratch.h"
 
+#define ARRAY(type, field, dimensions, ...) type *field dimensions;
+#define STACK(type, field, ...)             type *field;
+
 struct patch_light {
-    float *irradiance;   /* E of plan.h */
-    uint8_t *visibility; /* visibility_bytes planes of w*h bytes, as samples.h */
-    float *slope_min, *slope_max;
+#define LIGHT_PLANE(number, name, key, type, components, per, values, arrays, ...) arrays
+#include "proto/plane.def"
 };
 
-/* Sums over the samples of each pixel, as in proto/samples.h. */
+/* Samples of each pixel that its sums over paths hold: tiles of a block may differ. */
 struct patch_paths {
-    float *spp; /* samples in the sums so far: tiles of a block may differ; at least 1 */
-    float *radiance[3], *spread[3];
-    float *emission[3], *direct[3], *indirect[3];
-    float *diffuse_direct[3], *diffuse_indirect[3];
-    float *albedo[3];
-    float *coverage, *open; /* samples that meet a surface; those whose occlusion ray is open */
-    float *split;           /* squared differences of halves, summed over rgb and parts */
-    float *split_spp;       /* samples in those parts */
-    float *split_length;    /* of such a part, in the mean over these samples */
+    float *spp;          /* at least 1 */
+    float *split_spp;    /* those in parts that path_split is made of */
+    float *split_length; /* of such a part, in the mean over these samples */
 };
 
 /* Pixels around a block that belong to the core: whose lighting its sub-samples borrow. All that
@@ -41,52 +39,24 @@ struct patch_paths {
 struct patch {
     struct rect rect; /* in image pixels */
     struct rect core; /* within it: everything is there */
-    float *depth;     /* 0: no surface */
-    float *normal[3];
-    float *albedo[3];
-    uint32_t *id;
-    float *sub_depth[LIMIT_SUB_SAMPLES]; /* absolute distance along the sub-sample's ray; 0: none */
-    float *sub_normal[LIMIT_SUB_SAMPLES][3];
-    float *sub_albedo[LIMIT_SUB_SAMPLES][3];
-    uint32_t *sub_id[LIMIT_SUB_SAMPLES]; /* low 16 bits */
-    float *emission[3];                  /* radiance, scale taken out */
-    float *indirect[3];                  /* mean radiance, scale taken out */
-    float *indirect_even[3], *indirect_odd[3];
-    float
-        *reflector; /* scene units; from REFLECTOR_NONE * length_unit on: nothing met; 0: no rays */
-    float *reflector_far;   /* scene units; the farthest that was met; 0: nothing */
-    float *bounces;         /* bounce rays of the pixel so far, also in the far halo; NULL unless
-                               pixels may differ: under a plan that has rounds */
-    float *indirect_strata; /* l_i^2 * 4 planes */
-    float *open;            /* share of the bounce rays that meet nothing near */
-    float *glossy[3];       /* mean of weight times radiance, scale taken out, over reflectance */
-    float *glossy_weight;   /* of weight alone, over reflectance */
-    float *glossy_half[3];  /* the same two of half of the pixel's rays */
-    float *glossy_half_weight;
-    float *glossy_alpha;             /* 0: no glossy lobe */
-    float *glossy_nearness;          /* mean of 1 / distance, scene units */
-    float *glossy_near, *glossy_far; /* as reflector and reflector_far, of the lobe's rays */
-    float *glossy_rays; /* of the lobe so far, as `bounces`: also in the far halo; NULL unless
-                           pixels may differ */
-    float *reflectance[3];
-    float *sub_reflectance[LIMIT_SUB_SAMPLES][3];
-    float *lens_radiance; /* l_u^2 * 3 planes: sample * 3 + channel, scale taken out */
-    float *lens_slope;    /* l_u^2 planes; pixels per unit of the lens */
-    uint16_t *lens_depth, *lens_normal; /* l_u^2 planes each, and so below: as in samples.h */
-    uint32_t *lens_albedo, *lens_light;
-    uint32_t *lens_lobe;  /* NULL where fields light no lobes of lens samples */
-    float *lens_coverage; /* share of the lens samples that meet a surface */
-    float *lens_more;  /* 4 planes: of second sets mean radiance, rgb, and its root mean square */
-    float *lens_paths; /* how many paths these have; 0 or PLAN_LENS_SIDE squared */
-    bool lens_drawn;   /* the picture has what the first sets show, filtered */
-    uint8_t *lens_levels;   /* borrowed: for how much the pixels of a block that is composed need a
-                               second set (lens_extra.h), row by row; NULL: nobody asks */
-    struct lone_share lone; /* of the core; entries owned */
+#define PLANE(number, name, key, type, components, per, values, merge, arrays, ...) arrays
+#include "proto/plane.def"
+    /* How many rays each pixel has so far, also in the far halo; NULL unless pixels may differ:
+     * under a plan that has rounds. */
+    float *bounces;
+    float *glossy_rays;       /* of the lobe */
+    float *lens_paths;        /* of lens_more: 0 or PLAN_LENS_SIDE squared */
+    struct patch_paths paths; /* also without rounds */
     struct patch_light lights[LIMIT_LIGHTS];
-    struct patch_paths paths;
+    bool lens_drawn;         /* the picture has what the first sets show, filtered */
+    uint8_t *lens_levels;    /* borrowed: for how much the pixels of a block that is composed need a
+                                second set (lens_extra.h), row by row; NULL: nobody asks */
+    struct lone_share lone;  /* of the core; entries owned */
     struct scratch *scratch; /* borrowed: of the patch, and for work on it; NULL: the heap */
     void *memory;            /* owned; taken from there */
 };
+#undef ARRAY
+#undef STACK
 
 /* Bytes of the arrays that the plan has for so many pixels. */
 size_t patch_bytes(const struct plan *plan, size_t area);
@@ -110,6 +80,9 @@ bool patch_has_far_lobes(const struct plan *plan);
 
 /* Whether the far halo has what tells of errors of paths: spreads, halves, counts. */
 bool patch_has_far_paths(const struct plan *plan);
+
+/* What the far halo has, of enum patch_reach. */
+uint32_t patch_far(const struct plan *plan);
 
 /* True when pixel i's centre shows a surface, as far as the patch can tell. */
 bool patch_has_surface(const struct patch *patch, size_t i);

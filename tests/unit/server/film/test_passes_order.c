@@ -42,18 +42,17 @@ static uint32_t check_patch(const struct plan *plan, const struct patch *patch)
     for (int32_t y = patch->rect.y0; y < patch->rect.y1; y++) {
         for (int32_t x = patch->rect.x0; x < patch->rect.x1; x++, i++) {
             const uint32_t passes = passes_of(plan, patch->paths.spp[i]);
-            const struct patch_paths *p = &patch->paths;
             if (passes < least) least = passes;
             for (uint32_t c = 0; c < 3; c++) {
-                assert_true(p->radiance[c][i] ==
+                assert_true(patch->path_radiance[c][i] ==
                             synthetic_passes_sum(plan, PLANE_PATH_RADIANCE, x, y, passes, c));
                 assert_true(
-                    p->diffuse_indirect[c][i] ==
+                    patch->path_diffuse_indirect[c][i] ==
                     synthetic_passes_sum(plan, PLANE_PATH_DIFFUSE_INDIRECT, x, y, passes, c));
             }
-            assert_true(p->coverage[i] ==
+            assert_true(patch->path_coverage[i] ==
                         synthetic_passes_sum(plan, PLANE_PATH_COVERAGE, x, y, passes, 0));
-            assert_true(p->open[i] ==
+            assert_true(patch->path_occlusion[i] ==
                         synthetic_passes_sum(plan, PLANE_PATH_OCCLUSION, x, y, passes, 0));
             assert_true(patch->depth[i] == synthetic_pixel(plan, x, y).depth);
         }

@@ -41,7 +41,7 @@ static double fill(float (*value)(size_t pixel, uint32_t k), uint32_t spp)
 {
     const struct plan_pass pass = {.count = spp};
     const struct plan_split parts = plan_pass_split(&pass);
-    struct patch_paths *p = &patch->paths;
+    struct patch *p = patch;
     double sum = 0;
     for (size_t i = 0; i < SIDE * SIDE; i++) {
         double mean = 0, spread = 0, split = 0;
@@ -49,10 +49,10 @@ static double fill(float (*value)(size_t pixel, uint32_t k), uint32_t spp)
         for (uint32_t k = 0; k < spp; k++) spread += pow((double)value(i, k) - mean, 2);
         for (uint32_t k = 0; k < parts.length; k++)
             split += k < parts.length / 2 ? (double)value(i, k) : -(double)value(i, k);
-        for (int c = 0; c < 3; c++) p->spread[c][i] = (float)spread;
-        p->spp[i] = (float)spp;
-        p->split[i] = (float)(3 * split * split);
-        p->split_spp[i] = p->split_length[i] = (float)parts.length;
+        for (int c = 0; c < 3; c++) p->path_spread[c][i] = (float)spread;
+        p->paths.spp[i] = (float)spp;
+        p->path_split[i] = (float)(3 * split * split);
+        p->paths.split_spp[i] = p->paths.split_length[i] = (float)parts.length;
         sum += mean * mean / (SIDE * SIDE);
     }
     return sum;
@@ -136,10 +136,10 @@ static void what_tells_nothing_is_nothing(void **state)
     fill(noise, 1);
     assert_true(found() == 0.0);
     fill(noise, SPP);
-    for (size_t i = 0; i < SIDE * SIDE; i++) patch->paths.split[i] = 0.0f;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_split[i] = 0.0f;
     assert_true(found() < 1e-4);
-    for (size_t i = 0; i < SIDE * SIDE; i++) patch->paths.split[i] = INFINITY;
-    for (size_t i = 0; i < SIDE * SIDE; i++) patch->paths.spread[2][i] = INFINITY;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_split[i] = INFINITY;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_spread[2][i] = INFINITY;
     assert_true(isfinite(found()));
 }
 
@@ -154,9 +154,9 @@ static struct patch *cut(struct rect block)
     for (int32_t y = part->rect.y0; y < part->rect.y1; y++)
         for (int32_t x = part->rect.x0; x < part->rect.x1; x++) {
             const size_t from = patch_pixel(patch, x, y), to = patch_pixel(part, x, y);
-            for (int c = 0; c < 3; c++) part->paths.spread[c][to] = patch->paths.spread[c][from];
+            for (int c = 0; c < 3; c++) part->path_spread[c][to] = patch->path_spread[c][from];
             part->paths.spp[to] = patch->paths.spp[from];
-            part->paths.split[to] = patch->paths.split[from];
+            part->path_split[to] = patch->path_split[from];
             part->paths.split_spp[to] = patch->paths.split_spp[from];
             part->paths.split_length[to] = patch->paths.split_length[from];
         }
@@ -204,7 +204,7 @@ static void cells_do_not_show(void **state)
     fill(half_stratified, SPP);
     /* The same spread everywhere: what is left of steps is of the shares alone. */
     for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
-        for (int c = 0; c < 3; c++) patch->paths.spread[c][i] = 1.0f;
+        for (int c = 0; c < 3; c++) patch->path_spread[c][i] = 1.0f;
     found();
     for (int32_t x = 1; x < SIDE; x++)
         for (int32_t y = 0; y < SIDE; y++) {

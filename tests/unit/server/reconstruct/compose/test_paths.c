@@ -175,7 +175,7 @@ static void pictures_are_finite(void **state)
         static const float hostile[] = {INFINITY, NAN, 3e38f, 1.0f};
         patch->paths.spp[i] = 16.0f;
         for (int c = 0; c < 3; c++)
-            patch->paths.radiance[c][i] = patch->paths.spread[c][i] = hostile[i];
+            patch->path_radiance[c][i] = patch->path_spread[c][i] = hostile[i];
     }
     assert_int_equal(block_reconstruct(&plan, patch, all, image, &statistics), 0);
     for (int32_t x = 0; x < 4; x++) {

@@ -8,29 +8,41 @@
 
 #include <string.h>
 
-#include "server/reconstruct/patch/patch.h"
-#include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "server/reconstruct/patch/patch_array.h"
+#include "tests/unit/server/reconstruct/synthetic.h"
 
 /* Fills an array with a byte of its own; remembers it. */
 struct arrays {
-    uint8_t *at[64];
-    size_t size_bytes[64];
+    uint8_t *at[255];
+    size_t size_bytes[255];
     int count;
 };
 
 static void add(struct arrays *a, void *array, size_t size_bytes)
 {
     assert_non_null(array);
-    assert_int_equal((uintptr_t)array % 64, 0);
+    assert_true((uintptr_t)array % 64 == 0 && a->count < 255);
     a->at[a->count] = array;
     a->size_bytes[a->count] = size_bytes;
     memset(array, a->count + 1, size_bytes);
     a->count++;
 }
 
-static void add_rgb(struct arrays *a, float *const rgb[3], size_t size_bytes)
+/* All of a plane's components have a place. */
+static void add_plane(struct arrays *a, const struct plan *plan, const struct patch *p,
+                      uint32_t slot, size_t area)
 {
-    for (int c = 0; c < 3; c++) add(a, rgb[c], size_bytes);
+    uint32_t left = samples_components(plan, slot);
+    assert_true(left > 0);
+    for (const struct patch_array *array = patch_arrays(slot); array->pointers > 0; array++) {
+        const uint32_t count = patch_array_holds(array, left), each = patch_array_each(array);
+        const size_t size_bytes = area * array->element_bytes;
+        if (array->stacked) add(a, patch_array_get(p, slot, array, 0), count * size_bytes);
+        for (uint32_t i = 0; i < count * each && !array->stacked; i++)
+            add(a, patch_array_get(p, slot, array, i), size_bytes);
+        left -= count;
+    }
+    assert_int_equal(left, 0);
 }
 
 static void arrays_do_not_overlap(void **state)
@@ -39,69 +51,28 @@ static void arrays_do_not_overlap(void **state)
     struct plan plan;
     struct patch *p;
     struct arrays a = {.count = 0};
+    const size_t area = 35, bytes = area * sizeof(float);
     synthetic_plan(&plan, 64, 64, 32);
-    plan.planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(INDIRECT_STRATA) |
-                   PLANE_BIT(OPEN);
+    plan.planes = PLANE_BIT(ID_COUNT) - 1;
+    plan.lens_strata_per_axis = 2;
+    plan.paths.spp = 16;
+    plan.target_error = 1; /* rounds */
+    plan.light_count = 2;
+    plan.lights[1] = plan.lights[0];
     assert_int_equal(patch_create(&plan, (struct rect){3, 4, 10, 9}, &p), 0);
-    size_t area = 35, bytes = area * 4;
-    add(&a, p->depth, bytes);
-    add(&a, p->id, bytes);
-    add_rgb(&a, p->normal, bytes);
-    add_rgb(&a, p->albedo, bytes);
-    for (int k = 0; k < 3; k++) {
-        add(&a, p->sub_depth[k], bytes);
-        add(&a, p->sub_id[k], bytes);
-        add_rgb(&a, p->sub_normal[k], bytes);
-        add_rgb(&a, p->sub_albedo[k], bytes);
-    }
-    add_rgb(&a, p->emission, bytes);
-    add_rgb(&a, p->indirect, bytes);
-    add_rgb(&a, p->indirect_even, bytes);
-    add_rgb(&a, p->indirect_odd, bytes);
-    add(&a, p->reflector, bytes);
-    add(&a, p->indirect_strata, bytes * 9 * 4);
-    add(&a, p->open, bytes);
-    add(&a, p->lights[0].irradiance, bytes);
-    add(&a, p->lights[0].visibility, area * 2);
-    add(&a, p->lights[0].slope_min, bytes);
-    add(&a, p->lights[0].slope_max, bytes);
+    for (uint32_t slot = 0; slot < samples_light_slot(2, 0); slot++)
+        add_plane(&a, &plan, p, slot, area);
+    float *const counts[] = {p->bounces,   p->glossy_rays,     p->lens_paths,
+                             p->paths.spp, p->paths.split_spp, p->paths.split_length};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) add(&a, counts[i], bytes);
     for (int i = 0; i < a.count; i++) {
         for (size_t b = 0; b < a.size_bytes[i]; b++) assert_int_equal(a.at[i][b], i + 1);
     }
+    assert_true((void *)p->depth == a.at[0] && (void *)p->normal[2] == a.at[3]);
+    assert_true(p->sub_normal[2][2] && p->indirect_odd[2] && p->glossy_half_weight && p->lens_lobe);
+    assert_true(p->lights[1].irradiance && p->lights[1].slope_max != p->lights[0].slope_max);
     patch_destroy(&p);
     assert_null(p);
-    patch_destroy(&p);
-}
-
-static void paths_do_not_overlap(void **state)
-{
-    (void)state;
-    struct plan plan;
-    struct patch *p;
-    struct arrays a = {.count = 0};
-    synthetic_paths_plan(&plan, 64, 64, 32, 16);
-    assert_int_equal(patch_create(&plan, (struct rect){3, 4, 10, 9}, &p), 0);
-    const size_t bytes = 35 * sizeof(float);
-    add(&a, p->depth, bytes);
-    add(&a, p->paths.spp, bytes);
-    add_rgb(&a, p->paths.radiance, bytes);
-    add_rgb(&a, p->paths.spread, bytes);
-    add_rgb(&a, p->paths.emission, bytes);
-    add_rgb(&a, p->paths.direct, bytes);
-    add_rgb(&a, p->paths.indirect, bytes);
-    add_rgb(&a, p->paths.diffuse_direct, bytes);
-    add_rgb(&a, p->paths.diffuse_indirect, bytes);
-    add_rgb(&a, p->paths.albedo, bytes);
-    add(&a, p->paths.coverage, bytes);
-    add(&a, p->paths.open, bytes);
-    for (int i = 0; i < a.count; i++)
-        for (size_t b = 0; b < a.size_bytes[i]; b++) assert_int_equal(a.at[i][b], i + 1);
-    patch_destroy(&p);
-    plan.planes &= ~(PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_COVERAGE));
-    assert_int_equal(patch_create(&plan, (struct rect){0, 0, 1, 1}, &p), 0);
-    assert_non_null(p->paths.radiance[0]);
-    assert_null(p->paths.spread[0]);
-    assert_null(p->paths.coverage);
     patch_destroy(&p);
 }
 
@@ -121,6 +92,7 @@ static void absent_planes_are_null(void **state)
     assert_null(p->sub_depth[0]);
     assert_null(p->indirect[0]);
     assert_null(p->indirect_strata);
+    assert_null(p->path_spread[0]);
     assert_non_null(p->lights[0].irradiance);
     assert_null(p->lights[0].visibility);
     assert_non_null(p->lights[1].irradiance);
@@ -144,7 +116,6 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arrays_do_not_overlap),
-        cmocka_unit_test(paths_do_not_overlap),
         cmocka_unit_test(absent_planes_are_null),
         cmocka_unit_test(an_empty_rect_is_refused),
     };
