@@ -27,41 +27,30 @@ static void merge_spreads(struct samples *sum, double sum_spp, const struct samp
                      samples_f32(more, PLANE_PATH_RADIANCE, c), area, sum_spp, more_spp);
 }
 
-static void add_plane(struct samples *sum, const struct samples *more, enum plane_id plane,
-                      size_t area)
+static void add(float *to, const float *from, size_t area)
 {
-    const bool scalar =
-        plane == PLANE_PATH_COVERAGE || plane == PLANE_PATH_OCCLUSION || plane == PLANE_PATH_SPLIT;
-    for (uint32_t c = 0; c < (scalar ? 1u : 3u); c++) {
-        float *to = samples_f32(sum, plane, c);
-        const float *from = samples_f32(more, plane, c);
-        for (size_t i = 0; i < area; i++) to[i] += from[i];
-    }
+    for (size_t i = 0; i < area; i++) to[i] += from[i];
 }
 
-static void add_paths(struct samples *sum, uint32_t sum_spp, const struct samples *more,
-                      uint32_t more_spp)
-{
-    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    const uint64_t planes = sum->layout.planes & PLANES_PATH & ~PLANE_BIT(PATH_SPREAD);
-    merge_spreads(sum, sum_spp, more, more_spp, area); /* needs the radiance of before */
-    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
-        if (planes >> p & 1u) add_plane(sum, more, p, area);
-}
+/* What two means weigh. */
+struct weights {
+    float own, more;
+    const uint8_t *sides; /* squared `more` of each pixel; NULL: all have the same */
+};
 
 #define RUN 64 /* pixels whose halves are numbers at a time */
 
 /* to = the mean of to and from, weighted; finite halves stay finite. */
-static void merge_means(uint16_t *to, const uint16_t *from, size_t area, float to_weight,
-                        float from_weight)
+static void merge_means(uint16_t *to, const uint16_t *from, size_t area, const struct weights *w)
 {
-    const float share = from_weight / (to_weight + from_weight);
-    float a[RUN], b[RUN];
+    float a[RUN], b[RUN], more[RUN];
     for (size_t done = 0; done < area; done += RUN) {
         const size_t n = area - done < RUN ? area - done : RUN;
         half_to_floats(to + done, a, n);
         half_to_floats(from + done, b, n);
-        for (size_t i = 0; i < n; i++) a[i] += share * (b[i] - a[i]);
+        for (size_t i = 0; i < n; i++)
+            more[i] = w->sides ? (float)w->sides[done + i] * (float)w->sides[done + i] : w->more;
+        for (size_t i = 0; i < n; i++) a[i] += more[i] / (w->own + more[i]) * (b[i] - a[i]);
         half_from_floats(a, to + done, n);
     }
 }
@@ -73,103 +62,66 @@ static void take_nearer(uint16_t *to, const uint16_t *from, size_t area)
     for (size_t i = 0; i < area; i++) to[i] = from[i] < to[i] ? from[i] : to[i];
 }
 
-/* Rays of glossy lobes: as many as bounce rays. Their halves are of one size but for one ray. */
-static void add_lobes(struct samples *sum, uint32_t count, const struct samples *more,
-                      uint32_t more_count)
+/* Two passes of a tile. */
+struct addition {
+    struct samples *sum;
+    const struct samples *more;
+    struct pass_counts sum_counts, more_counts;
+    size_t area;
+};
+
+/* Of component c of a plane; false: `more` has none of its rays. */
+static bool weigh(const struct addition *a, enum samples_merge merge, uint32_t c, struct weights *w)
 {
-    static const enum plane_id planes[] = {PLANE_GLOSSY_MEAN, PLANE_GLOSSY_HALF,
-                                           PLANE_GLOSSY_NEARNESS};
-    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    for (size_t k = 0; k < sizeof planes / sizeof planes[0]; k++) {
-        const uint32_t components = planes[k] == PLANE_GLOSSY_NEARNESS ? 1 : 4;
-        for (uint32_t c = 0; c < components && samples_u16(sum, planes[k], c); c++)
-            merge_means(samples_u16(sum, planes[k], c), samples_u16(more, planes[k], c), area,
-                        (float)count, (float)more_count);
+    const uint32_t own = a->sum_counts.bounces, more = a->more_counts.bounces;
+    switch (merge) {
+    case SAMPLES_MEAN:
+        *w = (struct weights){(float)own, (float)more, a->more_counts.sides};
+        break;
+    case SAMPLES_MEAN_LOBES:
+        *w = (struct weights){(float)own, (float)more, a->more_counts.lobes};
+        break;
+    case SAMPLES_MEAN_LENS:
+        *w = (struct weights){(float)a->sum->layout.lens_strata, 0.0f, a->more_counts.sides};
+        break;
+    default: /* the mean over even rays, then over odd ones, of which there may be one less */
+        *w = (struct weights){(float)(c < 3 ? own - own / 2 : own / 2), 0.5f * (float)more, NULL};
     }
+    return w->more > 0.0f || w->sides;
 }
 
-static void add_bounces(struct samples *sum, uint32_t count, const struct samples *more,
-                        uint32_t more_count)
+static void merge_component(const struct addition *a, enum samples_merge merge, uint32_t c,
+                            void *to, const void *from)
 {
-    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    const uint32_t odd_count = count / 2;
-    const float odd = (float)odd_count, even = (float)(count - odd_count),
-                half = 0.5f * (float)more_count;
-    for (uint32_t c = 0; c < 6 && samples_u16(sum, PLANE_INDIRECT_HALVES, c); c++)
-        merge_means(samples_u16(sum, PLANE_INDIRECT_HALVES, c),
-                    samples_u16(more, PLANE_INDIRECT_HALVES, c), area, c < 3 ? even : odd, half);
-    if (samples_u16(sum, PLANE_OPEN, 0))
-        merge_means(samples_u16(sum, PLANE_OPEN, 0), samples_u16(more, PLANE_OPEN, 0), area,
-                    (float)count, (float)more_count);
-    if (samples_u16(sum, PLANE_REFLECTOR, 0))
-        take_nearer(samples_u16(sum, PLANE_REFLECTOR, 0), samples_u16(more, PLANE_REFLECTOR, 0),
-                    area);
-}
-
-/* to = the mean of to, of `count` rays, and from, of so many squared. */
-static void merge_sides(uint16_t *to, const uint16_t *from, size_t area, float count,
-                        const uint8_t *sides)
-{
-    float a[RUN], b[RUN];
-    for (size_t done = 0; done < area; done += RUN) {
-        const size_t n = area - done < RUN ? area - done : RUN;
-        half_to_floats(to + done, a, n);
-        half_to_floats(from + done, b, n);
-        for (size_t i = 0; i < n; i++) {
-            const float more = (float)sides[done + i] * (float)sides[done + i];
-            a[i] += more / (count + more) * (b[i] - a[i]);
-        }
-        half_from_floats(a, to + done, n);
+    struct weights weights;
+    switch (merge) {
+    case SAMPLES_FIRST:
+    case SAMPLES_SPREAD:
+        break;
+    case SAMPLES_SUM:
+        if (a->more_counts.paths > 0) add(to, from, a->area);
+        break;
+    case SAMPLES_NEAREST:
+        if (a->more_counts.bounces > 0) take_nearer(to, from, a->area);
+        break;
+    case SAMPLES_LATEST:
+        if (a->more_counts.sides) memcpy(to, from, a->area * sizeof(float));
+        break;
+    default:
+        if (weigh(a, merge, c, &weights)) merge_means(to, from, a->area, &weights);
     }
-}
-
-/* Of rays of glossy lobes; light and weights together, whose quotient filters make. */
-static void add_second_lobes(struct samples *sum, uint32_t count, const struct samples *more,
-                             const uint8_t *lobes)
-{
-    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    for (uint32_t c = 0; c < 4 && samples_u16(sum, PLANE_GLOSSY_MEAN, c); c++)
-        merge_sides(samples_u16(sum, PLANE_GLOSSY_MEAN, c), samples_u16(more, PLANE_GLOSSY_MEAN, c),
-                    area, (float)count, lobes);
-}
-
-static void add_second_set(struct samples *sum, uint32_t count, const struct samples *more,
-                           const uint8_t *sides)
-{
-    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    for (uint32_t c = 0; c < 3 && samples_u16(sum, PLANE_INDIRECT_MEAN, c); c++)
-        merge_sides(samples_u16(sum, PLANE_INDIRECT_MEAN, c),
-                    samples_u16(more, PLANE_INDIRECT_MEAN, c), area, (float)count, sides);
-    if (samples_u16(sum, PLANE_OPEN, 0))
-        merge_sides(samples_u16(sum, PLANE_OPEN, 0), samples_u16(more, PLANE_OPEN, 0), area,
-                    (float)count, sides);
-}
-
-/* Where a pixel has a second set, that is what it brings. */
-static void add_lens_more(struct samples *sum, const struct samples *more, const uint8_t *sides)
-{
-    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
-    for (uint32_t c = 0; c < 4; c++)
-        memcpy(samples_f32(sum, PLANE_LENS_MORE, c), samples_f32(more, PLANE_LENS_MORE, c),
-               area * sizeof(float));
-    if (samples_u16(sum, PLANE_LENS_COVERAGE, 0))
-        merge_sides(samples_u16(sum, PLANE_LENS_COVERAGE, 0),
-                    samples_u16(more, PLANE_LENS_COVERAGE, 0), area, (float)sum->layout.lens_strata,
-                    sides);
 }
 
 void passes_add(struct samples *sum, struct pass_counts sum_counts, const struct samples *more,
                 struct pass_counts more_counts)
 {
-    if (more_counts.paths > 0) add_paths(sum, sum_counts.paths, more, more_counts.paths);
-    if (more_counts.bounces > 0) {
-        add_bounces(sum, sum_counts.bounces, more, more_counts.bounces);
-        add_lobes(sum, sum_counts.bounces, more, more_counts.bounces);
-    }
-    if (more_counts.lobes) add_second_lobes(sum, sum_counts.bounces, more, more_counts.lobes);
-    if (!more_counts.sides) return;
-    if (samples_f32(sum, PLANE_LENS_MORE, 0))
-        add_lens_more(sum, more, more_counts.sides);
-    else
-        add_second_set(sum, sum_counts.bounces, more, more_counts.sides);
+    const size_t area = (size_t)sum->layout.width_px * (size_t)sum->layout.height_px;
+    const struct addition a = {sum, more, sum_counts, more_counts, area};
+    const uint64_t planes = sum->layout.planes & more->layout.planes;
+    if (more_counts.paths > 0) /* needs the radiance of before */
+        merge_spreads(sum, sum_counts.paths, more, more_counts.paths, area);
+    for (uint32_t p = 0; p < PLANE_ID_COUNT; p++)
+        for (uint32_t c = 0; planes >> p & 1u && c < sum->layout.components[p]; c++)
+            merge_component(&a, samples_plane(p)->merge, c, samples_component(sum, p, c),
+                            samples_component(more, p, c));
 }
