@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "proto/option_text.h"
 #include "proto/runtime/build.h"
 #include "server/cli/cli.h"
 
@@ -10,15 +11,15 @@ static const struct command {
     int (*run)(int argc, char **argv);
     const char *text;
 } commands[] = {
-    {"serve", cli_serve, "run the coordinator, with local workers"},
-    {"render", cli_render, "render a job file here and now, and write its pictures"},
-    {"submit", cli_submit, "hand a job file to a running coordinator"},
+    {"serve", cli_serve, "run the coordinator with local workers"},
+    {"render", cli_render, "render a job file here and now"},
+    {"submit", cli_submit, "submit a job file to a coordinator"},
     {"watch", cli_watch, "follow a job until it ends"},
-    {"steer", cli_steer, "pause a job, resume it, let it go first"},
+    {"steer", cli_steer, "pause or resume a job, or change what is rendered first"},
     {"cancel", cli_cancel, "cancel a job"},
     {"workers", cli_workers, "list a coordinator's workers"},
-    {"token", cli_token, "make a token that lets somebody in"},
-    {"replay", cli_replay, "print all that one sample of a job does"},
+    {"token", cli_token, "create an access token"},
+    {"replay", cli_replay, "print every step of one sample of a job"},
     {"compare", cli_compare, "measure how far a picture is from a reference"},
 };
 #define COMMAND_COUNT (sizeof commands / sizeof commands[0])
@@ -28,7 +29,22 @@ static void print_help(FILE *out)
     fprintf(out, "usage: shearwater COMMAND [options]\n\n");
     for (size_t i = 0; i < COMMAND_COUNT; i++)
         fprintf(out, "  %-10s %s\n", commands[i].name, commands[i].text);
-    fprintf(out, "\n`shearwater COMMAND --help` says more; --version names this build.\n");
+    fprintf(
+        out,
+        "\n`shearwater COMMAND --help` lists a command's options; --version prints the build.\n");
+}
+
+/* What the scripts that make man pages and completion read (proto/option_text.h). */
+static int dump_options(void)
+{
+    int status = 0;
+    for (size_t i = 0; i < COMMAND_COUNT && status == 0; i++) {
+        char name[32], dump[] = OPTION_TEXT_DUMP, *argv[] = {name, dump, NULL};
+        snprintf(name, sizeof name, "%s", commands[i].name);
+        printf("command\t%s\t%s\n", commands[i].name, commands[i].text);
+        status = commands[i].run(2, argv);
+    }
+    return status;
 }
 
 /* Letters to insert, drop or replace to turn a into b (Levenshtein 1966), for short words. */
@@ -75,6 +91,7 @@ int main(int argc, char **argv)
         printf("shearwater %s\n", build_id());
         return 0;
     }
+    if (!strcmp(argv[1], OPTION_TEXT_DUMP)) return dump_options();
     for (size_t i = 0; i < COMMAND_COUNT; i++)
         if (!strcmp(argv[1], commands[i].name)) return commands[i].run(argc - 1, argv + 1);
     return refuse(argv[1]);

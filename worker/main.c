@@ -136,9 +136,11 @@ int main(int argc, char **argv)
         fprintf(stderr, "shearwater-worker: %s: %s\n", fault.pointer, fault.detail);
         return STATUS_USAGE;
     }
-    if (options.help || options.version) {
+    if (options.help || options.version || options.dump) {
         if (options.help)
-            fputs(options_help(), stdout);
+            options_print_help(stdout);
+        else if (options.dump)
+            options_dump(stdout);
         else
             printf("shearwater-worker %s\n", build_id());
         return 0;

@@ -1,4 +1,4 @@
-/* shearwater cancel: ends a job; --purge takes it off the list, too. */
+/* shearwater cancel: cancels a job, or removes it from the list. */
 #include <stdio.h>
 
 #include "server/cli/cli.h"
@@ -12,11 +12,11 @@ int cli_cancel(int argc, char **argv)
     bool purge = false;
     const struct option_line lines[] = {
         CLIENT_TARGET_OPTIONS(&target),
-        {"purge", 0, OPTION_FLAG, NULL, "remove the job from the list, too", 0, 0, &purge},
+        {"purge", 0, OPTION_FLAG, NULL, "also remove the job from the list", 0, 0, &purge},
     };
     const struct option_table table = {
         .usage = "shearwater cancel JOB-ID [options]",
-        .summary = "Cancels a job that has not ended; with --purge any job.",
+        .summary = "Cancels a job that has not ended. With --purge it removes any job.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

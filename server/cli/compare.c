@@ -204,11 +204,10 @@ static int check_options(struct comparison *c, struct fault *fault)
     int error = parse_where(c, fault);
     if (!error) error = likeness_parse(&c->likeness, fault);
     if (!error && c->where && (c->likeness.ssim || c->likeness.flip))
-        error = fault_set(fault, ERR_RANGE, "",
-                          "--ssim and --flip look at all that is around a pixel: not with --where");
-    if (!error && c->where && c->second_path)
         error =
-            fault_set(fault, ERR_RANGE, "", "--reference-pair judges all pixels: not with --where");
+            fault_set(fault, ERR_RANGE, "", "--ssim and --flip cannot be combined with --where");
+    if (!error && c->where && c->second_path)
+        error = fault_set(fault, ERR_RANGE, "", "--reference-pair cannot be combined with --where");
     if (!error && c->picture) error = output_file_check(c->picture, fault);
     return error;
 }
@@ -246,48 +245,54 @@ int cli_compare(int argc, char **argv)
         .layer = "beauty", .box_px = 1, .reference_box_px = 1, .range_percent = 10};
     const struct option_line lines[] = {
         {"reference-pair", 0, OPTION_TEXT, "REF2.exr",
-         "a second reference whose noise is independent of REF's: also psnr_db, rmse01, relmse999",
-         0, 0, &c.second_path},
-        {"layer", 'l', OPTION_TEXT, "NAME", "beauty (default), direct, albedo, ...", 0, 0,
-         &c.layer},
-        {"box", 'b', OPTION_NUMBER, "N", "average both over N x N pixels first; drops the rest", 1,
+         "second reference with independent noise; also print psnr_db, rmse01 and relmse999", 0, 0,
+         &c.second_path},
+        {"layer", 'l', OPTION_TEXT, "NAME", "layer to compare (default: beauty)", 0, 0, &c.layer},
+        {"box", 'b', OPTION_NUMBER, "N",
+         "average both pictures over N x N pixels first; incomplete boxes are left out", 1,
          LIMIT_IMAGE_SIDE_PX, &c.box_px},
-        {"reference-box", 0, OPTION_NUMBER, "N", "average REF alone, for a TEST N times smaller", 1,
-         LIMIT_IMAGE_SIDE_PX, &c.reference_box_px},
-        {"crop", 'c', OPTION_TEXT, "X,Y,W,H", "compare these pixels of TEST only", 0, 0, &c.crop},
+        {"reference-box", 0, OPTION_NUMBER, "N",
+         "average only REF, for a TEST that is N times smaller", 1, LIMIT_IMAGE_SIDE_PX,
+         &c.reference_box_px},
+        {"crop", 'c', OPTION_TEXT, "X,Y,W,H", "compare only these pixels of TEST", 0, 0, &c.crop},
         {"where", 'w', OPTION_TEXT, "LAYER,ABOVE,BELOW",
-         "only where REF's layer lies between, e.g. visibility,0.02,0.98", 0, 0, &c.where},
-        {"difference", 'd', OPTION_TEXT, "OUT.png", "draw TEST / REF - 1: blue below, red above 0",
+         "compare only where this layer of REF lies between two values, such as "
+         "visibility,0.02,0.98",
+         0, 0, &c.where},
+        {"difference", 'd', OPTION_TEXT, "OUT.png", "draw TEST / REF - 1: blue below 0, red above",
          0, 0, &c.picture},
-        {"range", 0, OPTION_NUMBER, "PERCENT", "where its colours are darkest (default 10)", 1,
-         100000, &c.range_percent},
-        {"ssim", 0, OPTION_FLAG, NULL, "also structural similarity (Wang et al. 2004): 1 is alike",
-         0, 0, &c.likeness.ssim},
+        {"range", 0, OPTION_NUMBER, "PERCENT",
+         "difference at which its colours are darkest (default: 10)", 1, 100000, &c.range_percent},
+        {"ssim", 0, OPTION_FLAG, NULL,
+         "also print structural similarity (Wang et al. 2004); 1: identical", 0, 0,
+         &c.likeness.ssim},
         {"flip", 0, OPTION_FLAG, NULL,
-         "also FLIP (Andersson et al. 2020): mean, weighted quartiles; 0 is alike", 0, 0,
+         "also print FLIP (Andersson et al. 2020), mean and weighted quartiles; 0: identical", 0, 0,
          &c.likeness.flip},
-        {"exposure", 0, OPTION_TEXT, "STOPS", "of both, as these two see them (default 0)", 0, 0,
-         &c.likeness.exposure},
-        {"gamma", 0, OPTION_TEXT, "GAMMA", "the same (default 1: sRGB alone)", 0, 0,
+        {"exposure", 0, OPTION_TEXT, "STOPS",
+         "exposure of both pictures for SSIM and FLIP (default: 0)", 0, 0, &c.likeness.exposure},
+        {"gamma", 0, OPTION_TEXT, "GAMMA",
+         "gamma of both pictures for SSIM and FLIP (default: 1, sRGB alone)", 0, 0,
          &c.likeness.gamma},
-        {"curve", 0, OPTION_TEXT, "NAME", "the same: linear (default) or filmic", 0, 0,
+        {"curve", 0, OPTION_TEXT, "linear|filmic",
+         "tone curve of both pictures for SSIM and FLIP (default: linear)", 0, 0,
          &c.likeness.curve},
         {"ppd", 0, OPTION_TEXT, "PIXELS",
-         "a degree of visual angle, for FLIP (default 67.02: 3840 pixels on 0.7 m at 0.7 m)", 0, 0,
-         &c.likeness.ppd},
+         "pixels per degree of visual angle, for FLIP (default: 67.02, 3840 pixels on 0.7 m at "
+         "0.7 m)",
+         0, 0, &c.likeness.ppd},
     };
     const struct option_table table = {
         .usage = "shearwater compare REF.exr [--reference-pair REF2.exr] TEST.exr [options]",
         .summary =
-            "Prints rmse, relmse, bias, the 99.9th percentile of the error, whether both pictures\n"
-            "are finite, and means with their ratio, on linear values, as one JSON line. Where\n"
-            "TEST has the layer error, also how z = (test - ref) / standard error is spread.\n"
-            "Beside a pair of references, three errors follow that are free of the references' "
-            "own\n"
-            "noise: psnr_db of sRGB, rmse01 of values clipped to [0, 1], and relmse999, relative\n"
-            "without the worst thousandth of the pixels. Where the picture is as near as that "
-            "noise\n"
-            "lets one tell, the first two are null. All else is then about the mean of the pair.",
+            "Compares two pictures on linear values and prints one line of JSON: rmse, relmse, "
+            "bias, the 99.9th percentile of the error, whether both pictures are finite, and "
+            "their means with the ratio. If TEST has the layer error, it also prints how z = "
+            "(test - ref) / standard error is spread. With a pair of references it also prints "
+            "three errors without the references' own noise: psnr_db of sRGB values, rmse01 of "
+            "values clipped to [0, 1], and relmse999, which leaves out the worst thousandth of the "
+            "pixels. The first two are null where the picture is as near as that noise allows to "
+            "tell. All other figures are then about the mean of the pair.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 2,

@@ -34,22 +34,21 @@ struct job_changes {
 
 /* The lines of a command's option table that fill *c. */
 #define JOB_CHANGES_OPTIONS(c)                                                                     \
-    JOB_CHANGE_TEXT("environment", 'e', "FILE", "map (.hdr, .exr) in place of the job's",          \
-                    &(c)->environment),                                                            \
-        JOB_CHANGE_NUMBER("bounces", 'b', "indirect bounces in place of the job's", 0,             \
+    JOB_CHANGE_TEXT("environment", 'e', "FILE",                                                    \
+                    "environment map (.hdr, .exr) instead of the job's", &(c)->environment),       \
+        JOB_CHANGE_NUMBER("bounces", 'b', "indirect bounces instead of the job's", 0,              \
                           LIMIT_INDIRECT_BOUNCES, &(c)->bounces),                                  \
-        JOB_CHANGE_NUMBER("spp", 0, "samples per pixel in place of the job's", 1, LIMIT_SPP,       \
+        JOB_CHANGE_NUMBER("spp", 0, "samples per pixel instead of the job's", 1, LIMIT_SPP,        \
                           &(c)->spp),                                                              \
-        JOB_CHANGE_TEXT("method", 'm', "NAME",                                                     \
-                        "auto, sheared, axis_aligned, average; none: paths", &(c)->method),        \
-        JOB_CHANGE_TEXT("indirect", 0, "NAME",                                                     \
-                        "its filter: auto, average, constant, linear, blend, adaptive, sheared",   \
-                        &(c)->indirect),                                                           \
-        JOB_CHANGE_TEXT("glossy", 0, "NAME",                                                       \
-                        "filter of reflections: auto, average, virtual_hit, bandlimit",            \
-                        &(c)->glossy),                                                             \
-        JOB_CHANGE_TEXT("lens", 0, "NAME",                                                         \
-                        "filter of the lens: auto, average, axis_aligned, sheared", &(c)->lens)
+        JOB_CHANGE_TEXT("method", 'm', "auto|sheared|axis_aligned|average|none",                   \
+                        "filter of soft shadows; none: plain paths, no filter at all",             \
+                        &(c)->method),                                                             \
+        JOB_CHANGE_TEXT("indirect", 0, "auto|average|constant|linear|blend|adaptive|sheared",      \
+                        "filter of indirect light and ambient occlusion", &(c)->indirect),         \
+        JOB_CHANGE_TEXT("glossy", 0, "auto|average|virtual_hit|bandlimit",                         \
+                        "filter of glossy reflections", &(c)->glossy),                             \
+        JOB_CHANGE_TEXT("lens", 0, "auto|average|axis_aligned|sheared",                            \
+                        "filter of depth of field", &(c)->lens)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.

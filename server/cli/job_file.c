@@ -31,7 +31,7 @@ int job_file_read(const char *path, json_t **out, struct fault *fault)
     if (error == ERR_SYNTAX) error = no_job(path, fault->detail, fault);
     if (!error && !json_is_object(*out)) {
         json_decref(*out);
-        error = no_job(path, "it is no object", fault);
+        error = no_job(path, "it is not an object", fault);
     }
     free(text);
     if (f != stdin) fclose(f);

@@ -6,33 +6,44 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/option_text.h"
+
 #define MOST_LINES  32
 #define FIRST_VALUE 256 /* getopt's values of long options: above any letter */
 #define HELP_VALUE  (FIRST_VALUE + MOST_LINES)
-#define HELP_COLUMN 30
 
-static void print_line(const char *left, const char *text)
+static struct option_text text_of(const struct option_line *line)
 {
-    printf("  %-*s %s\n", HELP_COLUMN - 3, left, text);
+    return (struct option_text){line->letter, line->name, line->value, line->text};
 }
+
+static const struct option_text help_option = {0, "help", NULL, "print this text"};
 
 static void print_help(const struct option_table *table)
 {
-    printf("usage: %s\n\n%s\n\n", table->usage, table->summary);
+    printf("usage: %s\n\n", table->usage);
+    option_text_wrap(stdout, table->summary, 0);
+    putchar('\n');
     for (size_t i = 0; i < table->line_count; i++) {
-        const struct option_line *line = &table->lines[i];
-        char left[96], letter[8] = "    ";
-        if (line->letter) snprintf(letter, sizeof letter, "-%c, ", line->letter);
-        snprintf(left, sizeof left, "%s--%s%s%s", letter, line->name, line->value ? " " : "",
-                 line->value ? line->value : "");
-        print_line(left, line->text);
+        const struct option_text text = text_of(&table->lines[i]);
+        option_text_help(stdout, &text);
     }
-    print_line("    --help", "this text");
+    option_text_help(stdout, &help_option);
+}
+
+static void dump(const struct option_table *table)
+{
+    printf("usage\t%s\nsummary\t%s\n", table->usage, table->summary);
+    for (size_t i = 0; i < table->line_count; i++) {
+        const struct option_text text = text_of(&table->lines[i]);
+        option_text_dump(stdout, &text);
+    }
+    option_text_dump(stdout, &help_option);
 }
 
 static int refuse(const struct option_table *table, const char *program)
 {
-    fprintf(stderr, "usage: %s\n`shearwater %s --help` says more\n", table->usage, program);
+    fprintf(stderr, "usage: %s\n`shearwater %s --help` lists the options\n", table->usage, program);
     return 2;
 }
 
@@ -42,7 +53,7 @@ static int take_number(const struct option_line *line, const char *text)
     errno = 0;
     long value = strtol(text, &end, 10);
     if (errno || end == text || *end) {
-        fprintf(stderr, "--%s: \"%s\" is no whole number\n", line->name, text);
+        fprintf(stderr, "--%s: \"%s\" is not a whole number\n", line->name, text);
         return -1;
     }
     if (value < line->least || value > line->most) {
@@ -103,6 +114,10 @@ int option_parse(const struct option_table *table, int argc, char **argv, int *a
 {
     struct getopt_table g;
     if (table->line_count > MOST_LINES) return refuse(table, argv[0]);
+    if (argc == 2 && strcmp(argv[1], OPTION_TEXT_DUMP) == 0) {
+        dump(table);
+        return 0;
+    }
     prepare(table, &g);
     optind = 0; /* starts glibc's getopt afresh */
     for (int value; (value = getopt_long(argc, argv, g.letters, g.longs, NULL)) != -1;) {

@@ -45,7 +45,7 @@ static int find_beside(const char *folder, const char *const tries[3], path_text
 {
     for (int i = 0; i < 3; i++)
         if (join(out, folder, tries[i]) && access(out, R_OK) == 0) return 0;
-    return fault_set(fault, ERR_NOT_FOUND, tries[0], "none of %s, %s, %s is there, seen from %s",
+    return fault_set(fault, ERR_NOT_FOUND, tries[0], "%s, %s and %s do not exist, seen from %s",
                      tries[0], tries[1], tries[2], folder);
 }
 
@@ -87,7 +87,7 @@ static int default_data(path_text out, struct fault *fault)
     const char *base = getenv("XDG_DATA_HOME"), *home = getenv("HOME");
     if (base && base[0] == '/' && join(out, base, "shearwater")) return 0;
     if (home && home[0] == '/' && join(out, home, ".local/share/shearwater")) return 0;
-    return fault_set(fault, ERR_MISSING, "--data", "HOME is not set: say where to keep data");
+    return fault_set(fault, ERR_MISSING, "--data", "HOME is not set: give a directory");
 }
 
 static int open_data(const char *data, struct places *out, struct fault *fault)

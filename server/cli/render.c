@@ -42,24 +42,27 @@ static void catch_signals(void)
 static int parse(int argc, char **argv, struct render_options *o)
 {
     const struct option_line lines[] = {
-        {"output", 'o', OPTION_TEXT, "OUT.exr", "the picture, with all layers", 0, 0, &o->exr},
-        {"png", 'p', OPTION_TEXT, "OUT.png", "the picture for people", 0, 0, &o->png},
+        {"output", 'o', OPTION_TEXT, "OUT.exr", "EXR file with all layers", 0, 0, &o->exr},
+        {"png", 'p', OPTION_TEXT, "OUT.png", "8-bit sRGB picture of the layer beauty", 0, 0,
+         &o->png},
         {"workers", 'w', OPTION_NUMBER, "N", "worker processes (default: 1)", 1, LIMIT_WORKERS,
          &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N",
-         "threads of each worker (default: the cores shared out)", 1, LIMIT_THREADS,
+         "threads per worker (default: the cores, divided among the workers)", 1, LIMIT_THREADS,
          &o->worker_threads},
-        {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels (default: 64)",
+        {"tile", 0, OPTION_NUMBER, "N", "side of a tile in pixels, instead of the job's",
          LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX, &o->changes.tile_px},
         JOB_CHANGES_OPTIONS(&o->changes),
-        {"stats", 0, OPTION_TEXT, "STATS.json", "rays, skips, CPU seconds, memory", 0, 0,
+        {"stats", 0, OPTION_TEXT, "STATS.json", "rays, skipped work, CPU seconds and memory", 0, 0,
          &o->stats},
         {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &o->quiet},
     };
     const struct option_table table = {
         .usage = "shearwater render JOB.json [-o OUT.exr] [--png OUT.png] [options]",
-        .summary = "Renders one job with a private coordinator and local workers. With several\n"
-                   "frames, a number is put before each file's ending.",
+        .summary =
+            "Renders one job with a private coordinator and local workers, and leaves nothing "
+            "behind but its files. If the job has several frames, the frame's number goes "
+            "before the ending of each file.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

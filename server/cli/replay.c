@@ -44,21 +44,21 @@ static int parse(int argc, char **argv, struct replay_options *o)
         {"frame", 'f', OPTION_NUMBER, "N", "the frame (default: the job's first)", 0, INT32_MAX,
          &o->frame},
         {"field", 0, OPTION_TEXT, "FIELD",
-         "of a light field of pixel centres: light:N, light:NAME, indirect or glossy", 0, 0,
+         "sample of a light field of pixel centres: light:N, light:NAME, indirect or glossy", 0, 0,
          &o->field},
-        {"pass", 0, OPTION_NUMBER, "N", "of a later pass of the field's rays", 1, LIMIT_PASSES - 1,
+        {"pass", 0, OPTION_NUMBER, "N", "a later pass of the field's rays", 1, LIMIT_PASSES - 1,
          &o->pass},
-        {"side", 0, OPTION_NUMBER, "L", "in which the pixel got L x L", 1, PLAN_SIDE_MOST,
+        {"side", 0, OPTION_NUMBER, "L", "the pixel's L x L rays in that pass", 1, PLAN_SIDE_MOST,
          &o->side},
-        {"json", 'j', OPTION_FLAG, NULL, "for programs", 0, 0, &o->json},
+        {"json", 'j', OPTION_FLAG, NULL, "print JSON", 0, 0, &o->json},
         JOB_CHANGES_OPTIONS(&o->changes),
     };
     const struct option_table table = {
         .usage = "shearwater replay JOB.json X,Y SAMPLE [options]",
         .summary =
-            "Prints all that one sample of a job's picture does: path number SAMPLE, from 0, of\n"
-            "pixel X,Y, counted from the top left one, 0,0; or with --field a stratum of a light,\n"
-            "a bounce ray or a ray of a glossy lobe.",
+            "Traces one sample of a job again and prints every step: path number SAMPLE, from "
+            "0, of the pixel in column X and row Y, from the top left. With --field it is a "
+            "stratum of a light, a bounce ray or a ray of a glossy lobe.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 3,

@@ -87,60 +87,61 @@ static int parse(struct serve_choices *o, int argc, char **argv)
 {
     const struct option_line lines[] = {
         {"listen", 0, OPTION_TEXT, "ADDR:PORT",
-         "HTTP; beyond loopback only with tokens and TLS; port 0 takes a free one; "
-         "default " SERVE_LISTEN,
+         "HTTP address (default: " SERVE_LISTEN "); port 0 picks a free port. Other addresses than "
+         "loopback need --tokens and TLS",
          0, 0, &o->listen},
         {"tokens", 0, OPTION_TEXT, "FILE",
-         "who may do what (`shearwater token` makes one; SIGHUP reads it again); default: "
-         "everybody on this machine everything",
+         "access tokens, made by `shearwater token`; SIGHUP reads them again (default: no tokens, "
+         "everybody on this machine may do everything)",
          0, 0, &o->tokens},
-        {"tenant-jobs", 0, OPTION_NUMBER, "N",
-         "jobs of a tenant that may wait and run; default: no quota", 1, LIMIT_JOBS_WAITING,
-         &o->tenant_jobs},
-        {"tenant-assets", 0, OPTION_NUMBER, "MIB",
-         "MiB of assets that a tenant may bring; default: no quota", 1, 1 << 30,
-         &o->tenant_assets_mib},
-        {"tls-cert", 0, OPTION_TEXT, "FILE.pem", "the server's certificate and its chain", 0, 0,
+        {"tenant-jobs", 0, OPTION_NUMBER, "N", "unfinished jobs per tenant (default: unlimited)", 1,
+         LIMIT_JOBS_WAITING, &o->tenant_jobs},
+        {"tenant-assets", 0, OPTION_NUMBER, "MIB", "MiB of assets per tenant (default: unlimited)",
+         1, 1 << 30, &o->tenant_assets_mib},
+        {"tls-cert", 0, OPTION_TEXT, "FILE.pem", "the server's certificate with its chain", 0, 0,
          &o->cert},
-        {"tls-key", 0, OPTION_TEXT, "FILE.pem", "its private key", 0, 0, &o->key},
+        {"tls-key", 0, OPTION_TEXT, "FILE.pem", "the certificate's private key", 0, 0, &o->key},
         {"data", 0, OPTION_TEXT, "DIR",
-         "jobs, assets, results; default ${XDG_DATA_HOME:-~/.local/share}/shearwater", 0, 0,
-         &o->data},
+         "directory of jobs, assets and results (default: "
+         "${XDG_DATA_HOME:-~/.local/share}/shearwater)",
+         0, 0, &o->data},
         {"workers", 0, OPTION_NUMBER, "N",
-         "local workers; default 1: threads share a scene, workers do not", 0, LIMIT_WORKERS,
+         "local workers (default: 1; the threads of a worker share a scene)", 0, LIMIT_WORKERS,
          &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N",
-         "threads of each local worker; default: the cores shared out", 1, LIMIT_THREADS,
-         &o->threads},
+         "threads per local worker (default: the cores, divided among the workers)", 1,
+         LIMIT_THREADS, &o->threads},
         {"worker-listen", 0, OPTION_TEXT, "ADDR:PORT",
-         "TCP for further workers; beyond loopback only with a key; default none", 0, 0,
-         &o->worker_listen},
+         "TCP address for workers on other machines (default: none). Other addresses than loopback "
+         "need --worker-key",
+         0, 0, &o->worker_listen},
         {"worker-key", 0, OPTION_TEXT, "FILE",
-         "what workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
+         "key that workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
          &o->worker_key},
         {"feed-rate", 0, OPTION_NUMBER, "MB",
-         "MB a second that more than 8 who watch pictures are sent together while some are in "
-         "work; 0: no limit; default 24",
+         "total MB/s for pixel feeds while rendering, once more than 8 viewers are connected "
+         "(default: 24; 0: unlimited)",
          0, 1000000, &o->feed_mb_per_s},
         {"stream-share", 0, OPTION_NUMBER, "PERCENT",
-         "of the machine's CPU time that those who watch may take from pictures in work: progress "
-         "comes less often, and pixels to more than 8; 0: no limit; default 3",
+         "CPU budget for viewers while rendering, percent of the machine (default: 3; 0: "
+         "unlimited)",
          0, 100, &o->stream_share},
-        {"web", 0, OPTION_TEXT, "DIR", "the viewer's files; default those shipped", 0, 0, &o->web},
-        {"log-format", 0, OPTION_TEXT, "FORMAT",
-         "of the log on stderr: text, or json (an object a line); default text", 0, 0, &o->format},
+        {"web", 0, OPTION_TEXT, "DIR", "directory of the viewer's files (default: those installed)",
+         0, 0, &o->web},
+        {"log-format", 0, OPTION_TEXT, "text|json",
+         "format of the log on standard error; json: one object per line (default: text)", 0, 0,
+         &o->format},
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &o->quiet},
         {"ephemeral", 0, OPTION_FLAG, NULL,
-         "for a data folder that whoever made it throws away afterwards: files and jobs do not "
-         "wait for the disk, no tile is kept for a restart",
-         0, 0, &o->ephemeral},
-        {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the process that started it ends", 0,
-         0, &o->with_parent},
+         "temporary data directory: skip fsync, keep no tiles for a restart", 0, 0, &o->ephemeral},
+        {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the parent process ends", 0, 0,
+         &o->with_parent},
     };
     const struct option_table table = {
         .usage = "shearwater serve [options]",
-        .summary = "Runs the coordinator. Prints \"listening on URL\" when it is ready; SIGTERM or "
-                   "Ctrl-C ends it in order.",
+        .summary =
+            "Runs the coordinator with local workers. It prints \"listening on URL\" when it "
+            "is ready. SIGTERM or Ctrl-C stops it in order.",
         .lines = lines,
         .line_count = sizeof lines / sizeof lines[0],
     };
@@ -154,9 +155,9 @@ static bool go_together(const struct serve_choices *o)
     if (!o->cert != !o->key)
         fprintf(stderr, "--tls-cert and --tls-key go together\n");
     else if (!log_format_from_name(o->format, &server_log.format))
-        fprintf(stderr, "--log-format: \"%.64s\" is none: text and json are\n", o->format);
+        fprintf(stderr, "--log-format is text or json, not \"%.64s\"\n", o->format);
     else if ((o->tenant_jobs || o->tenant_assets_mib) && !o->tokens)
-        fprintf(stderr, "--tenant-jobs and --tenant-assets need --tokens, which tell tenants\n");
+        fprintf(stderr, "--tenant-jobs and --tenant-assets need --tokens\n");
     else
         return true;
     return false;

@@ -1,4 +1,4 @@
-/* shearwater steer: who goes first, and whether it goes at all. */
+/* shearwater steer: pauses and resumes a job, and changes what is rendered first. */
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
@@ -69,7 +69,7 @@ static int write_patch(const struct wanted *w, json_t *patch, struct fault *faul
         if (!error) json_object_set_new(patch, "near", value);
     }
     if (!error && json_object_size(patch) == 0)
-        return fault_set(fault, ERR_MISSING, "", "say what is to change: see --help");
+        return fault_set(fault, ERR_MISSING, "", "give at least one change; --help lists them");
     return error;
 }
 
@@ -103,20 +103,20 @@ int cli_steer(int argc, char **argv)
     struct client_target target = {0};
     struct wanted wanted = {.priority = NOT_GIVEN};
     const struct option_line lines[] = {
-        {"pause", 0, OPTION_FLAG, NULL, "give its workers to others; what it has stays", 0, 0,
+        {"pause", 0, OPTION_FLAG, NULL, "give the job no more tiles; keep what it has", 0, 0,
          &wanted.pause},
-        {"resume", 0, OPTION_FLAG, NULL, "go on where it was", 0, 0, &wanted.resume},
+        {"resume", 0, OPTION_FLAG, NULL, "give the job tiles again", 0, 0, &wanted.resume},
         {"priority", 'p', OPTION_NUMBER, "N", "-100 to 100; the highest goes first",
          -LIMIT_PRIORITY, LIMIT_PRIORITY, &wanted.priority},
-        {"region", 0, OPTION_TEXT, "X,Y,WxH", "pixels to render first; none: as usual", 0, 0,
+        {"region", 0, OPTION_TEXT, "X,Y,WxH", "render these pixels first; none: no region", 0, 0,
          &wanted.region},
-        {"near", 0, OPTION_TEXT, "X,Y", "render what is nearest to a pixel first, or none", 0, 0,
-         &wanted.near},
+        {"near", 0, OPTION_TEXT, "X,Y",
+         "render what is nearest to this pixel first; none: no pixel", 0, 0, &wanted.near},
         CLIENT_TARGET_OPTIONS(&target),
     };
     const struct option_table table = {
         .usage = "shearwater steer JOB-ID [options]",
-        .summary = "Changes how a job that has not ended is served; never what comes of it.",
+        .summary = "Changes when a job is rendered, and never its result.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

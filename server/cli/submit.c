@@ -28,14 +28,15 @@ int cli_submit(int argc, char **argv)
     bool quiet = false, watch = false, dry_run = false;
     const struct option_line lines[] = {
         CLIENT_TARGET_OPTIONS(&target),
-        {"watch", 'w', OPTION_FLAG, NULL, "stay until the job has ended", 0, 0, &watch},
-        {"dry-run", 'n', OPTION_FLAG, NULL, "check only, and print the plan", 0, 0, &dry_run},
+        {"watch", 'w', OPTION_FLAG, NULL, "wait until the job has ended", 0, 0, &watch},
+        {"dry-run", 'n', OPTION_FLAG, NULL, "only check the job and print its plan", 0, 0,
+         &dry_run},
         JOB_CHANGES_OPTIONS(&changes),
-        {"quiet", 'q', OPTION_FLAG, NULL, "print the id alone", 0, 0, &quiet},
+        {"quiet", 'q', OPTION_FLAG, NULL, "print only the id", 0, 0, &quiet},
     };
     const struct option_table table = {
         .usage = "shearwater submit JOB.json [options]",
-        .summary = "Uploads the job's scene and environment, submits the job and prints its id.",
+        .summary = "Uploads a job's scene and environment, submits the job and prints its id.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

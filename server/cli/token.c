@@ -1,5 +1,4 @@
-/* shearwater token: makes a token, prints it once, and adds its hash to a file for serve --tokens.
- */
+/* shearwater token: creates an access token and adds its hash to a file for serve --tokens. */
 #include <gnutls/gnutls.h>
 #include <stdio.h>
 #include <string.h>
@@ -39,15 +38,16 @@ int cli_token(int argc, char **argv)
 {
     const char *name = NULL, *tenant = NULL, *role = "submitter";
     const struct option_line lines[] = {
-        {"name", 'n', OPTION_TEXT, "NAME", "what people call the token: ana-laptop", 0, 0, &name},
-        {"tenant", 't', OPTION_TEXT, "TENANT", "whose jobs it sees; default: the name", 0, 0,
-         &tenant},
-        {"role", 'r', OPTION_TEXT, "ROLE", "viewer, submitter (the default) or admin", 0, 0, &role},
+        {"name", 'n', OPTION_TEXT, "NAME", "name of the token, such as ana-laptop", 0, 0, &name},
+        {"tenant", 't', OPTION_TEXT, "TENANT",
+         "tenant whose jobs and files it gives access to (default: NAME)", 0, 0, &tenant},
+        {"role", 'r', OPTION_TEXT, "viewer|submitter|admin", "what it allows (default: submitter)",
+         0, 0, &role},
     };
     const struct option_table table = {
         .usage = "shearwater token FILE --name NAME [options]",
-        .summary = "Makes a token, prints it this once, and adds its hash to FILE. A running "
-                   "coordinator takes it up on SIGHUP.",
+        .summary = "Creates an access token, prints it once, and adds its hash to FILE. A running "
+                   "coordinator reads FILE again on SIGHUP.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

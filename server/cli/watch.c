@@ -47,18 +47,20 @@ int cli_watch(int argc, char **argv)
     bool quiet = false, anywhere = false;
     const struct option_line lines[] = {
         CLIENT_TARGET_OPTIONS(&target),
-        {"output", 'o', OPTION_TEXT, "OUT.exr", "save the first frame", 0, 0, &exr},
-        {"png", 'p', OPTION_TEXT, "OUT.png", "save the first frame for people", 0, 0, &png},
+        {"output", 'o', OPTION_TEXT, "OUT.exr", "save the first frame with all layers", 0, 0, &exr},
+        {"png", 'p', OPTION_TEXT, "OUT.png", "save the first frame as an 8-bit picture", 0, 0,
+         &png},
         {"tev", 't', OPTION_TEXT, "HOST:PORT",
-         "show all layers in a running tev, as they come (it listens at 127.0.0.1:14158)", 0, 0,
+         "show all layers in a running tev while they form (tev listens at 127.0.0.1:14158)", 0, 0,
          &tev},
         {"tev-anywhere", 0, OPTION_FLAG, NULL,
-         "tev may be on another machine; nothing is encrypted", 0, 0, &anywhere},
+         "allow a tev on another machine; the connection is not encrypted", 0, 0, &anywhere},
         {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &quiet},
     };
     const struct option_table table = {
         .usage = "shearwater watch JOB-ID [options]",
-        .summary = "Shows a job's progress until it has ended; exit status 0 when it finished.",
+        .summary =
+            "Shows a job's progress until it ends. The exit status is 0 if the job finished.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

@@ -35,7 +35,7 @@ int cli_workers(int argc, char **argv)
     bool as_json = false;
     const struct option_line lines[] = {
         CLIENT_TARGET_OPTIONS(&target),
-        {"json", 0, OPTION_FLAG, NULL, "the server's answer as it is", 0, 0, &as_json},
+        {"json", 0, OPTION_FLAG, NULL, "print the server's answer as JSON", 0, 0, &as_json},
     };
     const struct option_table table = {
         .usage = "shearwater workers [options]",

@@ -100,8 +100,11 @@ int main(int argc, char **argv)
     catch_ends();
     prctl(PR_SET_PDEATHSIG, SIGKILL); /* nobody waits for the blob of a coordinator that died */
     int rc = options_read(argc, argv, &options, &fault);
-    if (rc == 0 && options.help) {
-        fputs(options_help, stdout);
+    if (rc == 0 && (options.help || options.dump)) {
+        if (options.help)
+            options_print_help(stdout);
+        else
+            options_dump(stdout);
         return 0;
     }
     if (rc == 0) rc = run(&options, &fault);

@@ -2,25 +2,40 @@
 
 #include <string.h>
 
-const char options_help[] =
-    "shearwater-import --root DIR --in NAME --out BLOB [--report FILE]\n"
-    "\n"
-    "Turns a scene file into a scene blob, or an environment map into an environment blob. It is "
-    "run\n"
-    "by the coordinator, once per file.\n"
-    "\n"
-    "  --root DIR     folder with the scene's files; nothing outside it is read\n"
-    "  --in NAME      main file beneath DIR: .glb, .gltf, .obj, or without extension; .hdr and "
-    ".exr\n"
-    "                 are known by their first bytes\n"
-    "  --out BLOB     file to write\n"
-    "  --report FILE  write the line about the outcome to FILE as well\n"
-    "  --help         this text\n"
-    "\n"
-    "Prints one line of JSON: {\"ok\":true,\"triangles\":..,\"placed_triangles\":..,\n"
-    "\"warnings\":[..],\"cpu_s\":..} (of a map \"width_px\" and \"height_px\"), or\n"
-    "{\"ok\":false,\"code\":..,\"pointer\":..,\"detail\":..}\n"
-    "and exit status 1.\n";
+#include "proto/option_text.h"
+
+static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--report FILE]";
+static const char summary[] =
+    "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
+    "coordinator runs it, once per file. It prints one line of JSON: {\"ok\":true, "
+    "\"triangles\":.., "
+    "\"placed_triangles\":.., \"warnings\":[..], \"cpu_s\":..}, of a map \"width_px\" and "
+    "\"height_px\", or {\"ok\":false, \"code\":.., \"pointer\":.., \"detail\":..} and exit status "
+    "1.";
+
+static const struct option_text texts[] = {
+    {0, "root", "DIR", "directory of the scene's files; nothing outside it is read"},
+    {0, "in", "NAME",
+     "main file in DIR: .glb, .gltf or .obj; .hdr and .exr are known by their first bytes"},
+    {0, "out", "BLOB", "file to write"},
+    {0, "report", "FILE", "also write the line of JSON to this file"},
+    {0, "help", NULL, "print this text"},
+};
+#define TEXT_COUNT (sizeof texts / sizeof texts[0])
+
+void options_print_help(FILE *out)
+{
+    fprintf(out, "usage: %s\n\n", usage);
+    option_text_wrap(out, summary, 0);
+    fputc('\n', out);
+    for (size_t i = 0; i < TEXT_COUNT; i++) option_text_help(out, &texts[i]);
+}
+
+void options_dump(FILE *out)
+{
+    fprintf(out, "usage\t%s\nsummary\t%s\n", usage, summary);
+    for (size_t i = 0; i < TEXT_COUNT; i++) option_text_dump(out, &texts[i]);
+}
 
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
@@ -35,10 +50,9 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;
     for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "--help") == 0) {
-            out->help = true;
-            return 0;
-        }
+        out->help = strcmp(argv[i], "--help") == 0;
+        out->dump = strcmp(argv[i], OPTION_TEXT_DUMP) == 0;
+        if (out->help || out->dump) return 0;
         size_t row = 0;
         while (row < count && strcmp(argv[i], rows[row].name) != 0) row++;
         if (row == count)

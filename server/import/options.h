@@ -1,6 +1,7 @@
 #pragma once
 /* The command line of shearwater-import. */
 #include <stdbool.h>
+#include <stdio.h>
 
 #include "proto/error.h"
 
@@ -9,10 +10,14 @@ struct options {
     const char *name;   /* main file beneath it */
     const char *out;    /* where the blob goes */
     const char *report; /* where the line goes as well; NULL: nowhere */
-    bool help;
+    bool help, dump;
 };
 
 /* Borrows from argv. ERR_MISSING, ERR_UNKNOWN_MEMBER with the option at fault. */
 int options_read(int argc, char **argv, struct options *out, struct fault *fault);
 
-extern const char options_help[];
+/* Prints the answer to --help. */
+void options_print_help(FILE *out);
+
+/* Prints the answer to --dump-options (proto/option_text.h). */
+void options_dump(FILE *out);

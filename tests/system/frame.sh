@@ -125,7 +125,7 @@ pair_refused() { # WORDS IN THE MESSAGE, ARGUMENTS
 }
 check "a second reference that is not there is named" pair_refused no-such.exr --reference-pair "$tmp/no-such.exr" "$tmp/judged.exr"
 check "a second reference of another size is refused" pair_refused 'sizes differ: 203 x 151 and 96 x 72' --reference-pair "$tmp/base.exr" "$tmp/judged.exr"
-check "a pair judges all pixels" pair_refused 'not with --where' --reference-pair "$tmp/reference2.exr" "$tmp/judged.exr" --where depth,0,9
+check "a pair judges all pixels" pair_refused 'combined with --where' --reference-pair "$tmp/reference2.exr" "$tmp/judged.exr" --where depth,0,9
 check "compare finds no difference where there is none" bash -c "
     '$build/shearwater' compare '$tmp/base.exr' '$tmp/t16.exr' | jq -e '.finite and .rmse == 0'"
 

@@ -57,7 +57,7 @@ check "... of fewer" [ "$(received)" -lt $((quick * 85 / 100)) ]
 kill $small
 check "... and leaves" roster_is ''
 worker unpacked "$port" --pack tight
-check "there is no other way to pack" says unpacked '"tight" is none: quick and small are'
+check "there is no other way to pack" says unpacked '"tight" is neither quick nor small'
 misdirected() { "$build/shearwater-worker" --connect "$1" >"$tmp/misdirected.log" 2>&1; [ $? -eq 2 ] && grep -q -e 'unix:PATH or HOST:PORT' -e 'a socket path has' "$tmp/misdirected.log"; }
 for address in nowhere unix: 127.0.0.1:0 '[::1]:99999' '[]:80' "$(printf '%0300d' 0):80" "unix:$(printf '%0200d' 0)"; do
     check "what is no address is wrong use: ${address:0:30}" misdirected "$address"

@@ -196,7 +196,7 @@ check "a pixel outside" refused "5,0 is outside the image of 5x3" 5,0 0
 check "a sample too many" refused "samples 0 to 15" 0,0 16
 check "no pixel" refused "is not X,Y" 1 0
 check "no number" refused "is not a number" 1,1 0x
-check "a missing sample" refused "a pixel, X,Y, and a sample's number follow" 1,1
+check "a missing sample" refused "a pixel X,Y and a sample's number must follow" 1,1
 cp "$tmp/plan_alone" "$tmp/plan_fields"
 check "a stratum too many" none_of "the field has samples 0 to 8 (3 x 3)" 0,0 9 --field light:0
 check "a light that is not there" none_of 'no light 1 but 1 of them; fields there are: light:0 "Light_emitter_7"' 0,0 0 --field light:1
@@ -204,7 +204,7 @@ check "a light by another name" none_of 'no light of the plan is called "Sun"' 0
 check "a field that the plan has skipped" none_of "no surface has a glossy lobe.*indirect (samples 0 to 8)" 0,0 0 --field glossy
 check "no field" none_of '"lens" is no field: light:N, light:NAME, indirect and glossy are' 0,0 0 --field lens
 check "a later pass of a plan without" none_of "rays are all of pass 0" 0,0 0 --field indirect --pass 1 --side 2
-check "a pass without a field" none_of "goes with --field alone" 0,0 0 --pass 1
+check "a pass without a field" none_of "needs --field" 0,0 0 --pass 1
 check "fields of a plan of paths" refused "paths bring that light: ask without --field" 0,0 0 --field light:0
 check "blobs elsewhere" bash -c "! '$build/shearwater-worker' --replay '$tmp/plan' --blobs '$tmp' --cache '$tmp/none' 0,0 0 2>'$tmp/said' && grep -q 'is neither in' '$tmp/said'"
 head -c 200 "$tmp/plan" >"$tmp/cut"

@@ -189,7 +189,7 @@ check "... byte by byte as if undisturbed" cmp "$tmp/undisturbed.exr" "$tmp/stee
 
 # What the command line refuses.
 refuses() { ! steer "$@" 2>"$tmp/refusal" && grep -q "$words" "$tmp/refusal"; }
-words='say what is to change' check "nothing to change" refuses "$region"
+words='give at least one change' check "nothing to change" refuses "$region"
 words='exclude each other' check "both pause and resume" refuses "$region" --pause --resume
 words='X,Y,WIDTHxHEIGHT' check "half a region" refuses "$region" --region 5,5
 words='ended already' check "a job that has ended" refuses "$region" --pause

@@ -9,89 +9,126 @@
 #include <unistd.h>
 
 #include "proto/log/log.h"
+#include "proto/option_text.h"
 #include "proto/plan.h"
 #include "worker/link/link.h"
 
 #define DEFAULT_CACHE_BYTES (16ull << 30)
 
-static const char help[] =
-    "usage: shearwater-worker --connect unix:PATH | HOST:PORT [options]\n"
-    "       shearwater-worker --replay PLAN X,Y SAMPLE [--field FIELD] [--json] [--blobs DIR]\n"
-    "                         [--cache DIR]\n"
-    "\n"
-    "Traces tiles for a Shearwater coordinator until it is told to stop (SIGTERM).\n"
-    "\n"
-    "  --connect ADDRESS    the coordinator: unix:PATH or HOST:PORT ([ADDRESS]:PORT for IPv6)\n"
-    "  --key FILE           the key that the coordinator has (serve --worker-key): the link over\n"
-    "                       TCP is encrypted, and only who has the key is talked to\n"
-    "  --threads N          tracing threads, 1 to 1024 (default: the CPUs of this process)\n"
-    "  --tiles-in-hand N    tiles to hold at a time, 1 to 256 (default: 2 a thread)\n"
-    "  --cache DIR          where fetched scenes are kept (default: ~/.cache/shearwater)\n"
-    "  --cache-bytes N      bound of that folder; k, M, G allowed (default: 16G)\n"
-    "  --blobs DIR          the object folder of a coordinator on this machine: scenes are\n"
-    "                       mapped from it without copying\n"
-    "  --pack HOW           quick, or small: a quarter to a third fewer bytes for more CPU time\n"
-    "                       (default: small where they cross a network)\n"
-    "  --nice N             leave CPUs to others, 1 to 19 (see nice(1); default: as started)\n"
-    "  --name NAME          name in the list of workers (default: host:pid)\n"
-    "  --log-format FORMAT  of the lines on standard error: text, or json (an object a line)\n"
-    "  --quiet              errors only\n"
-    "  --exit-with-parent   end when the parent process or the link is gone\n"
-    "  --replay PLAN        trace one sample of a plan once more and print all that it does: the\n"
-    "                       pixel's path (or its path through the lens) number SAMPLE, from 0;\n"
-    "                       --json: for programs. Scene and environment are looked for in --blobs\n"
-    "                       and --cache. `shearwater replay` makes plans of job documents\n"
-    "  --field FIELD        a sample of a light field of pixel centres instead: light:N or\n"
-    "                       light:NAME (a stratum of that light), indirect (a bounce ray), glossy\n"
-    "                       (a ray of the surface's glossy lobe)\n"
-    "  --pass N --side L    of a later pass of rays (of a target_error, or the second set of the\n"
-    "                       filter of rates), in which the pixel got L x L\n"
-    "  --help, --version\n"
-    "\n"
-    "SIGTERM or SIGINT: finish the tiles being traced, give the others back, leave. A second one:\n"
-    "give all back at once.\n"
-    "Exit status: 0 told to stop, 1 failed, 2 wrong use, 3 refused by the coordinator.\n";
-
-const char *options_help(void)
-{
-    return help;
-}
+static const char *const usages[] = {
+    "shearwater-worker --connect unix:PATH|HOST:PORT [options]",
+    "shearwater-worker --replay PLAN X,Y SAMPLE [--field FIELD] [--json] [--blobs DIR] "
+    "[--cache DIR]",
+};
+static const char summary[] = "Traces tiles for a Shearwater coordinator until it is told to stop. "
+                              "With --replay it traces one "
+                              "sample of a plan again and prints every step; `shearwater replay` "
+                              "makes plans of job documents.";
+static const char *const notes[] = {
+    "SIGTERM or SIGINT: the worker finishes the tiles that it traces, gives the others back and "
+    "leaves. A second signal: it gives all of them back at once.",
+    "Exit status: 0 told to stop, 1 failed, 2 wrong use, 3 refused by the coordinator.",
+};
 
 enum option_kind { OPTION_TEXT, OPTION_COUNT, OPTION_BYTES, OPTION_FLAG };
 
 struct option_row {
-    const char *name;
+    const char *name;         /* with its dashes */
+    const char *value, *text; /* as in option_text.h; no text: hidden */
     enum option_kind kind;
     size_t offset;
     uint64_t max;
 };
 
+#define ROW(name, value, kind, member, max, text)                                                  \
+    {                                                                                              \
+        (name), (value), (text), (kind), offsetof(struct options, member), (max)                   \
+    }
+
 static const struct option_row rows[] = {
-    {"--connect", OPTION_TEXT, offsetof(struct options, connect), 0},
-    {"--key", OPTION_TEXT, offsetof(struct options, key), 0},
-    {"--cache", OPTION_TEXT, offsetof(struct options, cache_dir), 0},
-    {"--blobs", OPTION_TEXT, offsetof(struct options, blob_dir), 0},
-    {"--name", OPTION_TEXT, offsetof(struct options, name), 0},
-    {"--threads", OPTION_COUNT, offsetof(struct options, threads), LIMIT_THREADS},
-    {"--tiles-in-hand", OPTION_COUNT, offsetof(struct options, tiles_in_hand), LIMIT_TILES_IN_HAND},
-    {"--nice", OPTION_COUNT, offsetof(struct options, nice), 19},
-    {"--cache-bytes", OPTION_BYTES, offsetof(struct options, cache_bytes), UINT64_MAX >> 1},
-    {"--replay", OPTION_TEXT, offsetof(struct options, replay), 0},
-    {"--field", OPTION_TEXT, offsetof(struct options, field), 0},
-    {"--pass", OPTION_COUNT, offsetof(struct options, pass), LIMIT_PASSES - 1},
-    {"--side", OPTION_COUNT, offsetof(struct options, side), PLAN_SIDE_MOST},
-    {"--json", OPTION_FLAG, offsetof(struct options, json), 0},
-    {"--pack", OPTION_TEXT, offsetof(struct options, pack), 0},
-    {"--log-format", OPTION_TEXT, offsetof(struct options, log_format), 0},
-    {"--quiet", OPTION_FLAG, offsetof(struct options, quiet), 0},
-    {"--exit-with-parent", OPTION_FLAG, offsetof(struct options, exit_with_parent), 0},
-    {"--help", OPTION_FLAG, offsetof(struct options, help), 0},
-    {"--version", OPTION_FLAG, offsetof(struct options, version), 0},
+    ROW("--connect", "ADDRESS", OPTION_TEXT, connect, 0,
+        "the coordinator: unix:PATH or HOST:PORT ([ADDRESS]:PORT for IPv6)"),
+    ROW("--key", "FILE", OPTION_TEXT, key, 0,
+        "the coordinator's key (serve --worker-key): the link over TCP is encrypted, and both "
+        "sides "
+        "must have the key"),
+    ROW("--threads", "N", OPTION_COUNT, threads, LIMIT_THREADS,
+        "tracing threads, 1 to 1024 (default: the CPUs of this process)"),
+    ROW("--tiles-in-hand", "N", OPTION_COUNT, tiles_in_hand, LIMIT_TILES_IN_HAND,
+        "tiles to hold at a time, 1 to 256 (default: 2 per thread)"),
+    ROW("--cache", "DIR", OPTION_TEXT, cache_dir, 0,
+        "directory of fetched scenes (default: ${XDG_CACHE_HOME:-~/.cache}/shearwater)"),
+    ROW("--cache-bytes", "N", OPTION_BYTES, cache_bytes, UINT64_MAX >> 1,
+        "most bytes of that directory, with k, M or G behind the number if you like (default: "
+        "16G)"),
+    ROW("--blobs", "DIR", OPTION_TEXT, blob_dir, 0,
+        "object directory of a coordinator on this machine: scenes are mapped from there, without "
+        "a "
+        "copy"),
+    ROW("--pack", "quick|small", OPTION_TEXT, pack, 0,
+        "how samples are compressed; small takes a quarter to a third fewer bytes and more CPU "
+        "time "
+        "(default: small where they cross a network)"),
+    ROW("--nice", "N", OPTION_COUNT, nice, 19,
+        "niceness, 1 to 19: other processes go first (default: as started)"),
+    ROW("--name", "NAME", OPTION_TEXT, name, 0, "name in the list of workers (default: host:pid)"),
+    ROW("--log-format", "text|json", OPTION_TEXT, log_format, 0,
+        "format of the log on standard error; json: one object per line (default: text)"),
+    ROW("--quiet", NULL, OPTION_FLAG, quiet, 0, "log errors only"),
+    ROW("--exit-with-parent", NULL, OPTION_FLAG, exit_with_parent, 0,
+        "stop when the parent process or the link ends"),
+    ROW("--replay", "PLAN", OPTION_TEXT, replay, 0,
+        "print every step of one sample of a plan: path number SAMPLE, from 0, of the pixel X,Y. "
+        "Scene and environment are looked for in --blobs and --cache"),
+    ROW("--field", "FIELD", OPTION_TEXT, field, 0,
+        "print a sample of a light field of pixel centres instead: light:N or light:NAME (a "
+        "stratum "
+        "of that light), indirect (a bounce ray), glossy (a ray of the glossy lobe)"),
+    ROW("--pass", "N", OPTION_COUNT, pass, LIMIT_PASSES - 1, "a later pass of the field's rays"),
+    ROW("--side", "L", OPTION_COUNT, side, PLAN_SIDE_MOST, "the pixel's L x L rays in that pass"),
+    ROW("--json", NULL, OPTION_FLAG, json, 0, "print JSON"),
+    ROW("--help", NULL, OPTION_FLAG, help, 0, "print this text"),
+    ROW("--version", NULL, OPTION_FLAG, version, 0, "print the build"),
+    ROW(OPTION_TEXT_DUMP, NULL, OPTION_FLAG, dump, 0, NULL),
 };
+#define ROW_COUNT (sizeof rows / sizeof rows[0])
+
+/* Calls for each row that is shown. */
+static void each_shown(FILE *out, void (*print)(FILE *out, const struct option_text *option))
+{
+    for (size_t i = 0; i < ROW_COUNT; i++) {
+        const struct option_text text = {0, rows[i].name + 2, rows[i].value, rows[i].text};
+        if (text.text) print(out, &text);
+    }
+}
+
+void options_print_help(FILE *out)
+{
+    for (size_t i = 0; i < sizeof usages / sizeof usages[0]; i++)
+        fprintf(out, "%s%s\n", i == 0 ? "usage: " : "       ", usages[i]);
+    fputc('\n', out);
+    option_text_wrap(out, summary, 0);
+    fputc('\n', out);
+    each_shown(out, option_text_help);
+    for (size_t i = 0; i < sizeof notes / sizeof notes[0]; i++) {
+        fputc('\n', out);
+        option_text_wrap(out, notes[i], 0);
+    }
+}
+
+void options_dump(FILE *out)
+{
+    for (size_t i = 0; i < sizeof usages / sizeof usages[0]; i++)
+        fprintf(out, "usage\t%s\n", usages[i]);
+    fprintf(out, "summary\t%s\n", summary);
+    each_shown(out, option_text_dump);
+    for (size_t i = 0; i < sizeof notes / sizeof notes[0]; i++)
+        fprintf(out, "note\t%s\n", notes[i]);
+}
 
 static const struct option_row *find_row(const char *name)
 {
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+    for (size_t i = 0; i < ROW_COUNT; i++)
         if (strcmp(rows[i].name, name) == 0) return &rows[i];
     return NULL;
 }
@@ -157,15 +194,14 @@ static int check_arguments(const struct options *o, struct fault *fault)
     if (o->argument_count > 0 && !o->replay)
         return fault_set(fault, ERR_UNKNOWN_MEMBER, o->arguments[0],
                          "there is no such option; --help lists them");
-    if (o->json && !o->replay)
-        return fault_set(fault, ERR_MISSING, "--json", "goes with --replay alone");
-    if (o->field && !o->replay)
-        return fault_set(fault, ERR_MISSING, "--field", "goes with --replay alone");
+    if (o->json && !o->replay) return fault_set(fault, ERR_MISSING, "--json", "needs --replay");
+    if (o->field && !o->replay) return fault_set(fault, ERR_MISSING, "--field", "needs --replay");
     if ((o->pass || o->side) && !o->field)
         return fault_set(fault, ERR_MISSING, o->pass ? "--pass" : "--side",
-                         "goes with --field alone: paths of all passes are numbered on");
+                         "needs --field: paths of all passes have consecutive numbers");
     if (!o->replay || o->argument_count == 2) return 0;
-    return fault_set(fault, ERR_MISSING, "--replay", "a pixel, X,Y, and a sample's number follow");
+    return fault_set(fault, ERR_MISSING, "--replay",
+                     "a pixel X,Y and a sample's number must follow");
 }
 
 /* Does what is sent there leave the machine? A name may be anybody's. */
@@ -182,24 +218,24 @@ static int choose_packing(struct options *o, struct fault *fault)
     const bool is_small = o->pack ? strcmp(o->pack, "small") == 0 : crosses_network(o->connect);
     o->packing = is_small ? PACKING_SMALL : PACKING_QUICK;
     if (!o->pack || is_small || strcmp(o->pack, "quick") == 0) return 0;
-    return fault_set(fault, ERR_RANGE, "--pack", "\"%.64s\" is none: quick and small are", o->pack);
+    return fault_set(fault, ERR_RANGE, "--pack", "\"%.64s\" is neither quick nor small", o->pack);
 }
 
 static int finish(struct options *o, struct fault *fault)
 {
-    if (o->help || o->version) return 0;
+    if (o->help || o->version || o->dump) return 0;
     const int e = check_arguments(o, fault);
     if (e || o->replay) return e;
     if (!o->connect)
         return fault_set(fault, ERR_MISSING, "--connect",
-                         "say where the coordinator is: unix:PATH or HOST:PORT");
+                         "give the coordinator's address: unix:PATH or HOST:PORT");
     if (link_check_address(o->connect, fault) != 0) return fault->code;
     if (o->name && strlen(o->name) >= LIMIT_NAME_BYTES)
         return fault_set(fault, ERR_LIMIT, "--name", "a name has at most %d bytes",
                          LIMIT_NAME_BYTES - 1);
     enum log_format format;
     if (!log_format_from_name(o->log_format, &format))
-        return fault_set(fault, ERR_RANGE, "--log-format", "\"%.64s\" is none: text and json are",
+        return fault_set(fault, ERR_RANGE, "--log-format", "\"%.64s\" is neither text nor json",
                          o->log_format);
     if (choose_packing(o, fault) != 0) return fault->code;
     if (o->threads == 0) o->threads = usable_cpus();

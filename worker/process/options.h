@@ -3,6 +3,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "proto/error.h"
 #include "proto/packing.h"
@@ -29,7 +30,7 @@ struct options {
     uint32_t pass;     /* that has it; 0: the first */
     uint32_t side;     /* rays that the pixel got in a later pass: side * side; 0: not said */
     bool json;
-    bool help, version;
+    bool help, version, dump;
     uint32_t loading_ms; /* not given on the command line; 0: SESSION_LOADING_MS */
 };
 
@@ -43,5 +44,8 @@ int options_default_name(char *out, size_t capacity);
 /* $XDG_CACHE_HOME/shearwater, else ~/.cache/shearwater, else /tmp/shearwater-UID. */
 int options_default_cache(char *out, size_t capacity);
 
-/* The text of --help. */
-const char *options_help(void);
+/* Prints the answer to --help. */
+void options_print_help(FILE *out);
+
+/* Prints the answer to --dump-options (proto/option_text.h). */
+void options_dump(FILE *out);

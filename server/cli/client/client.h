@@ -34,7 +34,7 @@ const char *client_base_url(const char *option);
 #define CLIENT_SERVER_OPTION(url)                                                                  \
     {                                                                                              \
         .name = "server", .letter = 's', .kind = OPTION_TEXT, .value = "URL",                      \
-        .text = "the coordinator (default: $SHEARWATER_SERVER, then " CLIENT_BASE_URL ")",         \
+        .text = "the coordinator (default: $SHEARWATER_SERVER, else " CLIENT_BASE_URL ")",         \
         .out = (url)                                                                               \
     }
 

@@ -14,12 +14,12 @@ struct client_target {
         {.name = "token-file",                                                                     \
          .kind = OPTION_TEXT,                                                                      \
          .value = "FILE",                                                                          \
-         .text = "a file with the token (default: $SHEARWATER_TOKEN_FILE; else the token itself "  \
+         .text = "file with the access token (default: $SHEARWATER_TOKEN_FILE, else the token "    \
                  "in $SHEARWATER_TOKEN)",                                                          \
          .out = &(target)->token_file},                                                            \
     {                                                                                              \
         .name = "ca", .kind = OPTION_TEXT, .value = "FILE.pem",                                    \
-        .text = "who vouches for the server's certificate (default: $SHEARWATER_CA, then the "     \
+        .text = "certificate authorities that are trusted (default: $SHEARWATER_CA, else the "     \
                 "system's)",                                                                       \
         .out = &(target)->authority                                                                \
     }

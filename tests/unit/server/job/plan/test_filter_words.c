@@ -100,7 +100,7 @@ static void option_has(const char *name, const struct json_choice *words)
     for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
         if (strcmp(options[i].name, name) != 0) continue;
         for (; words->name; words++)
-            if (!strstr(options[i].text, words->name))
+            if (!strstr(options[i].value, words->name))
                 fail_msg("--%s does not say %s", name, words->name);
         return;
     }
