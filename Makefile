@@ -77,7 +77,7 @@ goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/go
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check unit system browser soak determinism golden check-shade check-kernels bench \
         bench-accuracy bench-quick bench-accept bench-results picture screenshot property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
-        install install-units uninstall clean help
+        install install-units install-man uninstall clean help
 all: $(programs)
 
 ## deps: install what is missing from Debian's packages
@@ -210,7 +210,18 @@ unit_dir := $(DESTDIR)$(PREFIX)/lib/systemd/system
 install-units:
 	@mkdir -p $(unit_dir)
 	for u in $(units); do sed 's|@prefix@|$(PREFIX)|g' deploy/systemd/$$u > $(unit_dir)/$$u && chmod 644 $(unit_dir)/$$u || exit 1; done
+man_dir := $(DESTDIR)$(PREFIX)/share/man/man1
+bash_dir := $(DESTDIR)$(PREFIX)/share/bash-completion/completions
+zsh_dir := $(DESTDIR)$(PREFIX)/share/zsh/site-functions
+# Man pages and completion, which the programs in $(B) know the options of.
+install-man:
+	@deploy/man.sh $(B) $(B)/man && deploy/completion.sh $(B) $(B)/completion
+	install -Dm644 -t $(man_dir) $(B)/man/*.1
+	install -Dm644 -t $(bash_dir) $(B)/completion/shearwater
+	ln -sf shearwater $(bash_dir)/shearwater-worker
+	install -Dm644 -t $(zsh_dir) $(B)/completion/_shearwater
 install: all install-units
+	@$(MAKE) --no-print-directory install-man
 	install -Dm755 -t $(DESTDIR)$(PREFIX)/bin $(programs)
 	cd web && find . -type f -not -name '.*' -not -name package.json -exec install -Dm644 {} $(share)/web/{} \;
 	install -Dm644 -t $(share) proto/openapi.yaml
@@ -220,6 +231,7 @@ install: all install-units
 uninstall:
 	rm -f $(addprefix $(DESTDIR)$(PREFIX)/bin/,$(notdir $(programs)))
 	rm -f $(addprefix $(unit_dir)/,$(units))
+	rm -f $(man_dir)/shearwater.1 $(man_dir)/shearwater-*.1 $(bash_dir)/shearwater $(bash_dir)/shearwater-worker $(zsh_dir)/_shearwater
 	rm -rf $(share) $(doc)
 clean:
 	rm -rf build
