@@ -37,6 +37,7 @@ import_src := $(filter-out server/import/main.c,$(sort $(shell find server/impor
               $(addprefix server/image/,exr_file.c exr_read.c image.c)
 worker_src := $(filter-out worker/main.c,$(sort $(shell find worker -name '*.c')))
 unit_src   := $(sort $(shell find tests/unit -name 'test_*.c'))
+unit_main  := tests/unit/unit.c
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 shim_src   := $(wildcard tests/fake/preload_*.c)
 fake_src   := $(filter-out $(shim_src),$(wildcard tests/fake/*.c))
@@ -50,7 +51,7 @@ analytic_src := $(wildcard tests/golden/analytic*.c)
 property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 # Kernels (proto/runtime/kernels.h) are compiled once for each instruction set.
@@ -300,19 +301,19 @@ $(B)/tests/golden/%: $(B)/obj/tests/golden/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
 
-$(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(B)/libproto.a
+$(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(call obj,$(unit_main)) $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka -luv $(proto_libs)
-$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
+$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(call obj,$(unit_main)) $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
 # Tests from which memory is taken away (tests/unit/server/lean_memory.h).
 lean := $(addprefix $(B)/tests/unit/server/,job/prepare/test_imports store/test_spools)
 $(lean): private CFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup)
-$(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(B)/libimport.a $(B)/libproto.a
+$(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(call obj,$(unit_main)) $(B)/libimport.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(import_libs)
-$(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(B)/libworker.a $(B)/libproto.a
+$(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(call obj,$(unit_main)) $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(worker_libs)
 $(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a

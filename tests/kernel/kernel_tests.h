@@ -1,12 +1,12 @@
 #pragma once
 /* The tests that all tables of kernels have: those of AVX2 and later give the reference's bits, and
- * the CPU gets its own. For a file with KERNEL_TESTS(NAME, compare) at its top level and
- * KERNEL_TESTS_OF_ALL among its tests, where `compare` takes a table, struct NAME_kernels, and
- * asserts what must hold of it. */
+ * the CPU gets its own. For a file with KERNEL_TESTS(NAME, compare) at its top level, where
+ * `compare` takes a table, struct NAME_kernels, and asserts what must hold of it. */
 #include <stdbool.h>
 #include <string.h>
 
 #include "proto/runtime/build.h"
+#include "tests/unit/unit.h"
 
 static inline bool cpu_runs(const char *isa)
 {
@@ -15,27 +15,20 @@ static inline bool cpu_runs(const char *isa)
 }
 
 #define KERNEL_TESTS(NAME, compare)                                                                \
-    static void avx2_agrees(void **state)                                                          \
+    TEST(avx2_agrees)                                                                              \
     {                                                                                              \
-        (void)state;                                                                               \
         if (!cpu_runs("avx2")) skip();                                                             \
         compare(&NAME##_kernels_avx2);                                                             \
     }                                                                                              \
-    static void avx512_agrees(void **state)                                                        \
+    TEST(avx512_agrees)                                                                            \
     {                                                                                              \
-        (void)state;                                                                               \
         if (!cpu_runs("avx512")) skip();                                                           \
         compare(&NAME##_kernels_avx512);                                                           \
     }                                                                                              \
-    static void best_fits_the_cpu(void **state)                                                    \
+    TEST(best_fits_the_cpu)                                                                        \
     {                                                                                              \
-        (void)state;                                                                               \
         assert_ptr_equal(KERNELS_BEST(NAME##_kernels), cpu_runs("avx512") ? &NAME##_kernels_avx512 \
                                                        : cpu_runs("avx2")                          \
                                                            ? &NAME##_kernels_avx2                  \
                                                            : &NAME##_kernels_sse42);               \
     }
-
-#define KERNEL_TESTS_OF_ALL                                                                        \
-    cmocka_unit_test(avx2_agrees), cmocka_unit_test(avx512_agrees),                                \
-        cmocka_unit_test(best_fits_the_cpu)

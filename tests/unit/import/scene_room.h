@@ -1,12 +1,12 @@
 #pragma once
-/* A folder of its own for a test's scene files, and the way from a file to an open blob. Include
- * after cmocka.h. */
+/* A folder of its own for a test's scene files, and the way from a file to an open blob. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "server/import/import.h"
+#include "tests/unit/unit.h"
 
 static char room[64];
 static struct warnings room_warnings;

@@ -1,9 +1,11 @@
 #pragma once
 /* Files whose bytes must never change unnoticed. SHEARWATER_WRITE_GOLDEN=1 writes them anew.
- * Include after cmocka.h; run from the root of the sources. */
+ * Run from the root of the sources. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "tests/unit/unit.h"
 
 static inline void golden_write(const char *path, const void *data, size_t size_bytes)
 {

@@ -1,16 +1,10 @@
 #pragma once
 /* Plans on the wire, there and back; what a change of the plan of plan_case.h is refused with, and
  * changes that several tests need. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 
 #include "tests/unit/proto/plan_case.h"
+#include "tests/unit/unit.h"
 
 static inline void encode(const struct plan *plan, struct bytes_writer *w)
 {

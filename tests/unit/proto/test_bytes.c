@@ -1,15 +1,10 @@
 /* Reader and writer: what is written reads back, and nothing outside the input is ever read. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/bytes.h"
 #include "proto/error.h"
+#include "tests/unit/unit.h"
 
 static void write_one_of_each(struct bytes_writer *w)
 {
@@ -24,9 +19,8 @@ static void write_one_of_each(struct bytes_writer *w)
     bytes_write_raw(w, "\xff\xfe", 2);
 }
 
-static void writes_little_endian(void **state)
+TEST(writes_little_endian)
 {
-    (void)state;
     static const uint8_t expected[] = {
         0x01, 0x03, 0x02, 0x07, 0x06, 0x05, 0x04, 0x0f, 0x0e, 0x0d, 0x0c, 0x0b,
         0x0a, 0x09, 0x08, 0x00, 0x00, 0xc0, 0x3f,       /* 1.5 */
@@ -57,9 +51,8 @@ static void read_one_of_each(struct bytes_reader *r)
     bytes_read_raw(r, raw, sizeof raw);
 }
 
-static void reads_back(void **state)
+TEST(reads_back)
 {
-    (void)state;
     struct bytes_writer w;
     bytes_writer_init(&w);
     write_one_of_each(&w);
@@ -86,9 +79,8 @@ static void reads_back(void **state)
 }
 
 /* Each shorter input, in memory of exactly its size so that a sanitizer sees a read beyond. */
-static void every_truncation_fails(void **state)
+TEST(every_truncation_fails)
 {
-    (void)state;
     struct bytes_writer w;
     bytes_writer_init(&w);
     write_one_of_each(&w);
@@ -107,9 +99,8 @@ static void every_truncation_fails(void **state)
     bytes_writer_fini(&w);
 }
 
-static void failed_reader_yields_zeros(void **state)
+TEST(failed_reader_yields_zeros)
 {
-    (void)state;
     static const uint8_t data[] = {0xff, 0xff, 0xff};
     struct bytes_reader r;
     bytes_reader_init(&r, data, sizeof data);
@@ -124,9 +115,8 @@ static void failed_reader_yields_zeros(void **state)
     assert_int_equal(bytes_finish(&r), ERR_TRUNCATED);
 }
 
-static void empty_input(void **state)
+TEST(empty_input)
 {
-    (void)state;
     struct bytes_reader r;
     bytes_reader_init(&r, NULL, 0);
     assert_int_equal(bytes_finish(&r), ERR_OK);
@@ -145,9 +135,8 @@ static int read_text(const void *data, size_t size_bytes, char *out, size_t capa
     return bytes_finish(&r);
 }
 
-static void strings_are_bounded(void **state)
+TEST(strings_are_bounded)
 {
-    (void)state;
     char out[4];
     assert_int_equal(read_text("\x03\x00"
                                "abc",
@@ -171,9 +160,8 @@ static void strings_are_bounded(void **state)
     assert_int_equal(read_text("\x00\x00", 2, out, 0), ERR_TRUNCATED);
 }
 
-static void writer_bounds(void **state)
+TEST(writer_bounds)
 {
-    (void)state;
     struct bytes_writer w;
     bytes_writer_init(&w);
     char *text = malloc(65537);
@@ -203,9 +191,8 @@ static void writer_bounds(void **state)
     bytes_writer_fini(&w);
 }
 
-static void writer_grows(void **state)
+TEST(writer_grows)
 {
-    (void)state;
     struct bytes_writer w;
     bytes_writer_init(&w);
     for (uint32_t i = 0; i < 100000; i++) bytes_write_u32(&w, i);
@@ -216,19 +203,4 @@ static void writer_grows(void **state)
         if (bytes_read_u32(&r) != i) fail_msg("value %u differs", i);
     assert_int_equal(bytes_finish(&r), ERR_OK);
     bytes_writer_fini(&w);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(writes_little_endian),
-        cmocka_unit_test(reads_back),
-        cmocka_unit_test(every_truncation_fails),
-        cmocka_unit_test(failed_reader_yields_zeros),
-        cmocka_unit_test(empty_input),
-        cmocka_unit_test(strings_are_bounded),
-        cmocka_unit_test(writer_bounds),
-        cmocka_unit_test(writer_grows),
-    };
-    return cmocka_run_group_tests_name("bytes", tests, NULL, NULL);
 }

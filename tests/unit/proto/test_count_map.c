@@ -1,14 +1,10 @@
 /* Counts of single pixels over the wire: what was packed comes back, damage is told, nothing is
  * written beyond the tile. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "proto/count_map.h"
+#include "tests/unit/unit.h"
 
 #define MOST COUNT_MAP_BYTES_MAX
 
@@ -30,10 +26,9 @@ static void round_trip(uint32_t maps, int32_t width, int32_t height)
     bytes_writer_fini(&w);
 }
 
-static void maps_round_trip(void **state)
+TEST(maps_round_trip)
 {
     static const int32_t sides[][2] = {{1, 1}, {3, 5}, {17, 1}, {64, 64}, {256, 256}, {250, 31}};
-    (void)state;
     for (size_t k = 0; k < 2 * sizeof sides / sizeof sides[0]; k++) {
         const uint32_t maps = 1 + (uint32_t)k % 2;
         for (size_t i = 0; i < MOST; i++) counts[i] = (uint8_t)(i * 2654435761u >> 13);
@@ -45,10 +40,9 @@ static void maps_round_trip(void **state)
     }
 }
 
-static void other_sizes_are_refused(void **state)
+TEST(other_sizes_are_refused)
 {
     struct bytes_writer w;
-    (void)state;
     memset(counts, 7, sizeof counts);
     bytes_writer_init(&w);
     assert_int_equal(count_map_pack(&w, counts, 1, 0, 5), ERR_LIMIT);
@@ -64,10 +58,9 @@ static void other_sizes_are_refused(void **state)
     bytes_writer_fini(&w);
 }
 
-static void damage_does_no_harm(void **state)
+TEST(damage_does_no_harm)
 {
     struct bytes_writer w;
-    (void)state;
     for (size_t i = 0; i < MOST; i++) counts[i] = (uint8_t)(i / 7 % 5);
     bytes_writer_init(&w);
     assert_int_equal(count_map_pack(&w, counts, 1, 64, 64), 0);
@@ -80,14 +73,4 @@ static void damage_does_no_harm(void **state)
         w.data[i] = was;
     }
     bytes_writer_fini(&w);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(maps_round_trip),
-        cmocka_unit_test(other_sizes_are_refused),
-        cmocka_unit_test(damage_does_no_harm),
-    };
-    return cmocka_run_group_tests_name("count_map", tests, NULL, NULL);
 }

@@ -1,15 +1,10 @@
 /* SHA-256 against published values (FIPS 180-2, appendix B), and the hexadecimal form. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "tests/unit/unit.h"
 
 static void check(const char *text, const char *expected)
 {
@@ -20,9 +15,8 @@ static void check(const char *text, const char *expected)
     assert_string_equal(hex, expected);
 }
 
-static void known_values(void **state)
+TEST(known_values)
 {
-    (void)state;
     check("", "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     check("abc", "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     check("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq",
@@ -32,9 +26,8 @@ static void known_values(void **state)
     assert_int_equal(empty.bytes[0], 0xe3);
 }
 
-static void pieces_make_the_whole(void **state)
+TEST(pieces_make_the_whole)
 {
-    (void)state;
     uint8_t data[1000];
     for (size_t i = 0; i < sizeof data; i++) data[i] = (uint8_t)(i * 37);
     struct digest whole, pieces;
@@ -54,9 +47,8 @@ static void pieces_make_the_whole(void **state)
     }
 }
 
-static void hex_round_trip(void **state)
+TEST(hex_round_trip)
 {
-    (void)state;
     struct digest d, back;
     char hex[DIGEST_HEX_BYTES];
     for (size_t i = 0; i < DIGEST_BYTES; i++) d.bytes[i] = (uint8_t)(i * 8 + 3);
@@ -68,9 +60,8 @@ static void hex_round_trip(void **state)
     assert_false(digest_equal(&d, &back));
 }
 
-static void hex_refuses(void **state)
+TEST(hex_refuses)
 {
-    (void)state;
     static const char good[] = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
     struct digest d = {{1}};
     for (size_t length = 0; length < 64; length++) {
@@ -94,21 +85,10 @@ static void hex_refuses(void **state)
     assert_int_equal(d.bytes[0], 1); /* untouched on failure */
 }
 
-static void zero_is_known(void **state)
+TEST(zero_is_known)
 {
-    (void)state;
     struct digest d = {{0}};
     assert_true(digest_is_zero(&d));
     d.bytes[31] = 1;
     assert_false(digest_is_zero(&d));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(known_values),   cmocka_unit_test(pieces_make_the_whole),
-        cmocka_unit_test(hex_round_trip), cmocka_unit_test(hex_refuses),
-        cmocka_unit_test(zero_is_known),
-    };
-    return cmocka_run_group_tests_name("digest", tests, NULL, NULL);
 }

@@ -1,13 +1,8 @@
 /* The table of errors: unique, append-only numbers, names and sentences; faults that always end. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <string.h>
 
 #include "proto/error.h"
+#include "tests/unit/unit.h"
 
 static const int numbers[] = {
 #define ERROR(name, number, text) number,
@@ -16,16 +11,14 @@ static const int numbers[] = {
 };
 #define COUNT (sizeof numbers / sizeof *numbers)
 
-static void numbers_are_a_sequence(void **state)
+TEST(numbers_are_a_sequence)
 {
-    (void)state;
     for (size_t i = 0; i < COUNT; i++) assert_int_equal(numbers[i], -(int)i);
 }
 
 /* These travel: a changed number breaks old peers. */
-static void numbers_stay(void **state)
+TEST(numbers_stay)
 {
-    (void)state;
     assert_int_equal(ERR_OK, 0);
     assert_int_equal(ERR_INCOMPLETE, -1);
     assert_int_equal(ERR_VERSION, -7);
@@ -35,9 +28,8 @@ static void numbers_stay(void **state)
     assert_int_equal(ERR_QUOTA, -26);
 }
 
-static void names_and_sentences(void **state)
+TEST(names_and_sentences)
 {
-    (void)state;
     assert_string_equal(error_name(ERR_RANGE), "RANGE");
     assert_string_equal(error_name(ERR_OK), "OK");
     assert_string_equal(error_name(1), "UNKNOWN");
@@ -52,9 +44,8 @@ static void names_and_sentences(void **state)
     }
 }
 
-static void fault_is_filled(void **state)
+TEST(fault_is_filled)
 {
-    (void)state;
     struct fault fault;
     int code = fault_set(&fault, ERR_RANGE, "/image/width", "%d is above %d", 20000, 16384);
     assert_int_equal(code, ERR_RANGE);
@@ -66,9 +57,8 @@ static void fault_is_filled(void **state)
     assert_string_equal(fault.pointer, "");
 }
 
-static void fault_is_terminated(void **state)
+TEST(fault_is_terminated)
 {
-    (void)state;
     char text[2000];
     memset(text, 'p', sizeof text);
     text[sizeof text - 1] = '\0';
@@ -79,9 +69,8 @@ static void fault_is_terminated(void **state)
 }
 
 /* Places and sentences go into JSON: a cut must not leave half a character behind. */
-static void cuts_between_characters(void **state)
+TEST(cuts_between_characters)
 {
-    (void)state;
     char text[1200] = "";
     for (size_t i = 0; i < 1199 / 3; i++) memcpy(text + 3 * i, "\xe2\x82\xac", 4);
     struct fault fault;
@@ -92,14 +81,4 @@ static void cuts_between_characters(void **state)
         assert_int_equal((length - skip) % 3, 0);
         assert_int_equal(strlen(fault.pointer) % 3, 0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(numbers_are_a_sequence), cmocka_unit_test(numbers_stay),
-        cmocka_unit_test(names_and_sentences),    cmocka_unit_test(fault_is_filled),
-        cmocka_unit_test(fault_is_terminated),    cmocka_unit_test(cuts_between_characters),
-    };
-    return cmocka_run_group_tests_name("error", tests, NULL, NULL);
 }

@@ -1,11 +1,5 @@
 /* Half floats: all 65536 of them, rounding to nearest even, and rows equal to the scalar functions.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -13,6 +7,7 @@
 #include <xmmintrin.h>
 
 #include "proto/half.h"
+#include "tests/unit/unit.h"
 
 static uint32_t bits_of(float v)
 {
@@ -43,9 +38,8 @@ static double value_of(unsigned h)
     return (h & 0x8000u) != 0 ? -magnitude : magnitude;
 }
 
-static void all_halves_read_right(void **state)
+TEST(all_halves_read_right)
 {
-    (void)state;
     for (unsigned h = 0; h < 65536; h++) {
         float v = half_to_float((uint16_t)h);
         if (is_nan_half(h)) {
@@ -58,9 +52,8 @@ static void all_halves_read_right(void **state)
     }
 }
 
-static void all_halves_round_trip(void **state)
+TEST(all_halves_round_trip)
 {
-    (void)state;
     for (unsigned h = 0; h < 65536; h++) {
         unsigned back = half_from_float(half_to_float((uint16_t)h));
         unsigned expected = is_nan_half(h) ? h | 0x200u : h; /* NaN comes back quiet */
@@ -70,9 +63,8 @@ static void all_halves_round_trip(void **state)
 
 /* Midpoint between each two neighbours goes to the even one, and the floats beside it to their
  * nearest. */
-static void ties_go_to_even(void **state)
+TEST(ties_go_to_even)
 {
-    (void)state;
     for (unsigned h = 0; h < 0x7bff; h++) {
         float middle = (float)((value_of(h) + value_of(h + 1)) / 2);
         unsigned even = (h & 1) == 0 ? h : h + 1;
@@ -84,9 +76,8 @@ static void ties_go_to_even(void **state)
     }
 }
 
-static void range_is_clamped(void **state)
+TEST(range_is_clamped)
 {
-    (void)state;
     static const float large[] = {65504.0f, 65519.0f, 65520.0f, 65536.0f, 1e10f, 3.4e38f};
     for (size_t i = 0; i < sizeof large / sizeof *large; i++) {
         assert_int_equal(half_from_float(large[i]), 0x7bff);
@@ -162,18 +153,16 @@ static void check_rows_of_halves(void)
     }
 }
 
-static void rows_equal_scalars(void **state)
+TEST(rows_equal_scalars)
 {
-    (void)state;
     check_rows_of_floats();
     check_random_rows();
     check_rows_of_halves();
 }
 
 /* Tracing threads flush subnormals; the conversions must not care. */
-static void rows_ignore_flushing(void **state)
+TEST(rows_ignore_flushing)
 {
-    (void)state;
     unsigned before = _mm_getcsr();
     _mm_setcsr(before | 0x8040u); /* FTZ and DAZ */
     check_rows_of_floats();
@@ -181,9 +170,8 @@ static void rows_ignore_flushing(void **state)
     _mm_setcsr(before);
 }
 
-static void odd_lengths_stay_inside(void **state)
+TEST(odd_lengths_stay_inside)
 {
-    (void)state;
     for (size_t count = 0; count <= 33; count++) {
         float in[40], back[40];
         uint16_t out[40];
@@ -195,15 +183,4 @@ static void odd_lengths_stay_inside(void **state)
         assert_true(back[0] == -1.0f && back[count + 1] == -1.0f);
         for (size_t i = 1; i <= count; i++) assert_true(back[i] == in[i]);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(all_halves_read_right),   cmocka_unit_test(all_halves_round_trip),
-        cmocka_unit_test(ties_go_to_even),         cmocka_unit_test(range_is_clamped),
-        cmocka_unit_test(rows_equal_scalars),      cmocka_unit_test(rows_ignore_flushing),
-        cmocka_unit_test(odd_lengths_stay_inside),
-    };
-    return cmocka_run_group_tests_name("half", tests, NULL, NULL);
 }

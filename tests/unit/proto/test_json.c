@@ -1,14 +1,9 @@
 /* Texts of JSON values, and what is read and written while memory is missing. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "proto/json.h"
 #include "tests/unit/proto/json_memory.h"
+#include "tests/unit/unit.h"
 
 static json_t *document(void)
 {
@@ -16,9 +11,10 @@ static json_t *document(void)
                      -7, 1, "inner", "key", "\xc3\xa9", "a", (json_int_t)1 << 60);
 }
 
-static void a_text_is_jansson_s(void **state)
+ALL_TESTS(fail_when_told, fail_no_more);
+
+TEST(a_text_is_jansson_s)
 {
-    (void)state;
     static const size_t flags[] = {JSON_COMPACT, JSON_INDENT(2), JSON_COMPACT | JSON_SORT_KEYS,
                                    JSON_COMPACT | JSON_REAL_PRECISION(6)};
     json_t *value = document();
@@ -33,9 +29,8 @@ static void a_text_is_jansson_s(void **state)
 }
 
 /* json_dumps gives texts without a quote here and there. */
-static void without_memory_there_is_no_text_rather_than_half_of_one(void **state)
+TEST(without_memory_there_is_no_text_rather_than_half_of_one)
 {
-    (void)state;
     json_t *value = document();
     char *whole = json_text(value, JSON_COMPACT | JSON_SORT_KEYS);
     unsigned failed = 0, k = 0;
@@ -52,9 +47,8 @@ static void without_memory_there_is_no_text_rather_than_half_of_one(void **state
 }
 
 /* jansson gives strings of which bytes are missing. */
-static void without_memory_nothing_is_read_rather_than_a_part(void **state)
+TEST(without_memory_nothing_is_read_rather_than_a_part)
 {
-    (void)state;
     static const char text[] =
         "{\"asset\":\"0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef\","
         "\"a name that is a long one, too, of more than thirty bytes\":[1.25,-7,true,null,\"x\"],"
@@ -77,9 +71,8 @@ static void without_memory_nothing_is_read_rather_than_a_part(void **state)
     json_decref(value);
 }
 
-static void so_is_what_another_program_wrote(void **state)
+TEST(so_is_what_another_program_wrote)
 {
-    (void)state;
     static const char text[] = "[\"a string that is a long one, of more than thirty bytes\",7]";
     json_t *value = NULL;
     unsigned k = 1;
@@ -103,9 +96,8 @@ static void so_is_what_another_program_wrote(void **state)
     json_decref(value);
 }
 
-static void what_lacks_a_member_has_no_text_and_the_next_one_has(void **state)
+TEST(what_lacks_a_member_has_no_text_and_the_next_one_has)
 {
-    (void)state;
     json_t *value = json_object();
     until_failure = 1;
     json_object_set_new(value, "a", json_integer(1));
@@ -118,9 +110,8 @@ static void what_lacks_a_member_has_no_text_and_the_next_one_has(void **state)
 }
 
 /* What was read in between neither hides what is missing nor is it blamed. */
-static void reading_leaves_what_is_missing_of_a_text(void **state)
+TEST(reading_leaves_what_is_missing_of_a_text)
 {
-    (void)state;
     json_t *value = json_object(), *other;
     until_failure = 1;
     json_object_set_new(value, "a", json_integer(1));
@@ -133,17 +124,4 @@ static void reading_leaves_what_is_missing_of_a_text(void **state)
     assert_string_equal(text, "{}");
     free(text);
     json_decref(value);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_text_is_jansson_s),
-        cmocka_unit_test(without_memory_there_is_no_text_rather_than_half_of_one),
-        cmocka_unit_test(without_memory_nothing_is_read_rather_than_a_part),
-        cmocka_unit_test(so_is_what_another_program_wrote),
-        cmocka_unit_test(what_lacks_a_member_has_no_text_and_the_next_one_has),
-        cmocka_unit_test(reading_leaves_what_is_missing_of_a_text),
-    };
-    return cmocka_run_group_tests(tests, fail_when_told, fail_no_more);
 }

@@ -1,16 +1,11 @@
 /* Points of a lens: uniform over round and straight-edged apertures, one line of equal area after
  * another, the right way up, and the same for ever. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
 #include "proto/lens_pattern.h"
+#include "tests/unit/unit.h"
 
 #define PI 3.14159265358979323846
 
@@ -48,9 +43,8 @@ static const struct {
                  {32, 0.1f}, {3, 1e6f}, {31, -2.0f},     {4, 1e-7f},    {6, 1.5707963f}};
 #define APERTURES (sizeof apertures / sizeof *apertures)
 
-static void points_are_inside(void **state)
+TEST(points_are_inside)
 {
-    (void)state;
     for (size_t a = 0; a < APERTURES; a++) {
         const struct plan plan = plan_of(4, apertures[a].blades, apertures[a].rotation_rad);
         double nearest = 1.0;
@@ -66,9 +60,8 @@ static void points_are_inside(void **state)
 
 /* Moments of the points are those of the aperture: a polygon's area and inertia have closed forms.
  */
-static void points_are_uniform(void **state)
+TEST(points_are_uniform)
 {
-    (void)state;
     for (size_t a = 0; a < APERTURES; a++) {
         const uint32_t n = apertures[a].blades;
         const struct plan plan = plan_of(3, n, apertures[a].rotation_rad);
@@ -97,9 +90,8 @@ static void points_are_uniform(void **state)
 }
 
 /* The height below which lies a share of the area, against the area below it by sums of chords. */
-static void heights_halve_areas(void **state)
+TEST(heights_halve_areas)
 {
-    (void)state;
     for (size_t a = 0; a < APERTURES; a++) {
         const struct plan plan = plan_of(1, apertures[a].blades, apertures[a].rotation_rad);
         struct lens_aperture aperture;
@@ -126,9 +118,8 @@ static void heights_halve_areas(void **state)
 
 /* A triangle whose first corner points up has its narrow end where image rows begin; one turned by
  * nothing, to the right. */
-static void corners_point_as_the_plan_says(void **state)
+TEST(corners_point_as_the_plan_says)
 {
-    (void)state;
     struct lens_aperture aperture;
     float left, right;
     struct plan plan = plan_of(1, 3, (float)(PI / 2));
@@ -143,9 +134,8 @@ static void corners_point_as_the_plan_says(void **state)
     assert_true(fabsf(right - 1.0f) < 1e-5f && fabsf(left + 0.5f) < 1e-5f);
 }
 
-static void lines_are_lines_of_equal_area(void **state)
+TEST(lines_are_lines_of_equal_area)
 {
-    (void)state;
     const struct plan plan = plan_of(5, 6, 0.1f);
     struct lens_aperture aperture;
     lens_aperture_init(&plan.camera, &aperture);
@@ -166,7 +156,7 @@ static void lines_are_lines_of_equal_area(void **state)
 }
 
 /* Anyone may recompute a sample of a result that is years old: these never change. */
-static void points_are_golden(void **state)
+TEST(points_are_golden)
 {
     static const struct {
         uint32_t l, blades;
@@ -180,7 +170,6 @@ static void points_are_golden(void **state)
         {4, 5, 9, 9, 1, 3, {0x1.022d42p-1f, -0x1.3658fep-2f}},
         {6, 6, 640, 359, 5, 0, {-0x1.43bb32p-1f, 0x1.23b3dcp-1f}},
     };
-    (void)state;
     for (size_t g = 0; g < sizeof golden / sizeof *golden; g++) {
         const struct plan plan = plan_of(golden[g].l, golden[g].blades, 0.25f);
         float u[2];
@@ -188,17 +177,4 @@ static void points_are_golden(void **state)
         if (u[0] != golden[g].u[0] || u[1] != golden[g].u[1])
             fail_msg("point %zu: {%af, %af}", g, (double)u[0], (double)u[1]);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(points_are_inside),
-        cmocka_unit_test(points_are_uniform),
-        cmocka_unit_test(heights_halve_areas),
-        cmocka_unit_test(corners_point_as_the_plan_says),
-        cmocka_unit_test(lines_are_lines_of_equal_area),
-        cmocka_unit_test(points_are_golden),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,8 @@
 /* Lists of lone sub-samples: as they travel beside a tile's planes, and what is refused. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 #include <math.h>
 
 #include "tests/unit/proto/samples_case.h"
+#include "tests/unit/unit.h"
 
 #define BIT(plane) PLANE_BIT(plane)
 
@@ -89,10 +84,9 @@ static void round_trip(uint32_t count)
     bytes_writer_fini(&w);
 }
 
-static void lists_round_trip(void **state)
+TEST(lists_round_trip)
 {
     static const uint32_t counts[] = {0, 1, 2, 17, PLACES};
-    (void)state;
     lone_case();
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) round_trip(counts[i]);
     plan.planes &= ~PLANES_GLOSSY; /* fewer parts */
@@ -100,12 +94,11 @@ static void lists_round_trip(void **state)
 }
 
 /* Planes that are left out take no list with them. */
-static void lists_travel_without_planes(void **state)
+TEST(lists_travel_without_planes)
 {
     struct bytes_writer w;
     struct samples *back;
     struct fault fault = {0};
-    (void)state;
     lone_case();
     struct samples *s = create(5);
     memset(s->data, 0, s->layout.total_bytes);
@@ -119,9 +112,8 @@ static void lists_travel_without_planes(void **state)
     bytes_writer_fini(&w);
 }
 
-static void parts_follow_the_plan(void **state)
+TEST(parts_follow_the_plan)
 {
-    (void)state;
     lone_case();
     assert_int_equal(lone_parts(&plan), 31);
     plan.planes &= ~(BIT(INDIRECT_HALVES) | BIT(GLOSSY_HALF));
@@ -135,10 +127,9 @@ static void parts_follow_the_plan(void **state)
 }
 
 /* Nothing of it costs a byte where the plan has none. */
-static void other_plans_have_the_same_bytes(void **state)
+TEST(other_plans_have_the_same_bytes)
 {
     struct bytes_writer with, without;
-    (void)state;
     lone_case();
     struct samples *s = create(0);
     pack(s, &with);
@@ -174,9 +165,8 @@ static void other_plans_have_the_same_bytes(void **state)
 
 #define LIGHT(part, c) lone_values(s->lone, LONE_##part, c)
 
-static void hostile_entries_are_refused(void **state)
+TEST(hostile_entries_are_refused)
 {
-    (void)state;
     EXPECT(s->lone->words[0] = 0, ERR_OK, "");
     EXPECT(s->lone->words[8] = PLACES - 1, ERR_OK, "");
     EXPECT(s->lone->words[8] = PLACES, ERR_RANGE, "lone");
@@ -210,14 +200,13 @@ static size_t head_of(const struct bytes_writer *w)
 }
 
 /* Neither count nor size decides what is allocated or written. */
-static void declared_sizes_are_not_believed(void **state)
+TEST(declared_sizes_are_not_believed)
 {
     static const uint32_t counts[] = {0, 8, 10, PLACES, PLACES + 1, 0x7fffffff, 0xffffffff};
     static const uint32_t sizes[] = {0, 1, 15, 0x7fffffff, 0xffffffff};
     struct bytes_writer w;
     struct samples *back;
     struct fault fault = {0};
-    (void)state;
     lone_case();
     struct samples *s = create(9);
     pack(s, &w);
@@ -239,12 +228,11 @@ static void declared_sizes_are_not_believed(void **state)
     samples_destroy(&s);
 }
 
-static void cut_and_foreign_lists_fail(void **state)
+TEST(cut_and_foreign_lists_fail)
 {
     struct bytes_writer w;
     struct samples *back;
     struct fault fault = {0};
-    (void)state;
     lone_case();
     struct samples *s = create(9);
     pack(s, &w);
@@ -260,12 +248,11 @@ static void cut_and_foreign_lists_fail(void **state)
 }
 
 /* Damaged bytes are refused or unpack to numbers that are still allowed. */
-static void damage_does_no_harm(void **state)
+TEST(damage_does_no_harm)
 {
     struct bytes_writer w;
     uint64_t random = 7;
     uint32_t refused = 0;
-    (void)state;
     lone_case();
     struct samples *s = create(40);
     pack(s, &w);
@@ -288,11 +275,10 @@ static void damage_does_no_harm(void **state)
 }
 
 /* A tile must fit a frame were all its sub-samples lone. */
-static void room_is_kept_for_all(void **state)
+TEST(room_is_kept_for_all)
 {
     struct samples_layout layout;
     uint32_t l = 1;
-    (void)state;
     lone_case();
     plan.planes &= ~BIT(LONE);
     for (plan.indirect_strata_per_axis = l; samples_layout_init(&layout, &plan, 0, 256, 256) == 0;
@@ -308,30 +294,18 @@ static void room_is_kept_for_all(void **state)
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 256, 256), 0);
 }
 
-static void frees_nothing_twice(void **state)
+TEST(frees_nothing_twice)
 {
     struct lone_list *none = NULL;
-    (void)state;
     lone_destroy(&none);
     assert_int_equal(lone_bytes(NULL), 0);
 }
 
+/* Runs all tests for both ways of packing. */
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lists_round_trip),
-        cmocka_unit_test(lists_travel_without_planes),
-        cmocka_unit_test(parts_follow_the_plan),
-        cmocka_unit_test(other_plans_have_the_same_bytes),
-        cmocka_unit_test(hostile_entries_are_refused),
-        cmocka_unit_test(declared_sizes_are_not_believed),
-        cmocka_unit_test(cut_and_foreign_lists_fail),
-        cmocka_unit_test(damage_does_no_harm),
-        cmocka_unit_test(room_is_kept_for_all),
-        cmocka_unit_test(frees_nothing_twice),
-    };
-    int failed = cmocka_run_group_tests_name("lone sub-samples, quick", tests, NULL, NULL);
+    int failed = unit_run("lone sub-samples, quick");
     packing = PACKING_SMALL;
-    failed += cmocka_run_group_tests_name("lone sub-samples, small", tests, NULL, NULL);
+    failed += unit_run("lone sub-samples, small");
     return failed;
 }

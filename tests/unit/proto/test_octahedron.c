@@ -1,14 +1,9 @@
 /* Directions on the octahedron: error bounds over the whole sphere, special directions, all codes.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 
 #include "proto/octahedron.h"
+#include "tests/unit/unit.h"
 
 #define DIRECTIONS 400000
 
@@ -39,9 +34,8 @@ static void check_unit(const float n[3])
     assert_true(fabs(square - 1.0) < 1e-6);
 }
 
-static void errors_are_small(void **state)
+TEST(errors_are_small)
 {
-    (void)state;
     double worst16 = 0, worst8 = 0, coarsest = 0;
     for (int i = 0; i < DIRECTIONS; i++) {
         float n[3], back[3];
@@ -58,9 +52,8 @@ static void errors_are_small(void **state)
     if (coarsest >= 0.02) fail_msg("8 bits of 16: %g rad", coarsest);
 }
 
-static void length_does_not_matter(void **state)
+TEST(length_does_not_matter)
 {
-    (void)state;
     for (int i = 0; i < DIRECTIONS; i += 997) {
         float n[3];
         direction(i, n);
@@ -70,9 +63,8 @@ static void length_does_not_matter(void **state)
     }
 }
 
-static void axes_are_exact(void **state)
+TEST(axes_are_exact)
 {
-    (void)state;
     for (int axis = 0; axis < 3; axis++) {
         for (int sign = -1; sign <= 1; sign += 2) {
             float n[3] = {0, 0, 0}, back[3];
@@ -85,9 +77,8 @@ static void axes_are_exact(void **state)
     }
 }
 
-static void every_code_is_a_direction(void **state)
+TEST(every_code_is_a_direction)
 {
-    (void)state;
     float n[3];
     for (uint32_t code = 0; code < 65536; code++) {
         octahedron_unpack8((uint16_t)code, n);
@@ -101,9 +92,8 @@ static void every_code_is_a_direction(void **state)
     assert_true(n[0] == 0.0f && n[1] == 0.0f && n[2] == 1.0f);
 }
 
-static void repacking_changes_nothing(void **state)
+TEST(repacking_changes_nothing)
 {
-    (void)state;
     for (int i = 0; i < DIRECTIONS; i += 37) {
         float n[3], back[3];
         direction(i, n);
@@ -113,26 +103,12 @@ static void repacking_changes_nothing(void **state)
     }
 }
 
-static void no_direction_is_harmless(void **state)
+TEST(no_direction_is_harmless)
 {
-    (void)state;
     static const float bad[][3] = {
         {0, 0, 0}, {NAN, 0, 1}, {INFINITY, 1, 0}, {-INFINITY, NAN, 0}, {3e38f, 3e38f, 3e38f}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         assert_int_equal(octahedron_pack16(bad[i]), 0);
         assert_int_equal(octahedron_pack8(bad[i]), 0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(errors_are_small),
-        cmocka_unit_test(length_does_not_matter),
-        cmocka_unit_test(axes_are_exact),
-        cmocka_unit_test(every_code_is_a_direction),
-        cmocka_unit_test(repacking_changes_nothing),
-        cmocka_unit_test(no_direction_is_harmless),
-    };
-    return cmocka_run_group_tests_name("octahedron", tests, NULL, NULL);
 }

@@ -1,17 +1,12 @@
 /* Sample positions: the same for ever, even over strata and pixels, better than chance, and not
  * tied to each other. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "proto/pattern.h"
+#include "tests/unit/unit.h"
 
 static const struct pattern some = {.seed = 1, .frame = 1};
 static const uint32_t dimensions[] = {
@@ -27,7 +22,7 @@ static void is_inside(const float v[2])
 }
 
 /* Anyone may recompute a sample of a result that is years old: these never change. */
-static void positions_are_golden(void **state)
+TEST(positions_are_golden)
 {
     static const struct {
         uint64_t seed;
@@ -93,7 +88,6 @@ static void positions_are_golden(void **state)
          {0x1.32574p-1f, 0x1.c84ecep-3f},
          {0x1.bc7d94p-1f, 0x1.9b1c78p-2f}},
     };
-    (void)state;
     for (size_t i = 0; i < sizeof golden / sizeof golden[0]; i++) {
         const struct pattern p = {golden[i].seed, golden[i].frame};
         const int32_t x = golden[i].x, y = golden[i].y;
@@ -107,10 +101,9 @@ static void positions_are_golden(void **state)
     }
 }
 
-static void extremes_stay_inside(void **state)
+TEST(extremes_stay_inside)
 {
     static const int32_t places[] = {0, 1, 16383, INT32_MAX, -1, INT32_MIN};
-    (void)state;
     for (size_t d = 0; d < DIMENSIONS; d++)
         for (size_t i = 0; i < 6; i++)
             for (size_t j = 0; j < 6; j++) {
@@ -128,10 +121,9 @@ static void extremes_stay_inside(void **state)
 }
 
 /* However near 1 the jitter is, a sample stays in its own stratum. */
-static void strata_hold_their_samples(void **state)
+TEST(strata_hold_their_samples)
 {
     static const float jitters[] = {0.0f, 0.5f, 0x1.fffffep-1f};
-    (void)state;
     for (uint32_t l = 1; l <= 256; l = l < 20 ? l + 1 : l * 2)
         for (uint32_t i = 0; i < l * l; i++)
             for (int j = 0; j < 3; j++) {
@@ -150,11 +142,10 @@ static uint32_t stratum_of(const float v[2], uint32_t l)
     return a + l * (uint32_t)((double)v[1] * l + 1e-5);
 }
 
-static void shuffles_are_permutations(void **state)
+TEST(shuffles_are_permutations)
 {
     static uint8_t seen[65536];
     static const uint32_t sides[] = {1, 2, 3, 4, 5, 6, 7, 8, 11, 16, 37, 100, 255, 256};
-    (void)state;
     for (size_t s = 0; s < sizeof sides / sizeof sides[0]; s++)
         for (int32_t x = 0; x < 5; x++) {
             const uint32_t l = sides[s];
@@ -170,10 +161,9 @@ static void shuffles_are_permutations(void **state)
         }
 }
 
-static void decks_deal_shuffled_samples(void **state)
+TEST(decks_deal_shuffled_samples)
 {
     static const uint32_t sides[] = {1, 3, 8, 9, 16};
-    (void)state;
     for (size_t s = 0; s < sizeof sides / sizeof sides[0]; s++) {
         struct pattern_deck deck;
         pattern_deck_init(&deck, &some, 4, 9, PATTERN_INDIRECT_CHOICE, sides[s]);
@@ -187,11 +177,10 @@ static void decks_deal_shuffled_samples(void **state)
 }
 
 /* Many pixels at once get what each gets alone. */
-static void blocks_draw_the_same_jitter(void **state)
+TEST(blocks_draw_the_same_jitter)
 {
     const int32_t x[3] = {0, 719, 16383}, y[3] = {5, 0, 8191};
     float first[3], second[3], alone[2];
-    (void)state;
     pattern_jitters(&some, x, y, 3, PATTERN_LIGHT + 2, first, second);
     for (int i = 0; i < 3; i++) {
         pattern_jitter(&some, x[i], y[i], PATTERN_LIGHT + 2, alone);
@@ -223,9 +212,8 @@ static size_t bin_of(const float v[2], size_t side)
     return (size_t)(v[0] * (float)side) + side * (size_t)(v[1] * (float)side);
 }
 
-static void positions_are_uniform(void **state)
+TEST(positions_are_uniform)
 {
-    (void)state;
     for (size_t d = 0; d < DIMENSIONS; d++) {
         uint32_t jittered[256] = {0}, shuffled[256] = {0}, order[9] = {0};
         for (int32_t y = 0; y < 128; y++)
@@ -244,9 +232,8 @@ static void positions_are_uniform(void **state)
 }
 
 /* Every pair of strata is as likely as any other to come first and last. */
-static void orders_are_uniform(void **state)
+TEST(orders_are_uniform)
 {
-    (void)state;
     for (uint32_t l = 2; l <= 9; l += l < 4 ? 1 : 5) { /* 2, 3, 4 shuffled; 9 by bijection */
         static uint32_t pairs[81 * 81];
         const uint32_t n = l * l;
@@ -268,9 +255,8 @@ static void orders_are_uniform(void **state)
     }
 }
 
-static void pixels_are_covered(void **state)
+TEST(pixels_are_covered)
 {
-    (void)state;
     for (uint32_t count = 1; count <= 4; count++) {
         uint32_t all[256] = {0}, each[4][64] = {{0}};
         for (int32_t y = 0; y < 128; y++)
@@ -287,9 +273,8 @@ static void pixels_are_covered(void **state)
 }
 
 /* Three rays lie on three sides of the centre: no half of the pixel is without one. */
-static void rays_surround_the_centre(void **state)
+TEST(rays_surround_the_centre)
 {
-    (void)state;
     for (int32_t x = 0; x < 1000; x++) {
         double angles[3], widest = 0.0;
         for (uint32_t k = 0; k < 3; k++) {
@@ -335,10 +320,9 @@ static double window_error(uint32_t dimension, bool at_random)
     return sqrt(sum / windows);
 }
 
-static void neighbours_beat_chance(void **state)
+TEST(neighbours_beat_chance)
 {
     const double chance = window_error(0, true);
-    (void)state;
     for (size_t d = 0; d < DIMENSIONS; d++) {
         const double found = window_error(dimensions[d], false);
         if (found > 0.6 * chance)
@@ -377,9 +361,8 @@ static void check_pair(uint32_t a, bool a_shuffled, uint32_t b, bool b_shuffled)
     }
 }
 
-static void dimensions_are_not_tied(void **state)
+TEST(dimensions_are_not_tied)
 {
-    (void)state;
     check_pair(PATTERN_LIGHT, false, PATTERN_PIXEL, false);
     check_pair(PATTERN_LIGHT, false, PATTERN_LENS, false);
     check_pair(PATTERN_INDIRECT, false, PATTERN_LENS, false);
@@ -390,9 +373,8 @@ static void dimensions_are_not_tied(void **state)
 
 /* Where lights have many strata the jitters of an aligned square of 16 x 16 pixels put one into
  * each of 256 boxes of any shape; two squares do so in different orders. */
-static void nets_are_even(void **state)
+TEST(nets_are_even)
 {
-    (void)state;
     size_t alike = 0;
     for (int32_t square = 0; square < 16; square++) {
         for (uint32_t across = 0; across <= 8; across++) {
@@ -413,18 +395,16 @@ static void nets_are_even(void **state)
     assert_in_range(alike, 1, 15 * 9 * 256 / 8); /* a sixteenth by chance */
 }
 
-static void strata_choose_dimensions(void **state)
+TEST(strata_choose_dimensions)
 {
-    (void)state;
     assert_int_equal(pattern_light_dimension(3, PATTERN_NET_STRATA - 1), PATTERN_LIGHT + 3);
     assert_int_equal(pattern_light_dimension(3, PATTERN_NET_STRATA), PATTERN_LIGHT_NET + 3);
 }
 
 /* Over all frames and seeds the jitter of one pixel is uniform too, so that averages converge. */
-static void seeds_and_frames_differ(void **state)
+TEST(seeds_and_frames_differ)
 {
     uint32_t seeds[64] = {0}, frames[64] = {0};
-    (void)state;
     for (uint32_t i = 0; i < 4096; i++) {
         const struct pattern by_seed = {i, 1}, by_frame = {1, i};
         float v[2];
@@ -435,26 +415,4 @@ static void seeds_and_frames_differ(void **state)
     }
     is_even(seeds, 64, "seeds in dimension", PATTERN_LIGHT);
     is_even(frames, 64, "frames in dimension", PATTERN_LIGHT);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(positions_are_golden),
-        cmocka_unit_test(extremes_stay_inside),
-        cmocka_unit_test(strata_hold_their_samples),
-        cmocka_unit_test(shuffles_are_permutations),
-        cmocka_unit_test(blocks_draw_the_same_jitter),
-        cmocka_unit_test(decks_deal_shuffled_samples),
-        cmocka_unit_test(positions_are_uniform),
-        cmocka_unit_test(orders_are_uniform),
-        cmocka_unit_test(pixels_are_covered),
-        cmocka_unit_test(rays_surround_the_centre),
-        cmocka_unit_test(neighbours_beat_chance),
-        cmocka_unit_test(dimensions_are_not_tied),
-        cmocka_unit_test(nets_are_even),
-        cmocka_unit_test(strata_choose_dimensions),
-        cmocka_unit_test(seeds_and_frames_differ),
-    };
-    return cmocka_run_group_tests_name("pattern", tests, NULL, NULL);
 }

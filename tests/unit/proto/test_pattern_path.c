@@ -1,13 +1,8 @@
 /* The path tracer's random numbers. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 
 #include "proto/pattern_path.h"
+#include "tests/unit/unit.h"
 
 enum { BITS = 8, SAMPLES = 1 << BITS };
 
@@ -28,9 +23,8 @@ static void assert_net(uint32_t key, uint32_t dimension, uint32_t first, uint32_
     for (uint32_t k = 0; k < 1u << bits; k++) assert_int_equal(seen[k], 1);
 }
 
-static void pairs_are_nets(void **state)
+TEST(pairs_are_nets)
 {
-    (void)state;
     for (uint32_t pixel = 0; pixel < 16; pixel++) {
         uint32_t key = path_key(7 + pixel, 1, (int32_t)pixel, 3);
         for (uint32_t bits = 1; bits <= BITS; bits++)
@@ -42,9 +36,8 @@ static void pairs_are_nets(void **state)
 }
 
 /* Correlation of the same sample in two dimensions, and of neighbouring pixels in one. */
-static void dimensions_and_pixels_are_independent(void **state)
+TEST(dimensions_and_pixels_are_independent)
 {
-    (void)state;
     double dimensions = 0, pixels = 0;
     enum { COUNT = 65536 };
     for (int32_t i = 0; i < COUNT; i++) {
@@ -62,9 +55,8 @@ static void dimensions_and_pixels_are_independent(void **state)
     assert_true(pixels / COUNT < 0.016 && pixels / COUNT > -0.016);
 }
 
-static void keys_differ(void **state)
+TEST(keys_differ)
 {
-    (void)state;
     const uint32_t key = path_key(1, 0, 10, 20);
     assert_int_not_equal(key, path_key(2, 0, 10, 20));
     assert_int_not_equal(key, path_key(UINT64_C(1) << 32 | 1, 0, 10, 20));
@@ -75,14 +67,4 @@ static void keys_differ(void **state)
                          path_ray_key(key, 3, 2, PATH_RAY_SHADOW));
     assert_int_not_equal(path_ray_key(key, 3, 2, PATH_RAY_NEXT),
                          path_ray_key(key, 3, 1, PATH_RAY_NEXT));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pairs_are_nets),
-        cmocka_unit_test(dimensions_and_pixels_are_independent),
-        cmocka_unit_test(keys_differ),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,18 +1,11 @@
 /* The bytes of plans: what is encoded comes back, and nothing that is cut or grown does. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/proto/golden.h"
 #include "tests/unit/proto/plan_wire.h"
+#include "tests/unit/unit.h"
 
-static void plans_round_trip(void **state)
+TEST(plans_round_trip)
 {
     static struct plan sent, got;
-    (void)state;
     for (uint32_t lights = 0; lights <= 4; lights++) {
         struct bytes_writer w, again;
         struct fault fault = {0};
@@ -44,23 +37,21 @@ static void plans_round_trip(void **state)
     }
 }
 
-static void bytes_are_golden(void **state)
+TEST(bytes_are_golden)
 {
     static struct plan plan;
     struct bytes_writer w;
-    (void)state;
     plan_case(&plan);
     encode(&plan, &w);
     golden_check("tests/golden/wire/plan.bin", w.data, w.size_bytes);
     bytes_writer_fini(&w);
 }
 
-static void cut_and_grown_plans_fail(void **state)
+TEST(cut_and_grown_plans_fail)
 {
     static struct plan plan, got;
     struct bytes_writer w;
     struct fault fault;
-    (void)state;
     plan_case(&plan);
     encode(&plan, &w);
     for (size_t size_bytes = 0; size_bytes < w.size_bytes; size_bytes++)
@@ -70,12 +61,11 @@ static void cut_and_grown_plans_fail(void **state)
     bytes_writer_fini(&w);
 }
 
-static void light_count_is_checked(void **state)
+TEST(light_count_is_checked)
 {
     static struct plan plan, got;
     struct bytes_writer w;
     struct fault fault = {0};
-    (void)state;
     plan_case(&plan);
     plan.light_count = 0;
     encode(&plan, &w);
@@ -86,15 +76,4 @@ static void light_count_is_checked(void **state)
     memset(w.data + w.size_bytes - 3, 0, 3);
     assert_int_equal(decode(w.data, w.size_bytes, &got, &fault), ERR_TRUNCATED);
     bytes_writer_fini(&w);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(plans_round_trip),
-        cmocka_unit_test(bytes_are_golden),
-        cmocka_unit_test(cut_and_grown_plans_fail),
-        cmocka_unit_test(light_count_is_checked),
-    };
-    return cmocka_run_group_tests_name("plan_bytes", tests, NULL, NULL);
 }

@@ -1,22 +1,15 @@
 /* The filters of a plan: of shadows, indirect light and glossy lobes. They need their planes. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "tests/unit/proto/plan_wire.h"
+#include "tests/unit/unit.h"
 
 /* Filters of glossy lobes need their planes; paths leave out what planes bring. */
-static void glossy_filters_are_checked(void **state)
+TEST(glossy_filters_are_checked)
 {
     const uint64_t lobe = PLANE_BIT(GLOSSY_LOBE), near = PLANE_BIT(GLOSSY_NEARNESS);
     const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
                            PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
-    (void)state;
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
@@ -39,11 +32,10 @@ static void glossy_filters_are_checked(void **state)
 }
 
 /* Filters of indirect light need their planes, and planes their rays. */
-static void indirect_filters_are_checked(void **state)
+TEST(indirect_filters_are_checked)
 {
     const uint64_t reflector = PLANE_BIT(REFLECTOR), strata = PLANE_BIT(INDIRECT_STRATA);
     const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | strata;
-    (void)state;
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED + 1, ERR_RANGE, "indirect_filter");
@@ -60,9 +52,8 @@ static void indirect_filters_are_checked(void **state)
 }
 
 /* A rate belongs to one filter, which has means and distances and no target. */
-static void rates_are_checked(void **state)
+TEST(rates_are_checked)
 {
-    (void)state;
     EXPECT(RATE, ERR_OK, "");
     EXPECT((RATE, plan.indirect_filter = INDIRECT_FILTER_LINEAR), ERR_RANGE, "rate.mu");
     EXPECT((RATE, plan.rate.mu = 0), ERR_RANGE, "rate.mu");
@@ -98,9 +89,8 @@ static void filtered_case(struct plan *plan)
     plan->shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
-static void filters_are_checked(void **state)
+TEST(filters_are_checked)
 {
-    (void)state;
     EXPECT(filtered_case(&plan), ERR_OK, "");
     EXPECT((filtered_case(&plan), plan.shadow_filter = SHADOW_FILTER_AXIS_ALIGNED), ERR_OK, "");
     EXPECT((filtered_case(&plan), plan.shadow_filter = 3), ERR_RANGE, "shadow_filter");
@@ -122,15 +112,4 @@ static void filters_are_checked(void **state)
     EXPECT(plan.mu = 100.5f, ERR_RANGE, "mu");
     EXPECT(plan.mu = NAN, ERR_NOT_FINITE, "mu");
     EXPECT(plan.mu = INFINITY, ERR_NOT_FINITE, "mu");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(indirect_filters_are_checked),
-        cmocka_unit_test(rates_are_checked),
-        cmocka_unit_test(glossy_filters_are_checked),
-        cmocka_unit_test(filters_are_checked),
-    };
-    return cmocka_run_group_tests_name("plan_filters", tests, NULL, NULL);
 }

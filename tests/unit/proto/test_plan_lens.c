@@ -1,18 +1,11 @@
 /* The lens of a plan: its shape, its samples with their light, mirrors and second sets. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "tests/unit/proto/plan_wire.h"
+#include "tests/unit/unit.h"
 
-static void lenses_are_checked(void **state)
+TEST(lenses_are_checked)
 {
-    (void)state;
     EXPECT(plan.camera.aperture_radius = -1, ERR_RANGE, "camera.aperture_radius");
     EXPECT(plan.camera.aperture_radius = NAN, ERR_NOT_FINITE, "camera.aperture_radius");
     EXPECT(plan.camera.aperture_radius = 2e15f, ERR_RANGE, "camera.aperture_radius");
@@ -30,10 +23,9 @@ static void lenses_are_checked(void **state)
 }
 
 /* Samples of the lens belong to a lens and have a radiance; filters of them read slopes. */
-static void lens_samples_are_checked(void **state)
+TEST(lens_samples_are_checked)
 {
     const uint64_t radiance = PLANE_BIT(LENS_RADIANCE), slope = PLANE_BIT(LENS_SLOPE);
-    (void)state;
     EXPECT(plan.lens_strata_per_axis = 1, ERR_OK, "");
     EXPECT(plan.lens_strata_per_axis = LIMIT_PLANE_STRATA_PER_AXIS, ERR_OK, "");
     EXPECT(plan.lens_strata_per_axis = 0, ERR_RANGE, "lens_strata_per_axis");
@@ -60,10 +52,9 @@ static void lens_samples_are_checked(void **state)
                                          plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT
 
 /* Light fields that light lens samples are there, and all that these tell of their surfaces. */
-static void light_of_lens_samples_is_checked(void **state)
+TEST(light_of_lens_samples_is_checked)
 {
     const uint64_t surface = PLANES_LENS_SURFACE;
-    (void)state;
     EXPECT(plan.lens_light = LENS_LIGHT_SKY + 1, ERR_RANGE, "lens_light");
     EXPECT((plan.lens_light = LENS_LIGHT_SKY, plan.environment.kind = ENVIRONMENT_CONSTANT), ERR_OK,
            "");
@@ -87,9 +78,8 @@ static void light_of_lens_samples_is_checked(void **state)
 }
 
 /* Mirrors are looked through where fields light what they show; each is a scattering. */
-static void mirrors_are_checked(void **state)
+TEST(mirrors_are_checked)
 {
-    (void)state;
     EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1), ERR_OK, "");
     EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 2), ERR_LIMIT,
            "lens_mirrors");
@@ -111,9 +101,8 @@ static void mirrors_are_checked(void **state)
      plan.planes |= PLANE_BIT(LENS_MORE))
 
 /* Second sets through the lens belong to its sheared filter, and have their plane. */
-static void lens_extra_is_checked(void **state)
+TEST(lens_extra_is_checked)
 {
-    (void)state;
     EXPECT(EXTRA, ERR_OK, "");
     EXPECT((EXTRA, plan.lens_extra = 36), ERR_OK, "");
     EXPECT((EXTRA, plan.lens_extra = 37), ERR_LIMIT, "lens_extra");
@@ -123,11 +112,10 @@ static void lens_extra_is_checked(void **state)
     EXPECT((EXTRA, RATE), ERR_RANGE, "lens_extra");
 }
 
-static void second_sets_through_the_lens_are_checked(void **state)
+TEST(second_sets_through_the_lens_are_checked)
 {
     static struct plan plan;
     static const uint8_t sides[] = {0, 6, 0, 6};
-    (void)state;
     plan_case(&plan);
     EXTRA;
     const uint32_t last = plan_pass_count(&plan);
@@ -148,17 +136,4 @@ static void second_sets_through_the_lens_are_checked(void **state)
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
     pass = (struct plan_pass){.number = last, .strata = PLAN_LENS_SIDE};
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(lenses_are_checked),
-        cmocka_unit_test(lens_samples_are_checked),
-        cmocka_unit_test(light_of_lens_samples_is_checked),
-        cmocka_unit_test(mirrors_are_checked),
-        cmocka_unit_test(lens_extra_is_checked),
-        cmocka_unit_test(second_sets_through_the_lens_are_checked),
-    };
-    return cmocka_run_group_tests_name("plan_lens", tests, NULL, NULL);
 }

@@ -1,22 +1,15 @@
 /* The passes of a plan: those of its schedule cover all samples once, and those that follow, for a
  * target of error or as second sets, are checked. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "tests/unit/proto/plan_wire.h"
+#include "tests/unit/unit.h"
 
 /* The second set follows the schedule, once, with sides. */
-static void second_sets_are_checked(void **state)
+TEST(second_sets_are_checked)
 {
     static struct plan plan;
     static const uint8_t sides[] = {0, 3, 9, 1};
-    (void)state;
     plan_case(&plan);
     RATE;
     plan.planes &= ~PLANE_BIT(GLOSSY_SPAN);
@@ -66,11 +59,10 @@ static void second_sets_are_checked(void **state)
 }
 
 /* Where the plan asks how far glossy lobes see, they have second sets, too. */
-static void second_sets_of_lobes_are_checked(void **state)
+TEST(second_sets_of_lobes_are_checked)
 {
     static struct plan plan;
     static const uint8_t few[] = {0, 3, 1, 2}, many[] = {9, 0, 0, 1};
-    (void)state;
     plan_case(&plan);
     assert_int_equal(plan_side_maps(&plan), 0);
     RATE;
@@ -93,11 +85,10 @@ static void second_sets_of_lobes_are_checked(void **state)
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
 }
 
-static void passes_cover_all_samples_once(void **state)
+TEST(passes_cover_all_samples_once)
 {
     static const uint32_t lengths[] = {16, 16, 32};
     static struct plan plan;
-    (void)state;
     plan_case(&plan);
     for (uint32_t spp = 1; spp <= LIMIT_SPP; spp += spp < 2000 ? 1 : 997) {
         uint32_t first, count, sum = 0;
@@ -119,11 +110,10 @@ static void passes_cover_all_samples_once(void **state)
     }
 }
 
-static void passes_are_bounded(void **state)
+TEST(passes_are_bounded)
 {
     static struct plan plan;
     uint32_t first, count;
-    (void)state;
     plan_case(&plan);
     plan.paths.spp = LIMIT_SPP;
     assert_int_equal(plan_pass_count(&plan), LIMIT_PASSES);
@@ -136,10 +126,9 @@ static void passes_are_bounded(void **state)
     assert_true(first == 0 && count == 0);
 }
 
-static void passes_after_the_schedule_are_checked(void **state)
+TEST(passes_after_the_schedule_are_checked)
 {
     static struct plan plan;
-    (void)state;
     plan_case(&plan);
     plan.paths.spp = 16;
     for (uint32_t p = 0; p < 2; p++) {
@@ -178,7 +167,7 @@ static void passes_after_the_schedule_are_checked(void **state)
 #undef PASS
 }
 
-static void passes_are_split_where_the_sequence_is(void **state)
+TEST(passes_are_split_where_the_sequence_is)
 {
     static const struct {
         uint32_t first, count;
@@ -189,7 +178,6 @@ static void passes_are_split_where_the_sequence_is(void **state)
         {32, 32, {32, 32, 1}}, {9, 31, {16, 16, 1}}, {16, 48, {32, 32, 1}},
         {8, 24, {16, 16, 1}},  {40, 16, {40, 8, 2}}, {65472, 64, {65472, 64, 1}},
     };
-    (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         const struct plan_pass pass = {0, cases[k].first, cases[k].count, 0, NULL, NULL};
         const struct plan_split split = plan_pass_split(&pass);
@@ -197,10 +185,9 @@ static void passes_are_split_where_the_sequence_is(void **state)
     }
 }
 
-static void targets_are_checked(void **state)
+TEST(targets_are_checked)
 {
     const uint64_t other = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY;
-    (void)state;
 #define TARGET(change, code, place)                                                                \
     EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other,                 \
             without_lens(&plan), change),                                                          \
@@ -219,18 +206,4 @@ static void targets_are_checked(void **state)
     TARGET(plan.planes |= PLANES_GLOSSY & ~PLANE_BIT(GLOSSY_MEAN), ERR_RANGE, "planes");
     TARGET(plan.planes &= ~PLANE_BIT(REFLECTOR), ERR_RANGE, "target_error");
 #undef TARGET
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(second_sets_are_checked),
-        cmocka_unit_test(second_sets_of_lobes_are_checked),
-        cmocka_unit_test(passes_cover_all_samples_once),
-        cmocka_unit_test(passes_are_bounded),
-        cmocka_unit_test(passes_after_the_schedule_are_checked),
-        cmocka_unit_test(passes_are_split_where_the_sequence_is),
-        cmocka_unit_test(targets_are_checked),
-    };
-    return cmocka_run_group_tests_name("plan_passes", tests, NULL, NULL);
 }

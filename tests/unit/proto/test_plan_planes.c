@@ -1,21 +1,14 @@
 /* The planes of a plan, and how many samples they hold: what paths and lone sub-samples need of
  * them, and which ones lights have. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "tests/unit/proto/plan_wire.h"
+#include "tests/unit/unit.h"
 
-static void paths_are_checked(void **state)
+TEST(paths_are_checked)
 {
     const uint64_t spread = PLANE_BIT(PATH_SPREAD), radiance = PLANE_BIT(PATH_RADIANCE),
                    open = PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN);
-    (void)state;
     EXPECT(plan.paths.spp = LIMIT_SPP, ERR_OK, "");
     EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
     EXPECT(plan.occlusion_distance = -1, ERR_RANGE, "occlusion_distance");
@@ -40,9 +33,8 @@ static void paths_are_checked(void **state)
 }
 
 /* Paths need nothing of the light field. */
-static void paths_stand_alone(void **state)
+TEST(paths_stand_alone)
 {
-    (void)state;
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 0, plan.sub_samples = 0,
             plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
             plan.bounces = LIMIT_INDIRECT_BOUNCES),
@@ -56,9 +48,8 @@ static void paths_stand_alone(void **state)
            ERR_LIMIT, "indirect_strata_per_axis");
 }
 
-static void planes_and_counts_are_checked(void **state)
+TEST(planes_and_counts_are_checked)
 {
-    (void)state;
     EXPECT(plan.planes |= PLANE_BIT(ID_COUNT), ERR_RANGE, "planes");
     EXPECT(plan.light_planes |= 1u << LIGHT_PLANE_COUNT, ERR_RANGE, "light_planes");
     EXPECT(plan.capabilities = 1u << 31, ERR_RANGE, "capabilities");
@@ -95,11 +86,10 @@ static void lone_case(struct plan *plan)
     plan->occlusion_distance = 1.0f;
 }
 
-static void lone_sub_samples_are_checked(void **state)
+TEST(lone_sub_samples_are_checked)
 {
     static const int compared[] = {PLANE_DEPTH,      PLANE_NORMAL,     PLANE_ID,    PLANE_SUB_DEPTH,
                                    PLANE_SUB_NORMAL, PLANE_SUB_ALBEDO, PLANE_SUB_ID};
-    (void)state;
     EXPECT(lone_case(&plan), ERR_OK, "");
     for (size_t i = 0; i < sizeof compared / sizeof compared[0]; i++)
         EXPECT((lone_case(&plan), plan.planes &= ~(UINT64_C(1) << compared[i])), ERR_RANGE,
@@ -115,10 +105,9 @@ static void lone_sub_samples_are_checked(void **state)
     EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)), ERR_OK, "");
 }
 
-static void light_planes_follow_the_type(void **state)
+TEST(light_planes_follow_the_type)
 {
     static struct plan plan;
-    (void)state;
     plan_case(&plan);
     for (uint32_t filter = 0; filter <= SHADOW_FILTER_SHEARED; filter++) {
         plan.shadow_filter = filter;
@@ -130,16 +119,4 @@ static void light_planes_follow_the_type(void **state)
     }
     plan.light_planes = 1u << LIGHT_PLANE_SLOPES;
     assert_int_equal(plan_light_planes(&plan, 0), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(paths_are_checked),
-        cmocka_unit_test(paths_stand_alone),
-        cmocka_unit_test(planes_and_counts_are_checked),
-        cmocka_unit_test(lone_sub_samples_are_checked),
-        cmocka_unit_test(light_planes_follow_the_type),
-    };
-    return cmocka_run_group_tests_name("plan_planes", tests, NULL, NULL);
 }

@@ -1,19 +1,12 @@
 /* What a plan looks at: pictures, cameras, environments and lights that are unsafe to trace do not
  * come back, and rays go where the camera looks. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "tests/unit/proto/plan_wire.h"
+#include "tests/unit/unit.h"
 
-static void images_are_checked(void **state)
+TEST(images_are_checked)
 {
-    (void)state;
     EXPECT(plan.width_px = 0, ERR_RANGE, "width_px");
     EXPECT(plan.width_px = INT32_MIN, ERR_RANGE, "width_px");
     EXPECT(plan.width_px = LIMIT_IMAGE_SIDE_PX + 1, ERR_LIMIT, "width_px");
@@ -25,9 +18,8 @@ static void images_are_checked(void **state)
     EXPECT(plan.tile_px = LIMIT_TILE_SIDE_PX + 1, ERR_LIMIT, "tile_px");
 }
 
-static void cameras_are_checked(void **state)
+TEST(cameras_are_checked)
 {
-    (void)state;
     EXPECT(plan.camera.type = 2, ERR_RANGE, "camera.type");
     EXPECT(plan.camera.eye[1] = NAN, ERR_NOT_FINITE, "camera.eye");
     EXPECT(plan.camera.eye[1] = INFINITY, ERR_NOT_FINITE, "camera.eye");
@@ -47,9 +39,8 @@ static void cameras_are_checked(void **state)
            ERR_OK, "");
 }
 
-static void environments_are_checked(void **state)
+TEST(environments_are_checked)
 {
-    (void)state;
     EXPECT(plan.environment.kind = 3, ERR_RANGE, "environment.kind");
     EXPECT(plan.environment.kind = ENVIRONMENT_CONSTANT, ERR_OK, "");
     EXPECT(plan.environment.radiance[1] = -1, ERR_RANGE, "environment.radiance");
@@ -61,9 +52,8 @@ static void environments_are_checked(void **state)
     EXPECT((plan.environment.kind = ENVIRONMENT_NONE, plan.environment.power = 0), ERR_OK, "");
 }
 
-static void lights_are_checked(void **state)
+TEST(lights_are_checked)
 {
-    (void)state;
     EXPECT(plan.lights[0].type = 4, ERR_RANGE, "lights[0].type");
     EXPECT(plan.lights[0].profile = 2, ERR_RANGE, "lights[0].profile");
     EXPECT(plan.lights[0].position[0] = NAN, ERR_NOT_FINITE, "lights[0].position");
@@ -101,11 +91,10 @@ static void is_near(float got, double expected)
     if (!(fabs((double)got - expected) < 1e-6)) fail_msg("%g is not %g", (double)got, expected);
 }
 
-static void rays_follow_the_camera(void **state)
+TEST(rays_follow_the_camera)
 {
     static struct plan plan;
     float origin[3], direction[3];
-    (void)state;
     plan_case(&plan);
     plan_camera_ray(&plan, 360, 240, origin, direction);
     assert_memory_equal(origin, plan.camera.eye, sizeof origin);
@@ -123,14 +112,4 @@ static void rays_follow_the_camera(void **state)
     is_near(origin[2], 5);
     assert_memory_equal(direction, plan.camera.forward, sizeof direction);
     is_near(plan_pixel_size(&plan, 10), 1.5 / 720);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(images_are_checked),       cmocka_unit_test(cameras_are_checked),
-        cmocka_unit_test(environments_are_checked), cmocka_unit_test(lights_are_checked),
-        cmocka_unit_test(rays_follow_the_camera),
-    };
-    return cmocka_run_group_tests_name("plan_view", tests, NULL, NULL);
 }

@@ -1,16 +1,11 @@
 /* Filters of planes: whatever they are given comes back, and smooth numbers become small ones. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/limits.h"
 #include "proto/plane_filter.h"
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 
 enum { SIDE_MOST = 40 };
 
@@ -38,11 +33,10 @@ static void fill(int kind, uint32_t element_bytes, int32_t width, int32_t height
         }
 }
 
-static void everything_comes_back(void **state)
+TEST(everything_comes_back)
 {
     uint8_t numbers[4 * SIDE_MOST * SIDE_MOST], filtered[sizeof numbers];
     struct random random = {5};
-    (void)state;
     for (uint32_t bytes = 1; bytes <= 4; bytes *= 2)
         for (size_t s = 0; s < SIDES; s++)
             for (int kind = 0; kind < 3; kind++)
@@ -59,14 +53,13 @@ static void everything_comes_back(void **state)
 }
 
 /* By the definitions, one number at a time. */
-static void they_do_what_is_said(void **state)
+TEST(they_do_what_is_said)
 {
     const uint16_t numbers[6] = {5, 3, 65535, 4, 4, 4};
     const uint16_t left[6] = {10, 3, 7, 10, 0, 0};    /* 5 -2 -4 5 0 0, folded */
     const uint16_t gradient[6] = {10, 3, 7, 1, 4, 8}; /* 5 -2 -4, then -1 2 4 */
     const uint16_t bits[6] = {5, 6, 65532, 65531, 0, 0};
     uint16_t out[6];
-    (void)state;
     plane_filter_apply(PLANE_FILTER_LEFT, numbers, 2, 3, 2, out);
     assert_memory_equal(out, left, sizeof out);
     plane_filter_apply(PLANE_FILTER_XOR, numbers, 2, 3, 2, out);
@@ -80,11 +73,10 @@ static enum plane_filter chosen(const uint16_t *numbers, int32_t width, int32_t 
     return plane_filter_choose(numbers, 2, width, height);
 }
 
-static void each_is_chosen_where_it_pays(void **state)
+TEST(each_is_chosen_where_it_pays)
 {
     static uint16_t numbers[SIDE_MOST * SIDE_MOST];
     struct random random = {9};
-    (void)state;
     for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++) numbers[i] = (uint16_t)random_bits(&random);
     assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_NONE);
     for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++)
@@ -104,22 +96,10 @@ static void each_is_chosen_where_it_pays(void **state)
 }
 
 /* A row has no row above. */
-static void few_rows_are_left_alone(void **state)
+TEST(few_rows_are_left_alone)
 {
     uint32_t numbers[LIMIT_TILE_SIDE_PX];
-    (void)state;
     for (int i = 0; i < LIMIT_TILE_SIDE_PX; i++) numbers[i] = 70000u + (uint32_t)i;
     assert_int_equal(plane_filter_choose(numbers, 4, LIMIT_TILE_SIDE_PX, 1), PLANE_FILTER_NONE);
     assert_int_not_equal(plane_filter_choose(numbers, 4, 1, 2), PLANE_FILTER_NONE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(everything_comes_back),
-        cmocka_unit_test(they_do_what_is_said),
-        cmocka_unit_test(each_is_chosen_where_it_pays),
-        cmocka_unit_test(few_rows_are_left_alone),
-    };
-    return cmocka_run_group_tests_name("plane filters", tests, NULL, NULL);
 }

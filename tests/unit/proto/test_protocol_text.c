@@ -1,11 +1,5 @@
 /* PROTOCOL.md names every message, counter and verdict with its number, and the limits as they are.
  * The working directory is the repository. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +9,7 @@
 #include "proto/plan.h"
 #include "proto/samples.h"
 #include "proto/scene/scene.h"
+#include "tests/unit/unit.h"
 
 #define PATH "proto/PROTOCOL.md"
 
@@ -31,6 +26,8 @@ static int read_page(void **state)
     return size_bytes > 0 && size_bytes < sizeof page - 1 ? 0 : -1;
 }
 
+ALL_TESTS(read_page, NULL);
+
 static void expect(const char *format, ...) __attribute__((format(printf, 1, 2)));
 static void expect(const char *format, ...)
 {
@@ -42,9 +39,8 @@ static void expect(const char *format, ...)
     if (strstr(page, text) == NULL) fail_msg("%s does not say: %s", PATH, text);
 }
 
-static void names_every_message(void **state)
+TEST(names_every_message)
 {
-    (void)state;
 #define MESSAGE(name, number, type, sender, text)                                                  \
     expect("\n| %d | " #name " | " #sender " | %s |\n", number, text);                             \
     expect("\n**" #name "** (%d)", number);
@@ -52,18 +48,16 @@ static void names_every_message(void **state)
 #undef MESSAGE
 }
 
-static void names_every_counter(void **state)
+TEST(names_every_counter)
 {
-    (void)state;
 #define COUNTER(name, group, key, text)                                                            \
     expect("\n| %d | " #name " | %s (`" #group "." #key "`) |\n", COUNTER_##name, text);
 #include "proto/counter.def"
 #undef COUNTER
 }
 
-static void names_verdicts(void **state)
+TEST(names_verdicts)
 {
-    (void)state;
     expect("\n| %d | ACCEPTED |", VERDICT_ACCEPTED);
     expect("\n| %d | DUPLICATE |", VERDICT_DUPLICATE);
     expect("\n| %d | STALE |", VERDICT_STALE);
@@ -81,12 +75,11 @@ static uint32_t rows_below(const char *head)
     return lines - 2; /* the head, and what rules it off */
 }
 
-static void tells_of_every_plane(void **state)
+TEST(tells_of_every_plane)
 {
     static const char *const types[] = {"f32", "u32", "f16", "u16", "u8"};
     static const char *const pers[] = {"", " a sub-sample", " a stratum", " a lens sample",
                                        " for 8 strata"};
-    (void)state;
 #define PLANE(number, name, key, type, components, per, values, merge, arrays, unit, text)         \
     expect("\n| %d | " #name " | %s | %d%s | " unit " | " text " |\n", number,                     \
            types[SAMPLES_##type], components, pers[SAMPLES_PER_##per]);
@@ -100,9 +93,8 @@ static void tells_of_every_plane(void **state)
 }
 
 /* The table of section 4 has the plan's fields in their order, and nothing else. */
-static void names_fields_of_plans(void **state)
+TEST(names_fields_of_plans)
 {
-    (void)state;
     static const char *const rows[] = {
 #define FIELD(type, name, check, from, to)  "\n| " #type " | " #name " |",
 #define CAMERA(type, name, check, from, to) "\n| " #type " | camera." #name " |",
@@ -123,9 +115,8 @@ static void names_fields_of_plans(void **state)
     assert_memory_equal(at, "\n\n", 2);
 }
 
-static void sizes_are_true(void **state)
+TEST(sizes_are_true)
 {
-    (void)state;
     struct plan *plan = calloc(1, sizeof *plan);
     struct bytes_writer w;
     assert_non_null(plan);
@@ -151,9 +142,8 @@ static void sizes_are_true(void **state)
 }
 
 /* Numbers that the page repeats in prose. */
-static void limits_are_true(void **state)
+TEST(limits_are_true)
 {
-    (void)state;
     expect("| u32 | protocol_version | %u |", PROTOCOL_VERSION);
     expect("| u32 | threads | 1…%d |", LIMIT_THREADS);
     expect("| %u | … | payload |", FRAME_HEADER_BYTES);
@@ -175,15 +165,4 @@ static void limits_are_true(void **state)
     expect("0…65,536");
     expect("| u32 | pass | below %d |", LIMIT_PASSES);
     expect("0, or 3…%d |", LIMIT_LENS_BLADES);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_every_message),   cmocka_unit_test(names_every_counter),
-        cmocka_unit_test(names_verdicts),        cmocka_unit_test(tells_of_every_plane),
-        cmocka_unit_test(names_fields_of_plans), cmocka_unit_test(sizes_are_true),
-        cmocka_unit_test(limits_are_true),
-    };
-    return cmocka_run_group_tests_name("protocol_text", tests, read_page, NULL);
 }

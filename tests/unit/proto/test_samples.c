@@ -1,15 +1,10 @@
 /* Sample buffers: sizes as promised, every way of packing comes back, damage is refused. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 
 #include "proto/plane_filter.h"
 #include "tests/unit/proto/golden.h"
 #include "tests/unit/proto/samples_case.h"
+#include "tests/unit/unit.h"
 
 static struct plan plan;
 static enum packing packing = PACKING_QUICK; /* all is tried with each */
@@ -40,9 +35,8 @@ static uint32_t bytes_per_pixel(uint64_t without)
     return layout.total_bytes / (32 * 32);
 }
 
-static void sizes_follow_the_formula(void **state)
+TEST(sizes_follow_the_formula)
 {
-    (void)state;
     const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) |
                            PLANES_GLOSSY | PLANES_LENS | BIT(GLOSSY_SPAN);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
@@ -62,10 +56,9 @@ static void sizes_follow_the_formula(void **state)
     assert_int_equal(lobes.total_bytes, (74 + 30 * 4 + 2) * 32 * 32);
 }
 
-static void later_passes_hold_paths_alone(void **state)
+TEST(later_passes_hold_paths_alone)
 {
     struct samples_layout layout;
-    (void)state;
     plan_case(&plan);
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 32, 32), 0);
     assert_int_equal(layout.planes, PLANES_PATH);
@@ -77,10 +70,9 @@ static void later_passes_hold_paths_alone(void **state)
     assert_int_equal(layout.total_bytes / (32 * 32), 96);
 }
 
-static void layouts_do_not_overlap(void **state)
+TEST(layouts_do_not_overlap)
 {
     struct samples_layout layout;
-    (void)state;
     plan_case(&plan);
     plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 5, 3), 0);
@@ -96,10 +88,9 @@ static void layouts_do_not_overlap(void **state)
     assert_true(layout.offset[samples_light_slot(3, LIGHT_PLANE_SLOPES)] < layout.total_bytes);
 }
 
-static void large_layouts_are_refused(void **state)
+TEST(large_layouts_are_refused)
 {
     struct samples_layout layout;
-    (void)state;
     plan_case(&plan);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 0, 8), ERR_LIMIT);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 8, LIMIT_TILE_SIDE_PX + 1), ERR_LIMIT);
@@ -170,9 +161,8 @@ static void round_trip(struct samples *s, uint64_t expected_dropped)
     bytes_writer_fini(&w);
 }
 
-static void planes_round_trip(void **state)
+TEST(planes_round_trip)
 {
-    (void)state;
     plan_case(&plan);
     plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
     for (size_t i = 0; i < SIZES; i++) {
@@ -192,9 +182,8 @@ static uint64_t some_set(uint32_t i)
 }
 
 /* Planes that the buffer has but that hold nothing are left out on the way. */
-static void every_set_of_filled_planes_round_trips(void **state)
+TEST(every_set_of_filled_planes_round_trips)
 {
-    (void)state;
     plan_case(&plan);
     plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
@@ -210,9 +199,8 @@ static void every_set_of_filled_planes_round_trips(void **state)
 }
 
 /* Any plan: what it does not ask for has no place. */
-static void every_set_of_planned_planes_round_trips(void **state)
+TEST(every_set_of_planned_planes_round_trips)
 {
-    (void)state;
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
         const uint64_t planes = some_set(i);
         plan_case(&plan);
@@ -228,12 +216,11 @@ static void every_set_of_planned_planes_round_trips(void **state)
     }
 }
 
-static void later_passes_round_trip(void **state)
+TEST(later_passes_round_trip)
 {
     struct bytes_writer w;
     struct samples *back;
     struct fault fault = {0};
-    (void)state;
     plan_case(&plan);
     struct samples *s = create_pass(2, 7, 3);
     samples_case_fill(s, UINT64_MAX, 0, 4);
@@ -252,9 +239,8 @@ static void later_passes_round_trip(void **state)
     bytes_writer_fini(&w);
 }
 
-static void absent_planes_have_no_address(void **state)
+TEST(absent_planes_have_no_address)
 {
-    (void)state;
     plan_case(&plan);
     plan.planes = plan.light_planes = 0;
     struct samples *s = create(8, 8);
@@ -269,10 +255,9 @@ static void absent_planes_have_no_address(void **state)
     samples_destroy(&s);
 }
 
-static void quiet_planes_compress(void **state)
+TEST(quiet_planes_compress)
 {
     struct bytes_writer w;
-    (void)state;
     plan_of_formula(0);
     struct samples *s = create(64, 64);
     for (size_t i = 0; i < 64 * 64; i++) samples_f32(s, PLANE_DEPTH, 0)[i] = 3.0f;
@@ -283,12 +268,11 @@ static void quiet_planes_compress(void **state)
 }
 
 /* Surplus bits of the last visibility byte mean nothing and must not reach the coordinator. */
-static void surplus_bits_are_cleared(void **state)
+TEST(surplus_bits_are_cleared)
 {
     struct bytes_writer w;
     struct samples *back;
     struct fault fault;
-    (void)state;
     plan_of_formula(0);
     struct samples *s = create(7, 3);
     memset(samples_light_visibility(s, 0, 0), 0xff, 7 * 3 * 2);
@@ -301,12 +285,11 @@ static void surplus_bits_are_cleared(void **state)
     samples_destroy(&s);
 }
 
-static void cut_samples_fail(void **state)
+TEST(cut_samples_fail)
 {
     struct bytes_writer w;
     struct samples *s, *back;
     struct fault fault;
-    (void)state;
     plan_case(&plan);
     for (size_t i = 0; i < 2; i++) {
         s = create(sizes[i][0] + 8, sizes[i][1]);
@@ -324,12 +307,11 @@ static void cut_samples_fail(void **state)
     }
 }
 
-static void foreign_sizes_and_planes_fail(void **state)
+TEST(foreign_sizes_and_planes_fail)
 {
     struct bytes_writer w;
     struct samples *back;
     struct fault fault;
-    (void)state;
     plan_case(&plan);
     struct samples *s = create(8, 8);
     samples_case_fill(s, UINT64_MAX, 15, 1);
@@ -347,12 +329,11 @@ static void foreign_sizes_and_planes_fail(void **state)
 /* Of a tile with depth alone: where its filter is said, and where its blosc buffer begins. */
 enum { FILTER = 12, BUFFER = FILTER + 1 + 4 };
 
-static void filters_that_there_are_not_fail(void **state)
+TEST(filters_that_there_are_not_fail)
 {
     struct bytes_writer w;
     struct samples *back;
     struct fault fault;
-    (void)state;
     plan_case(&plan);
     plan.light_count = 0;
     plan.planes = BIT(DEPTH);
@@ -371,13 +352,12 @@ static void filters_that_there_are_not_fail(void **state)
 }
 
 /* A group that declares sizes of its own: none may decide what is allocated or written. */
-static void declared_sizes_are_not_believed(void **state)
+TEST(declared_sizes_are_not_believed)
 {
     static const uint32_t declared[] = {0, 15, 16, 1000, 0x7fffffff, 0xffffffff};
     struct bytes_writer w;
     struct samples *back;
     struct fault fault;
-    (void)state;
     plan_case(&plan);
     plan.light_count = 0;
     plan.planes = BIT(DEPTH);
@@ -401,12 +381,11 @@ static void declared_sizes_are_not_believed(void **state)
 }
 
 /* Damaged bytes are refused or unpack to numbers that are still allowed. */
-static void damage_does_no_harm(void **state)
+TEST(damage_does_no_harm)
 {
     struct bytes_writer w;
     uint64_t random = 5;
     uint32_t refused = 0;
-    (void)state;
     plan_case(&plan);
     struct samples *s = create(24, 16);
     samples_case_fill(s, 0x1f0f, 15, 3);
@@ -454,9 +433,8 @@ static void damage_does_no_harm(void **state)
 #define HALF_NEGATIVE   0x8001
 #define HALF_MINUS_ZERO 0x8000
 
-static void numbers_are_checked(void **state)
+TEST(numbers_are_checked)
 {
-    (void)state;
     EXPECT(samples_f32(s, PLANE_DEPTH, 0)[at] = NAN, ERR_NOT_FINITE, "depth[0]");
     EXPECT(samples_f32(s, PLANE_DEPTH, 0)[at] = INFINITY, ERR_NOT_FINITE, "depth[0]");
     EXPECT(samples_f32(s, PLANE_DEPTH, 0)[at] = -1, ERR_RANGE, "depth[0]");
@@ -499,13 +477,12 @@ static void numbers_are_checked(void **state)
 }
 
 /* The compressor's bytes are a library's; what unpacks from old bytes must stay. */
-static void bytes_are_golden(void **state)
+TEST(bytes_are_golden)
 {
     static uint8_t packed[1 << 16];
     struct bytes_writer w;
     struct samples *s, *back;
     struct fault fault = {0};
-    (void)state;
     plan_case(&plan);
     s = create(7, 3);
     samples_case_fill(s, 0x1fef | BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE), 13, 42);
@@ -521,30 +498,11 @@ static void bytes_are_golden(void **state)
     bytes_writer_fini(&w);
 }
 
+/* Runs all tests for both ways of packing. */
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(sizes_follow_the_formula),
-        cmocka_unit_test(later_passes_hold_paths_alone),
-        cmocka_unit_test(layouts_do_not_overlap),
-        cmocka_unit_test(large_layouts_are_refused),
-        cmocka_unit_test(planes_round_trip),
-        cmocka_unit_test(every_set_of_filled_planes_round_trips),
-        cmocka_unit_test(every_set_of_planned_planes_round_trips),
-        cmocka_unit_test(later_passes_round_trip),
-        cmocka_unit_test(absent_planes_have_no_address),
-        cmocka_unit_test(quiet_planes_compress),
-        cmocka_unit_test(surplus_bits_are_cleared),
-        cmocka_unit_test(cut_samples_fail),
-        cmocka_unit_test(foreign_sizes_and_planes_fail),
-        cmocka_unit_test(filters_that_there_are_not_fail),
-        cmocka_unit_test(declared_sizes_are_not_believed),
-        cmocka_unit_test(damage_does_no_harm),
-        cmocka_unit_test(numbers_are_checked),
-        cmocka_unit_test(bytes_are_golden),
-    };
-    int failed = cmocka_run_group_tests_name("samples, quick", tests, NULL, NULL);
+    int failed = unit_run("samples, quick");
     packing = PACKING_SMALL;
-    failed += cmocka_run_group_tests_name("samples, small", tests, NULL, NULL);
+    failed += unit_run("samples, small");
     return failed;
 }

@@ -1,15 +1,9 @@
 /* Three numbers below one exponent. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <float.h>
 #include <math.h>
 
 #include "proto/shared_exponent.h"
+#include "tests/unit/unit.h"
 
 static uint32_t next(uint64_t *state)
 {
@@ -18,11 +12,10 @@ static uint32_t next(uint64_t *state)
 }
 
 /* Half a step of the largest's mantissa, which has its first bit. */
-static void errors_are_half_a_step(void **state)
+TEST(errors_are_half_a_step)
 {
     static const int bits[] = {SHARED_EXPONENT_9, SHARED_EXPONENT_8};
     uint64_t seed = 7;
-    (void)state;
     for (int k = 0; k < 200000; k++) {
         const int m = bits[k & 1], range = m == SHARED_EXPONENT_9 ? 14 : 100;
         float in[3], out[3], largest = 0.0f;
@@ -39,10 +32,9 @@ static void errors_are_half_a_step(void **state)
     }
 }
 
-static void what_is_exact_stays(void **state)
+TEST(what_is_exact_stays)
 {
     static const float in[][3] = {{0, 0, 0}, {1, 1, 1}, {1, 0.5f, 0.25f}, {0.125f, 0, 0.75f}};
-    (void)state;
     for (size_t k = 0; k < sizeof in / sizeof in[0]; k++)
         for (int m = SHARED_EXPONENT_8; m <= SHARED_EXPONENT_9; m++) {
             float out[3];
@@ -54,10 +46,9 @@ static void what_is_exact_stays(void **state)
     assert_int_equal(shared_exponent_pack(black, SHARED_EXPONENT_8), 0);
 }
 
-static void odd_numbers_are_bounded(void **state)
+TEST(odd_numbers_are_bounded)
 {
     static const float odd[] = {NAN, -1, INFINITY, FLT_MAX, FLT_MIN, 1e-45f, 65504, 1e6f};
-    (void)state;
     for (size_t k = 0; k < sizeof odd / sizeof odd[0]; k++)
         for (int m = SHARED_EXPONENT_8; m <= SHARED_EXPONENT_9; m++) {
             const float in[3] = {odd[k], odd[(k + 1) % 8], 0};
@@ -71,11 +62,10 @@ static void odd_numbers_are_bounded(void **state)
 
 /* Over all that random bits can be, in the mean nothing is lost, also where the largest mantissa is
  * full; no error is above a step. */
-static void random_rounding_has_no_bias(void **state)
+TEST(random_rounding_has_no_bias)
 {
     static const float in[][3] = {
         {0.7f, 0.3f, 0.001f}, {0.9985f, 0.5f, 0.25f}, {0.9999f, 0.1f, 0}, {0.99805f, 0.3f, 0.6f}};
-    (void)state;
     for (size_t k = 0; k < sizeof in / sizeof in[0]; k++)
         for (int m = SHARED_EXPONENT_8; m <= SHARED_EXPONENT_9; m++) {
             double sum[3] = {0};
@@ -97,15 +87,4 @@ static void random_rounding_has_no_bias(void **state)
     for (uint32_t r = 0; r < 256; r++)
         assert_int_equal(shared_exponent_pack_random(exact, SHARED_EXPONENT_9, r * 0x010101u),
                          shared_exponent_pack(exact, SHARED_EXPONENT_9));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(errors_are_half_a_step),
-        cmocka_unit_test(what_is_exact_stays),
-        cmocka_unit_test(odd_numbers_are_bounded),
-        cmocka_unit_test(random_rounding_has_no_bias),
-    };
-    return cmocka_run_group_tests_name("shared_exponent", tests, NULL, NULL);
 }

@@ -1,19 +1,13 @@
 /* Rectangles, and grids that cover every pixel once. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdlib.h>
 
 #include "proto/error.h"
 #include "proto/limits.h"
 #include "proto/tile.h"
+#include "tests/unit/unit.h"
 
-static void rectangles(void **state)
+TEST(rectangles)
 {
-    (void)state;
     struct rect a = {0, 0, 10, 20}, b = {5, 15, 30, 40};
     struct rect both = rect_intersect(a, b);
     assert_int_equal(both.x0, 5);
@@ -54,9 +48,8 @@ static void check_cover(int32_t width, int32_t height, int32_t side)
     free(hits);
 }
 
-static void grids_cover_every_pixel_once(void **state)
+TEST(grids_cover_every_pixel_once)
 {
-    (void)state;
     static const int32_t sides[] = {8, 16, 31, 64, 256};
     static const int32_t sizes[][2] = {{1, 1}, {7, 9}, {64, 64}, {65, 63}, {300, 17}, {8, 513}};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
@@ -64,9 +57,8 @@ static void grids_cover_every_pixel_once(void **state)
             check_cover(sizes[i][0], sizes[i][1], sides[k]);
 }
 
-static void grids_know_their_limits(void **state)
+TEST(grids_know_their_limits)
 {
-    (void)state;
     struct tile_grid g;
     assert_int_equal(tile_grid_init(&g, 0, 10, 16), ERR_RANGE);
     assert_int_equal(tile_grid_init(&g, 10, -1, 16), ERR_RANGE);
@@ -77,14 +69,4 @@ static void grids_know_their_limits(void **state)
     assert_int_equal(tile_grid_count(&g), 2048 * 1024);
     assert_int_equal(tile_grid_init(&g, 10, 10, LIMIT_TILE_SIDE_MIN_PX - 1), ERR_RANGE);
     assert_int_equal(tile_grid_init(&g, 10, 10, LIMIT_TILE_SIDE_PX + 1), ERR_RANGE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rectangles),
-        cmocka_unit_test(grids_cover_every_pixel_once),
-        cmocka_unit_test(grids_know_their_limits),
-    };
-    return cmocka_run_group_tests_name("tile", tests, NULL, NULL);
 }

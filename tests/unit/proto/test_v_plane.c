@@ -1,13 +1,8 @@
 /* The map onto the v-plane: its equations, its density, its ends. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 
 #include "proto/v_plane.h"
+#include "tests/unit/unit.h"
 
 #define PI 3.14159265358979323846
 
@@ -25,9 +20,8 @@ static void direction(double u, double v, double d[3])
     for (int i = 0; i < 3; i++) d[i] = (double)out[i];
 }
 
-static void solves_its_equations(void **state)
+TEST(solves_its_equations)
 {
-    (void)state;
     enum { N = 4096 };
     for (int i = 0; i <= N; i++) {
         const double x = fmin(fmax((double)i / N, 0x1p-24), 1 - 0x1p-24);
@@ -47,9 +41,8 @@ static void solves_its_equations(void **state)
 }
 
 /* Many rows at once are rows one by one. */
-static void rows_are_rows(void **state)
+TEST(rows_are_rows)
 {
-    (void)state;
     enum { N = 37 };
     float v[N], sines[N], cosines[N];
     for (int i = 0; i < N; i++) v[i] = (float)i / (N - 1);
@@ -62,9 +55,8 @@ static void rows_are_rows(void **state)
 }
 
 /* Lines of one u are lines of one v1, whatever v. */
-static void columns_are_straight(void **state)
+TEST(columns_are_straight)
 {
-    (void)state;
     for (int i = 1; i < 32; i++)
         for (int j = 1; j < 32; j++) {
             double d[3], a = 2 * i / 32.0 - 1;
@@ -76,9 +68,8 @@ static void columns_are_straight(void **state)
 /* The area of the disc that a cell of the square covers is pi over the number of cells: directions
  * over which a unit disc is uniform are cosine-distributed. Corners by the map, edges along u are
  * chords, those along v are pieces of ellipses: fine cells, summed by the shoelace formula. */
-static void density_is_the_cosine(void **state)
+TEST(density_is_the_cosine)
 {
-    (void)state;
     enum { CELLS = 16, FINE = 64 };
     for (int cu = 0; cu < CELLS; cu++)
         for (int cv = 0; cv < CELLS; cv++) {
@@ -102,9 +93,8 @@ static void density_is_the_cosine(void **state)
 }
 
 /* Moments of the cosine distribution: z, z^2, x^2, y^2 and the product. */
-static void moments_are_the_cosines(void **state)
+TEST(moments_are_the_cosines)
 {
-    (void)state;
     enum { N = 512 };
     double z = 0, zz = 0, xx = 0, yy = 0, xy = 0, unit = 0;
     for (int i = 0; i < N; i++)
@@ -123,9 +113,8 @@ static void moments_are_the_cosines(void **state)
     assert_true(unit < 4e-7);
 }
 
-static void ends_are_finite(void **state)
+TEST(ends_are_finite)
 {
-    (void)state;
     static const double ends[] = {0, 0x1p-149, 0x1p-30, 1 - 0x1p-24, 1};
     for (int i = 0; i < 5; i++)
         for (int j = 0; j < 5; j++) {
@@ -135,14 +124,4 @@ static void ends_are_finite(void **state)
             assert_true(fabs(d[0] / d[2]) < 4096 && fabs(d[1] / d[2]) < 2097152);
             near(d[0] * d[0] + d[1] * d[1] + d[2] * d[2], 1, 4e-7);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(solves_its_equations),    cmocka_unit_test(rows_are_rows),
-        cmocka_unit_test(columns_are_straight),    cmocka_unit_test(density_is_the_cosine),
-        cmocka_unit_test(moments_are_the_cosines), cmocka_unit_test(ends_are_finite),
-    };
-    return cmocka_run_group_tests_name("v_plane", tests, NULL, NULL);
 }

@@ -1,14 +1,9 @@
 #pragma once
 /* Tracing fixture scenes with cmocka's checks. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
 #include "worker/tile/tile.h"
 

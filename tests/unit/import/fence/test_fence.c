@@ -1,11 +1,4 @@
 /* The fence from inside: a process behind it that turns bad ends, or gets nothing. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -24,6 +17,7 @@
 #include <unistd.h>
 
 #include "server/import/fence/fence.h"
+#include "tests/unit/unit.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define UNDER_SANITIZER true
@@ -56,6 +50,8 @@ static int remove_folders(void **state)
     snprintf(command, sizeof command, "rm -rf %s", base);
     return system(command);
 }
+
+ALL_TESTS(make_folders, remove_folders);
 
 /* The wait status of a child that does something behind the fence; its exit status is what that
  * returned, 100 when there was no fence. */
@@ -136,9 +132,8 @@ static int use_x32(void)
     return (int)syscall(0x40000000 | SYS_getpid) > 0;
 }
 
-static void what_no_import_needs_ends_it(void **state)
+TEST(what_no_import_needs_ends_it)
 {
-    (void)state;
     static int (*const acts[])(void) = {use_socket, use_unix_socket, use_exec,   use_exec_at,
                                         use_fork,   use_kill,        use_tgkill, use_trace,
                                         use_mount,  use_ring,        use_link,   use_x32};
@@ -202,9 +197,8 @@ static bool has_landlock(void)
     return syscall(SYS_landlock_create_ruleset, NULL, 0, 1) >= 1;
 }
 
-static void what_it_may_not_have_it_does_not_get(void **state)
+TEST(what_it_may_not_have_it_does_not_get)
 {
-    (void)state;
     static int (*const acts[])(void) = {run_own_code, own_signals,   raise_limits, read_outside,
                                         write_root,   write_outside, read_proc};
     if (UNDER_SANITIZER || !has_landlock()) skip();
@@ -232,28 +226,15 @@ static int give_up(void)
     abort();
 }
 
-static void giving_up_is_told(void **state)
+TEST(giving_up_is_told)
 {
-    (void)state;
     const int status = behind(give_up);
     assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT);
 }
 
-static void what_it_is_for_it_can_do(void **state)
+TEST(what_it_is_for_it_can_do)
 {
-    (void)state;
     const int status = behind(do_its_work);
     assert_true(WIFEXITED(status));
     assert_int_equal(WEXITSTATUS(status), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_no_import_needs_ends_it),
-        cmocka_unit_test(what_it_may_not_have_it_does_not_get),
-        cmocka_unit_test(giving_up_is_told),
-        cmocka_unit_test(what_it_is_for_it_can_do),
-    };
-    return cmocka_run_group_tests_name("fence", tests, make_folders, remove_folders);
 }

@@ -1,11 +1,4 @@
 /* Paths: what leads out of the root is not opened, whatever it is spelt like. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +6,7 @@
 #include <unistd.h>
 
 #include "server/import/fence/files.h"
+#include "tests/unit/unit.h"
 
 static char root[64];
 
@@ -55,6 +49,8 @@ static int tear_down(void **state)
     return 0;
 }
 
+ALL_TESTS(set_up, tear_down);
+
 static int map(const char *path)
 {
     struct files files;
@@ -73,9 +69,8 @@ static int map(const char *path)
     return rc;
 }
 
-static void opens_what_is_beneath(void **state)
+TEST(opens_what_is_beneath)
 {
-    (void)state;
     struct files files;
     struct file_view view;
     assert_int_equal(files_open(&files, root, NULL), 0);
@@ -88,9 +83,8 @@ static void opens_what_is_beneath(void **state)
     assert_int_equal(map("empty"), 0);
 }
 
-static void refuses_what_leads_out(void **state)
+TEST(refuses_what_leads_out)
 {
-    (void)state;
     static const char *const paths[] = {"../a.txt",   "sub/../a.txt", "/etc/passwd",
                                         "",           "sub//b.txt",   "./a.txt",
                                         "sub\\b.txt", "sub/",         "a\n.txt"};
@@ -98,23 +92,20 @@ static void refuses_what_leads_out(void **state)
         assert_int_equal(map(paths[i]), ERR_RANGE);
 }
 
-static void follows_no_link(void **state)
+TEST(follows_no_link)
 {
-    (void)state;
     assert_int_equal(map("link"), ERR_IO);
     assert_int_equal(map("out/passwd"), ERR_IO);
 }
 
-static void tells_missing_from_unreadable(void **state)
+TEST(tells_missing_from_unreadable)
 {
-    (void)state;
     assert_int_equal(map("nothing"), ERR_NOT_FOUND);
     assert_int_equal(map("sub"), ERR_IO);
 }
 
-static void counts_files(void **state)
+TEST(counts_files)
 {
-    (void)state;
     struct files files;
     struct file_view view;
     assert_int_equal(files_open(&files, root, NULL), 0);
@@ -133,9 +124,8 @@ static void expect_resolved(const char *beside, const char *name, bool percent, 
     assert_string_equal(out, to);
 }
 
-static void resolves_beside_the_main_file(void **state)
+TEST(resolves_beside_the_main_file)
 {
-    (void)state;
     expect_resolved("scene.gltf", "tex.png", true, "tex.png");
     expect_resolved("dir/scene.gltf", "tex.png", true, "dir/tex.png");
     expect_resolved("dir/scene.gltf", "./img/./tex.png", true, "dir/img/tex.png");
@@ -143,9 +133,8 @@ static void resolves_beside_the_main_file(void **state)
     expect_resolved("scene.obj", "a%20b.png", false, "a%20b.png");
 }
 
-static void refuses_names_that_lead_out(void **state)
+TEST(refuses_names_that_lead_out)
 {
-    (void)state;
     static const char *const names[] = {"/etc/passwd",  "../a",    "a/../../b",   "%2e%2e/a",
                                         "http://x/y",   "%2fetc",  "file:///etc", "a%2f..%2fb",
                                         "..%5cwindows", "a%00.png"};
@@ -154,9 +143,8 @@ static void refuses_names_that_lead_out(void **state)
         assert_int_not_equal(files_resolve("dir/s.gltf", names[i], true, out, "place", NULL), 0);
 }
 
-static void refuses_names_too_long(void **state)
+TEST(refuses_names_too_long)
 {
-    (void)state;
     char name[LIMIT_PATH_BYTES + 1], out[LIMIT_PATH_BYTES];
     memset(name, 'x', sizeof name - 1);
     name[sizeof name - 1] = 0;
@@ -166,19 +154,4 @@ static void refuses_names_too_long(void **state)
     name[LIMIT_PATH_BYTES - 3] = 0;
     assert_int_equal(files_resolve("s.gltf", name, true, out, "place", NULL), 0);
     assert_int_equal(files_resolve("folder/s.gltf", name, true, out, "place", NULL), ERR_LIMIT);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(opens_what_is_beneath),
-        cmocka_unit_test(refuses_what_leads_out),
-        cmocka_unit_test(follows_no_link),
-        cmocka_unit_test(tells_missing_from_unreadable),
-        cmocka_unit_test(counts_files),
-        cmocka_unit_test(resolves_beside_the_main_file),
-        cmocka_unit_test(refuses_names_that_lead_out),
-        cmocka_unit_test(refuses_names_too_long),
-    };
-    return cmocka_run_group_tests_name("files", tests, set_up, tear_down);
 }

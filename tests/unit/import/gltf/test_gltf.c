@@ -1,15 +1,9 @@
 /* glTF documents, small enough to read: what becomes of them, and what they are refused for. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "proto/plan.h"
 #include "tests/unit/import/scene_room.h"
+#include "tests/unit/unit.h"
 
 /* The buffer that all documents here share: a square's positions, then 16-bit indices. */
 struct square {
@@ -46,9 +40,10 @@ static int set_up(void **state)
     return 0;
 }
 
-static void reads_a_square(void **state)
+ALL_TESTS(set_up, room_close);
+
+TEST(reads_a_square)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT("\"meshes\": [" MESH "]," ONE_NODE);
     assert_int_equal(room_import_text("a.gltf", text, &s), 0);
@@ -64,9 +59,8 @@ static void reads_a_square(void **state)
     scene_unmap(&s);
 }
 
-static void bakes_one_and_instances_many(void **state)
+TEST(bakes_one_and_instances_many)
 {
-    (void)state;
     struct scene s;
     const char *one = DOCUMENT("\"meshes\": [" MESH
                                "]," SCENE("{\"mesh\": 0, \"translation\": [5, 0, 0]}, {}, {}"));
@@ -87,9 +81,8 @@ static void bakes_one_and_instances_many(void **state)
     scene_unmap(&s);
 }
 
-static void shares_geometry_between_materials(void **state)
+TEST(shares_geometry_between_materials)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT("\"materials\": [{}, {}], \"meshes\": [" MESH "," LAMP "]," SCENE(
         "{\"mesh\": 0}, {\"mesh\": 1, \"translation\": [5, 0, 0]}, {}"));
@@ -119,9 +112,8 @@ static double front_z(const struct scene *s, uint32_t instance)
     return (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
 }
 
-static void mirrored_placements_keep_their_front(void **state)
+TEST(mirrored_placements_keep_their_front)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT("\"meshes\": [" MESH "]," SCENE(
         "{\"mesh\": 0}, {\"mesh\": 0, \"scale\": [-1, 1, 1]},"
@@ -133,9 +125,8 @@ static void mirrored_placements_keep_their_front(void **state)
     scene_unmap(&s);
 }
 
-static void flattened_placements_are_baked(void **state)
+TEST(flattened_placements_are_baked)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT("\"meshes\": [" MESH "]," SCENE(
         "{\"mesh\": 0, \"scale\": [1, 1, 0]}, {\"mesh\": 0, \"scale\": [2, 2, 0]}, {}"));
@@ -145,9 +136,8 @@ static void flattened_placements_are_baked(void **state)
     scene_unmap(&s);
 }
 
-static void makes_lamps_lights(void **state)
+TEST(makes_lamps_lights)
 {
-    (void)state;
     struct scene s;
     const char *text =
         DOCUMENT("\"materials\": [{\"emissiveFactor\": [1, 0.5, 0], \"extensions\": "
@@ -162,9 +152,8 @@ static void makes_lamps_lights(void **state)
     scene_unmap(&s);
 }
 
-static void emission_may_be_at_its_limit(void **state)
+TEST(emission_may_be_at_its_limit)
 {
-    (void)state;
     struct scene s;
     const char *text =
         DOCUMENT("\"materials\": [{\"emissiveFactor\": [1, 0, 0], \"extensions\": "
@@ -175,9 +164,8 @@ static void emission_may_be_at_its_limit(void **state)
     scene_unmap(&s);
 }
 
-static void reads_punctual_lights(void **state)
+TEST(reads_punctual_lights)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT(
         "\"meshes\": [" MESH "], \"extensions\": {\"KHR_lights_punctual\": {\"lights\": ["
@@ -198,9 +186,8 @@ static void reads_punctual_lights(void **state)
     scene_unmap(&s);
 }
 
-static void reads_cameras(void **state)
+TEST(reads_cameras)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT(
         "\"meshes\": [" MESH "], \"cameras\": [{\"type\": \"perspective\", \"name\": \"wide\","
@@ -222,9 +209,8 @@ static void reads_cameras(void **state)
     scene_unmap(&s);
 }
 
-static void reads_sparse_accessors(void **state)
+TEST(reads_sparse_accessors)
 {
-    (void)state;
     struct scene s;
     const char *text =
         "{" BUFFERS ", \"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 4,"
@@ -237,9 +223,8 @@ static void reads_sparse_accessors(void **state)
     scene_unmap(&s);
 }
 
-static void reads_strips_and_fans(void **state)
+TEST(reads_strips_and_fans)
 {
-    (void)state;
     struct scene s;
     const char *fan = DOCUMENT("\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0},"
                                "\"mode\": 6}]}]," ONE_NODE);
@@ -255,9 +240,8 @@ static void reads_strips_and_fans(void **state)
     scene_unmap(&s);
 }
 
-static void warns_of_what_it_ignores(void **state)
+TEST(warns_of_what_it_ignores)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT(
         "\"extensionsUsed\": [\"KHR_materials_sheen\", \"KHR_materials_ior\"],"
@@ -277,9 +261,8 @@ static void warns_of_what_it_ignores(void **state)
     scene_unmap(&s);
 }
 
-static void names_what_it_refuses(void **state)
+TEST(names_what_it_refuses)
 {
-    (void)state;
     static const struct {
         const char *text;
         int code;
@@ -332,9 +315,8 @@ static void names_what_it_refuses(void **state)
         room_refuses("a.gltf", rows[i].text, rows[i].code, rows[i].pointer);
 }
 
-static void refuses_deep_nesting(void **state)
+TEST(refuses_deep_nesting)
 {
-    (void)state;
     struct scene s;
     static char text[65536];
     size_t n = (size_t)snprintf(text, sizeof text,
@@ -346,9 +328,8 @@ static void refuses_deep_nesting(void **state)
     assert_int_equal(room_import_text("a.gltf", text, &s), ERR_LIMIT);
 }
 
-static void same_file_same_bytes(void **state)
+TEST(same_file_same_bytes)
 {
-    (void)state;
     struct scene s;
     const char *text = DOCUMENT("\"materials\": [{}], \"meshes\": [" MESH "," LAMP "]," SCENE(
         "{\"mesh\": 0}, {\"mesh\": 1, \"translation\": [5, 0, 0]}, {\"mesh\": 1}"));
@@ -363,26 +344,4 @@ static void same_file_same_bytes(void **state)
     assert_memory_equal(s.blob, first, size_bytes);
     scene_unmap(&s);
     free(first);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reads_a_square),
-        cmocka_unit_test(bakes_one_and_instances_many),
-        cmocka_unit_test(shares_geometry_between_materials),
-        cmocka_unit_test(mirrored_placements_keep_their_front),
-        cmocka_unit_test(flattened_placements_are_baked),
-        cmocka_unit_test(makes_lamps_lights),
-        cmocka_unit_test(emission_may_be_at_its_limit),
-        cmocka_unit_test(reads_punctual_lights),
-        cmocka_unit_test(reads_cameras),
-        cmocka_unit_test(reads_sparse_accessors),
-        cmocka_unit_test(reads_strips_and_fans),
-        cmocka_unit_test(warns_of_what_it_ignores),
-        cmocka_unit_test(names_what_it_refuses),
-        cmocka_unit_test(refuses_deep_nesting),
-        cmocka_unit_test(same_file_same_bytes),
-    };
-    return cmocka_run_group_tests_name("gltf", tests, set_up, room_close);
 }

@@ -1,15 +1,9 @@
 /* glTF's material extensions and our extras: what becomes of them, what they are refused for. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <float.h>
 #include <math.h>
 
 #include "tests/unit/import/scene_room.h"
+#include "tests/unit/unit.h"
 
 /* A triangle's positions, normals, UVs and tangents, in this order in the buffer. */
 struct triangle {
@@ -59,6 +53,8 @@ static int set_up(void **state)
     return 0;
 }
 
+ALL_TESTS(set_up, room_close);
+
 static const struct scene_material *read_with(const char *attributes, const char *material,
                                               struct scene *s)
 {
@@ -73,9 +69,8 @@ static const struct scene_material *read_one(const char *material, struct scene 
     return read_with(WITH_UVS, material, s);
 }
 
-static void absent_extensions_mean_defaults(void **state)
+TEST(absent_extensions_mean_defaults)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m = read_one("", &s);
     assert_true(m->model == MODEL_GLTF && m->metallic == 1 && m->roughness == 1);
@@ -89,9 +84,8 @@ static void absent_extensions_mean_defaults(void **state)
     scene_unmap(&s);
 }
 
-static void coats_are_read(void **state)
+TEST(coats_are_read)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m =
         read_one("\"extensions\": {\"KHR_materials_specular\": {\"specularFactor\": 0.25,"
@@ -110,9 +104,8 @@ static void coats_are_read(void **state)
     scene_unmap(&s);
 }
 
-static void solids_are_read(void **state)
+TEST(solids_are_read)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m = read_one(
         "\"extensions\": {\"KHR_materials_transmission\": {\"transmissionFactor\": 0.75,"
@@ -134,9 +127,8 @@ static void solids_are_read(void **state)
     scene_unmap(&s);
 }
 
-static void anisotropy_brings_tangents(void **state)
+TEST(anisotropy_brings_tangents)
 {
-    (void)state;
     struct scene s;
     const char *turned = "\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": "
                          "0.5, \"anisotropyRotation\": 7, \"anisotropyTexture\": {\"index\": 1}}}";
@@ -160,9 +152,8 @@ static void anisotropy_brings_tangents(void **state)
     scene_unmap(&s);
 }
 
-static void blends_are_read(void **state)
+TEST(blends_are_read)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m = read_one("\"alphaMode\": \"BLEND\", \"pbrMetallicRoughness\": "
                                               "{\"baseColorFactor\": [1, 1, 1, 0.25]}",
@@ -175,9 +166,8 @@ static void blends_are_read(void **state)
 #define EXTRAS(members) "\"extras\": {\"shearwater\": {" members "}}"
 #define GREY            "\"pbrMetallicRoughness\": {\"baseColorFactor\": [0.5, 0.5, 0.5, 0.25]}, "
 
-static void extras_choose_models(void **state)
+TEST(extras_choose_models)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m = read_one(
         GREY EXTRAS("\"model\": \"phong\", \"exponent\": 50, \"specular\": [0.1, 0.2, 0.5]"), &s);
@@ -202,9 +192,8 @@ static void extras_choose_models(void **state)
     scene_unmap(&s);
 }
 
-static void extras_make_metals_and_matt_ones(void **state)
+TEST(extras_make_metals_and_matt_ones)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m =
         read_one(GREY EXTRAS("\"model\": \"beckmann\", \"alpha\": 0.25, \"eta\": [0.2, 1, 1.5], "
@@ -236,9 +225,8 @@ static void extras_make_metals_and_matt_ones(void **state)
     scene_unmap(&s);
 }
 
-static void names_what_it_refuses(void **state)
+TEST(names_what_it_refuses)
 {
-    (void)state;
 #define OURS "materials[0].extras.shearwater"
 #define EXT  "materials[0].extensions."
     static const struct {
@@ -291,19 +279,4 @@ static void names_what_it_refuses(void **state)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         room_refuses("a.gltf", document(WITH_UVS, rows[i].material), rows[i].code, rows[i].pointer);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(absent_extensions_mean_defaults),
-        cmocka_unit_test(coats_are_read),
-        cmocka_unit_test(solids_are_read),
-        cmocka_unit_test(anisotropy_brings_tangents),
-        cmocka_unit_test(blends_are_read),
-        cmocka_unit_test(extras_choose_models),
-        cmocka_unit_test(extras_make_metals_and_matt_ones),
-        cmocka_unit_test(names_what_it_refuses),
-    };
-    return cmocka_run_group_tests_name("gltf_materials", tests, set_up, room_close);
 }

@@ -1,17 +1,11 @@
 /* Environment maps: Radiance and OpenEXR files come out as they are, hostile ones are errors. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <OpenEXR/openexr.h>
 #include <math.h>
 
 #include "proto/half.h"
 #include "proto/scene/environment.h"
 #include "tests/unit/import/scene_room.h"
+#include "tests/unit/unit.h"
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_HDR
 #include <stb/stb_image.h>
@@ -81,9 +75,10 @@ static void expect_texel(uint32_t x, uint32_t y, float r, float g, float b)
 
 #define HEAD "#?RADIANCE\n# a comment\nFORMAT=32-bit_rle_rgbe\n"
 
-static void flat_pixels_are_read(void **state)
+ALL_TESTS(room_open, room_close);
+
+TEST(flat_pixels_are_read)
 {
-    (void)state;
     begin(HEAD "\n-Y 2 +X 2\n");
     add_pixel(128, 64, 0, 129);
     add_pixel(0, 0, 0, 0);
@@ -103,9 +98,8 @@ static void flat_pixels_are_read(void **state)
     environment_unmap(&map);
 }
 
-static void old_runs_are_read(void **state)
+TEST(old_runs_are_read)
 {
-    (void)state;
     begin("#?RGBE\n\n-Y 1 +X 300\n"); /* no FORMAT is RGBE */
     add_pixel(128, 0, 0, 129);
     add_pixel(1, 1, 1, 3); /* and a second digit: 3 + 256 of them */
@@ -129,13 +123,12 @@ static void old_runs_are_read(void **state)
     assert_int_equal(import_bytes("map.hdr"), ERR_CORRUPT);
 }
 
-static void new_runs_are_read(void **state)
+TEST(new_runs_are_read)
 {
     static const uint8_t row[] = {2,   2,  0, 10, 138, 128,                     /* red: a run */
                                   10,  0,  1, 2,  3,   4,   5, 6, 7, 8, 9,      /* green: ten */
                                   129, 7,  9, 0,  0,   0,   0, 0, 0, 0, 0, 200, /* blue: 1 + 9 */
                                   138, 136};
-    (void)state;
     begin(HEAD "\n-Y 1 +X 10\n");
     add(row, sizeof row);
     assert_int_equal(import_bytes("map.hdr"), 0);
@@ -164,11 +157,10 @@ static void new_runs_are_read(void **state)
     }
 }
 
-static void pictures_that_are_turned_are_turned_back(void **state)
+TEST(pictures_that_are_turned_are_turned_back)
 {
     static const char *const resolutions[] = {"-Y 2 +X 2\n", "-Y 2 -X 2\n", "+Y 2 +X 2\n",
                                               "+Y 2 -X 2\n"};
-    (void)state;
     for (uint32_t k = 0; k < 4; k++) {
         begin(HEAD "\n");
         add(resolutions[k], strlen(resolutions[k]));
@@ -179,9 +171,8 @@ static void pictures_that_are_turned_are_turned_back(void **state)
     }
 }
 
-static void exposures_are_divided_out(void **state)
+TEST(exposures_are_divided_out)
 {
-    (void)state;
     begin(HEAD "EXPOSURE=4\nEXPOSURE= 0.5\nCOLORCORR=1 2 1\n\n-Y 1 +X 1\n");
     add_pixel(128, 64, 32, 129);
     assert_int_equal(import_bytes("map.hdr"), 0);
@@ -199,7 +190,7 @@ static void exposures_are_divided_out(void **state)
     }
 }
 
-static void headers_are_checked(void **state)
+TEST(headers_are_checked)
 {
     static const struct {
         const char *text;
@@ -218,7 +209,6 @@ static void headers_are_checked(void **state)
                  {"#?RADIANCE\n\n-Y 2 +X 16385\n", ERR_LIMIT},
                  {"#?RADIANCE\n\n-Y 16384 +X 16384\n", ERR_LIMIT},
                  {"#?RADIANCE\n\n-Y 99999999999999999999 +X 2\n", ERR_SYNTAX}};
-    (void)state;
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         begin(wrong[i].text);
         const int rc = import_bytes("map.hdr");
@@ -230,9 +220,8 @@ static void headers_are_checked(void **state)
     assert_int_equal(import_bytes("map.hdr"), ERR_TRUNCATED);
 }
 
-static void bright_texels_are_brought_down(void **state)
+TEST(bright_texels_are_brought_down)
 {
-    (void)state;
     begin(HEAD "\n-Y 1 +X 2\n");
     add_pixel(255, 0, 0, 255);
     add_pixel(255, 255, 0, 255);
@@ -244,11 +233,10 @@ static void bright_texels_are_brought_down(void **state)
     environment_unmap(&map);
 }
 
-static void real_skies_are_read_as_others_read_them(void **state)
+TEST(real_skies_are_read_as_others_read_them)
 {
     static const char *const names[] = {"park.hdr", "venice.hdr", "studio.hdr"};
     const char *scenes = getenv("SHEARWATER_SCENES");
-    (void)state;
     for (int i = 0; i < 3; i++) {
         char path[512], command[1200];
         int width, height, channels;
@@ -367,13 +355,12 @@ static void check_texels(const int channels[3])
         for (int c = 0; c < 3; c++) assert_true(map.texels[3 * i + c] == value_of(channels[c], i));
 }
 
-static void exr_files_are_read_whatever_their_codec(void **state)
+TEST(exr_files_are_read_whatever_their_codec)
 {
     static const exr_compression_t codecs[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_RLE,
                                                EXR_COMPRESSION_ZIPS, EXR_COMPRESSION_ZIP,
                                                EXR_COMPRESSION_PIZ};
     static const exr_pixel_type_t types[] = {EXR_PIXEL_HALF, EXR_PIXEL_FLOAT};
-    (void)state;
     for (int n = 0; n < 20; n++) {
         const exr_pixel_type_t type = types[n % 2];
         const struct exr_case c = {.names = {"R", "G", "B"},
@@ -389,9 +376,8 @@ static void exr_files_are_read_whatever_their_codec(void **state)
     }
 }
 
-static void other_channels_are_passed_over(void **state)
+TEST(other_channels_are_passed_over)
 {
-    (void)state;
     for (int n = 0; n < 8; n++) {
         const struct exr_case c = {.names = {"A", "R", "G", "B", n < 4 ? "Z" : "Y"},
                                    .types = {EXR_PIXEL_HALF, EXR_PIXEL_FLOAT, EXR_PIXEL_HALF,
@@ -407,12 +393,11 @@ static void other_channels_are_passed_over(void **state)
     }
 }
 
-static void luminance_alone_is_grey(void **state)
+TEST(luminance_alone_is_grey)
 {
     struct exr_case c = {.names = {"Y", "A"},
                          .types = {EXR_PIXEL_HALF, EXR_PIXEL_HALF},
                          .codec = EXR_COMPRESSION_ZIP};
-    (void)state;
     fill_planes(&c);
     write_exr("map.exr", &c);
     must_import("map.exr");
@@ -423,10 +408,9 @@ static void luminance_alone_is_grey(void **state)
     assert_int_equal(import_map("map.exr"), ERR_UNSUPPORTED);
 }
 
-static void what_is_no_map_is_refused(void **state)
+TEST(what_is_no_map_is_refused)
 {
     struct exr_case c = {.names = {"R", "G"}, .types = {EXR_PIXEL_HALF, EXR_PIXEL_HALF}};
-    (void)state;
     fill_planes(&c);
     write_exr("map.exr", &c);
     assert_int_equal(import_map("map.exr"), ERR_MISSING);
@@ -443,12 +427,11 @@ static void what_is_no_map_is_refused(void **state)
     assert_non_null(strstr(room_fault.detail, "display window"));
 }
 
-static void a_large_exr_is_refused_before_it_is_read(void **state)
+TEST(a_large_exr_is_refused_before_it_is_read)
 {
     char path[256];
     exr_context_t file;
     int part;
-    (void)state;
     snprintf(path, sizeof path, "%s/map.exr", room);
     assert_int_equal(exr_start_write(&file, path, EXR_WRITE_FILE_DIRECTLY, NULL), 0);
     exr_add_part(file, NULL, EXR_STORAGE_SCANLINE, &part);
@@ -464,14 +447,13 @@ static void a_large_exr_is_refused_before_it_is_read(void **state)
     assert_true(rc == ERR_LIMIT || rc == ERR_CORRUPT);
 }
 
-static void strange_texels_are_repaired(void **state)
+TEST(strange_texels_are_repaired)
 {
     const struct exr_case c = {.names = {"R", "G", "B"},
                                .types = {EXR_PIXEL_FLOAT, EXR_PIXEL_FLOAT, EXR_PIXEL_FLOAT},
                                .codec = EXR_COMPRESSION_ZIP};
     static const float strange[] = {NAN, -3.0f, INFINITY, -INFINITY, 1e13f, -NAN};
     static const float expected[] = {0.0f, 0.0f, 65504.0f, 0.0f, 1e12f, 0.0f};
-    (void)state;
     fill_planes(&c);
     for (int i = 0; i < 6; i++) memcpy(planes[1] + 4 * (WIDTH + i), &strange[i], 4);
     write_exr("map.exr", &c);
@@ -487,13 +469,12 @@ static void strange_texels_are_repaired(void **state)
     environment_unmap(&map);
 }
 
-static void damaged_exr_files_end_cleanly(void **state)
+TEST(damaged_exr_files_end_cleanly)
 {
     const struct exr_case c = {.names = {"R", "G", "B"},
                                .types = {EXR_PIXEL_HALF, EXR_PIXEL_HALF, EXR_PIXEL_HALF},
                                .codec = EXR_COMPRESSION_PIZ};
     char path[256];
-    (void)state;
     fill_planes(&c);
     write_exr("whole.exr", &c);
     snprintf(path, sizeof path, "%s/whole.exr", room);
@@ -512,11 +493,10 @@ static void damaged_exr_files_end_cleanly(void **state)
     }
 }
 
-static void the_living_rooms_sky_is_read(void **state)
+TEST(the_living_rooms_sky_is_read)
 {
     const char *scenes = getenv("SHEARWATER_SCENES");
     char path[512], command[1200];
-    (void)state;
     snprintf(path, sizeof path, "%s/living-room/textures/Sky 19.exr",
              scenes ? scenes : "../shared/scenes");
     if (access(path, R_OK) != 0) skip();
@@ -531,38 +511,13 @@ static void the_living_rooms_sky_is_read(void **state)
     environment_unmap(&map);
 }
 
-static void scenes_are_still_scenes(void **state)
+TEST(scenes_are_still_scenes)
 {
     struct scene scene;
-    (void)state;
     assert_int_equal(room_import_text("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &scene), 0);
     assert_int_equal(room_stats.width_px, 0);
     assert_int_equal(room_stats.triangles, 1);
     scene_unmap(&scene);
     room_refuses("a.hdr", "#?SOMETHING\n", ERR_UNSUPPORTED, "a.hdr");
     assert_non_null(strstr(room_fault.detail, ".hdr or .exr"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(flat_pixels_are_read),
-        cmocka_unit_test(old_runs_are_read),
-        cmocka_unit_test(new_runs_are_read),
-        cmocka_unit_test(pictures_that_are_turned_are_turned_back),
-        cmocka_unit_test(exposures_are_divided_out),
-        cmocka_unit_test(headers_are_checked),
-        cmocka_unit_test(bright_texels_are_brought_down),
-        cmocka_unit_test(real_skies_are_read_as_others_read_them),
-        cmocka_unit_test(exr_files_are_read_whatever_their_codec),
-        cmocka_unit_test(other_channels_are_passed_over),
-        cmocka_unit_test(luminance_alone_is_grey),
-        cmocka_unit_test(what_is_no_map_is_refused),
-        cmocka_unit_test(a_large_exr_is_refused_before_it_is_read),
-        cmocka_unit_test(strange_texels_are_repaired),
-        cmocka_unit_test(damaged_exr_files_end_cleanly),
-        cmocka_unit_test(the_living_rooms_sky_is_read),
-        cmocka_unit_test(scenes_are_still_scenes),
-    };
-    return cmocka_run_group_tests(tests, room_open, room_close);
 }

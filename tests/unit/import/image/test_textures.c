@@ -1,17 +1,11 @@
 /* Textures: decoding, sRGB flags, samplers and transforms; faults in images. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <png.h>
 #include <turbojpeg.h>
 
 #include "server/import/image/image_decoder.h"
 #include "tests/unit/import/scene_room.h"
+#include "tests/unit/unit.h"
 
 #define WIDTH  3
 #define HEIGHT 2
@@ -49,9 +43,10 @@ static int set_up(void **state)
     return 0;
 }
 
-static void decodes_all_kinds_of_png(void **state)
+ALL_TESTS(set_up, room_close);
+
+TEST(decodes_all_kinds_of_png)
 {
-    (void)state;
     static const uint32_t formats[] = {PNG_FORMAT_GRAY, PNG_FORMAT_GA,       PNG_FORMAT_RGB,
                                        PNG_FORMAT_RGBA, PNG_FORMAT_LINEAR_Y, PNG_FORMAT_LINEAR_RGB};
     uint8_t bytes[4096], rgba[4 * WIDTH * HEIGHT];
@@ -69,9 +64,8 @@ static void decodes_all_kinds_of_png(void **state)
     }
 }
 
-static void refuses_every_truncation_of_a_png(void **state)
+TEST(refuses_every_truncation_of_a_png)
 {
-    (void)state;
     uint8_t rgba[4 * WIDTH * HEIGHT];
     for (size_t n = 0; n + 12 + 4 < png_size; n++) { /* the end chunk and a checksum may lack */
         struct image_header header;
@@ -81,9 +75,8 @@ static void refuses_every_truncation_of_a_png(void **state)
     }
 }
 
-static void survives_every_truncation_of_a_jpeg(void **state)
+TEST(survives_every_truncation_of_a_jpeg)
 {
-    (void)state;
     uint8_t rgba[4 * 16 * 16];
     for (size_t n = 0; n < jpeg_size; n++) {
         struct image_header header;
@@ -93,9 +86,8 @@ static void survives_every_truncation_of_a_jpeg(void **state)
     }
 }
 
-static void refuses_other_formats_and_sizes(void **state)
+TEST(refuses_other_formats_and_sizes)
 {
-    (void)state;
     struct image_header header;
     struct fault fault;
     uint8_t large[4096];
@@ -125,9 +117,8 @@ static void refuses_other_formats_and_sizes(void **state)
     "\"nodes\": [{\"mesh\": 0}]}"
 #define IMAGES "{\"uri\": \"color.png\"}, {\"uri\": \"data.jpg\", \"name\": \"grey\"}"
 
-static void records_textures(void **state)
+TEST(records_textures)
 {
-    (void)state;
     struct scene s;
     const char *text = TEXTURED(
         IMAGES, "{\"pbrMetallicRoughness\": {\"baseColorTexture\": {\"index\": 0},"
@@ -157,9 +148,8 @@ static void records_textures(void **state)
     scene_unmap(&s);
 }
 
-static void unused_images_are_not_read(void **state)
+TEST(unused_images_are_not_read)
 {
-    (void)state;
     struct scene s;
     assert_int_equal(room_import_text("a.gltf", TEXTURED("{\"uri\": \"gone.png\"}, {}", "{}"), &s),
                      0);
@@ -167,9 +157,8 @@ static void unused_images_are_not_read(void **state)
     scene_unmap(&s);
 }
 
-static void names_the_image_at_fault(void **state)
+TEST(names_the_image_at_fault)
 {
-    (void)state;
 #define FAULTY(images) TEXTURED(images, "{\"emissiveTexture\": {\"index\": 1}}")
     room_refuses("a.gltf", FAULTY("{}, {\"uri\": \"gone.png\"}"), ERR_NOT_FOUND, "images[1].uri");
     room_refuses("a.gltf", FAULTY("{}, {\"uri\": \"a.gltf\"}"), ERR_UNSUPPORTED, "images[1].uri");
@@ -181,18 +170,4 @@ static void names_the_image_at_fault(void **state)
     room_refuses("a.gltf", FAULTY("{}, {\"uri\": \"data:image/png,iVB\"}"), ERR_UNSUPPORTED,
                  "images[1].uri");
     room_refuses("a.gltf", FAULTY("{}"), ERR_RANGE, "textures[1].source");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(decodes_all_kinds_of_png),
-        cmocka_unit_test(refuses_every_truncation_of_a_png),
-        cmocka_unit_test(survives_every_truncation_of_a_jpeg),
-        cmocka_unit_test(refuses_other_formats_and_sizes),
-        cmocka_unit_test(records_textures),
-        cmocka_unit_test(unused_images_are_not_read),
-        cmocka_unit_test(names_the_image_at_fault),
-    };
-    return cmocka_run_group_tests_name("textures", tests, set_up, room_close);
 }

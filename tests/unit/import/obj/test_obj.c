@@ -1,18 +1,13 @@
 /* OBJ with MTL, through assimp and our own file access. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/import/scene_room.h"
+#include "tests/unit/unit.h"
 
 #define QUAD "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 
-static void reads_faces_and_materials(void **state)
+ALL_TESTS(room_open, room_close);
+
+TEST(reads_faces_and_materials)
 {
-    (void)state;
     struct scene s;
     const char mtl[] =
         "newmtl red\nKd 0.5 0 0\nKs 0.1 0.1 0.1\nd 0.5\nnewmtl lamp\nKd 0 0 0\nKe 9 8 7\n";
@@ -49,9 +44,8 @@ static const struct scene_material *read_material(const char *lines, struct scen
     return &s->materials[s->meshes[0].material];
 }
 
-static void models_follow_illum(void **state)
+TEST(models_follow_illum)
 {
-    (void)state;
     static const struct {
         const char *lines;
         uint32_t model;
@@ -85,9 +79,8 @@ static void models_follow_illum(void **state)
     }
 }
 
-static void glass_is_a_solid(void **state)
+TEST(glass_is_a_solid)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m =
         read_material("Kd .1 .1 .1\nKs 1 1 1\nTf .25 1 1\nNi 1.33\nd 0.5\nillum 7\n", &s);
@@ -102,9 +95,8 @@ static void glass_is_a_solid(void **state)
     scene_unmap(&s);
 }
 
-static void metals_and_opacity_are_read(void **state)
+TEST(metals_and_opacity_are_read)
 {
-    (void)state;
     struct scene s;
     const struct scene_material *m = read_material("Kd 1 .5 0\nPm 1\nPr 0.25\nTr 0.25\n", &s);
     assert_true(m->model == MODEL_GLTF && m->metallic == 1 && m->roughness == 0.25f);
@@ -117,9 +109,8 @@ static void metals_and_opacity_are_read(void **state)
     scene_unmap(&s);
 }
 
-static void turns_v_over(void **state)
+TEST(turns_v_over)
 {
-    (void)state;
     struct scene s;
     const char *text = QUAD "vt 0 0\nvt 1 0.25\nvt 1 1\nvn 0 0 1\nf 1/1/1 2/2/1 3/3/1\n";
     assert_int_equal(room_import_text("a.obj", text, &s), 0);
@@ -128,18 +119,16 @@ static void turns_v_over(void **state)
     scene_unmap(&s);
 }
 
-static void reads_scenes_without_extension(void **state)
+TEST(reads_scenes_without_extension)
 {
-    (void)state;
     struct scene s;
     assert_int_equal(room_import_text("deadbeef", "# a comment\n" QUAD "f 1 2 3\n", &s), 0);
     assert_int_equal(s.count[SCENE_TRIANGLES], 1);
     scene_unmap(&s);
 }
 
-static void names_missing_and_forbidden_libraries(void **state)
+TEST(names_missing_and_forbidden_libraries)
 {
-    (void)state;
     room_refuses("a.obj", "mtllib gone.mtl\n" QUAD "f 1 2 3\n", ERR_NOT_FOUND, "mtllib");
     assert_non_null(strstr(room_fault.detail, "gone.mtl"));
     room_refuses("a.obj", "mtllib ../../etc/passwd\n" QUAD "f 1 2 3\n", ERR_RANGE, "mtllib");
@@ -150,9 +139,8 @@ static void names_missing_and_forbidden_libraries(void **state)
                  "newmtl red.map_Kd");
 }
 
-static void refuses_what_is_no_geometry(void **state)
+TEST(refuses_what_is_no_geometry)
 {
-    (void)state;
     struct scene s;
     assert_int_equal(room_import_text("a.obj", "", &s), ERR_TRUNCATED);
     assert_int_not_equal(room_import_text("a.obj", "nothing of this is a scene\n", &s), 0);
@@ -163,19 +151,4 @@ static void refuses_what_is_no_geometry(void **state)
                      ERR_LIMIT);
     assert_int_equal(room_import_text("a.stl", QUAD "f 1 2 3\n", &s), ERR_UNSUPPORTED);
     assert_int_not_equal(room_import_text("a.obj", QUAD "f 1 2 99\n", &s), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reads_faces_and_materials),
-        cmocka_unit_test(models_follow_illum),
-        cmocka_unit_test(glass_is_a_solid),
-        cmocka_unit_test(metals_and_opacity_are_read),
-        cmocka_unit_test(turns_v_over),
-        cmocka_unit_test(reads_scenes_without_extension),
-        cmocka_unit_test(names_missing_and_forbidden_libraries),
-        cmocka_unit_test(refuses_what_is_no_geometry),
-    };
-    return cmocka_run_group_tests_name("obj", tests, room_open, room_close);
 }

@@ -1,11 +1,4 @@
 /* The builder, the warnings and the report: limits, names, and what they become. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +8,7 @@
 #include "server/import/scene/blob_writer.h"
 #include "server/import/scene/cameras.h"
 #include "server/import/scene/surface.h"
+#include "tests/unit/unit.h"
 
 static void add_triangle(struct builder *b)
 {
@@ -34,9 +28,8 @@ static void add_triangle(struct builder *b)
         .flags = INSTANCE_IDENTITY, .to_world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
 }
 
-static void writes_a_blob_that_opens(void **state)
+TEST(writes_a_blob_that_opens)
 {
-    (void)state;
     struct builder b;
     struct scene s;
     char path[] = "/tmp/test_builder.XXXXXX";
@@ -61,9 +54,8 @@ static void writes_a_blob_that_opens(void **state)
     builder_fini(&b);
 }
 
-static void write_failures_leave_nothing(void **state)
+TEST(write_failures_leave_nothing)
 {
-    (void)state;
     struct builder b;
     struct fault fault;
     assert_int_equal(builder_init(&b, NULL), 0);
@@ -71,9 +63,8 @@ static void write_failures_leave_nothing(void **state)
     builder_fini(&b);
 }
 
-static void refuses_an_empty_scene(void **state)
+TEST(refuses_an_empty_scene)
 {
-    (void)state;
     struct builder b;
     struct fault fault;
     assert_int_equal(builder_init(&b, NULL), 0);
@@ -82,9 +73,8 @@ static void refuses_an_empty_scene(void **state)
     builder_fini(&b);
 }
 
-static void refuses_counts_above_the_limits(void **state)
+TEST(refuses_counts_above_the_limits)
 {
-    (void)state;
     struct builder b;
     struct fault fault;
     void *at;
@@ -97,9 +87,8 @@ static void refuses_counts_above_the_limits(void **state)
     builder_fini(&b);
 }
 
-static void far_instances_are_refused(void **state)
+TEST(far_instances_are_refused)
 {
-    (void)state;
     struct builder b;
     struct fault fault;
     assert_int_equal(builder_init(&b, NULL), 0);
@@ -110,9 +99,8 @@ static void far_instances_are_refused(void **state)
     builder_fini(&b);
 }
 
-static void names_are_cut_between_characters(void **state)
+TEST(names_are_cut_between_characters)
 {
-    (void)state;
     struct builder b;
     uint32_t name;
     char text[2 * LIMIT_NAME_BYTES + 1];
@@ -128,9 +116,8 @@ static void names_are_cut_between_characters(void **state)
     builder_fini(&b);
 }
 
-static void text_becomes_printable(void **state)
+TEST(text_becomes_printable)
 {
-    (void)state;
     static const char *const pairs[][2] = {
         {"plain", "plain"},          {"caf\xc3\xa9", "caf\xc3\xa9"},
         {"a\nb\x7f", "a?b?"},        {"\xc3", "?"},
@@ -145,9 +132,8 @@ static void text_becomes_printable(void **state)
     }
 }
 
-static void warnings_are_said_once(void **state)
+TEST(warnings_are_said_once)
 {
-    (void)state;
     static struct warnings w;
     char text[WARNING_TEXT_BYTES];
     for (int i = 0; i < 5; i++) {
@@ -163,9 +149,8 @@ static void warnings_are_said_once(void **state)
     assert_int_equal(w.dropped, 201 - (LIMIT_WARNINGS - 1));
 }
 
-static void reports_are_one_line_of_json(void **state)
+TEST(reports_are_one_line_of_json)
 {
-    (void)state;
     struct fault fault;
     fault_set(&fault, ERR_TRUNCATED, "meshes[3].\xff\"x\"", "line\nbreak");
     char *line = report_failure(&fault);
@@ -186,20 +171,4 @@ static void reports_are_one_line_of_json(void **state)
     assert_true(json_number_value(json_object_get(json, "cpu_s")) == 0.25);
     json_decref(json);
     free(line);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(writes_a_blob_that_opens),
-        cmocka_unit_test(write_failures_leave_nothing),
-        cmocka_unit_test(refuses_an_empty_scene),
-        cmocka_unit_test(refuses_counts_above_the_limits),
-        cmocka_unit_test(far_instances_are_refused),
-        cmocka_unit_test(names_are_cut_between_characters),
-        cmocka_unit_test(text_becomes_printable),
-        cmocka_unit_test(warnings_are_said_once),
-        cmocka_unit_test(reports_are_one_line_of_json),
-    };
-    return cmocka_run_group_tests_name("builder", tests, NULL, NULL);
 }

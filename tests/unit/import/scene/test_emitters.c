@@ -1,16 +1,10 @@
 /* Emissive quads as rectangle lights. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
 #include "proto/plan.h"
 #include "server/import/scene/emitters.h"
+#include "tests/unit/unit.h"
 
 /* A unit square in the xz plane, counter-clockwise from below: it faces -y. */
 static const float square[] = {0, 0, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1};
@@ -27,9 +21,8 @@ static double normal_y(const struct rectangle *r)
     return r->half_u[2] * r->half_v[0] - r->half_u[0] * r->half_v[2];
 }
 
-static void pairs_two_triangles(void **state)
+TEST(pairs_two_triangles)
 {
-    (void)state;
     struct rectangle r[EMITTER_RECTANGLES];
     assert_int_equal(emitters_pair(square, facing_down, 2, r), 1);
     assert_near(r[0].centre[0], 0.5);
@@ -39,9 +32,8 @@ static void pairs_two_triangles(void **state)
     assert_near(normal_y(&r[0]), 0.25);
 }
 
-static void any_first_corner_will_do(void **state)
+TEST(any_first_corner_will_do)
 {
-    (void)state;
     struct rectangle r[EMITTER_RECTANGLES];
     for (uint32_t turn = 0; turn < 9; turn++) {
         uint32_t t[6];
@@ -54,9 +46,8 @@ static void any_first_corner_will_do(void **state)
     }
 }
 
-static void refuses_what_is_no_rectangle(void **state)
+TEST(refuses_what_is_no_rectangle)
 {
-    (void)state;
     struct rectangle r[EMITTER_RECTANGLES];
     const uint32_t against_each_other[] = {0, 1, 2, 0, 3, 2};
     const uint32_t twice[] = {0, 1, 2, 0, 1, 2};
@@ -74,9 +65,8 @@ static void refuses_what_is_no_rectangle(void **state)
     assert_int_equal(emitters_pair(flat, facing_down, 2, r), 0);
 }
 
-static void tolerates_rounding(void **state)
+TEST(tolerates_rounding)
 {
-    (void)state;
     struct rectangle r[EMITTER_RECTANGLES];
     float rough[12];
     memcpy(rough, square, sizeof rough);
@@ -131,9 +121,8 @@ static uint64_t lights_of(uint32_t squares, const struct scene_material *m, uint
     return count;
 }
 
-static void makes_lights(void **state)
+TEST(makes_lights)
 {
-    (void)state;
     struct scene_material m = lamp();
     assert_int_equal(lights_of(1, &m, 1), 1);
     assert_int_equal(lights_of(8, &m, 1), 8);
@@ -153,9 +142,8 @@ static void makes_lights(void **state)
     assert_int_equal(lights_of(1, &m, 1), 0);
 }
 
-static void lights_stand_where_the_instance_stands(void **state)
+TEST(lights_stand_where_the_instance_stands)
 {
-    (void)state;
     struct builder b;
     struct scene_material m = lamp();
     m.flags = MATERIAL_DOUBLE_SIDED;
@@ -175,17 +163,4 @@ static void lights_stand_where_the_instance_stands(void **state)
         assert_near((double)(u[2] * v[0] - u[0] * v[2]), i % 2 == 0 ? -1.5 : 1.5);
     }
     builder_fini(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pairs_two_triangles),
-        cmocka_unit_test(any_first_corner_will_do),
-        cmocka_unit_test(refuses_what_is_no_rectangle),
-        cmocka_unit_test(tolerates_rounding),
-        cmocka_unit_test(makes_lights),
-        cmocka_unit_test(lights_stand_where_the_instance_stands),
-    };
-    return cmocka_run_group_tests_name("emitters", tests, NULL, NULL);
 }

@@ -1,17 +1,11 @@
 /* Meshes and tangents on their way to the blob. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/import/scene/mesh.h"
 #include "server/import/scene/tangents.h"
+#include "tests/unit/unit.h"
 
 static struct warnings warnings;
 
@@ -42,9 +36,8 @@ static void assert_vector(const float *v, float x, float y, float z)
     assert_true(fabsf(v[0] - x) < 1e-6f && fabsf(v[1] - y) < 1e-6f && fabsf(v[2] - z) < 1e-6f);
 }
 
-static void check_makes_unit_normals(void **state)
+TEST(check_makes_unit_normals)
 {
-    (void)state;
     struct mesh m = square();
     memset(&warnings, 0, sizeof warnings);
     assert_int_equal(mesh_check(&m, "m", &warnings, NULL), 0);
@@ -57,9 +50,8 @@ static void check_makes_unit_normals(void **state)
     mesh_fini(&m);
 }
 
-static void check_names_the_vertex(void **state)
+TEST(check_names_the_vertex)
 {
-    (void)state;
     struct fault fault;
     struct mesh m = square();
     m.positions[7] = NAN;
@@ -78,9 +70,8 @@ static void check_names_the_vertex(void **state)
     mesh_fini(&m);
 }
 
-static void compact_keeps_order(void **state)
+TEST(compact_keeps_order)
 {
-    (void)state;
     struct mesh m = square();
     m.triangle_count = 1;
     memcpy(m.triangles, (uint32_t[3]){3, 1, 2}, 3 * sizeof(uint32_t));
@@ -93,9 +84,8 @@ static void compact_keeps_order(void **state)
     mesh_fini(&m);
 }
 
-static void mirroring_keeps_the_front(void **state)
+TEST(mirroring_keeps_the_front)
 {
-    (void)state;
     struct mesh m = square();
     assert_int_equal(mesh_check(&m, "m", &warnings, NULL), 0);
     assert_int_equal(mesh_make_tangents(&m, 0, "m", NULL), 0);
@@ -111,9 +101,8 @@ static void mirroring_keeps_the_front(void **state)
     mesh_fini(&m);
 }
 
-static void transform_checks_its_result(void **state)
+TEST(transform_checks_its_result)
 {
-    (void)state;
     struct fault fault;
     struct mesh m = square();
     const struct affine far = {{1, 0, 0, 2e15, 0, 1, 0, 0, 0, 0, 1, 0}};
@@ -121,9 +110,8 @@ static void transform_checks_its_result(void **state)
     mesh_fini(&m);
 }
 
-static void flatten_gives_own_normals(void **state)
+TEST(flatten_gives_own_normals)
 {
-    (void)state;
     struct mesh m = square();
     assert_int_equal(mesh_flatten(&m, "m", NULL), 0);
     assert_int_equal(m.vertex_count, 6);
@@ -134,9 +122,8 @@ static void flatten_gives_own_normals(void **state)
     mesh_fini(&m);
 }
 
-static void tangents_follow_u(void **state)
+TEST(tangents_follow_u)
 {
-    (void)state;
     struct mesh m = square();
     assert_int_equal(mesh_check(&m, "m", &warnings, NULL), 0);
     assert_int_equal(mesh_make_tangents(&m, 0, "m", NULL), 0);
@@ -148,9 +135,8 @@ static void tangents_follow_u(void **state)
     mesh_fini(&m);
 }
 
-static void tangents_split_mirrored_textures(void **state)
+TEST(tangents_split_mirrored_textures)
 {
-    (void)state;
     struct mesh m = square();
     assert_int_equal(mesh_check(&m, "m", &warnings, NULL), 0);
     m.uvs[0][6] = 2; /* the second triangle sees its texture mirrored */
@@ -165,9 +151,8 @@ static void tangents_split_mirrored_textures(void **state)
     mesh_fini(&m);
 }
 
-static void tangents_survive_degenerate_textures(void **state)
+TEST(tangents_survive_degenerate_textures)
 {
-    (void)state;
     struct mesh m = square();
     assert_int_equal(mesh_check(&m, "m", &warnings, NULL), 0);
     memset(m.uvs[0], 0, 8 * sizeof(float));
@@ -178,20 +163,4 @@ static void tangents_survive_degenerate_textures(void **state)
         assert_true(fabsf(t[2]) < 1e-6f && fabsf(t[3]) == 1);
     }
     mesh_fini(&m);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(check_makes_unit_normals),
-        cmocka_unit_test(check_names_the_vertex),
-        cmocka_unit_test(compact_keeps_order),
-        cmocka_unit_test(mirroring_keeps_the_front),
-        cmocka_unit_test(transform_checks_its_result),
-        cmocka_unit_test(flatten_gives_own_normals),
-        cmocka_unit_test(tangents_follow_u),
-        cmocka_unit_test(tangents_split_mirrored_textures),
-        cmocka_unit_test(tangents_survive_degenerate_textures),
-    };
-    return cmocka_run_group_tests_name("mesh", tests, NULL, NULL);
 }

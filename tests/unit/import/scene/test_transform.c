@@ -1,23 +1,16 @@
 /* Affine transforms against what can be worked out by hand. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "server/import/scene/transform.h"
+#include "tests/unit/unit.h"
 
 static void assert_near(double a, double b)
 {
     assert_true(fabs(a - b) < 1e-12);
 }
 
-static void trs_scales_then_turns_then_moves(void **state)
+TEST(trs_scales_then_turns_then_moves)
 {
-    (void)state;
     const double h = sqrt(0.5);
     const double t[3] = {10, 20, 30}, q[4] = {0, 0, h, h},
                  s[3] = {2, 3, 4}; /* 90 degrees about z */
@@ -30,9 +23,8 @@ static void trs_scales_then_turns_then_moves(void **state)
     assert_near(affine_determinant(&a), 24);
 }
 
-static void products_apply_the_right_one_first(void **state)
+TEST(products_apply_the_right_one_first)
 {
-    (void)state;
     const struct affine move = {{1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0}};
     const struct affine scale = {{2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0}};
     float p[3];
@@ -44,9 +36,8 @@ static void products_apply_the_right_one_first(void **state)
     assert_near((double)p[0], 7);
 }
 
-static void columns_are_read_as_gltf_writes_them(void **state)
+TEST(columns_are_read_as_gltf_writes_them)
 {
-    (void)state;
     double columns[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1};
     struct affine a;
     assert_true(affine_from_columns(columns, &a));
@@ -57,9 +48,8 @@ static void columns_are_read_as_gltf_writes_them(void **state)
     assert_false(affine_from_columns(columns, &a));
 }
 
-static void normals_stay_at_right_angles(void **state)
+TEST(normals_stay_at_right_angles)
 {
-    (void)state;
     /* Shear and uneven scale: a plane through u and v keeps its normal at right angles to both. */
     const struct affine a = {{2, 1, 0, 0, 0, 3, 0.5, 0, 0.25, 0, 1, 0}};
     const double u[3] = {1, 2, -1}, v[3] = {0, 1, 3};
@@ -72,9 +62,8 @@ static void normals_stay_at_right_angles(void **state)
     assert_near(dot3(nv, nn), 0);
 }
 
-static void singular_is_judged_by_shape_not_by_size(void **state)
+TEST(singular_is_judged_by_shape_not_by_size)
 {
-    (void)state;
     const struct affine tiny = {{1e-6, 0, 0, 0, 0, 1e-6, 0, 0, 0, 0, 1e-6, 0}};
     const struct affine flat = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}};
     const struct affine skewed = {{1, 1, 0, 0, 0, 1e-10, 0, 0, 0, 0, 1, 0}};
@@ -83,35 +72,19 @@ static void singular_is_judged_by_shape_not_by_size(void **state)
     assert_true(affine_is_singular(&skewed));
 }
 
-static void mirroring_undoes_itself(void **state)
+TEST(mirroring_undoes_itself)
 {
-    (void)state;
     const struct affine a = {{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 11}};
     const struct affine once = affine_mirrored(&a), twice = affine_mirrored(&once);
     assert_near(affine_determinant(&once), -affine_determinant(&a));
     assert_memory_equal(&twice, &a, sizeof a);
 }
 
-static void zero_has_no_direction(void **state)
+TEST(zero_has_no_direction)
 {
-    (void)state;
     double zero[3] = {0, 0, 0}, huge[3] = {1e200, 0, 0}, broken[3] = {NAN, 0, 0};
     assert_false(normalize3(zero));
     assert_true(normalize3(huge));
     assert_near(huge[0], 1);
     assert_false(normalize3(broken));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(trs_scales_then_turns_then_moves),
-        cmocka_unit_test(products_apply_the_right_one_first),
-        cmocka_unit_test(columns_are_read_as_gltf_writes_them),
-        cmocka_unit_test(normals_stay_at_right_angles),
-        cmocka_unit_test(singular_is_judged_by_shape_not_by_size),
-        cmocka_unit_test(mirroring_undoes_itself),
-        cmocka_unit_test(zero_has_no_direction),
-    };
-    return cmocka_run_group_tests_name("transform", tests, NULL, NULL);
 }

@@ -1,19 +1,15 @@
 /* Job documents: each folder of tests/json is a case. valid/CASE/job.json reads, and so does what
  * is written of it, to the same job (canonical.json, where present, is what must be written).
  * invalid/CASE/job.json is refused as invalid/CASE/expect says: "CODE /pointer". */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <dirent.h>
+#include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "proto/job/job.h"
+#include "tests/unit/unit.h"
 
 #define VALID      "tests/json/valid"
 #define INVALID    "tests/json/invalid"
@@ -165,19 +161,17 @@ static void document_is_refused(void **state)
 }
 
 /* A fault that could be told needs no place to put it. */
-static void faults_are_optional(void **state)
+TEST(faults_are_optional)
 {
     static struct job job;
-    (void)state;
     assert_int_equal(read_exact("{\"scene\": {}}", 13, &job, NULL), ERR_MISSING);
     assert_int_equal(read_exact("{", 1, &job, NULL), ERR_SYNTAX);
 }
 
-static void large_documents_are_refused(void **state)
+TEST(large_documents_are_refused)
 {
     static struct job job;
     struct fault fault = {0};
-    (void)state;
     char *text = malloc(LIMIT_JOB_BYTES + 1);
     assert_non_null(text);
     memset(text, ' ', LIMIT_JOB_BYTES + 1);
@@ -186,7 +180,7 @@ static void large_documents_are_refused(void **state)
     free(text);
 }
 
-static void sentences_help(void **state)
+TEST(sentences_help)
 {
     static const struct {
         const char *folder, *words;
@@ -212,7 +206,6 @@ static void sentences_help(void **state)
         {"depth-65-arrays", "65 deep"},
     };
     static struct job job;
-    (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char folder[PATH_BYTES];
         struct fault fault = {0};
@@ -233,10 +226,9 @@ static int read_text(const char *text, struct job *job)
 #define SCENE "\"scene\": {\"asset\": \"" ASSET "\"}"
 #define ASSET "3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f"
 
-static void environments_and_lenses_are_read(void **state)
+TEST(environments_and_lenses_are_read)
 {
     static struct job job;
-    (void)state;
     assert_int_equal(read_text("{" SCENE "}", &job), 0);
     assert_int_equal(job.environment.kind, ENVIRONMENT_NONE);
     assert_true(job.aperture_radius == 0 && job.occlusion_distance == 0);
@@ -261,9 +253,8 @@ static void environments_and_lenses_are_read(void **state)
     assert_true(job.focus_distance == 0 && job.blades == 0);
 }
 
-static void words_have_names(void **state)
+TEST(words_have_names)
 {
-    (void)state;
     for (uint32_t bit = 1; bit <= LAYER_DIFFUSE_INDIRECT; bit <<= 1) {
         assert_non_null(layer_name(bit));
         assert_int_equal(layer_from_name(layer_name(bit)), bit);
@@ -280,12 +271,11 @@ static void words_have_names(void **state)
     assert_int_equal(job_strata_per_axis(LIMIT_SPP), LIMIT_STRATA_PER_AXIS);
 }
 
-static void paths_stay_inside(void **state)
+TEST(paths_stay_inside)
 {
     static const char *const good[] = {"a", "a/b", "..a", "...", "a b", ".a", "\xc3\xa4"};
     static const char *const bad[] = {"",     "/",    "/a",  "a/",   "..",   ".",
                                       "a//b", "a/..", "./a", "a\\b", "a\nb", "a/./b"};
-    (void)state;
     for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) assert_true(path_is_inside(good[i]));
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) assert_false(path_is_inside(bad[i]));
 }
@@ -295,37 +285,35 @@ static int is_visible(const struct dirent *entry)
     return entry->d_name[0] != '.';
 }
 
-/* Adds a test for each folder. */
-static size_t add_folders(struct CMUnitTest *tests, size_t count, const char *parent,
-                          CMUnitTestFunction function)
+/* Adds a test for each folder, and returns how many there are. */
+static int add_folders(const char *parent, CMUnitTestFunction function)
 {
+    static char folders[CASES_MAX][PATH_BYTES];
+    static struct unit_test tests[CASES_MAX];
+    static int count;
     struct dirent **entries;
     const int found = scandir(parent, &entries, is_visible, alphasort);
-    for (int i = 0; i < found && count < CASES_MAX; i++) {
-        char *folder = malloc(PATH_BYTES);
-        snprintf(folder, PATH_BYTES, "%s/%s", parent, entries[i]->d_name);
-        tests[count++] = (struct CMUnitTest){folder, function, NULL, NULL, folder};
+    for (int i = 0; i < found; i++) {
+        if (count < CASES_MAX) {
+            char *folder = folders[count];
+            snprintf(folder, PATH_BYTES, "%s/%s", parent, entries[i]->d_name);
+            tests[count] =
+                (struct unit_test){{folder, function, NULL, NULL, folder}, INT_MAX, NULL};
+            unit_add(&tests[count++]);
+        }
         free(entries[i]);
     }
     if (found >= 0) free(entries);
-    return count;
+    return found;
 }
 
 int main(void)
 {
-    static struct CMUnitTest tests[CASES_MAX] = {
-        cmocka_unit_test(faults_are_optional), cmocka_unit_test(large_documents_are_refused),
-        cmocka_unit_test(sentences_help),      cmocka_unit_test(words_have_names),
-        cmocka_unit_test(paths_stay_inside),   cmocka_unit_test(environments_and_lenses_are_read),
-    };
-    const size_t fixed = 6;
-    const size_t valid = add_folders(tests, fixed, VALID, document_is_valid);
-    const size_t all = add_folders(tests, valid, INVALID, document_is_refused);
-    if (valid - fixed < 15 || all - valid < 60) {
+    const int valid = add_folders(VALID, document_is_valid);
+    const int invalid = add_folders(INVALID, document_is_refused);
+    if (valid < 15 || invalid < 60 || valid + invalid > CASES_MAX) {
         fprintf(stderr, "tests/json is not whole; run from the root of the sources\n");
         return 1;
     }
-    const int failed = _cmocka_run_group_tests("job", tests, all, NULL, NULL);
-    for (size_t i = fixed; i < all; i++) free(tests[i].initial_state);
-    return failed;
+    return unit_run("job");
 }

@@ -1,13 +1,8 @@
 /* Moves of a live job: what is taken, what is refused and where. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "proto/job/job.h"
+#include "tests/unit/unit.h"
 
 static struct job with_lens(void)
 {
@@ -24,9 +19,8 @@ static int move(const char *text, struct job *job, struct fault *fault)
     return job_view_read(text, strlen(text), job, fault);
 }
 
-static void a_camera_moves_and_the_lens_stays(void **state)
+TEST(a_camera_moves_and_the_lens_stays)
 {
-    (void)state;
     struct job job;
     struct fault fault;
     assert_int_equal(
@@ -36,9 +30,8 @@ static void a_camera_moves_and_the_lens_stays(void **state)
     assert_true(job.aperture_radius == 0.5f && job.blades == 5);
 }
 
-static void a_lens_is_replaced_as_a_whole(void **state)
+TEST(a_lens_is_replaced_as_a_whole)
 {
-    (void)state;
     struct job job;
     struct fault fault;
     assert_int_equal(
@@ -49,9 +42,8 @@ static void a_lens_is_replaced_as_a_whole(void **state)
     assert_true(job.aperture_radius == 0.0f && job.focus_distance == 0.0f);
 }
 
-static void null_is_the_scenes_own_camera(void **state)
+TEST(null_is_the_scenes_own_camera)
 {
-    (void)state;
     struct job job;
     struct fault fault;
     assert_int_equal(move("{\"camera\": null}", &job, &fault), 0);
@@ -60,9 +52,8 @@ static void null_is_the_scenes_own_camera(void **state)
 
 #define LOOK(eye, target, rest) "{\"camera\": {\"eye\": " eye ", \"target\": " target rest "}}"
 
-static void hostile_moves_are_refused_at_their_place(void **state)
+TEST(hostile_moves_are_refused_at_their_place)
 {
-    (void)state;
     static const struct {
         const char *text, *pointer;
     } cases[] = {
@@ -96,15 +87,4 @@ static void hostile_moves_are_refused_at_their_place(void **state)
         assert_string_equal(fault.pointer, cases[i].pointer);
         assert_true(fault.detail[0] != '\0');
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_camera_moves_and_the_lens_stays),
-        cmocka_unit_test(a_lens_is_replaced_as_a_whole),
-        cmocka_unit_test(null_is_the_scenes_own_camera),
-        cmocka_unit_test(hostile_moves_are_refused_at_their_place),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

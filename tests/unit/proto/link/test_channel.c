@@ -1,16 +1,10 @@
 /* Sealed links: only two with one key come together, and nothing but their own bytes comes through.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/link/channel.h"
+#include "tests/unit/unit.h"
 
 #define TURNS 4
 
@@ -47,9 +41,8 @@ static void make(struct channel **server, struct channel **client, const struct 
     assert_int_equal(channel_create(false, theirs, client), 0);
 }
 
-static void one_key_carries_bytes_both_ways(void **state)
+TEST(one_key_carries_bytes_both_ways)
 {
-    (void)state;
     static uint8_t sent[300000], got[sizeof sent];
     struct channel *server, *client;
     int a, b;
@@ -71,9 +64,8 @@ static void one_key_carries_bytes_both_ways(void **state)
     channel_destroy(&client);
 }
 
-static void another_key_is_refused(void **state)
+TEST(another_key_is_refused)
 {
-    (void)state;
     struct channel *server, *client;
     int a, b;
     make(&server, &client, &other);
@@ -84,9 +76,8 @@ static void another_key_is_refused(void **state)
     channel_destroy(&client);
 }
 
-static void a_flipped_bit_is_found(void **state)
+TEST(a_flipped_bit_is_found)
 {
-    (void)state;
     uint8_t text[100] = {0};
     size_t n;
     for (size_t flip = 0; flip < 122; flip += 11) {
@@ -105,9 +96,8 @@ static void a_flipped_bit_is_found(void **state)
     }
 }
 
-static void noise_is_refused(void **state)
+TEST(noise_is_refused)
 {
-    (void)state;
     static uint8_t noise[70000];
     uint8_t out[8];
     size_t n;
@@ -120,15 +110,4 @@ static void noise_is_refused(void **state)
     assert_int_equal(channel_create(true, &key, &server), 0);
     assert_int_equal(channel_feed(server, noise, sizeof noise), ERR_LIMIT);
     channel_destroy(&server);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_key_carries_bytes_both_ways),
-        cmocka_unit_test(another_key_is_refused),
-        cmocka_unit_test(a_flipped_bit_is_found),
-        cmocka_unit_test(noise_is_refused),
-    };
-    return cmocka_run_group_tests_name("channel", tests, NULL, NULL);
 }

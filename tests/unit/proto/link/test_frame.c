@@ -1,11 +1,5 @@
 /* Frames: checksum, splits at every byte, damage of every bit, limits before payloads, the inbox.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +7,7 @@
 #include "proto/error.h"
 #include "proto/limits.h"
 #include "proto/link/frame.h"
+#include "tests/unit/unit.h"
 
 #define PAYLOAD       "the payload of a frame"
 #define PAYLOAD_BYTES (sizeof PAYLOAD - 1)
@@ -25,9 +20,8 @@ static void make_frame(uint8_t out[WHOLE_BYTES])
 }
 
 /* RFC 3720, appendix B.4, and the usual check value. */
-static void checksum_is_crc32c(void **state)
+TEST(checksum_is_crc32c)
 {
-    (void)state;
     uint8_t data[32];
     assert_int_equal(frame_crc32c(0, "123456789", 9), 0xe3069283u);
     assert_int_equal(frame_crc32c(0, NULL, 0), 0);
@@ -44,9 +38,8 @@ static void checksum_is_crc32c(void **state)
 }
 
 /* The layout of the header's comment, byte by byte. */
-static void header_is_as_documented(void **state)
+TEST(header_is_as_documented)
 {
-    (void)state;
     static const uint8_t expected[20] = {'S',  'H',  'W',  'R', PAYLOAD_BYTES, 0,    0,    0,
                                          7,    0,    0,    0,   0xef,          0xcd, 0xab, 0x89,
                                          0x67, 0x45, 0x23, 0x01};
@@ -60,9 +53,8 @@ static void header_is_as_documented(void **state)
     assert_memory_equal(frame + 20, stored, 4);
 }
 
-static void decodes_what_was_framed(void **state)
+TEST(decodes_what_was_framed)
 {
-    (void)state;
     uint8_t frame[WHOLE_BYTES + 3] = {0};
     struct frame_view view;
     size_t used_bytes;
@@ -75,9 +67,8 @@ static void decodes_what_was_framed(void **state)
     assert_ptr_equal(view.payload, frame + FRAME_HEADER_BYTES);
 }
 
-static void head_and_tail_are_one_payload(void **state)
+TEST(head_and_tail_are_one_payload)
 {
-    (void)state;
     uint8_t whole[WHOLE_BYTES], split[FRAME_HEADER_BYTES];
     make_frame(whole);
     for (uint32_t cut = 0; cut <= PAYLOAD_BYTES; cut++) {
@@ -87,9 +78,8 @@ static void head_and_tail_are_one_payload(void **state)
     }
 }
 
-static void empty_payload(void **state)
+TEST(empty_payload)
 {
-    (void)state;
     uint8_t frame[FRAME_HEADER_BYTES];
     struct frame_view view;
     size_t used_bytes;
@@ -99,9 +89,8 @@ static void empty_payload(void **state)
     assert_int_equal(used_bytes, FRAME_HEADER_BYTES);
 }
 
-static void every_split_is_incomplete(void **state)
+TEST(every_split_is_incomplete)
 {
-    (void)state;
     uint8_t frame[WHOLE_BYTES];
     make_frame(frame);
     for (size_t size_bytes = 0; size_bytes < WHOLE_BYTES; size_bytes++) {
@@ -118,9 +107,8 @@ static void every_split_is_incomplete(void **state)
     }
 }
 
-static void every_flipped_bit_is_noticed(void **state)
+TEST(every_flipped_bit_is_noticed)
 {
-    (void)state;
     uint8_t frame[WHOLE_BYTES];
     make_frame(frame);
     for (size_t bit = 0; bit < 8 * WHOLE_BYTES; bit++) {
@@ -136,9 +124,8 @@ static void every_flipped_bit_is_noticed(void **state)
     }
 }
 
-static void wrong_magic_is_refused_at_once(void **state)
+TEST(wrong_magic_is_refused_at_once)
 {
-    (void)state;
     struct frame_view view;
     size_t used_bytes;
     assert_int_equal(frame_decode((const uint8_t *)"G", 1, 100, &view, &used_bytes), ERR_MAGIC);
@@ -148,9 +135,8 @@ static void wrong_magic_is_refused_at_once(void **state)
 }
 
 /* From the header alone: no byte of the payload has come yet. */
-static void limit_is_checked_before_the_payload(void **state)
+TEST(limit_is_checked_before_the_payload)
 {
-    (void)state;
     uint8_t frame[WHOLE_BYTES];
     struct frame_view view;
     size_t used_bytes;
@@ -180,9 +166,8 @@ static void feed(struct frame_inbox *in, const void *data, size_t size_bytes)
     }
 }
 
-static void inbox_takes_single_bytes(void **state)
+TEST(inbox_takes_single_bytes)
 {
-    (void)state;
     uint8_t frame[WHOLE_BYTES];
     struct frame_inbox in;
     struct frame_view view;
@@ -216,9 +201,8 @@ static size_t make_stream(uint8_t *out, unsigned frames)
     return at;
 }
 
-static void inbox_takes_any_pieces(void **state)
+TEST(inbox_takes_any_pieces)
 {
-    (void)state;
     enum { FRAMES = 60 };
     uint8_t *stream = malloc(FRAMES * (FRAME_HEADER_BYTES + FRAMES * 7));
     assert_non_null(stream);
@@ -247,9 +231,8 @@ static void inbox_takes_any_pieces(void **state)
     free(stream);
 }
 
-static void inbox_grows_with_what_comes(void **state)
+TEST(inbox_grows_with_what_comes)
 {
-    (void)state;
     const uint32_t large_bytes = 10u << 20;
     uint8_t *payload = malloc(large_bytes);
     uint8_t header[FRAME_HEADER_BYTES], small[WHOLE_BYTES];
@@ -278,9 +261,8 @@ static void inbox_grows_with_what_comes(void **state)
     free(payload);
 }
 
-static void inbox_refuses_what_frames_refuse(void **state)
+TEST(inbox_refuses_what_frames_refuse)
 {
-    (void)state;
     uint8_t frame[WHOLE_BYTES];
     struct frame_inbox in;
     struct frame_view view;
@@ -299,24 +281,4 @@ static void inbox_refuses_what_frames_refuse(void **state)
     feed(&in, "GET / HTTP/1.1\r\n", 16);
     assert_int_equal(frame_inbox_next(&in, &view), ERR_MAGIC);
     frame_inbox_fini(&in);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(checksum_is_crc32c),
-        cmocka_unit_test(header_is_as_documented),
-        cmocka_unit_test(decodes_what_was_framed),
-        cmocka_unit_test(head_and_tail_are_one_payload),
-        cmocka_unit_test(empty_payload),
-        cmocka_unit_test(every_split_is_incomplete),
-        cmocka_unit_test(every_flipped_bit_is_noticed),
-        cmocka_unit_test(wrong_magic_is_refused_at_once),
-        cmocka_unit_test(limit_is_checked_before_the_payload),
-        cmocka_unit_test(inbox_takes_single_bytes),
-        cmocka_unit_test(inbox_takes_any_pieces),
-        cmocka_unit_test(inbox_grows_with_what_comes),
-        cmocka_unit_test(inbox_refuses_what_frames_refuse),
-    };
-    return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
 }

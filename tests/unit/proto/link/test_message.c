@@ -1,15 +1,10 @@
 /* Messages: each survives the way over the wire, anything else is refused, and the bytes of each
  * are those of tests/golden/wire for ever. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "tests/unit/proto/link/message_cases.h"
+#include "tests/unit/unit.h"
 
 static void payload_of(const struct message_case *c, struct bytes_writer *w)
 {
@@ -20,9 +15,8 @@ static void payload_of(const struct message_case *c, struct bytes_writer *w)
     assert_false(w->failed);
 }
 
-static void round_trips(void **state)
+TEST(round_trips)
 {
-    (void)state;
     for (const struct message_case *c = message_cases; c < message_cases + MESSAGE_CASES; c++) {
         struct bytes_writer w;
         union message_any sent, got;
@@ -53,9 +47,8 @@ static int decode_exact(const struct message_case *c, const uint8_t *data, size_
     return code;
 }
 
-static void truncations_fail(void **state)
+TEST(truncations_fail)
 {
-    (void)state;
     for (const struct message_case *c = message_cases; c < message_cases + MESSAGE_CASES; c++) {
         struct bytes_writer w;
         payload_of(c, &w);
@@ -69,9 +62,8 @@ static void truncations_fail(void **state)
     }
 }
 
-static void trailing_bytes_fail(void **state)
+TEST(trailing_bytes_fail)
 {
-    (void)state;
     for (const struct message_case *c = message_cases; c < message_cases + MESSAGE_CASES; c++) {
         struct bytes_writer w;
         payload_of(c, &w);
@@ -87,9 +79,8 @@ static void trailing_bytes_fail(void **state)
 }
 
 /* Any single damaged byte is either refused or means something that encodes to just these bytes. */
-static void damage_is_refused_or_means_itself(void **state)
+TEST(damage_is_refused_or_means_itself)
 {
-    (void)state;
     for (const struct message_case *c = message_cases; c < message_cases + MESSAGE_CASES; c++) {
         struct bytes_writer w, again;
         union message_any m;
@@ -129,9 +120,8 @@ static void damage_is_refused_or_means_itself(void **state)
         EXPECT(type, &m, code);                                                                    \
     } while (0)
 
-static void session_values(void **state)
+TEST(session_values)
 {
-    (void)state;
     EXPECT_WITH(hello, m.threads = 0, ERR_RANGE);
     EXPECT_WITH(hello, m.threads = LIMIT_THREADS, ERR_OK);
     EXPECT_WITH(hello, m.threads = LIMIT_THREADS + 1, ERR_LIMIT);
@@ -150,9 +140,8 @@ static void session_values(void **state)
     EXPECT_WITH(bye, m.reserved = 1, ERR_RANGE);
 }
 
-static void tile_values(void **state)
+TEST(tile_values)
 {
-    (void)state;
     EXPECT_WITH(tile, m.pass.number = LIMIT_PASSES, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass.first = LIMIT_SPP + 1, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass.count = LIMIT_PASS_SPP + 1, ERR_LIMIT);
@@ -196,9 +185,8 @@ static int decode_part(uint64_t total_bytes, uint64_t offset, size_t size_bytes)
     return code;
 }
 
-static void blob_values(void **state)
+TEST(blob_values)
 {
-    (void)state;
     EXPECT_WITH(blob_get, m.size_bytes = 0, ERR_RANGE);
     EXPECT_WITH(blob_get, m.size_bytes = LIMIT_BLOB_PART_BYTES + 1, ERR_LIMIT);
     EXPECT_WITH(blob_get, m.offset = LIMIT_BLOB_BYTES, ERR_LIMIT);
@@ -234,9 +222,8 @@ static int decode_counters(const uint16_t *numbers, const uint64_t *values, uint
     return code;
 }
 
-static void counter_values(void **state)
+TEST(counter_values)
 {
-    (void)state;
     static const uint64_t ones[COUNTER_COUNT + 1] = {1, 1, 1}, zero[] = {0};
     assert_int_equal(decode_counters((uint16_t[]){0, 1, 2}, ones, 3), ERR_OK);
     assert_int_equal(decode_counters(NULL, NULL, 0), ERR_OK);
@@ -248,9 +235,8 @@ static void counter_values(void **state)
     assert_int_equal(decode_counters(many, ones, COUNTER_COUNT + 1), ERR_LIMIT);
 }
 
-static void counters_saturate(void **state)
+TEST(counters_saturate)
 {
-    (void)state;
     struct counters sum = {{0}}, more = {{0}};
     sum.value[0] = UINT64_MAX - 1;
     more.value[0] = 5;
@@ -278,9 +264,8 @@ static int decode_refused_text(const char *text, size_t size_bytes)
 }
 
 /* What a text may hold reaches logs, terminals and JSON. */
-static void texts_are_printable_utf8(void **state)
+TEST(texts_are_printable_utf8)
 {
-    (void)state;
     static const char *const good[] = {"",
                                        "plain",
                                        "\xc3\xa9",
@@ -320,9 +305,8 @@ static void texts_are_printable_utf8(void **state)
 }
 
 /* Encoders send nothing that decoders refuse. */
-static void texts_are_cleaned(void **state)
+TEST(texts_are_cleaned)
 {
-    (void)state;
     struct message_refused m = {.code = ERR_IO}, back;
     struct bytes_writer w;
     bytes_writer_init(&w);
@@ -340,9 +324,8 @@ static void texts_are_cleaned(void **state)
 }
 
 /* A worker of another version must be told so, whatever else its HELLO holds. */
-static void other_versions_are_readable(void **state)
+TEST(other_versions_are_readable)
 {
-    (void)state;
     struct message_hello m;
     static const uint8_t newer[] = {99, 0, 0, 0, 0xff, 0xff, 0xff, 0xff, 0xff};
     for (size_t size_bytes = 4; size_bytes <= sizeof newer; size_bytes++) {
@@ -354,9 +337,8 @@ static void other_versions_are_readable(void **state)
     assert_int_equal(message_decode_hello(newer, 3, &m), ERR_TRUNCATED);
 }
 
-static void names_and_numbers(void **state)
+TEST(names_and_numbers)
 {
-    (void)state;
     assert_null(message_name(0));
     assert_null(message_name(UINT16_MAX));
     for (size_t i = 0; i < MESSAGE_CASES; i++) {
@@ -389,9 +371,8 @@ static void write_golden(const char *path, const struct bytes_writer *w)
 /* A message's bytes never change: a change needs a new message, or a new PROTOCOL_VERSION. Then,
  * and for a message that was added, from the repository's root: SHEARWATER_WRITE_GOLDEN=1
  * build/tests/unit/proto/test_message and say in the commit why. */
-static void bytes_are_golden(void **state)
+TEST(bytes_are_golden)
 {
-    (void)state;
     for (const struct message_case *c = message_cases; c < message_cases + MESSAGE_CASES; c++) {
         struct bytes_writer w;
         char path[256];
@@ -405,18 +386,4 @@ static void bytes_are_golden(void **state)
                      c->name, path);
         bytes_writer_fini(&w);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(round_trips),         cmocka_unit_test(truncations_fail),
-        cmocka_unit_test(trailing_bytes_fail), cmocka_unit_test(damage_is_refused_or_means_itself),
-        cmocka_unit_test(session_values),      cmocka_unit_test(tile_values),
-        cmocka_unit_test(blob_values),         cmocka_unit_test(counter_values),
-        cmocka_unit_test(counters_saturate),   cmocka_unit_test(texts_are_printable_utf8),
-        cmocka_unit_test(texts_are_cleaned),   cmocka_unit_test(other_versions_are_readable),
-        cmocka_unit_test(names_and_numbers),   cmocka_unit_test(bytes_are_golden),
-    };
-    return cmocka_run_group_tests_name("message", tests, NULL, NULL);
 }

@@ -1,21 +1,15 @@
 /* Lines of the log: one line each, whatever the bytes; valid JSON at any length; never a wait. */
 #include <fcntl.h>
+#include <jansson.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-#include <jansson.h>
-
 #include "proto/log/log.h"
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 
 static size_t one_field(enum log_format format, const char *key, const char *text,
                         char out[LOG_LINE_BYTES])
@@ -24,9 +18,10 @@ static size_t one_field(enum log_format format, const char *key, const char *tex
     return log_line(format, 1700000000042, LOG_WARNING, "what", NULL, &field, 1, out);
 }
 
-static void reads_in_text(void **state)
+ALL_TESTS(ignore_broken_pipes, NULL);
+
+TEST(reads_in_text)
 {
-    (void)state;
     char line[LOG_LINE_BYTES + 1];
     const struct log_field fields[] = {{"job", "abc", 0},     {"none", "", 0},
                                        {"n", NULL, 3},        {"seconds", NULL, 0.25},
@@ -36,9 +31,8 @@ static void reads_in_text(void **state)
                               "path=\"a b\\\"c\" as it \\u001b[31m is\\u000a\n");
 }
 
-static void reads_in_json(void **state)
+TEST(reads_in_json)
 {
-    (void)state;
     char line[LOG_LINE_BYTES];
     struct trace_source source = {5};
     struct trace trace;
@@ -60,9 +54,8 @@ static void reads_in_json(void **state)
 }
 
 /* Any bytes at all lengths around what fits. */
-static void any_bytes(void **state)
+TEST(any_bytes)
 {
-    (void)state;
     static char text[2 * LOG_LINE_BYTES];
     char line[LOG_LINE_BYTES];
     struct random random = {11};
@@ -83,9 +76,8 @@ static void any_bytes(void **state)
     }
 }
 
-static void many_fields(void **state)
+TEST(many_fields)
 {
-    (void)state;
     char line[LOG_LINE_BYTES];
     struct log_field fields[512];
     for (size_t i = 0; i < 512; i++)
@@ -99,9 +91,8 @@ static void many_fields(void **state)
 }
 
 /* Nobody reads the pipe: lines are dropped, and the writer goes on. */
-static void full_pipe(void **state)
+TEST(full_pipe)
 {
-    (void)state;
     int ends[2];
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
     struct log log = {.fd = ends[1], .least = LOG_WARNING};
@@ -162,9 +153,8 @@ static void *read_on(void *ctx)
 }
 
 /* Somebody reads, and there is time: all lines are there, in order. */
-static void all_lines(void **state)
+TEST(all_lines)
 {
-    (void)state;
     int ends[2];
     pthread_t reader;
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
@@ -192,9 +182,8 @@ static double seconds(void)
 }
 
 /* Nobody reads for a while: who tells goes on, and what is missing is told where it is missing. */
-static void lost_lines(void **state)
+TEST(lost_lines)
 {
-    (void)state;
     int ends[2];
     pthread_t reader;
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
@@ -217,9 +206,8 @@ static void lost_lines(void **state)
 }
 
 /* Nobody ever reads: the end comes all the same, and nothing is written behind it. */
-static void unread_at_the_end(void **state)
+TEST(unread_at_the_end)
 {
-    (void)state;
     int ends[2];
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
     struct log log = {.fd = ends[1], .format = LOG_JSON};
@@ -237,9 +225,8 @@ static void unread_at_the_end(void **state)
 }
 
 /* A full disk: what there is room for waits until somebody has made some. */
-static void full_disk(void **state)
+TEST(full_disk)
 {
-    (void)state;
     int ends[2];
     const int fd = open("/dev/full", O_WRONLY | O_CLOEXEC);
     struct reading r = {0};
@@ -263,9 +250,8 @@ static void full_disk(void **state)
 }
 
 /* Who read has gone: lines are counted, and nothing waits. */
-static void gone_reader(void **state)
+TEST(gone_reader)
 {
-    (void)state;
     int ends[2];
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
     struct log log = {.fd = ends[1], .format = LOG_JSON};
@@ -276,17 +262,4 @@ static void gone_reader(void **state)
     assert_true(log_lost(&log) >= 100);
     log_end(&log);
     close(ends[1]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reads_in_text), cmocka_unit_test(reads_in_json),
-        cmocka_unit_test(any_bytes),     cmocka_unit_test(many_fields),
-        cmocka_unit_test(full_pipe),     cmocka_unit_test(all_lines),
-        cmocka_unit_test(lost_lines),    cmocka_unit_test(unread_at_the_end),
-        cmocka_unit_test(full_disk),     cmocka_unit_test(gone_reader),
-    };
-    signal(SIGPIPE, SIG_IGN);
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,20 +1,14 @@
 /* traceparent as it comes from outside (W3C Trace Context, section 3.2). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "proto/log/trace.h"
+#include "tests/unit/unit.h"
 
 #define ID   "4bf92f3577b34da6a3ce929d0e0e4736"
 #define SPAN "00f067aa0ba902b7"
 
-static void valid(void **state)
+TEST(valid)
 {
-    (void)state;
     static const struct {
         const char *header;
         bool sampled;
@@ -35,9 +29,8 @@ static void valid(void **state)
     }
 }
 
-static void invalid(void **state)
+TEST(invalid)
 {
-    (void)state;
     static const char *const cases[] = {
         NULL,
         "",
@@ -71,9 +64,8 @@ static void invalid(void **state)
     }
 }
 
-static void goes_on(void **state)
+TEST(goes_on)
 {
-    (void)state;
     struct trace_source source = {1};
     struct trace first, second;
     char header[TRACE_PARENT_BYTES];
@@ -87,9 +79,8 @@ static void goes_on(void **state)
     assert_string_not_equal(second.request, first.request);
 }
 
-static void is_kept(void **state)
+TEST(is_kept)
 {
-    (void)state;
     struct trace_source source = {3};
     struct trace begun, continued, none = {0}, back;
     char text[TRACE_TEXT_BYTES];
@@ -118,15 +109,4 @@ static void is_kept(void **state)
         assert_false(trace_kept(wrong[i], &back));
         assert_memory_equal(&back, &none, sizeof back);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(valid),
-        cmocka_unit_test(invalid),
-        cmocka_unit_test(goes_on),
-        cmocka_unit_test(is_kept),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

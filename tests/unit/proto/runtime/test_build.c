@@ -1,15 +1,10 @@
 /* The build's name, and the instruction set that may only be asked to be smaller. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/limits.h"
 #include "proto/runtime/build.h"
+#include "tests/unit/unit.h"
 
 static const char *const sets[] = {"sse4.2", "avx2", "avx512"};
 
@@ -20,9 +15,8 @@ static int rank(const char *isa)
     return -1;
 }
 
-static void id_is_version_and_digest(void **state)
+TEST(id_is_version_and_digest)
 {
-    (void)state;
     const char *id = build_id();
     size_t version = strspn(id, "0123456789.");
     assert_true(version >= 5);
@@ -32,9 +26,8 @@ static void id_is_version_and_digest(void **state)
     assert_true(strlen(id) < LIMIT_NAME_BYTES);
 }
 
-static void isa_can_only_shrink(void **state)
+TEST(isa_can_only_shrink)
 {
-    (void)state;
     unsetenv("SHEARWATER_ISA");
     const char *best = build_isa();
     if (best == NULL) skip();
@@ -49,9 +42,8 @@ static void isa_can_only_shrink(void **state)
     unsetenv("SHEARWATER_ISA");
 }
 
-static void what_is_no_isa_is_refused(void **state)
+TEST(what_is_no_isa_is_refused)
 {
-    (void)state;
     struct fault fault = {0};
     for (int i = 0; i < 3; i++) {
         setenv("SHEARWATER_ISA", sets[i], 1);
@@ -64,14 +56,4 @@ static void what_is_no_isa_is_refused(void **state)
     assert_int_equal(build_isa_check(&fault), 0);
     unsetenv("SHEARWATER_ISA");
     assert_int_equal(build_isa_check(&fault), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(id_is_version_and_digest),
-        cmocka_unit_test(isa_can_only_shrink),
-        cmocka_unit_test(what_is_no_isa_is_refused),
-    };
-    return cmocka_run_group_tests_name("build", tests, NULL, NULL);
 }

@@ -1,11 +1,4 @@
 /* The thread pool: order, completion on the loop's thread, CPU time, tools, both ways to end. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
@@ -15,6 +8,7 @@
 #include "proto/error.h"
 #include "proto/limits.h"
 #include "proto/runtime/thread_pool.h"
+#include "tests/unit/unit.h"
 
 #define TASKS 500
 
@@ -64,9 +58,8 @@ static void stop(uv_loop_t *loop, struct thread_pool **pool)
     assert_int_equal(uv_loop_close(loop), 0);
 }
 
-static void every_task_runs_once_and_is_done_on_the_loop(void **state)
+TEST(every_task_runs_once_and_is_done_on_the_loop)
 {
-    (void)state;
     static struct probe probes[TASKS];
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -83,9 +76,8 @@ static void every_task_runs_once_and_is_done_on_the_loop(void **state)
     stop(&loop, &pool);
 }
 
-static void a_pool_of_one_keeps_the_order(void **state)
+TEST(a_pool_of_one_keeps_the_order)
 {
-    (void)state;
     static struct probe probes[TASKS];
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -114,9 +106,8 @@ static void sleep_a_little(struct pool_task *task)
     nanosleep(&t, NULL);
 }
 
-static void cpu_time_counts_work_and_not_waiting(void **state)
+TEST(cpu_time_counts_work_and_not_waiting)
 {
-    (void)state;
     uv_loop_t loop;
     struct thread_pool *pool;
     struct pool_task busy = {.run = burn}, idle = {.run = sleep_a_little};
@@ -138,9 +129,8 @@ static void chain_done(struct pool_task *task)
     if (++p->number < 5) thread_pool_submit(p->pool, &p->task);
 }
 
-static void destroy_finishes_what_is_queued(void **state)
+TEST(destroy_finishes_what_is_queued)
 {
-    (void)state;
     uv_loop_t loop;
     struct thread_pool *pool;
     start(&loop, 2, &pool);
@@ -151,9 +141,8 @@ static void destroy_finishes_what_is_queued(void **state)
     assert_int_equal(atomic_load(&runs), 5);
 }
 
-static void a_pool_without_work_lets_the_loop_end(void **state)
+TEST(a_pool_without_work_lets_the_loop_end)
 {
-    (void)state;
     uv_loop_t loop;
     struct thread_pool *pool;
     start(&loop, 2, &pool);
@@ -208,9 +197,8 @@ static void submit_probes(struct thread_pool *pool, struct probe *probes, int co
     }
 }
 
-static void what_is_submitted_first_runs_next(void **state)
+TEST(what_is_submitted_first_runs_next)
 {
-    (void)state;
     struct probe probes[3], urgent = {.task = {.run = run_probe, .done = probe_done}, .number = 9};
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -228,9 +216,8 @@ static void what_is_submitted_first_runs_next(void **state)
 
 /* From the front, the middle and the end of the queue; what is left still runs, and what comes
  * after. */
-static void a_task_that_has_not_begun_is_taken_back(void **state)
+TEST(a_task_that_has_not_begun_is_taken_back)
 {
-    (void)state;
     struct probe probes[5], later = {.task = {.run = run_probe, .done = probe_done}, .number = 5};
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -254,9 +241,8 @@ static void a_task_that_has_not_begun_is_taken_back(void **state)
     stop(&loop, &pool);
 }
 
-static void the_last_task_taken_back_lets_the_loop_end(void **state)
+TEST(the_last_task_taken_back_lets_the_loop_end)
 {
-    (void)state;
     struct probe probe;
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -301,9 +287,8 @@ static void use_tool(struct pool_task *task)
     ++*(int *)task->tool;
 }
 
-static void each_thread_has_a_tool_of_its_own(void **state)
+TEST(each_thread_has_a_tool_of_its_own)
 {
-    (void)state;
     static struct pool_task tasks[TASKS];
     struct bench b = {.most = 4};
     uv_loop_t loop;
@@ -322,9 +307,8 @@ static void each_thread_has_a_tool_of_its_own(void **state)
     assert_int_equal(b.tools[0] + b.tools[1] + b.tools[2] + b.tools[3], TASKS);
 }
 
-static void a_pool_without_all_its_tools_is_none(void **state)
+TEST(a_pool_without_all_its_tools_is_none)
 {
-    (void)state;
     struct bench b = {.most = 2};
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -339,9 +323,8 @@ static void a_pool_without_all_its_tools_is_none(void **state)
     assert_int_equal(uv_loop_close(&loop), 0);
 }
 
-static void too_many_threads_are_refused(void **state)
+TEST(too_many_threads_are_refused)
 {
-    (void)state;
     uv_loop_t loop;
     struct thread_pool *pool;
     assert_int_equal(uv_loop_init(&loop), 0);
@@ -362,9 +345,8 @@ static void look_at_mask(struct pool_task *task)
     atomic_store(&blocked, sigismember(&mask, SIGTERM) + 2 * sigismember(&mask, SIGCHLD));
 }
 
-static void signals_are_the_loops(void **state)
+TEST(signals_are_the_loops)
 {
-    (void)state;
     sigset_t mask;
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -390,9 +372,8 @@ static void run_slowly(struct pool_task *task)
 }
 
 /* All of the queue would take a second: closing waits for the task that runs and no other. */
-static void close_drops_what_is_queued(void **state)
+TEST(close_drops_what_is_queued)
 {
-    (void)state;
     static struct probe probes[TASKS];
     uv_loop_t loop;
     struct thread_pool *pool;
@@ -415,24 +396,4 @@ static void close_drops_what_is_queued(void **state)
     assert_int_equal(completions, 0);
     assert_int_equal(atomic_load(&runs), ran);
     assert_int_equal(uv_loop_close(&loop), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_task_runs_once_and_is_done_on_the_loop),
-        cmocka_unit_test(a_pool_of_one_keeps_the_order),
-        cmocka_unit_test(cpu_time_counts_work_and_not_waiting),
-        cmocka_unit_test(destroy_finishes_what_is_queued),
-        cmocka_unit_test(a_pool_without_work_lets_the_loop_end),
-        cmocka_unit_test(what_is_submitted_first_runs_next),
-        cmocka_unit_test(a_task_that_has_not_begun_is_taken_back),
-        cmocka_unit_test(the_last_task_taken_back_lets_the_loop_end),
-        cmocka_unit_test(each_thread_has_a_tool_of_its_own),
-        cmocka_unit_test(a_pool_without_all_its_tools_is_none),
-        cmocka_unit_test(too_many_threads_are_refused),
-        cmocka_unit_test(signals_are_the_loops),
-        cmocka_unit_test(close_drops_what_is_queued),
-    };
-    return cmocka_run_group_tests_name("thread_pool", tests, NULL, NULL);
 }

@@ -1,18 +1,13 @@
 /* Environment blobs: a good one opens, and each field and texel is broken once. */
-#include <setjmp.h>
-#include <stdalign.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
+#include <stdalign.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "proto/scene/environment.h"
 #include "proto/scene/scene.h"
+#include "tests/unit/unit.h"
 
 #define WIDTH  4u
 #define HEIGHT 3u
@@ -56,12 +51,11 @@ static void refuses(int code, const char *pointer)
     make();
 }
 
-static void good_blobs_open(void **state)
+TEST(good_blobs_open)
 {
     struct fault fault = {0};
     struct environment_blob e;
     alignas(64) uint8_t blob[sizeof made];
-    (void)state;
     make();
     memcpy(blob, &made, sizeof made);
     assert_int_equal(environment_open(blob, sizeof made, &e, &fault), 0);
@@ -75,11 +69,10 @@ static void good_blobs_open(void **state)
     assert_int_equal(environment_open(blob + 1, sizeof made - 1, &e, &fault), ERR_RANGE);
 }
 
-static void the_mean_weighs_by_solid_angle(void **state)
+TEST(the_mean_weighs_by_solid_angle)
 {
     static float texels[3 * 2 * 64];
     struct environment_header h;
-    (void)state;
     /* cos^2 of the angle from +y: 1/3 over the sphere */
     for (uint32_t y = 0; y < 64; y++)
         for (uint32_t i = 0; i < 6; i++) {
@@ -98,9 +91,8 @@ static void the_mean_weighs_by_solid_angle(void **state)
     }
 }
 
-static void edges_are_those_of_the_cosine(void **state)
+TEST(edges_are_those_of_the_cosine)
 {
-    (void)state;
     for (uint32_t height = 1; height < 400; height += 7)
         for (uint32_t y = 0; y <= height; y++) {
             const double half = sin(M_PI * y / (2.0 * height)), exact = 2.0 * half * half;
@@ -109,12 +101,11 @@ static void edges_are_those_of_the_cosine(void **state)
     assert_true(environment_edge(0, 5) == 0.0 && environment_edge(5, 5) == 2.0);
 }
 
-static void files_are_mapped(void **state)
+TEST(files_are_mapped)
 {
     char path[] = "/tmp/shearwater-test-environment-XXXXXX";
     struct fault fault = {0};
     struct environment_blob e;
-    (void)state;
     make();
     const int fd = mkstemp(path);
     assert_true(fd >= 0);
@@ -134,10 +125,9 @@ static void files_are_mapped(void **state)
     assert_int_equal(environment_map("/tmp", &e, &fault), ERR_IO);
 }
 
-static void cut_and_long_blobs_fail(void **state)
+TEST(cut_and_long_blobs_fail)
 {
     struct fault fault;
-    (void)state;
     make();
     for (size_t cut = 0; cut < sizeof made; cut++)
         assert_int_equal(open_exact(cut, &fault), ERR_TRUNCATED);
@@ -145,9 +135,8 @@ static void cut_and_long_blobs_fail(void **state)
     assert_int_equal(open_exact(sizeof made + 4, &fault), ERR_TRAILING);
 }
 
-static void each_field_is_checked(void **state)
+TEST(each_field_is_checked)
 {
-    (void)state;
     make();
     made.header.magic[3] = 'X';
     refuses(ERR_MAGIC, "header.magic");
@@ -179,9 +168,8 @@ static void each_field_is_checked(void **state)
     refuses(ERR_RANGE, "header.maximum[2]");
 }
 
-static void each_texel_is_checked(void **state)
+TEST(each_texel_is_checked)
 {
-    (void)state;
     static const char *const places[] = {"texels[0][0].R", "texels[1][3].B", "texels[2][3].B"};
     static const uint32_t indexes[] = {0, 23, 35};
     make();
@@ -205,12 +193,11 @@ static void each_texel_is_checked(void **state)
     assert_string_equal(fault.pointer, "texels[0][1].B");
 }
 
-static void scenes_and_maps_are_told_apart(void **state)
+TEST(scenes_and_maps_are_told_apart)
 {
     struct fault fault = {0};
     struct scene scene;
     alignas(64) uint8_t blob[sizeof made];
-    (void)state;
     make();
     memcpy(blob, &made, sizeof made);
     assert_int_equal(scene_open(blob, sizeof made, &scene, &fault), ERR_MAGIC);
@@ -218,19 +205,4 @@ static void scenes_and_maps_are_told_apart(void **state)
     memcpy(made.header.magic, SCENE_MAGIC, sizeof SCENE_MAGIC);
     assert_int_equal(open_exact(sizeof made, &fault), ERR_MAGIC);
     assert_string_equal(fault.detail, "this is a scene, not an environment map");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(good_blobs_open),
-        cmocka_unit_test(the_mean_weighs_by_solid_angle),
-        cmocka_unit_test(edges_are_those_of_the_cosine),
-        cmocka_unit_test(files_are_mapped),
-        cmocka_unit_test(cut_and_long_blobs_fail),
-        cmocka_unit_test(each_field_is_checked),
-        cmocka_unit_test(each_texel_is_checked),
-        cmocka_unit_test(scenes_and_maps_are_told_apart),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,11 @@
 /* Scene blobs: a good one opens, and each field, index and number is broken once. */
-#include <setjmp.h>
-#include <stdalign.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
+#include <stdalign.h>
 #include <unistd.h>
 
 #include "tests/unit/proto/golden.h"
 #include "tests/unit/proto/scene/scene_case.h"
+#include "tests/unit/unit.h"
 
 static alignas(64) uint8_t blob[SCENE_CASE_BYTES];
 static struct scene_case c;
@@ -27,10 +22,9 @@ static int open_exact(size_t size_bytes, struct fault *fault)
     return error;
 }
 
-static void good_blobs_open(void **state)
+TEST(good_blobs_open)
 {
     struct fault fault = {0};
-    (void)state;
     scene_case_init(&c);
     const size_t size_bytes = scene_case_lay_out(&c, blob);
     if (scene_open(blob, size_bytes, &scene, &fault))
@@ -48,11 +42,10 @@ static void good_blobs_open(void **state)
     golden_check("tests/golden/wire/scene.bin", blob, size_bytes);
 }
 
-static void files_are_mapped(void **state)
+TEST(files_are_mapped)
 {
     char path[] = "/tmp/shearwater-test-scene-XXXXXX";
     struct fault fault = {0};
-    (void)state;
     const int fd = mkstemp(path);
     assert_true(fd >= 0);
     assert_int_equal(scene_map(path, &scene, &fault), ERR_TRUNCATED);
@@ -73,10 +66,9 @@ static void files_are_mapped(void **state)
     assert_int_equal(scene_map("/tmp", &scene, &fault), ERR_IO);
 }
 
-static void cut_blobs_fail(void **state)
+TEST(cut_blobs_fail)
 {
     struct fault fault;
-    (void)state;
     scene_case_init(&c);
     const size_t size_bytes = scene_case_lay_out(&c, blob);
     for (size_t cut = 0; cut < size_bytes; cut++) {
@@ -119,9 +111,8 @@ static void expect(size_t size_bytes, int expected, const char *place, const cha
         expect(size_bytes, expected, place, #change);                                              \
     } while (0)
 
-static void headers_are_checked(void **state)
+TEST(headers_are_checked)
 {
-    (void)state;
     EXPECT_HEAD(header->magic[0] = 'X', ERR_MAGIC, "header.magic");
     EXPECT_HEAD(header->magic[7] = 'X', ERR_MAGIC, "header.magic");
     EXPECT_HEAD(header->version = 1, ERR_VERSION, "header.version");
@@ -131,9 +122,8 @@ static void headers_are_checked(void **state)
     EXPECT_HEAD(header->reserved = 1, ERR_RANGE, "header.reserved");
 }
 
-static void tables_are_checked(void **state)
+TEST(tables_are_checked)
 {
-    (void)state;
     EXPECT_HEAD(table[1].record_bytes = 16, ERR_MISMATCH, "sections[positions].record_bytes");
     EXPECT_HEAD(table[1].record_bytes = 0, ERR_MISMATCH, "sections[positions].record_bytes");
     EXPECT_HEAD(table[2].reserved = 1, ERR_RANGE, "sections[normals].reserved");
@@ -159,9 +149,8 @@ static void tables_are_checked(void **state)
     EXPECT_HEAD(table[4].count = 3, ERR_RANGE, "meshes[0].first_uv");
 }
 
-static void info_and_strings_are_checked(void **state)
+TEST(info_and_strings_are_checked)
 {
-    (void)state;
     EXPECT(c.info.bounds_min[1] = NAN, ERR_NOT_FINITE, "info[0].bounds_min");
     EXPECT(c.info.bounds_max[0] = INFINITY, ERR_NOT_FINITE, "info[0].bounds_max");
     EXPECT(c.info.bounds_max[2] = -2, ERR_RANGE, "info[0].bounds_max");
@@ -174,9 +163,8 @@ static void info_and_strings_are_checked(void **state)
     EXPECT(c.warnings[23] = 'x', ERR_CORRUPT, "warnings");
 }
 
-static void vertices_are_checked(void **state)
+TEST(vertices_are_checked)
 {
-    (void)state;
     EXPECT(c.positions[6][2] = NAN, ERR_NOT_FINITE, "positions[6]");
     EXPECT(c.positions[0][0] = -INFINITY, ERR_NOT_FINITE, "positions[0]");
     EXPECT(c.positions[3][1] = 2e15f, ERR_RANGE, "positions[3]");
@@ -192,9 +180,8 @@ static void vertices_are_checked(void **state)
     EXPECT(c.triangles[0][0] = UINT32_MAX, ERR_RANGE, "triangles[0]");
 }
 
-static void meshes_are_checked(void **state)
+TEST(meshes_are_checked)
 {
-    (void)state;
     EXPECT(c.meshes[0].first_vertex = 4, ERR_RANGE, "meshes[0].first_vertex");
     EXPECT(c.meshes[0].first_vertex = UINT32_MAX, ERR_RANGE, "meshes[0].first_vertex");
     EXPECT(c.meshes[0].vertex_count = UINT32_MAX, ERR_RANGE, "meshes[0].first_vertex");
@@ -214,9 +201,8 @@ static void meshes_are_checked(void **state)
     EXPECT(c.meshes[1].reserved = 1, ERR_RANGE, "meshes[1].reserved");
 }
 
-static void instances_are_checked(void **state)
+TEST(instances_are_checked)
 {
-    (void)state;
     EXPECT(c.instances[2].mesh = 2, ERR_RANGE, "instances[2].mesh");
     EXPECT(c.instances[2].flags = 2, ERR_RANGE, "instances[2].flags");
     EXPECT(c.instances[2].flags = 1, ERR_MISMATCH, "instances[2].to_world");
@@ -231,9 +217,8 @@ static void instances_are_checked(void **state)
     EXPECT(c.instances[2].to_world[0] = 1e-6f, ERR_OK, "");
 }
 
-static void materials_are_checked(void **state)
+TEST(materials_are_checked)
 {
-    (void)state;
     EXPECT(c.materials[1].base_color[3] = 1.5f, ERR_RANGE, "materials[1].base_color");
     EXPECT(c.materials[1].base_color[0] = NAN, ERR_NOT_FINITE, "materials[1].base_color");
     EXPECT(c.materials[1].emission[0] = -1, ERR_RANGE, "materials[1].emission");
@@ -259,9 +244,8 @@ static void materials_are_checked(void **state)
            "materials[1].emission_texture");
 }
 
-static void scattering_is_checked(void **state)
+TEST(scattering_is_checked)
 {
-    (void)state;
     EXPECT(c.materials[0].ior = 0, ERR_OK, "");
     EXPECT(c.materials[0].ior = 0.9f, ERR_RANGE, "materials[0].ior");
     EXPECT(c.materials[0].ior = 2000, ERR_RANGE, "materials[0].ior");
@@ -292,9 +276,8 @@ static void scattering_is_checked(void **state)
            "materials[0].anisotropy_texture");
 }
 
-static void images_are_checked(void **state)
+TEST(images_are_checked)
 {
-    (void)state;
     EXPECT(c.textures[0].image = 1, ERR_RANGE, "textures[0].image");
     EXPECT(c.textures[0].wrap_u = 3, ERR_RANGE, "textures[0].wrap_u");
     EXPECT(c.textures[0].wrap_v = 3, ERR_RANGE, "textures[0].wrap_v");
@@ -311,9 +294,8 @@ static void images_are_checked(void **state)
     EXPECT(c.images[0].reserved = 1, ERR_RANGE, "images[0].reserved");
 }
 
-static void lights_are_checked(void **state)
+TEST(lights_are_checked)
 {
-    (void)state;
     EXPECT(c.lights[0].type = 4, ERR_RANGE, "lights[0].type");
     EXPECT(c.lights[0].profile = 2, ERR_RANGE, "lights[0].profile");
     EXPECT(c.lights[0].position[0] = NAN, ERR_NOT_FINITE, "lights[0].position");
@@ -326,9 +308,8 @@ static void lights_are_checked(void **state)
     EXPECT(c.lights[1].name = 16, ERR_RANGE, "lights[1].name");
 }
 
-static void cameras_are_checked(void **state)
+TEST(cameras_are_checked)
 {
-    (void)state;
     EXPECT(c.cameras[0].type = 2, ERR_RANGE, "cameras[0].type");
     EXPECT(c.cameras[0].name = 16, ERR_RANGE, "cameras[0].name");
     EXPECT(c.cameras[0].eye[0] = NAN, ERR_NOT_FINITE, "cameras[0].eye");
@@ -343,26 +324,10 @@ static void cameras_are_checked(void **state)
     EXPECT(c.cameras[1].reserved = 1, ERR_RANGE, "cameras[1].reserved");
 }
 
-static void record_sizes_are_known(void **state)
+TEST(record_sizes_are_known)
 {
-    (void)state;
     assert_int_equal(scene_record_bytes(SCENE_POSITIONS), 12);
     assert_int_equal(scene_record_bytes(SCENE_MATERIALS), sizeof(struct scene_material));
     assert_int_equal(scene_record_bytes(SCENE_SECTION_COUNT), 0);
     for (uint32_t s = 0; s < SCENE_SECTION_COUNT; s++) assert_true(scene_record_bytes(s) > 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(good_blobs_open),        cmocka_unit_test(files_are_mapped),
-        cmocka_unit_test(cut_blobs_fail),         cmocka_unit_test(headers_are_checked),
-        cmocka_unit_test(tables_are_checked),     cmocka_unit_test(info_and_strings_are_checked),
-        cmocka_unit_test(vertices_are_checked),   cmocka_unit_test(meshes_are_checked),
-        cmocka_unit_test(instances_are_checked),  cmocka_unit_test(materials_are_checked),
-        cmocka_unit_test(scattering_is_checked),  cmocka_unit_test(images_are_checked),
-        cmocka_unit_test(lights_are_checked),     cmocka_unit_test(cameras_are_checked),
-        cmocka_unit_test(record_sizes_are_known),
-    };
-    return cmocka_run_group_tests_name("scene", tests, NULL, NULL);
 }

@@ -1,17 +1,11 @@
 /* Cookies of browsers: what stands for which token, and for how long; and which texts are tokens.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/access/sign_ins.h"
 #include "server/access/tokens.h"
+#include "tests/unit/unit.h"
 
 static const struct digest first = {{1}}, second = {{2}};
 static struct sign_ins all;
@@ -23,16 +17,17 @@ static int clear(void **state)
     return 0;
 }
 
+EACH_TEST(clear, NULL);
+
 static const struct digest *find(const char *cookie, uint64_t now_s)
 {
     struct sign_in_ref ref;
     return sign_ins_find(&all, cookie, now_s, &ref);
 }
 
-static void a_cookie_stands_for_its_token(void **state)
+TEST(a_cookie_stands_for_its_token)
 {
     char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
-    (void)state;
     assert_int_equal(sign_ins_add(&all, &first, 100, a), 0);
     assert_int_equal(sign_ins_add(&all, &second, 100, b), 0);
     assert_string_not_equal(a, b);
@@ -42,10 +37,9 @@ static void a_cookie_stands_for_its_token(void **state)
     assert_non_null(find(b, 100));
 }
 
-static void it_ends(void **state)
+TEST(it_ends)
 {
     char a[SIGN_IN_TEXT_BYTES];
-    (void)state;
     assert_int_equal(sign_ins_add(&all, &first, 100, a), 0);
     assert_non_null(find(a, 99 + SIGN_IN_S));
     assert_null(find(a, 100 + SIGN_IN_S));
@@ -62,10 +56,9 @@ static void add(unsigned token, char cookie[SIGN_IN_TEXT_BYTES])
     assert_int_equal(sign_ins_add(&all, &hash, 1, cookie), 0);
 }
 
-static void a_token_pushes_out_its_own_oldest(void **state)
+TEST(a_token_pushes_out_its_own_oldest)
 {
     char other[SIGN_IN_TEXT_BYTES], own[SIGN_INS_OF_TOKEN + 1][SIGN_IN_TEXT_BYTES];
-    (void)state;
     add(1, other);
     for (int i = 0; i <= SIGN_INS_OF_TOKEN; i++) add(2, own[i]);
     assert_null(find(own[0], 2));
@@ -76,10 +69,9 @@ static void a_token_pushes_out_its_own_oldest(void **state)
 }
 
 /* All places but the last are taken, by tokens of one sign-in and of three. */
-static void whoever_has_most_makes_room(void **state)
+TEST(whoever_has_most_makes_room)
 {
     char lone[SIGN_IN_TEXT_BYTES], many[2][3][SIGN_IN_TEXT_BYTES], last[SIGN_IN_TEXT_BYTES];
-    (void)state;
     add(1, lone);
     for (unsigned i = 0; i < 6; i++) add(2 + i % 2, many[i % 2][i / 2]);
     for (unsigned i = 8; i <= SIGN_INS_MOST; i++) add(1000 + i, last);
@@ -96,11 +88,10 @@ static void whoever_has_most_makes_room(void **state)
     assert_non_null(find(last, 2));
 }
 
-static void places_of_the_past_are_free(void **state)
+TEST(places_of_the_past_are_free)
 {
     char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
     const struct digest late = token_of(1);
-    (void)state;
     for (unsigned i = 0; i < SIGN_INS_MOST; i++) add(10 + i, a);
     assert_int_equal(sign_ins_add(&all, &late, 1 + SIGN_IN_S, b), 0);
     assert_int_equal(sign_ins_add(&all, &late, 1 + SIGN_IN_S, a), 0);
@@ -111,11 +102,10 @@ static void places_of_the_past_are_free(void **state)
 }
 
 /* What was let in by a sign-in asks whether it holds: a place that is another's is not it. */
-static void a_reference_ends_with_its_sign_in(void **state)
+TEST(a_reference_ends_with_its_sign_in)
 {
     char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
     struct sign_in_ref ref, none = {0};
-    (void)state;
     add(1, a);
     assert_non_null(sign_ins_find(&all, a, 1, &ref));
     assert_true(sign_ins_holds(&all, &ref, SIGN_IN_S));
@@ -135,10 +125,9 @@ static bool is_second(void *ctx, const struct digest *token)
     return digest_equal(token, &second);
 }
 
-static void those_of_tokens_that_are_gone_go(void **state)
+TEST(those_of_tokens_that_are_gone_go)
 {
     char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
-    (void)state;
     assert_int_equal(sign_ins_add(&all, &first, 1, a), 0);
     assert_int_equal(sign_ins_add(&all, &second, 1, b), 0);
     sign_ins_sweep(&all, is_second, NULL);
@@ -146,10 +135,9 @@ static void those_of_tokens_that_are_gone_go(void **state)
     assert_non_null(find(b, 2));
 }
 
-static void other_texts_stand_for_nothing(void **state)
+TEST(other_texts_stand_for_nothing)
 {
     char a[SIGN_IN_TEXT_BYTES], longer[SIGN_IN_TEXT_BYTES + 1] = "";
-    (void)state;
     assert_null(find("", 1));
     assert_int_equal(sign_ins_add(&all, &first, 1, a), 0);
     memcpy(longer, a, sizeof a);
@@ -161,11 +149,10 @@ static void other_texts_stand_for_nothing(void **state)
     assert_null(find(a, 1));
 }
 
-static void tokens_are_found_whole(void **state)
+TEST(tokens_are_found_whole)
 {
     char text[TOKEN_TEXT_BYTES];
     struct tokens *tokens = calloc(1, sizeof *tokens + 2 * sizeof(struct token));
-    (void)state;
     assert_non_null(tokens);
     assert_int_equal(tokens_make(text), 0);
     assert_int_equal(strlen(text), TOKEN_TEXT_BYTES - 1);
@@ -179,32 +166,13 @@ static void tokens_are_found_whole(void **state)
     free(tokens);
 }
 
-static void texts_that_may_be_tokens(void **state)
+TEST(texts_that_may_be_tokens)
 {
     char most[257]; /* without an end: a sanitizer sees a read beyond */
-    (void)state;
     memset(most, 'a', sizeof most);
     assert_true(tokens_is_text(most, 256) && tokens_is_text(most, 20));
     assert_false(tokens_is_text(most, 257) || tokens_is_text(most, 19));
     assert_true(tokens_is_text("abcdefghij-._~+/0189==", 22));
     assert_false(tokens_is_text("abcdefghij klmnopqrstuv", 23));
     assert_false(tokens_is_text("abcdefghij\"klmnopqrstuv", 23));
-}
-
-int main(void)
-{
-#define TEST(name) cmocka_unit_test_setup(name, clear)
-    const struct CMUnitTest tests[] = {
-        TEST(a_cookie_stands_for_its_token),
-        TEST(it_ends),
-        TEST(a_token_pushes_out_its_own_oldest),
-        TEST(whoever_has_most_makes_room),
-        TEST(places_of_the_past_are_free),
-        TEST(a_reference_ends_with_its_sign_in),
-        TEST(those_of_tokens_that_are_gone_go),
-        TEST(other_texts_stand_for_nothing),
-        TEST(tokens_are_found_whole),
-        TEST(texts_that_may_be_tokens),
-    };
-    return cmocka_run_group_tests_name("sign_ins", tests, NULL, NULL);
 }

@@ -1,10 +1,4 @@
 /* Server-Sent Events: the same events whatever the pieces that the bytes come in. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +6,7 @@
 #include "proto/error.h"
 #include "server/cli/client/event_parser.h"
 #include "tests/unit/proto/json_memory.h"
+#include "tests/unit/unit.h"
 
 struct seen {
     char text[512];
@@ -37,9 +32,10 @@ static const char stream[] = ": hello\n\n"
 static const char expected[] =
     "state={\"state\":\"running\"};progress={\"fraction\":0.5};message=1;";
 
-static void test_any_pieces(void **state)
+ALL_TESTS(fail_when_told, fail_no_more);
+
+TEST(test_any_pieces)
 {
-    (void)state;
     for (size_t piece = 1; piece <= sizeof stream - 1; piece++) {
         struct seen seen = {0};
         struct event_parser parser;
@@ -55,9 +51,8 @@ static void test_any_pieces(void **state)
     }
 }
 
-static void test_stop(void **state)
+TEST(test_stop)
 {
-    (void)state;
     struct seen seen = {.stop_after = 1};
     struct event_parser parser;
     event_parser_init(&parser, note, &seen);
@@ -73,9 +68,8 @@ static bool feed(struct event_parser *parser, const char *text)
 }
 
 /* What has not been seen whole is asked for again. */
-static void test_restart_forgets_the_unfinished(void **state)
+TEST(test_restart_forgets_the_unfinished)
 {
-    (void)state;
     struct seen seen = {0};
     struct event_parser parser;
     event_parser_init(&parser, note, &seen);
@@ -91,9 +85,8 @@ static void test_restart_forgets_the_unfinished(void **state)
     event_parser_fini(&parser);
 }
 
-static void test_no_json_is_no_data(void **state)
+TEST(test_no_json_is_no_data)
 {
-    (void)state;
     struct seen seen = {0};
     struct event_parser parser;
     event_parser_init(&parser, note, &seen);
@@ -105,9 +98,8 @@ static void test_no_json_is_no_data(void **state)
 }
 
 /* 16 MiB in one event, of lines that are each within it. */
-static void test_an_event_is_not_endless(void **state)
+TEST(test_an_event_is_not_endless)
 {
-    (void)state;
     enum { LINE = 1 << 20 };
     int seen = 0;
     struct event_parser parser;
@@ -136,9 +128,8 @@ static bool count(void *ctx, const char *name, const json_t *data)
 }
 
 /* The server is asked for it again. */
-static void test_no_event_without_its_data(void **state)
+TEST(test_no_event_without_its_data)
 {
-    (void)state;
     static const char text[] =
         "id: 5\ndata: {\"state\":\"a string that is a long one, of more than thirty bytes\"}\n\n";
     unsigned k = 0;
@@ -158,17 +149,4 @@ static void test_no_event_without_its_data(void **state)
         event_parser_fini(&parser);
     } while (!fed);
     assert_true(k > 5);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_any_pieces),
-        cmocka_unit_test(test_stop),
-        cmocka_unit_test(test_restart_forgets_the_unfinished),
-        cmocka_unit_test(test_no_json_is_no_data),
-        cmocka_unit_test(test_an_event_is_not_endless),
-        cmocka_unit_test(test_no_event_without_its_data),
-    };
-    return cmocka_run_group_tests(tests, fail_when_told, fail_no_more);
 }

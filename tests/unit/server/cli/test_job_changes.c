@@ -1,15 +1,11 @@
 /* Options of render and submit in a job document: what is replaced, what stays. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/cli/job_changes.h"
+#include "tests/unit/unit.h"
 
 /* Applies the changes to a document and compares it with another. */
 static void check_change(const struct job_changes *changes, const char *before, const char *after)
@@ -27,16 +23,15 @@ static void check_change(const struct job_changes *changes, const char *before, 
     json_decref(expected);
 }
 
-static void nothing_changes_nothing(void **state)
+TEST(nothing_changes_nothing)
 {
     const struct job_changes none = JOB_CHANGES_NONE;
-    (void)state;
     check_change(&none, "{}", "{}");
     check_change(&none, "{\"sampling\": 3, \"environment\": null}",
                  "{\"sampling\": 3, \"environment\": null}");
 }
 
-static void numbers_and_words_replace(void **state)
+TEST(numbers_and_words_replace)
 {
     const struct job_changes all = {.method = "none",
                                     .indirect = "linear",
@@ -44,7 +39,6 @@ static void numbers_and_words_replace(void **state)
                                     .bounces = 0,
                                     .spp = 64,
                                     .tile_px = 32};
-    (void)state;
     check_change(&all, "{\"sampling\": {\"spp\": 9, \"seed\": 5}, \"filter\": {\"mu\": 2}}",
                  "{\"sampling\": {\"spp\": 64, \"seed\": 5, \"tile_px\": 32},"
                  " \"filter\": {\"mu\": 2, \"method\": \"none\", \"indirect\": \"linear\", "
@@ -55,11 +49,10 @@ static void numbers_and_words_replace(void **state)
                  "{\"sampling\": 3, \"filter\": [], \"effects\": null}");
 }
 
-static void environments_are_replaced(void **state)
+TEST(environments_are_replaced)
 {
     char path[] = "/tmp/job_changes_XXXXXX", file[64], after[256];
     struct job_changes changes = JOB_CHANGES_NONE;
-    (void)state;
     int fd = mkstemp(path);
     assert_true(fd >= 0);
     close(fd);
@@ -81,25 +74,13 @@ static void environments_are_replaced(void **state)
     unlink(path);
 }
 
-static void absent_maps_are_named(void **state)
+TEST(absent_maps_are_named)
 {
     struct job_changes changes = JOB_CHANGES_NONE;
     struct fault fault = {0};
-    (void)state;
     changes.environment = "/nowhere/sky.hdr";
     json_t *document = json_object();
     assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_NOT_FOUND);
     assert_non_null(strstr(fault.detail, "--environment: /nowhere/sky.hdr"));
     json_decref(document);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_changes_nothing),
-        cmocka_unit_test(numbers_and_words_replace),
-        cmocka_unit_test(environments_are_replaced),
-        cmocka_unit_test(absent_maps_are_named),
-    };
-    return cmocka_run_group_tests_name("job changes", tests, NULL, NULL);
 }

@@ -1,15 +1,11 @@
 /* The option parser: values, limits, help, wrong usage. */
 #include <fcntl.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/cli/option.h"
+#include "tests/unit/unit.h"
 
 static bool quiet;
 static const char *out;
@@ -44,11 +40,10 @@ static int parse(char **words, int *arguments)
 }
 #define PARSE(...) parse((char *[]){(char *)"test", __VA_ARGS__, NULL}, &arguments)
 
-static void takes_options_anywhere(void **state)
+TEST(takes_options_anywhere)
 {
     int arguments = 0;
     char *words[] = {"test", "a.json", "-o", "x.exr", "--count=7", "b.json", "-q", NULL};
-    (void)state;
     assert_int_equal(parse(words, &arguments), OPTION_GO_ON);
     assert_int_equal(arguments, 2);
     assert_string_equal(words[1], "a.json");
@@ -58,10 +53,9 @@ static void takes_options_anywhere(void **state)
     assert_int_equal(count, 7);
 }
 
-static void refuses_wrong_usage(void **state)
+TEST(refuses_wrong_usage)
 {
     int arguments = 0;
-    (void)state;
     assert_int_equal(PARSE("a", "--count", "65"), 2);
     assert_int_equal(PARSE("a", "--count", "0"), 2);
     assert_int_equal(PARSE("a", "--count", "7x"), 2);
@@ -75,21 +69,10 @@ static void refuses_wrong_usage(void **state)
     assert_int_equal(PARSE("a", "b", "c"), 2);
 }
 
-static void helps_and_ends_options(void **state)
+TEST(helps_and_ends_options)
 {
     int arguments = 0;
-    (void)state;
     assert_int_equal(PARSE("--help"), 0);
     assert_int_equal(PARSE("--", "--help"), OPTION_GO_ON);
     assert_int_equal(arguments, 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(takes_options_anywhere),
-        cmocka_unit_test(refuses_wrong_usage),
-        cmocka_unit_test(helps_and_ends_options),
-    };
-    return cmocka_run_group_tests_name("option", tests, NULL, NULL);
 }

@@ -1,13 +1,8 @@
 /* Which names a command may write its files under. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/cli/client/output_file.h"
+#include "tests/unit/unit.h"
 
 static int picture(const char *path, const char *ending)
 {
@@ -17,31 +12,20 @@ static int picture(const char *path, const char *ending)
     return error;
 }
 
-static void pictures_do_not_claim_another_format(void **state)
+TEST(pictures_do_not_claim_another_format)
 {
-    (void)state;
     assert_int_equal(picture("/tmp/a.png", "exr"), ERR_RANGE);
     assert_int_equal(picture("/tmp/a.JPG", "exr"), ERR_RANGE);
     assert_int_equal(picture("/tmp/a.exr", "png"), ERR_RANGE);
     assert_int_equal(picture("/tmp/a.hdr", "png"), ERR_RANGE);
 }
 
-static void other_names_are_free(void **state)
+TEST(other_names_are_free)
 {
-    (void)state;
     static const char *const names[] = {"/tmp/a.exr",    "/tmp/a.EXR",     "/tmp/a",
                                         "/tmp/a.result", "/tmp/a.png.exr", "/dev/null"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         assert_int_equal(picture(names[i], "exr"), 0);
     assert_int_equal(picture("/tmp/a.png", "png"), 0);
     assert_int_equal(picture("/nowhere/a.exr", "exr"), ERR_IO);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pictures_do_not_claim_another_format),
-        cmocka_unit_test(other_names_are_free),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

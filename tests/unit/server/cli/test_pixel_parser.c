@@ -1,16 +1,12 @@
 /* The command line's reader of pixel feeds: blocks from any cuts of the bytes; what is no feed is
  * refused before memory is taken for it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "proto/error.h"
 #include "proto/job/job.h"
 #include "server/cli/client/pixel_parser.h"
 #include "server/stream/pixels.h"
+#include "tests/unit/unit.h"
 
 static uint8_t bytes[2 * PIXELS_HEADER_BYTES + 2 * PIXELS_MESSAGE_BYTES];
 
@@ -58,11 +54,10 @@ static size_t write_feed(void)
     return n;
 }
 
-static void any_cut_gives_the_same_blocks(void **state)
+TEST(any_cut_gives_the_same_blocks)
 {
     static const size_t cuts[] = {1, 7, 32, 1000, 1 << 20};
     const size_t size = write_feed();
-    (void)state;
     for (size_t k = 0; k < sizeof cuts / sizeof *cuts; k++) {
         struct pixel_parser p = {.data = NULL};
         struct heard heard = {0};
@@ -82,11 +77,10 @@ static bool hear_view(void *ctx, const struct pixel_block *b)
     return true;
 }
 
-static void a_view_tells_its_full_size(void **state)
+TEST(a_view_tells_its_full_size)
 {
     struct pixel_parser p = {.data = NULL};
     struct pixel_block heard = {.view = 1};
-    (void)state;
     pixels_write_view(bytes, 9, 640, 360, 3);
     assert_true(pixel_parser_feed(&p, bytes, PIXELS_HEADER_BYTES, hear_view, &heard));
     assert_true(heard.view == 9 && rect_is_empty(heard.rect));
@@ -97,13 +91,12 @@ static void a_view_tells_its_full_size(void **state)
     pixel_parser_fini(&p);
 }
 
-static void what_is_no_feed_is_refused(void **state)
+TEST(what_is_no_feed_is_refused)
 {
     static const struct {
         size_t at;
         uint8_t value;
     } faults[] = {{0, 'X'}, {4, 2}, {6, 1}, {6, 9}, {11, 1}, {18, 1}, {23, 0x80}};
-    (void)state;
     for (size_t k = 0; k < sizeof faults / sizeof *faults; k++) {
         struct pixel_parser p = {.data = NULL};
         struct heard heard = {0};
@@ -116,12 +109,11 @@ static void what_is_no_feed_is_refused(void **state)
     }
 }
 
-static void a_reader_may_leave(void **state)
+TEST(a_reader_may_leave)
 {
     struct pixel_parser p = {.data = NULL};
     struct heard heard = {.leave = true};
     const size_t size = write_feed();
-    (void)state;
     assert_false(pixel_parser_feed(&p, bytes, size, hear, &heard));
     assert_int_equal(p.error, 0);
     pixel_parser_restart(&p);
@@ -129,15 +121,4 @@ static void a_reader_may_leave(void **state)
     assert_true(pixel_parser_feed(&p, bytes, size, hear, &heard));
     assert_int_equal(heard.covered, 1);
     pixel_parser_fini(&p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_cut_gives_the_same_blocks),
-        cmocka_unit_test(a_view_tells_its_full_size),
-        cmocka_unit_test(what_is_no_feed_is_refused),
-        cmocka_unit_test(a_reader_may_leave),
-    };
-    return cmocka_run_group_tests_name("pixel_parser", tests, NULL, NULL);
 }

@@ -1,11 +1,5 @@
 /* Local workers: started again when they die, left alone when they were refused, stopped in the
  * end. The workers are shell scripts. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <errno.h>
 #include <signal.h>
 #include <stdbool.h>
@@ -16,6 +10,7 @@
 #include <unistd.h>
 
 #include "server/fleet/processes.h"
+#include "tests/unit/unit.h"
 
 struct world {
     uv_loop_t loop;
@@ -90,9 +85,8 @@ static void read_note(struct world *w, char *text, size_t capacity)
     text[n] = '\0';
 }
 
-static void workers_are_told_what_they_need(void **state)
+TEST(workers_are_told_what_they_need)
 {
-    (void)state;
     struct world w;
     char text[512];
     open_world(&w, "echo \"$@\" > $NOTE.new; mv $NOTE.new $NOTE; exec sleep 60", 1);
@@ -104,9 +98,8 @@ static void workers_are_told_what_they_need(void **state)
     assert_int_equal(w.respawned, 0);
 }
 
-static void the_dead_are_replaced_ever_later(void **state)
+TEST(the_dead_are_replaced_ever_later)
 {
-    (void)state;
     struct world w;
     open_world(&w, "exit 1", 1);
     run_for(&w, 1200); /* after 200, 400, ... ms */
@@ -118,9 +111,8 @@ static void the_dead_are_replaced_ever_later(void **state)
     close_world(&w);
 }
 
-static void the_refused_stay_down(void **state)
+TEST(the_refused_stay_down)
 {
-    (void)state;
     struct world w;
     open_world(&w, "exit 3", 2);
     run_for(&w, 700);
@@ -128,9 +120,8 @@ static void the_refused_stay_down(void **state)
     close_world(&w);
 }
 
-static void the_stubborn_are_killed(void **state)
+TEST(the_stubborn_are_killed)
 {
-    (void)state;
     struct world w;
     char text[64];
     open_world(&w, "trap '' TERM; echo $$ > $NOTE; while :; do sleep 0.2; done", 1);
@@ -143,9 +134,8 @@ static void the_stubborn_are_killed(void **state)
     assert_int_equal(errno, ESRCH);
 }
 
-static void a_missing_program_is_named(void **state)
+TEST(a_missing_program_is_named)
 {
-    (void)state;
     uv_loop_t loop;
     uint64_t respawned = 0;
     struct fault fault = {0};
@@ -156,16 +146,4 @@ static void a_missing_program_is_named(void **state)
     assert_int_equal(processes_create(&loop, &options, &respawned, &p, &fault), ERR_NOT_FOUND);
     assert_string_equal(fault.pointer, "/nowhere/worker");
     assert_int_equal(uv_loop_close(&loop), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(workers_are_told_what_they_need),
-        cmocka_unit_test(the_dead_are_replaced_ever_later),
-        cmocka_unit_test(the_refused_stay_down),
-        cmocka_unit_test(the_stubborn_are_killed),
-        cmocka_unit_test(a_missing_program_is_named),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

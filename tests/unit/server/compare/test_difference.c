@@ -1,13 +1,8 @@
 /* The figures of docs/accuracy.md on images whose figures are known. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 
 #include "server/compare/difference.h"
+#include "tests/unit/unit.h"
 
 static const char *const rgb[] = {"R", "G", "B"};
 
@@ -21,9 +16,8 @@ static struct image *filled(int32_t width, int32_t height, float value)
     return image;
 }
 
-static void test_constant_offset(void **state)
+TEST(test_constant_offset)
 {
-    (void)state;
     struct image *r = filled(20, 10, 2.0f), *t = filled(20, 10, 2.5f);
     struct difference d;
     assert_int_equal(image_difference(r, t, "beauty", &d, NULL), 0);
@@ -36,9 +30,8 @@ static void test_constant_offset(void **state)
     image_destroy(&t);
 }
 
-static void test_outlier_and_not_finite(void **state)
+TEST(test_outlier_and_not_finite)
 {
-    (void)state;
     struct image *r = filled(100, 100, 1.0f), *t = filled(100, 100, 1.0f);
     struct difference d;
     *plane_at(image_plane(t, "G"), 3, 4) = 11.0f;
@@ -54,9 +47,8 @@ static void test_outlier_and_not_finite(void **state)
     image_destroy(&t);
 }
 
-static void test_ratio_of_means(void **state)
+TEST(test_ratio_of_means)
 {
-    (void)state;
     struct image *r = filled(8, 8, 2.0f), *t = filled(8, 8, 2.5f);
     struct difference d;
     for (int32_t y = 0; y < 8; y++)
@@ -68,9 +60,8 @@ static void test_ratio_of_means(void **state)
     image_destroy(&t);
 }
 
-static void test_where(void **state)
+TEST(test_where)
 {
-    (void)state;
     static const char *const names[] = {"R", "G", "B", "visibility.V"};
     const struct difference_where penumbra = {"visibility", 0.02, 0.98};
     const struct difference_where nowhere = {"visibility", 0.6, 0.7}, colour = {"beauty", 0, 1};
@@ -92,9 +83,8 @@ static void test_where(void **state)
     image_destroy(&t);
 }
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
-    (void)state;
     struct image *r = filled(4, 4, 1), *t = filled(4, 5, 1);
     struct difference d;
     struct fault fault;
@@ -103,14 +93,4 @@ static void test_refusals(void **state)
     assert_int_equal(image_difference(r, r, "normal", &d, &fault), ERR_NOT_FOUND);
     image_destroy(&r);
     image_destroy(&t);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_constant_offset), cmocka_unit_test(test_outlier_and_not_finite),
-        cmocka_unit_test(test_ratio_of_means),  cmocka_unit_test(test_where),
-        cmocka_unit_test(test_refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

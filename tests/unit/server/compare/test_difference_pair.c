@@ -1,15 +1,11 @@
 /* Errors beside two references: closed forms, noise that is taken out, what cannot be told. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
 #include <math.h>
 
 #include "server/compare/difference_pair.h"
+#include "tests/unit/unit.h"
 
 static const char *const rgb[] = {"R", "G", "B"};
 
@@ -39,6 +35,8 @@ static int tear_down(void **state)
     return 0;
 }
 
+EACH_TEST(NULL, tear_down);
+
 static struct difference_pair found(void)
 {
     struct difference_pair d;
@@ -51,9 +49,8 @@ static bool near(double v, double wanted, double within)
     return fabs(v - wanted) <= within;
 }
 
-static void test_closed_forms(void **state)
+TEST(test_closed_forms)
 {
-    (void)state;
     fill(20, 10, 0.5f, 0.25f, 0.75f);
     const struct difference_pair d = found();
     /* sRGB: 0.735357, 0.537099, 0.880825 */
@@ -63,9 +60,8 @@ static void test_closed_forms(void **state)
 }
 
 /* Two figures are of what a screen shows, the third of all. */
-static void test_beyond_white(void **state)
+TEST(test_beyond_white)
 {
-    (void)state;
     fill(4, 4, 2.0f, 2.0f, 3.0f);
     struct difference_pair d = found();
     assert_true(isnan(d.psnr_db) && isnan(d.rmse01));
@@ -77,9 +73,8 @@ static void test_beyond_white(void **state)
 }
 
 /* Of 2,000 pixels the largest two do not count, of 999 the largest; one alone does. */
-static void test_the_worst_are_left_out(void **state)
+TEST(test_the_worst_are_left_out)
 {
-    (void)state;
     fill(50, 40, 0.0f, 0.0f, 0.1f);
     x->data[7] = x->data[1999] = 50.0f;
     assert_true(near(found().relmse999, 1, 1e-6));
@@ -105,9 +100,8 @@ static float noise(uint32_t i)
 
 /* References whose noise has a deviation of 0.02, which is the error everywhere: beside one of them
  * the mean square error is 8e-4, beside their mean 6e-4. */
-static void test_the_references_noise_is_taken_out(void **state)
+TEST(test_the_references_noise_is_taken_out)
 {
-    (void)state;
     fill(400, 300, 0.5f, 0.5f, 0.52f);
     const size_t values = (size_t)3 * 400 * 300;
     for (size_t i = 0; i < values; i++) {
@@ -122,9 +116,8 @@ static void test_the_references_noise_is_taken_out(void **state)
     assert_true(near(d.relmse999 * 0.26, 4.3e-4, 1e-5));
 }
 
-static void test_what_noise_does_not_tell(void **state)
+TEST(test_what_noise_does_not_tell)
 {
-    (void)state;
     fill(8, 8, 0.4f, 0.6f, 0.5f);
     struct difference_pair d = found();
     assert_true(isnan(d.psnr_db) && isnan(d.rmse01));
@@ -135,9 +128,8 @@ static void test_what_noise_does_not_tell(void **state)
     assert_true(isnan(d.psnr_db) && isnan(d.rmse01) && d.relmse999 == 0);
 }
 
-static void test_one_number_a_pixel(void **state)
+TEST(test_one_number_a_pixel)
 {
-    (void)state;
     static const char *const depth[] = {"depth.Z"};
     struct difference_pair d;
     struct image **const all[] = {&a, &b, &x};
@@ -150,9 +142,8 @@ static void test_one_number_a_pixel(void **state)
     assert_true(near(d.relmse999, 0.125 / (0.375 * 0.375 + 0.01), 1e-12));
 }
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
-    (void)state;
     struct difference_pair d;
     struct fault fault;
     struct image *tall = filled(4, 5, 1), *mean;
@@ -177,9 +168,8 @@ static void test_refusals(void **state)
 }
 
 /* Channels that both have; errors as those of a mean of independent pictures. */
-static void test_mean(void **state)
+TEST(test_mean)
 {
-    (void)state;
     static const char *const one[] = {"R", "error.R", "depth.Z"}, *const other[] = {"error.R", "R"};
     struct image *mean = NULL;
     assert_int_equal(image_create_named(one, 3, 2, 2, &a), 0);
@@ -197,19 +187,4 @@ static void test_mean(void **state)
     memcpy(b->channels[1].name, "y", 2);
     assert_int_equal(difference_pair_mean(a, b, &mean, NULL), ERR_NOT_FOUND);
     assert_null(mean);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_teardown(test_closed_forms, tear_down),
-        cmocka_unit_test_teardown(test_beyond_white, tear_down),
-        cmocka_unit_test_teardown(test_the_worst_are_left_out, tear_down),
-        cmocka_unit_test_teardown(test_the_references_noise_is_taken_out, tear_down),
-        cmocka_unit_test_teardown(test_what_noise_does_not_tell, tear_down),
-        cmocka_unit_test_teardown(test_one_number_a_pixel, tear_down),
-        cmocka_unit_test_teardown(test_refusals, tear_down),
-        cmocka_unit_test_teardown(test_mean, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

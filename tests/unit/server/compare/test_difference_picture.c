@@ -1,5 +1,6 @@
 /* Colours of the difference picture. */
 #include "tests/unit/server/job/frame/picture_case.h"
+#include "tests/unit/unit.h"
 
 #include "server/compare/difference_picture.h"
 
@@ -13,9 +14,8 @@ static float blue(const struct image *image, int32_t x, int32_t y)
     return *plane_at(image_plane(image, "B"), x, y);
 }
 
-static void test_signs_and_legend(void **state)
+TEST(test_signs_and_legend)
 {
-    (void)state;
     struct image *r = picture_filled(6, 4, 1.0f, 0.0f), *t = picture_filled(6, 4, 1.0f, 0.0f);
     struct image *p;
     for (int c = 0; c < 3; c++) {
@@ -39,9 +39,8 @@ static void test_signs_and_legend(void **state)
     image_destroy(&t);
 }
 
-static void test_one_pixel_and_scalars(void **state)
+TEST(test_one_pixel_and_scalars)
 {
-    (void)state;
     static const char *const names[] = {"depth.Z"};
     struct image *r, *t, *p;
     assert_int_equal(image_create_named(names, 1, 1, 1, &r), 0);
@@ -55,9 +54,8 @@ static void test_one_pixel_and_scalars(void **state)
     image_destroy(&t);
 }
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
-    (void)state;
     struct image *r = picture_filled(4, 4, 1, 0), *t = picture_filled(4, 5, 1, 0), *p;
     assert_int_equal(difference_picture(r, t, "beauty", 0.1, 1, &p, NULL), ERR_MISMATCH);
     assert_int_equal(difference_picture(r, r, "normal", 0.1, 1, &p, NULL), ERR_NOT_FOUND);
@@ -67,14 +65,4 @@ static void test_refusals(void **state)
     assert_null(p);
     image_destroy(&r);
     image_destroy(&t);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_signs_and_legend),
-        cmocka_unit_test(test_one_pixel_and_scalars),
-        cmocka_unit_test(test_refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

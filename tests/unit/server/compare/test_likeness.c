@@ -1,15 +1,11 @@
 /* SSIM and FLIP: closed forms, what is alike, and more noise is never less unlike. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/compare/flip.h"
 #include "server/compare/ssim.h"
+#include "tests/unit/unit.h"
 
 #define WIDTH  61
 #define HEIGHT 43
@@ -32,6 +28,8 @@ static int tear_down(void **state)
     image_destroy(&two);
     return 0;
 }
+
+EACH_TEST(set_up, tear_down);
 
 static void put(struct image *image, int32_t x, int32_t y, float r, float g, float b)
 {
@@ -98,9 +96,8 @@ static double scenery(int32_t x, int32_t y)
     return 0.5 + 0.3 * sin(x * 0.3) * cos(y * 0.2);
 }
 
-static void what_is_the_same_is_alike(void **state)
+TEST(what_is_the_same_is_alike)
 {
-    (void)state;
     paint_luma(one, scenery);
     paint_luma(two, scenery);
     assert_true(ssim() == 1.0);
@@ -129,9 +126,8 @@ static double flat(int32_t x, int32_t y)
     return 0.2140411;
 }
 
-static void what_is_flat_is_alike_too(void **state)
+TEST(what_is_flat_is_alike_too)
 {
-    (void)state;
     paint_luma(one, flat);
     paint_luma(two, flat);
     assert_true(ssim() > 1 - 1e-6 && ssim() <= 1);
@@ -148,10 +144,9 @@ static double inverted_checks(int32_t x, int32_t y)
     return 1.0 - checks(x, y);
 }
 
-static void ssim_has_its_closed_forms(void **state)
+TEST(ssim_has_its_closed_forms)
 {
     const double c1 = 1e-4, c2 = 9e-4;
-    (void)state;
     paint_luma(one, dim);
     paint_luma(two, bright);
     const double flat = (2 * 0.3 * 0.6 + c1) / (0.3 * 0.3 + 0.6 * 0.6 + c1);
@@ -165,11 +160,10 @@ static void ssim_has_its_closed_forms(void **state)
 
 /* Greens and blues of a screen are as far apart as can be; black and white by the formula: HyAB is
  * 100, the largest to the power 0.7 is 41.276. */
-static void flip_has_its_closed_forms(void **state)
+TEST(flip_has_its_closed_forms)
 {
     const double large = 0.4 * 41.276;
     const double contrast = 0.95 + 0.05 * (pow(100, 0.7) - large) / (41.276 - large);
-    (void)state;
     paint(one, 0, 1, 0);
     paint(two, 0, 0, 1);
     assert_true(fabs(flip(FLIP_PPD).mean - 1) < 1e-4);
@@ -180,10 +174,9 @@ static void flip_has_its_closed_forms(void **state)
     assert_true(fabs(found.quartile[0] - contrast) < 1e-3 && fabs(found.max - contrast) < 1e-3);
 }
 
-static void more_noise_is_more_unlike(void **state)
+TEST(more_noise_is_more_unlike)
 {
     double last_ssim = 1, last_flip = 0;
-    (void)state;
     paint_luma(one, scenery);
     for (int step = 1; step <= 6; step++) {
         for (int32_t y = 0; y < HEIGHT; y++)
@@ -205,18 +198,16 @@ static void more_noise_is_more_unlike(void **state)
 }
 
 /* From far away a fine pattern is its mean; from near it is seen. */
-static void distance_hides_what_is_fine(void **state)
+TEST(distance_hides_what_is_fine)
 {
-    (void)state;
     paint_luma(one, checks);
     paint_luma(two, inverted_checks);
     assert_true(flip(200).mean < 0.5 * flip(10).mean);
 }
 
 /* An edge that is there in one of the two weighs more than its colours alone. */
-static void edges_count(void **state)
+TEST(edges_count)
 {
-    (void)state;
     paint(one, 0.2f, 0.2f, 0.2f);
     paint(two, 0.2f, 0.2f, 0.2f);
     for (int32_t y = 0; y < HEIGHT; y++)
@@ -227,12 +218,11 @@ static void edges_count(void **state)
 }
 
 /* Numbers that are none are left out of both. */
-static void holes_are_left_out(void **state)
+TEST(holes_are_left_out)
 {
     struct shown shown;
     struct fault fault;
     const struct shown_view plain = SHOWN_PLAIN;
-    (void)state;
     paint_luma(one, scenery);
     paint_luma(two, scenery);
     put(one, 20, 20, NAN, 1, 1);
@@ -243,19 +233,4 @@ static void holes_are_left_out(void **state)
     assert_int_equal(shown.count, WIDTH * HEIGHT - 2);
     shown_fini(&shown);
     assert_int_equal(shown_create(one, two, "normal", &plain, &shown, &fault), ERR_NOT_FOUND);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(what_is_the_same_is_alike, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(what_is_flat_is_alike_too, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(ssim_has_its_closed_forms, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(flip_has_its_closed_forms, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(more_noise_is_more_unlike, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(distance_hides_what_is_fine, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(edges_count, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(holes_are_left_out, set_up, tear_down),
-    };
-    return cmocka_run_group_tests_name("likeness", tests, NULL, NULL);
 }

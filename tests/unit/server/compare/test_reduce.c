@@ -1,11 +1,11 @@
 /* Averages of pictures over squares. */
 #include "tests/unit/server/job/frame/picture_case.h"
+#include "tests/unit/unit.h"
 
 #include "server/compare/reduce.h"
 
-static void test_means_and_errors_of_means(void **state)
+TEST(test_means_and_errors_of_means)
 {
-    (void)state;
     struct image *from = picture_filled(7, 5, 0.0f, 0.25f), *to;
     for (int32_t y = 0; y < 5; y++)
         for (int32_t x = 0; x < 7; x++)
@@ -20,9 +20,8 @@ static void test_means_and_errors_of_means(void **state)
     image_destroy(&from);
 }
 
-static void test_crop(void **state)
+TEST(test_crop)
 {
-    (void)state;
     struct image *from = picture_filled(7, 5, 1.0f, 0.0f), *to;
     *plane_at(image_plane(from, "R"), 3, 4) = NAN;
     assert_int_equal(image_reduce(from, (struct rect){2, 1, 6, 5}, 2, &to, NULL), 0);
@@ -34,9 +33,8 @@ static void test_crop(void **state)
     image_destroy(&from);
 }
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
-    (void)state;
     static const struct rect wrong[] = {
         {-1, 0, 4, 4}, {0, 0, 8, 4}, {0, 0, 4, 6}, {4, 0, 4, 4}, {0, 3, 4, 2}};
     struct image *from = picture_filled(7, 5, 1.0f, 0.0f), *to;
@@ -48,14 +46,4 @@ static void test_refusals(void **state)
     assert_int_equal(image_reduce(from, image_rect(from), 0, &to, &fault), ERR_RANGE);
     assert_null(to);
     image_destroy(&from);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_means_and_errors_of_means),
-        cmocka_unit_test(test_crop),
-        cmocka_unit_test(test_refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* z of noise whose size is known. */
 #include "tests/unit/server/job/frame/picture_case.h"
+#include "tests/unit/unit.h"
 
 #include "server/compare/reduce.h"
 #include "server/compare/zscore.h"
@@ -29,9 +30,8 @@ static void expect_standard(const struct zscore *z, double spread)
     assert_true(z->beyond[2] * n < 0.0000633 * n + 4 * sqrt(0.0000633 * n) + 1);
 }
 
-static void test_true_errors_give_the_normal_distribution(void **state)
+TEST(test_true_errors_give_the_normal_distribution)
 {
-    (void)state;
     struct image *r = picture_filled(128, 96, 2.0f, 0.0f);
     struct image *t = picture_filled(128, 96, 2.0f, 0.125f);
     struct image *small_r, *small_t;
@@ -54,9 +54,8 @@ static void test_true_errors_give_the_normal_distribution(void **state)
     image_destroy(&t);
 }
 
-static void test_wrong_errors_show(void **state)
+TEST(test_wrong_errors_show)
 {
-    (void)state;
     struct image *r = picture_filled(64, 64, 2.0f, 0.0f), *t = picture_filled(64, 64, 2.0f, 0.125f);
     struct zscore z;
     add_noise(t, 2, 5);
@@ -66,9 +65,8 @@ static void test_wrong_errors_show(void **state)
     image_destroy(&t);
 }
 
-static void test_both_errors_count(void **state)
+TEST(test_both_errors_count)
 {
-    (void)state;
     struct image *r = picture_filled(64, 64, 2.0f, 0.375f), *t = picture_filled(64, 64, 2.0f, 0.5f);
     struct zscore z;
     add_noise(r, 1, 6);
@@ -79,9 +77,8 @@ static void test_both_errors_count(void **state)
     image_destroy(&t);
 }
 
-static void test_worst_and_left_out(void **state)
+TEST(test_worst_and_left_out)
 {
-    (void)state;
     struct image *r = picture_filled(8, 8, 1.0f, 0.0f), *t = picture_filled(8, 8, 1.0f, 0.5f);
     struct zscore z;
     *plane_at(image_plane(t, "G"), 5, 2) = -1.5f;
@@ -96,9 +93,8 @@ static void test_worst_and_left_out(void **state)
     image_destroy(&t);
 }
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
-    (void)state;
     struct image *r = picture_filled(4, 4, 1, 0), *t = picture_filled(4, 5, 1, 1);
     struct zscore z;
     struct fault fault;
@@ -107,16 +103,4 @@ static void test_refusals(void **state)
     assert_string_equal(fault.detail, "the test image has no layer \"error\"");
     image_destroy(&r);
     image_destroy(&t);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_true_errors_give_the_normal_distribution),
-        cmocka_unit_test(test_wrong_errors_show),
-        cmocka_unit_test(test_both_errors_count),
-        cmocka_unit_test(test_worst_and_left_out),
-        cmocka_unit_test(test_refusals),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

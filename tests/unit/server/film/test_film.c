@@ -1,11 +1,4 @@
 /* The film: tiles in any order, blocks once, patches the same however the image is cut. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +7,7 @@
 #include "proto/octahedron.h"
 #include "server/film/film.h"
 #include "tests/unit/server/reconstruct/synthetic.h"
+#include "tests/unit/unit.h"
 
 static uint32_t random_state = 1;
 
@@ -112,9 +106,8 @@ static void run_film(int32_t width, int32_t height, int32_t tile_px, int32_t blo
     assert_null(film);
 }
 
-static void patches_are_the_same_however_the_image_is_cut(void **state)
+TEST(patches_are_the_same_however_the_image_is_cut)
 {
-    (void)state;
     static const int32_t cases[][5] = {
         {100, 70, 16, 64, 1}, {100, 70, 32, 64, 0}, {100, 70, 64, 64, 1}, {65, 129, 8, 16, 3},
         {1, 1, 8, 64, 1},     {1, 50, 16, 8, 1},    {130, 1, 16, 64, 1},  {33, 33, 32, 7, 9},
@@ -142,9 +135,8 @@ static void assert_far(const struct plan *plan, const struct patch *patch)
     }
 }
 
-static void filters_find_what_they_read(void **state)
+TEST(filters_find_what_they_read)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     struct tile_grid grid;
@@ -171,9 +163,8 @@ static void filters_find_what_they_read(void **state)
     film_destroy(&film);
 }
 
-static void a_tile_counts_once(void **state)
+TEST(a_tile_counts_once)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 64, 64, 32);
@@ -192,9 +183,8 @@ static void a_tile_counts_once(void **state)
     film_destroy(&film);
 }
 
-static void a_tile_of_another_size_is_refused(void **state)
+TEST(a_tile_of_another_size_is_refused)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 50, 64, 32);
@@ -205,9 +195,8 @@ static void a_tile_of_another_size_is_refused(void **state)
     film_destroy(&film); /* frees what has landed */
 }
 
-static void memory_is_bounded_by_what_is_needed(void **state)
+TEST(memory_is_bounded_by_what_is_needed)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 64, 1024, 16);
@@ -226,9 +215,8 @@ static void memory_is_bounded_by_what_is_needed(void **state)
     film_destroy(&film);
 }
 
-static void hostile_depths_stay_finite(void **state)
+TEST(hostile_depths_stay_finite)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     struct patch *patch;
@@ -252,9 +240,8 @@ static void hostile_depths_stay_finite(void **state)
     film_destroy(&film);
 }
 
-static void impossible_films_are_refused(void **state)
+TEST(impossible_films_are_refused)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     synthetic_plan(&plan, 64, 64, 32);
@@ -263,18 +250,4 @@ static void impossible_films_are_refused(void **state)
     plan.tile_px = 1;
     assert_int_equal(film_create(&plan, 64, 1, 1, &film), ERR_RANGE);
     assert_null(film);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(patches_are_the_same_however_the_image_is_cut),
-        cmocka_unit_test(filters_find_what_they_read),
-        cmocka_unit_test(a_tile_counts_once),
-        cmocka_unit_test(a_tile_of_another_size_is_refused),
-        cmocka_unit_test(memory_is_bounded_by_what_is_needed),
-        cmocka_unit_test(hostile_depths_stay_finite),
-        cmocka_unit_test(impossible_films_are_refused),
-    };
-    return cmocka_run_group_tests_name("film", tests, NULL, NULL);
 }

@@ -1,23 +1,16 @@
 /* Rows of packed normals: the bits of normals read one by one. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "proto/octahedron.h"
 #include "server/film/normals.h"
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 
-static void normals_are_read_as_one_by_one(void **state)
+TEST(normals_are_read_as_one_by_one)
 {
     struct random r = {7};
     static uint32_t wide[100];
     static uint16_t narrow[100];
     static float x[104], y[104], z[104];
     float *const out[3] = {x, y, z};
-    (void)state;
     for (uint32_t round = 0; round < 500; round++) {
         const size_t count = 1 + random_bits(&r) % 100, to = round % 4;
         for (size_t i = 0; i < count; i++) {
@@ -38,12 +31,4 @@ static void normals_are_read_as_one_by_one(void **state)
             assert_true(x[to + i] == n[0] && y[to + i] == n[1] && z[to + i] == n[2]);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(normals_are_read_as_one_by_one),
-    };
-    return cmocka_run_group_tests_name("normals", tests, NULL, NULL);
 }

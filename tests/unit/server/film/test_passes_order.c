@@ -1,14 +1,8 @@
 /* Passes on the film: sums in their order whatever else happens, nothing touched while it is read,
  * everything in the last reconstruction. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/film/film.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 static uint32_t random_state = 1;
 
@@ -125,9 +119,8 @@ static void tell_story(int32_t width, int32_t height, int32_t tile_px, int32_t b
     film_destroy(&s.film);
 }
 
-static void any_order_gives_the_same_sums(void **state)
+TEST(any_order_gives_the_same_sums)
 {
-    (void)state;
     for (int i = 0; i < 4; i++) {
         tell_story(40, 24, 8, 16, 0, 100);
         tell_story(33, 20, 16, 8, 0, 130);
@@ -138,13 +131,12 @@ static void any_order_gives_the_same_sums(void **state)
     assert_true(waited > 100);
 }
 
-static void passes_wait_while_a_block_reads(void **state)
+TEST(passes_wait_while_a_block_reads)
 {
     struct plan plan;
     struct film *film;
     struct patch *patch;
     uint32_t block;
-    (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 100);
     assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     land(film, &plan, 0, 0);
@@ -177,13 +169,12 @@ static void passes_wait_while_a_block_reads(void **state)
 }
 
 /* Two blocks read one tile: while one is out and a pass waits, the other is not handed out. */
-static void waiting_passes_come_soon(void **state)
+TEST(waiting_passes_come_soon)
 {
     struct plan plan;
     struct film *film;
     struct patch *patch;
     uint32_t first, second, block;
-    (void)state;
     synthetic_paths_plan(&plan, 16, 8, 16, 64);
     assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     land(film, &plan, 0, 0);
@@ -208,12 +199,11 @@ static void waiting_passes_come_soon(void **state)
     film_destroy(&film);
 }
 
-static void passes_land_in_their_order(void **state)
+TEST(passes_land_in_their_order)
 {
     struct plan plan;
     struct film *film;
     uint32_t block;
-    (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 33);
     assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
     struct samples *later = synthetic_pass(&plan, 0, 1), *first = synthetic_pass(&plan, 0, 0);
@@ -231,15 +221,4 @@ static void passes_land_in_their_order(void **state)
     assert_int_equal(film_land(film, 0, 2, first), ERR_EXISTS);
     samples_destroy(&first);
     film_destroy(&film);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(any_order_gives_the_same_sums),
-        cmocka_unit_test(passes_wait_while_a_block_reads),
-        cmocka_unit_test(waiting_passes_come_soon),
-        cmocka_unit_test(passes_land_in_their_order),
-    };
-    return cmocka_run_group_tests_name("passes_order", tests, NULL, NULL);
 }

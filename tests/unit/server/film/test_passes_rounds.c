@@ -1,14 +1,8 @@
 /* Passes of later rounds: blocks that read a tile that got more are made again, and read how many
  * rays each pixel has. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/film/film.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 static void land_pass(struct film *film, const struct plan *plan, uint32_t tile,
                       const struct plan_pass *pass)
@@ -31,14 +25,13 @@ static unsigned settle(struct film *film)
 }
 
 /* Blocks read how many rays each pixel has. */
-static void patches_tell_of_second_sets(void **state)
+TEST(patches_tell_of_second_sets)
 {
     struct plan plan;
     struct film *film;
     struct patch *patch;
     uint32_t block, more[4] = {0, 1, 0, 0};
     uint8_t sides[32 * 32] = {0};
-    (void)state;
     synthetic_rate_plan(&plan, 64, 64, 32, 0);
     assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     const struct plan_pass first = plan_scheduled_pass(&plan, 0);
@@ -65,13 +58,12 @@ static void patches_tell_of_second_sets(void **state)
 }
 
 /* Under a target tiles stay, and only blocks that read one that got more are made again. */
-static void rounds_settle_blocks_again(void **state)
+TEST(rounds_settle_blocks_again)
 {
     struct plan plan;
     struct film *film;
     struct patch *patch;
     uint32_t block, more[16] = {0};
-    (void)state;
     synthetic_target_plan(&plan, 64, 64, 16, 0.1f);
     assert_int_equal(film_create(&plan, 32, 1, 1, &film), 0);
     const struct plan_pass first = plan_scheduled_pass(&plan, 0);
@@ -111,13 +103,4 @@ static void rounds_settle_blocks_again(void **state)
     film_release(film);
     assert_int_equal(film_bytes(film), 0);
     film_destroy(&film);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rounds_settle_blocks_again),
-        cmocka_unit_test(patches_tell_of_second_sets),
-    };
-    return cmocka_run_group_tests_name("passes_rounds", tests, NULL, NULL);
 }

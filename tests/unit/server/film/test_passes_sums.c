@@ -1,16 +1,10 @@
 /* Sums of passes: spreads as if all samples had come at once, means weighted by how many rays each
  * pass had, pixel by pixel where these differ. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "server/film/passes.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 static bool near(float got, double expected, double relative)
 {
@@ -18,10 +12,9 @@ static bool near(float got, double expected, double relative)
 }
 
 /* The merged spread of every pixel is that of all samples taken together, computed in double. */
-static void spreads_are_those_of_all_samples(void **state)
+TEST(spreads_are_those_of_all_samples)
 {
     static const uint32_t spps[] = {2, 16, 17, 100, 700};
-    (void)state;
     for (size_t k = 0; k < sizeof spps / sizeof spps[0]; k++) {
         struct plan plan;
         synthetic_paths_plan(&plan, 5, 4, 8, spps[k]);
@@ -44,11 +37,10 @@ static void spreads_are_those_of_all_samples(void **state)
 }
 
 /* A bright pixel with little noise: the difference of means is small beside them. */
-static void spreads_keep_their_digits(void **state)
+TEST(spreads_keep_their_digits)
 {
     struct plan plan;
     double expected = 0;
-    (void)state;
     synthetic_paths_plan(&plan, 1, 1, 8, 4096);
     plan.planes = PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_SPREAD);
     struct samples_layout layout;
@@ -75,12 +67,11 @@ static void spreads_keep_their_digits(void **state)
 }
 
 /* Sums that a hostile worker makes overflow stay where no assertion and no other pixel minds. */
-static void hostile_sums_do_no_harm(void **state)
+TEST(hostile_sums_do_no_harm)
 {
     struct plan plan;
     struct samples_layout layout;
     struct samples *sum, *more;
-    (void)state;
     synthetic_paths_plan(&plan, 2, 1, 8, 64);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 2, 1), 0);
     assert_int_equal(samples_create(&layout, &sum), 0);
@@ -98,14 +89,13 @@ static void hostile_sums_do_no_harm(void **state)
 }
 
 /* Rays of glossy lobes are as many as bounce rays; what a lobe is the first pass has said. */
-static void lobes_are_weighted_by_their_number(void **state)
+TEST(lobes_are_weighted_by_their_number)
 {
     static const enum plane_id planes[] = {PLANE_GLOSSY_MEAN, PLANE_GLOSSY_HALF,
                                            PLANE_GLOSSY_NEARNESS};
     struct plan plan;
     struct samples_layout layout;
     struct samples *sum, *more;
-    (void)state;
     synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_HALF);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 3, 1), 0);
@@ -132,12 +122,11 @@ static void lobes_are_weighted_by_their_number(void **state)
 }
 
 /* Halves are means: each counts as often as it was sampled. */
-static void bounces_are_weighted_by_their_number(void **state)
+TEST(bounces_are_weighted_by_their_number)
 {
     struct plan plan;
     struct samples_layout layout;
     struct samples *sum, *more;
-    (void)state;
     synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 3, 1), 0);
     assert_int_equal(samples_create(&layout, &sum), 0);
@@ -172,13 +161,12 @@ static void bounces_are_weighted_by_their_number(void **state)
 }
 
 /* Of a second set each pixel counts by its own rays. */
-static void second_sets_are_weighted_pixel_by_pixel(void **state)
+TEST(second_sets_are_weighted_pixel_by_pixel)
 {
     static const uint8_t sides[] = {0, 3, 255, 1};
     struct plan plan;
     struct samples_layout layout;
     struct samples *sum, *more;
-    (void)state;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
     assert_int_equal(samples_create(&layout, &sum), 0);
@@ -215,13 +203,12 @@ static void second_sets_are_weighted_pixel_by_pixel(void **state)
 }
 
 /* Those of glossy lobes by theirs, light and weights alike. */
-static void second_sets_of_lobes_are_weighted_by_their_own(void **state)
+TEST(second_sets_of_lobes_are_weighted_by_their_own)
 {
     static const uint8_t sides[] = {9, 0, 2, 0}, lobes[] = {0, 3, 255, 1};
     struct plan plan;
     struct samples_layout layout;
     struct samples *sum, *more;
-    (void)state;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
@@ -255,7 +242,7 @@ static void second_sets_of_lobes_are_weighted_by_their_own(void **state)
 
 /* Of second sets through the lens the means stand by themselves, and the shares of what meets a
  * surface are weighted. */
-static void second_sets_through_the_lens_land(void **state)
+TEST(second_sets_through_the_lens_land)
 {
     static const uint8_t sides[] = {0, 6, 0, 6};
     const struct plan plan = {.width_px = 4,
@@ -266,7 +253,6 @@ static void second_sets_through_the_lens_land(void **state)
                               .planes = PLANES_LENS | PLANES_LENS_MORE};
     struct samples_layout layout;
     struct samples *sum, *more;
-    (void)state;
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
     assert_int_equal(samples_create(&layout, &sum), 0);
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
@@ -290,19 +276,4 @@ static void second_sets_through_the_lens_land(void **state)
     }
     samples_destroy(&sum);
     samples_destroy(&more);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(spreads_are_those_of_all_samples),
-        cmocka_unit_test(bounces_are_weighted_by_their_number),
-        cmocka_unit_test(lobes_are_weighted_by_their_number),
-        cmocka_unit_test(second_sets_are_weighted_pixel_by_pixel),
-        cmocka_unit_test(second_sets_of_lobes_are_weighted_by_their_own),
-        cmocka_unit_test(second_sets_through_the_lens_land),
-        cmocka_unit_test(spreads_keep_their_digits),
-        cmocka_unit_test(hostile_sums_do_no_harm),
-    };
-    return cmocka_run_group_tests_name("passes_sums", tests, NULL, NULL);
 }

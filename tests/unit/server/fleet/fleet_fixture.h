@@ -1,19 +1,14 @@
 #pragma once
 /* A fleet on a real Unix socket, and its client, a scripted one: hands out tiles by number, notes
  * what comes back. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "server/fleet/fleet.h"
+#include "tests/unit/unit.h"
 
 #define SOCKET_DIR  "/tmp/shearwater-test-fleet-%ld" /* of this process; goes with its world */
 #define PATIENCE_MS 5000

@@ -1,13 +1,6 @@
 #pragma once
 /* A fleet's peer, a scripted worker in the same thread: a nonblocking socket; waiting turns the
  * fleet's loop. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -21,6 +14,7 @@
 #include "proto/link/message.h"
 #include "proto/runtime/build.h"
 #include "tests/unit/server/fleet/fleet_fixture.h"
+#include "tests/unit/unit.h"
 
 struct peer {
     struct world *world;

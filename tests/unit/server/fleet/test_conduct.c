@@ -1,13 +1,9 @@
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "server/fleet/conduct.h"
+#include "tests/unit/unit.h"
 
 static struct conduct *make(void)
 {
@@ -16,9 +12,8 @@ static struct conduct *make(void)
     return c;
 }
 
-static void the_third_strike_is_the_one(void **state)
+TEST(the_third_strike_is_the_one)
 {
-    (void)state;
     struct conduct *c = make();
     assert_false(conduct_strike(c, "a", true, STRIKE_CORRUPT, 1000));
     assert_false(conduct_strike(c, "b", true, STRIKE_CORRUPT, 1000));
@@ -35,9 +30,8 @@ static void the_third_strike_is_the_one(void **state)
     free(c);
 }
 
-static void strikes_are_forgotten(void **state)
+TEST(strikes_are_forgotten)
 {
-    (void)state;
     struct conduct *c = make();
     assert_false(conduct_strike(c, "a", true, STRIKE_SILENT, 1));
     assert_false(conduct_strike(c, "a", true, STRIKE_SILENT, 2));
@@ -46,9 +40,8 @@ static void strikes_are_forgotten(void **state)
     free(c);
 }
 
-static void a_quarantine_ends(void **state)
+TEST(a_quarantine_ends)
 {
-    (void)state;
     struct conduct *c = make();
     for (uint64_t i = 1; i <= CONDUCT_STRIKES; i++)
         assert_int_equal(conduct_strike(c, "a", true, STRIKE_CORRUPT, i), i == CONDUCT_STRIKES);
@@ -59,9 +52,8 @@ static void a_quarantine_ends(void **state)
     free(c);
 }
 
-static void who_is_forgiven_starts_anew(void **state)
+TEST(who_is_forgiven_starts_anew)
 {
-    (void)state;
     struct conduct *c = make();
     for (uint64_t i = 1; i <= CONDUCT_STRIKES; i++) conduct_strike(c, "a", true, STRIKE_CORRUPT, i);
     conduct_forgive(c, "a", true);
@@ -72,9 +64,8 @@ static void who_is_forgiven_starts_anew(void **state)
 }
 
 /* A flood of names cannot make it grow, and forgets the oldest. */
-static void a_flood_of_names(void **state)
+TEST(a_flood_of_names)
 {
-    (void)state;
     struct conduct *c = make();
     char name[32];
     conduct_strike(c, "first", true, STRIKE_CORRUPT, 1);
@@ -87,16 +78,4 @@ static void a_flood_of_names(void **state)
         conduct_strike(c, "first", true, STRIKE_CORRUPT, 5001)); /* the first is forgotten */
     assert_true(conduct_strike(c, "first", true, STRIKE_CORRUPT, 5002));
     free(c);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_third_strike_is_the_one),
-        cmocka_unit_test(strikes_are_forgotten),
-        cmocka_unit_test(a_quarantine_ends),
-        cmocka_unit_test(who_is_forgiven_starts_anew),
-        cmocka_unit_test(a_flood_of_names),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

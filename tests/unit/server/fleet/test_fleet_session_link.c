@@ -1,12 +1,4 @@
 /* Links to a fleet: where it listens, which workers it refuses, and what ends a session. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -17,10 +9,12 @@
 #include "server/fleet/session.h"
 #include "tests/unit/server/fleet/fleet_fixture.h"
 #include "tests/unit/server/fleet/fleet_peer.h"
+#include "tests/unit/unit.h"
 
-static void mismatches_are_refused_with_advice(void **state)
+ALL_TESTS(ignore_broken_pipes, NULL);
+
+TEST(mismatches_are_refused_with_advice)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer good = peer_open(w);
     peer_join(&good);
@@ -47,9 +41,8 @@ static void mismatches_are_refused_with_advice(void **state)
 }
 
 /* A HELLO of another version, whatever follows the number. */
-static void an_unknown_hello_is_refused(void **state)
+TEST(an_unknown_hello_is_refused)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     bytes_write_u32(&p.w, 1234);
@@ -60,9 +53,8 @@ static void an_unknown_hello_is_refused(void **state)
     world_close(w);
 }
 
-static void out_of_state_and_damaged_messages_end_the_session(void **state)
+TEST(out_of_state_and_damaged_messages_end_the_session)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     for (int i = 0; i < 6; i++) {
         struct peer p = peer_open(w);
@@ -98,9 +90,8 @@ static void out_of_state_and_damaged_messages_end_the_session(void **state)
     world_close(w);
 }
 
-static void silence_ends_a_session(void **state)
+TEST(silence_ends_a_session)
 {
-    (void)state;
     struct world *w = world_open(200, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -116,9 +107,8 @@ static void silence_ends_a_session(void **state)
     world_close(w);
 }
 
-static void a_late_hello_is_not_awaited(void **state)
+TEST(a_late_hello_is_not_awaited)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     uint64_t before = uv_hrtime();
@@ -129,9 +119,8 @@ static void a_late_hello_is_not_awaited(void **state)
     world_close(w);
 }
 
-static void refuses_to_listen_where_it_must_not(void **state)
+TEST(refuses_to_listen_where_it_must_not)
 {
-    (void)state;
     static const char *const wrong[] = {"0.0.0.0:0",       "192.168.1.1:80", "[::]:0", "127.0.0.1",
                                         "127.0.0.1:99999", "nowhere:7",      ":7"};
     uv_loop_t loop;
@@ -148,9 +137,8 @@ static void refuses_to_listen_where_it_must_not(void **state)
     assert_int_equal(uv_loop_close(&loop), 0);
 }
 
-static void the_socket_is_private_and_replaces_a_dead_one(void **state)
+TEST(the_socket_is_private_and_replaces_a_dead_one)
 {
-    (void)state;
     struct stat st;
     struct world *w = world_open(LONG_MS, LONG_MS);
     assert_int_equal(stat(w->socket_path, &st), 0);
@@ -173,19 +161,4 @@ static void the_socket_is_private_and_replaces_a_dead_one(void **state)
     assert_int_equal(bind(fd, (struct sockaddr *)&a, sizeof a), 0);
     close(fd);
     world_close(world_open_with(&options));
-}
-
-int main(void)
-{
-    signal(SIGPIPE, SIG_IGN);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mismatches_are_refused_with_advice),
-        cmocka_unit_test(an_unknown_hello_is_refused),
-        cmocka_unit_test(out_of_state_and_damaged_messages_end_the_session),
-        cmocka_unit_test(silence_ends_a_session),
-        cmocka_unit_test(a_late_hello_is_not_awaited),
-        cmocka_unit_test(refuses_to_listen_where_it_must_not),
-        cmocka_unit_test(the_socket_is_private_and_replaces_a_dead_one),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

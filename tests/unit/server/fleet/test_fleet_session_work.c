@@ -1,12 +1,4 @@
 /* What a fleet's sessions hand out and take back: tiles, their results and verdicts, blobs. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -14,10 +6,12 @@
 #include "proto/link/frame.h"
 #include "tests/unit/server/fleet/fleet_fixture.h"
 #include "tests/unit/server/fleet/fleet_peer.h"
+#include "tests/unit/unit.h"
 
-static void a_tile_goes_out_and_its_result_in(void **state)
+ALL_TESTS(ignore_broken_pipes, NULL);
+
+TEST(a_tile_goes_out_and_its_result_in)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -55,9 +49,8 @@ static void a_tile_goes_out_and_its_result_in(void **state)
     world_close(w);
 }
 
-static void waiting_workers_are_served_on_a_wake(void **state)
+TEST(waiting_workers_are_served_on_a_wake)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -73,9 +66,8 @@ static void waiting_workers_are_served_on_a_wake(void **state)
     world_close(w);
 }
 
-static void late_verdicts_and_cancelled_frames(void **state)
+TEST(late_verdicts_and_cancelled_frames)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -106,9 +98,8 @@ static void late_verdicts_and_cancelled_frames(void **state)
     world_close(w);
 }
 
-static void foreign_and_old_results_do_not_pass_as_leases(void **state)
+TEST(foreign_and_old_results_do_not_pass_as_leases)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -145,9 +136,8 @@ static void foreign_and_old_results_do_not_pass_as_leases(void **state)
     world_close(w);
 }
 
-static void given_back_and_faulted_tiles_reach_the_client(void **state)
+TEST(given_back_and_faulted_tiles_reach_the_client)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -179,9 +169,8 @@ static void given_back_and_faulted_tiles_reach_the_client(void **state)
     world_close(w);
 }
 
-static void a_stalled_tile_is_taken_back(void **state)
+TEST(a_stalled_tile_is_taken_back)
 {
-    (void)state;
     /* Far longer than a turn may take while others use the machine. */
     struct world *w = world_open(LONG_MS, 1000);
     struct peer p = peer_open(w);
@@ -219,9 +208,8 @@ static void a_stalled_tile_is_taken_back(void **state)
     world_close(w);
 }
 
-static void unacknowledged_results_stop_the_reading(void **state)
+TEST(unacknowledged_results_stop_the_reading)
 {
-    (void)state;
     enum { BYTES = 12 << 20, TILES = 4 };
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
@@ -261,9 +249,8 @@ static void unacknowledged_results_stop_the_reading(void **state)
     world_close(w);
 }
 
-static void blobs_are_served_in_parts(void **state)
+TEST(blobs_are_served_in_parts)
 {
-    (void)state;
     enum { BYTES = LIMIT_BLOB_PART_BYTES + 1000 };
     struct world *w = world_open(LONG_MS, LONG_MS);
     uint8_t *blob = malloc(BYTES);
@@ -302,9 +289,8 @@ static void blobs_are_served_in_parts(void **state)
     world_close(w);
 }
 
-static void draining_workers_get_nothing(void **state)
+TEST(draining_workers_get_nothing)
 {
-    (void)state;
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
     struct frame_view f;
@@ -322,21 +308,4 @@ static void draining_workers_get_nothing(void **state)
     peer_tile(&p, &tile);
     peer_close(&p);
     world_close(w);
-}
-
-int main(void)
-{
-    signal(SIGPIPE, SIG_IGN);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_tile_goes_out_and_its_result_in),
-        cmocka_unit_test(waiting_workers_are_served_on_a_wake),
-        cmocka_unit_test(late_verdicts_and_cancelled_frames),
-        cmocka_unit_test(foreign_and_old_results_do_not_pass_as_leases),
-        cmocka_unit_test(given_back_and_faulted_tiles_reach_the_client),
-        cmocka_unit_test(a_stalled_tile_is_taken_back),
-        cmocka_unit_test(unacknowledged_results_stop_the_reading),
-        cmocka_unit_test(blobs_are_served_in_parts),
-        cmocka_unit_test(draining_workers_get_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,8 @@
 /* Leases: what is found, what is forgotten, what has stalled. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdlib.h>
 
 #include "server/fleet/late.h"
+#include "tests/unit/unit.h"
 
 static void add(struct lease_table *t, uint64_t frame_id, uint32_t index, uint64_t since_ms,
                 uint64_t answered)
@@ -18,9 +13,8 @@ static void add(struct lease_table *t, uint64_t frame_id, uint32_t index, uint64
     assert_int_equal(lease_add(t, &lease), 0);
 }
 
-static void leases_are_found_and_forgotten(void **state)
+TEST(leases_are_found_and_forgotten)
 {
-    (void)state;
     struct lease_table t = {0};
     for (uint32_t i = 0; i < 10; i++) add(&t, i % 2, i, 0, 0);
     assert_int_equal(lease_find(&t, 1, 3, 1), 3);
@@ -37,9 +31,8 @@ static void leases_are_found_and_forgotten(void **state)
     lease_table_fini(&t);
 }
 
-static void a_table_has_an_end(void **state)
+TEST(a_table_has_an_end)
 {
-    (void)state;
     struct lease_table t = {0};
     const struct lease more = {.tile = {.index = 9999}};
     for (uint32_t i = 0; i < LIMIT_TILES_IN_HAND; i++) add(&t, 1, i, 0, 0);
@@ -47,9 +40,8 @@ static void a_table_has_an_end(void **state)
     lease_table_fini(&t);
 }
 
-static void without_progress_all_have_stalled(void **state)
+TEST(without_progress_all_have_stalled)
 {
-    (void)state;
     struct lease_table t = {0};
     add(&t, 1, 0, 1000, 0);
     add(&t, 1, 1, 1900, 0);
@@ -62,9 +54,8 @@ static void without_progress_all_have_stalled(void **state)
 }
 
 /* One thread hangs while others go on: the tile is old, and many that came later are answered. */
-static void an_overtaken_lease_has_stalled(void **state)
+TEST(an_overtaken_lease_has_stalled)
 {
-    (void)state;
     struct lease_table t = {0};
     add(&t, 1, 0, 5000, 95);
     add(&t, 1, 1, 1000, 90);
@@ -73,9 +64,8 @@ static void an_overtaken_lease_has_stalled(void **state)
     lease_table_fini(&t);
 }
 
-static void ended_leases_are_remembered_for_a_while(void **state)
+TEST(ended_leases_are_remembered_for_a_while)
 {
-    (void)state;
     struct lease_past *past = malloc(sizeof *past);
     lease_past_init(past);
     assert_false(lease_past_has(past, 0, 0, 0));
@@ -94,9 +84,8 @@ static void ended_leases_are_remembered_for_a_while(void **state)
 }
 
 /* Threads take leases in their order; the pace follows what they took lately. */
-static void the_pace_is_learnt(void **state)
+TEST(the_pace_is_learnt)
 {
-    (void)state;
     struct lease_table t = {.threads = 2};
     for (uint32_t i = 0; i < 4; i++) add(&t, 1, i, 1000, 0);
     assert_int_equal(lease_begun(&t), 2);
@@ -133,9 +122,8 @@ static struct lease_table holder(uint32_t threads, double pace_ms, uint32_t leas
 }
 
 /* A copy goes to who would be done well before: of the lease that is waited for longest. */
-static void late_leases_are_found(void **state)
+TEST(late_leases_are_found)
 {
-    (void)state;
     struct lease_table idle = {.threads = 1, .pace_ms = 100}, slow = holder(1, 1000, 2, 5000),
                        even = holder(1, 100, 1, 5000), silent = holder(1, 0, 1, 5000);
     const struct lease_table *tables[] = {&idle, &even, &slow, NULL};
@@ -160,18 +148,4 @@ static void late_leases_are_found(void **state)
     lease_table_fini(&slow);
     lease_table_fini(&even);
     lease_table_fini(&silent);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(leases_are_found_and_forgotten),
-        cmocka_unit_test(a_table_has_an_end),
-        cmocka_unit_test(without_progress_all_have_stalled),
-        cmocka_unit_test(an_overtaken_lease_has_stalled),
-        cmocka_unit_test(the_pace_is_learnt),
-        cmocka_unit_test(late_leases_are_found),
-        cmocka_unit_test(ended_leases_are_remembered_for_a_while),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,23 +1,16 @@
 /* Problem documents (RFC 9457), and which fault becomes which. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "server/http/problem.h"
+#include "tests/unit/unit.h"
 
 static const char *text(const json_t *body, const char *name)
 {
     return json_string_value(json_object_get(body, name));
 }
 
-static void members(void **state)
+TEST(members)
 {
-    (void)state;
     json_t *body = problem_json(PROBLEM_INVALID, "width is 0", "/image/width");
     assert_string_equal(text(body, "type"), "urn:shearwater:problem:invalid-document");
     assert_string_equal(text(body, "title"), "The document cannot be accepted");
@@ -30,18 +23,16 @@ static void members(void **state)
     json_decref(body);
 }
 
-static void details_that_are_no_utf8(void **state)
+TEST(details_that_are_no_utf8)
 {
-    (void)state;
     json_t *body = problem_json(PROBLEM_INVALID, "cut \xc3", "/\xff/a");
     assert_string_equal(text(body, "detail"), "cut ?");
     assert_string_equal(text(body, "pointer"), "/?/a");
     json_decref(body);
 }
 
-static void slugs_are_unique(void **state)
+TEST(slugs_are_unique)
 {
-    (void)state;
     for (int i = 0; i < PROBLEM_COUNT; i++) {
         const struct problem *p = problem_of((enum problem_id)i);
         assert_true(p->status >= 400 && p->status < 600);
@@ -51,9 +42,8 @@ static void slugs_are_unique(void **state)
     }
 }
 
-static void faults(void **state)
+TEST(faults)
 {
-    (void)state;
     static const struct {
         int code;
         const char *pointer;
@@ -80,15 +70,4 @@ static void faults(void **state)
         strcpy(fault.pointer, cases[i].pointer);
         assert_int_equal(problem_of_document(&fault), cases[i].problem);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(members),
-        cmocka_unit_test(details_that_are_no_utf8),
-        cmocka_unit_test(slugs_are_unique),
-        cmocka_unit_test(faults),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,17 +1,10 @@
 /* Byte ranges and entity tags (RFC 9110, sections 8.8 and 14). */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/http/etag.h"
 #include "server/http/range.h"
+#include "tests/unit/unit.h"
 
-static void ranges(void **state)
+TEST(ranges)
 {
-    (void)state;
     static const struct {
         const char *header;
         uint64_t file_bytes;
@@ -48,9 +41,8 @@ static void ranges(void **state)
     }
 }
 
-static void tags(void **state)
+TEST(tags)
 {
-    (void)state;
     assert_true(etag_listed("*", "\"a\""));
     assert_true(etag_listed("\"a\"", "\"a\""));
     assert_true(etag_listed("\"x\", W/\"a\" ,\"y\"", "\"a\""));
@@ -67,10 +59,4 @@ static void tags(void **state)
     etag_of_bytes("", 0, tag);
     assert_string_equal(tag,
                         "\"e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855\"");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(ranges), cmocka_unit_test(tags)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

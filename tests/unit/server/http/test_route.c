@@ -1,16 +1,10 @@
 /* From a request target to a route: what is found, what is refused and why. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/http/guard.h"
 #include "server/http/route.h"
+#include "tests/unit/unit.h"
 
 #define ID  "0123456789abcdefghjkmnpqrs"
 #define HEX "5891b5b522d5df086d0ff0b110fbd9d21bb4fc7163af34d08286a2e846f6be03"
@@ -29,9 +23,8 @@ static int read_and_find(enum method method, const char *raw, struct route_match
     return error;
 }
 
-static void finds_every_resource(void **state)
+TEST(finds_every_resource)
 {
-    (void)state;
     static const struct {
         enum method method;
         const char *target;
@@ -67,9 +60,8 @@ static void finds_every_resource(void **state)
     }
 }
 
-static void reads_the_parts(void **state)
+TEST(reads_the_parts)
 {
-    (void)state;
     struct route_match m;
     struct digest want;
     assert_int_equal(digest_from_hex(HEX, &want), 0);
@@ -83,9 +75,8 @@ static void reads_the_parts(void **state)
     assert_true(m.worker == UINT64_C(9999999999999999999));
 }
 
-static void refuses(void **state)
+TEST(refuses)
 {
-    (void)state;
     static const struct {
         enum method method;
         const char *target;
@@ -138,9 +129,8 @@ static void refuses(void **state)
     }
 }
 
-static void names_the_methods_of_a_path(void **state)
+TEST(names_the_methods_of_a_path)
 {
-    (void)state;
     struct route_match m;
     assert_int_equal(read_and_find(METHOD_PUT, "/v1/jobs", &m), ERR_STATE);
     assert_string_equal(m.allow, "POST, GET, HEAD");
@@ -150,9 +140,8 @@ static void names_the_methods_of_a_path(void **state)
     assert_string_equal(m.allow, "GET, HEAD");
 }
 
-static void caps_the_target(void **state)
+TEST(caps_the_target)
 {
-    (void)state;
     char *raw = malloc(LIMIT_HTTP_URL_BYTES + 2);
     struct target target;
     struct fault fault;
@@ -166,9 +155,8 @@ static void caps_the_target(void **state)
     free(raw);
 }
 
-static void any_bytes_are_survived(void **state)
+TEST(any_bytes_are_survived)
 {
-    (void)state;
     static const char alphabet[] = "/%0.2e5cf?&=a\\\x01\xff v1jobs";
     srand(3);
     for (int round = 0; round < 50000; round++) {
@@ -189,9 +177,8 @@ static void any_bytes_are_survived(void **state)
     }
 }
 
-static void hosts(void **state)
+TEST(hosts)
 {
-    (void)state;
     static const char *const good[] = {"localhost",       "LocalHost:1", "127.0.0.1",
                                        "127.0.0.1:65535", "[::1]",       "[::1]:8040"};
     static const char *const bad[] = {"",
@@ -208,18 +195,4 @@ static void hosts(void **state)
         assert_true(guard_host_is_local(good[i]));
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
         assert_false(guard_host_is_local(bad[i]));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(finds_every_resource),
-        cmocka_unit_test(reads_the_parts),
-        cmocka_unit_test(refuses),
-        cmocka_unit_test(names_the_methods_of_a_path),
-        cmocka_unit_test(caps_the_target),
-        cmocka_unit_test(any_bytes_are_survived),
-        cmocka_unit_test(hosts),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

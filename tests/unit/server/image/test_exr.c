@@ -1,12 +1,5 @@
 /* EXR files: what was written comes back, bytes depend on content alone, hostile files are errors.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <OpenEXR/openexr.h>
 #include <math.h>
 #include <stdio.h>
@@ -18,6 +11,7 @@
 
 #include "proto/half.h"
 #include "server/image/exr.h"
+#include "tests/unit/unit.h"
 
 static char dir[64];
 
@@ -35,6 +29,8 @@ static int remove_dir(void **state)
     snprintf(command, sizeof command, "rm -r '%s'", dir);
     return system(command);
 }
+
+EACH_TEST(make_dir, remove_dir);
 
 static const char *path_of(const char *name)
 {
@@ -107,9 +103,8 @@ static void assert_channels(const struct image *a, const struct image *b)
     }
 }
 
-static void floats_come_back_bit_by_bit(void **state)
+TEST(floats_come_back_bit_by_bit)
 {
-    (void)state;
     static const int32_t sizes[][2] = {{1, 1}, {1, 40}, {40, 1}, {97, 33}, {720, 70}, {2000, 17}};
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
         struct image *image = make_image(0xfff, sizes[i][0], sizes[i][1]);
@@ -121,9 +116,8 @@ static void floats_come_back_bit_by_bit(void **state)
     }
 }
 
-static void strange_floats_come_back(void **state)
+TEST(strange_floats_come_back)
 {
-    (void)state;
     struct image *image = make_image(1, 8, 2);
     static const float values[] = {INFINITY, -INFINITY, -0.0f, 1e-45f, 3.4e38f, -7.0f, 65520.0f, 0};
     memcpy(image->data, values, sizeof values);
@@ -135,9 +129,8 @@ static void strange_floats_come_back(void **state)
     image_destroy(&image);
 }
 
-static void halves_are_rounded_and_clamped(void **state)
+TEST(halves_are_rounded_and_clamped)
 {
-    (void)state;
     struct exr_metadata m = metadata;
     m.half = true;
     struct image *image = make_image(0xfff, 50, 20);
@@ -182,9 +175,8 @@ static void spill(const char *path, const char *data, size_t size_bytes)
     fclose(f);
 }
 
-static void equal_images_are_equal_files(void **state)
+TEST(equal_images_are_equal_files)
 {
-    (void)state;
     size_t a_bytes, b_bytes;
     struct image *image = make_image(0xfff, 200, 90);
     write_file(path_of("a.exr"), image, &metadata);
@@ -200,9 +192,8 @@ static void equal_images_are_equal_files(void **state)
 
 /* Rows that are not final yet hold anything; the file is the same as one that is written at once.
  */
-static void rows_from_the_top_are_the_same_file(void **state)
+TEST(rows_from_the_top_are_the_same_file)
 {
-    (void)state;
     static const int32_t steps[][4] = {
         {90, 90, 90, 90}, {7, 16, 17, 64}, {0, 33, 33, 89}, {1, 2, 3, 90}};
     struct exr_metadata m = metadata;
@@ -235,9 +226,8 @@ static void rows_from_the_top_are_the_same_file(void **state)
     }
 }
 
-static void given_up_rows_leave_nothing(void **state)
+TEST(given_up_rows_leave_nothing)
 {
-    (void)state;
     struct image *image = make_image(1, 70, 90);
     struct exr_rows *rows;
     struct fault fault = {0};
@@ -252,9 +242,8 @@ static void given_up_rows_leave_nothing(void **state)
     image_destroy(&image);
 }
 
-static void metadata_is_in_the_header(void **state)
+TEST(metadata_is_in_the_header)
 {
-    (void)state;
     exr_context_t file;
     const char *text;
     int32_t length, number;
@@ -275,9 +264,8 @@ static void metadata_is_in_the_header(void **state)
     image_destroy(&image);
 }
 
-static void a_file_is_replaced_or_left_alone(void **state)
+TEST(a_file_is_replaced_or_left_alone)
 {
-    (void)state;
     struct fault fault = {0};
     struct stat st;
     struct image *image = make_image(1, 10, 10);
@@ -351,9 +339,8 @@ static void write_foreign(const char *path, bool tiled, exr_pixel_type_t type,
     assert_int_equal(exr_finish(&file), 0);
 }
 
-static void files_of_other_programs_are_read(void **state)
+TEST(files_of_other_programs_are_read)
 {
-    (void)state;
     static const exr_compression_t codecs[] = {EXR_COMPRESSION_NONE, EXR_COMPRESSION_RLE,
                                                EXR_COMPRESSION_ZIPS, EXR_COMPRESSION_ZIP,
                                                EXR_COMPRESSION_PIZ};
@@ -372,9 +359,8 @@ static void files_of_other_programs_are_read(void **state)
     }
 }
 
-static void a_reference_picture_is_read(void **state)
+TEST(a_reference_picture_is_read)
 {
-    (void)state;
     const char *scenes = getenv("SHEARWATER_SCENES");
     char path[4096];
     snprintf(path, sizeof path, "%s/cornell-box-bitterli/TungstenRender.exr",
@@ -410,9 +396,8 @@ static int try_read(const char *data, size_t size_bytes)
     return error;
 }
 
-static void damaged_files_are_errors(void **state)
+TEST(damaged_files_are_errors)
 {
-    (void)state;
     size_t size;
     struct image *image = make_image(3, 70, 40);
     write_file(path_of("a.exr"), image, &metadata);
@@ -433,9 +418,8 @@ static void damaged_files_are_errors(void **state)
     image_destroy(&image);
 }
 
-static void what_is_not_read_is_refused(void **state)
+TEST(what_is_not_read_is_refused)
 {
-    (void)state;
     struct image *image;
     struct fault fault = {0};
     assert_int_equal(exr_read(path_of("missing.exr"), &image, &fault), ERR_NOT_FOUND);
@@ -454,9 +438,8 @@ static void what_is_not_read_is_refused(void **state)
         assert_int_equal(exr_read(path_of("s.exr"), &image, &fault), ERR_UNSUPPORTED);
 }
 
-static void dwa_is_refused_with_advice(void **state)
+TEST(dwa_is_refused_with_advice)
 {
-    (void)state;
     struct image *image;
     struct fault fault = {0};
     exr_context_t file;
@@ -473,9 +456,8 @@ static void dwa_is_refused_with_advice(void **state)
     assert_non_null(strstr(fault.detail, "ZIP or PIZ"));
 }
 
-static void it_is_quick(void **state)
+TEST(it_is_quick)
 {
-    (void)state;
     struct timespec a, b;
     struct stat st;
     struct image *image = make_image(1, 720, 720);
@@ -486,27 +468,4 @@ static void it_is_quick(void **state)
     double ms = (double)(b.tv_sec - a.tv_sec) * 1e3 + (double)(b.tv_nsec - a.tv_nsec) * 1e-6;
     print_message("# 720 x 720 float: %.1f ms, %ld bytes\n", ms, (long)st.st_size);
     image_destroy(&image);
-}
-
-#define TEST(f) cmocka_unit_test_setup_teardown(f, make_dir, remove_dir)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(floats_come_back_bit_by_bit),
-        TEST(strange_floats_come_back),
-        TEST(halves_are_rounded_and_clamped),
-        TEST(equal_images_are_equal_files),
-        TEST(rows_from_the_top_are_the_same_file),
-        TEST(given_up_rows_leave_nothing),
-        TEST(metadata_is_in_the_header),
-        TEST(a_file_is_replaced_or_left_alone),
-        TEST(files_of_other_programs_are_read),
-        TEST(a_reference_picture_is_read),
-        TEST(damaged_files_are_errors),
-        TEST(what_is_not_read_is_refused),
-        TEST(dwa_is_refused_with_advice),
-        TEST(it_is_quick),
-    };
-    return cmocka_run_group_tests_name("exr", tests, NULL, NULL);
 }

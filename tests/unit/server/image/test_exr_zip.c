@@ -1,11 +1,4 @@
 /* EXR's chunks, deflated: they hold what went in, and what came before leaves no trace in them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <isa-l/igzip_lib.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -15,6 +8,7 @@
 
 #include "server/image/exr_zip.h"
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 
 enum { SMALL_BYTES = 3000, LARGE_BYTES = 1 << 17, TRIALS = 20000, ROUNDS = 400 };
 
@@ -42,13 +36,12 @@ static size_t compress(struct exr_zip *zip, uint8_t *bytes, size_t size_bytes, u
 }
 
 /* A deflater that has seen other chunks gives what a fresh one does. */
-static void chunks_do_not_depend_on_those_before(void **state)
+TEST(chunks_do_not_depend_on_those_before)
 {
     static uint8_t bytes[SMALL_BYTES], other[SMALL_BYTES], a[SMALL_BYTES], b[SMALL_BYTES];
     struct random r = {3};
     struct exr_zip *used = exr_zip_create();
     uint32_t smaller = 0;
-    (void)state;
     assert_non_null(used);
     for (int trial = 0; trial < TRIALS; trial++) {
         struct exr_zip *fresh = exr_zip_create();
@@ -102,13 +95,12 @@ static uint8_t *guarded(void)
 }
 
 /* The first sizes there are, and larger ones; noise does not shrink. */
-static void chunks_hold_what_went_in(void **state)
+TEST(chunks_hold_what_went_in)
 {
     static uint8_t deflated[LARGE_BYTES], back[LARGE_BYTES];
     uint8_t *memory = guarded();
     struct random r = {5};
     struct exr_zip *zip = exr_zip_create();
-    (void)state;
     assert_non_null(zip);
     for (size_t round = 1; round <= ROUNDS; round++) {
         const size_t any = 1 + random_bits(&r) % LARGE_BYTES;
@@ -125,13 +117,4 @@ static void chunks_hold_what_went_in(void **state)
     exr_zip_destroy(&zip);
     assert_null(zip);
     munmap(memory, LARGE_BYTES + (size_t)sysconf(_SC_PAGESIZE));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(chunks_do_not_depend_on_those_before),
-        cmocka_unit_test(chunks_hold_what_went_in),
-    };
-    return cmocka_run_group_tests_name("exr_zip", tests, NULL, NULL);
 }

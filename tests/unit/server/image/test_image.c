@@ -1,19 +1,12 @@
 /* Images: channels of layers, limits, lookup. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "proto/job/job.h"
 #include "server/image/image.h"
+#include "tests/unit/unit.h"
 
-static void layers_are_those_of_the_job_document(void **state)
+TEST(layers_are_those_of_the_job_document)
 {
-    (void)state;
     for (uint32_t bit = 1; bit <= LAYERS_AVAILABLE; bit <<= 1) {
         struct image *image;
         const struct plane *rgb[3];
@@ -30,9 +23,8 @@ static void layers_are_those_of_the_job_document(void **state)
     }
 }
 
-static void beauty_is_four_channels(void **state)
+TEST(beauty_is_four_channels)
 {
-    (void)state;
     struct image *image;
     assert_int_equal(image_create(LAYER_BEAUTY, 2, 2, &image), 0);
     assert_int_equal(image->channel_count, 4);
@@ -41,9 +33,8 @@ static void beauty_is_four_channels(void **state)
     image_destroy(&image);
 }
 
-static void planes_are_zero_and_do_not_overlap(void **state)
+TEST(planes_are_zero_and_do_not_overlap)
 {
-    (void)state;
     struct image *image;
     assert_int_equal(image_create(LAYERS_AVAILABLE, 7, 5, &image), 0);
     assert_int_equal(image->channel_count, 36);
@@ -63,9 +54,8 @@ static void planes_are_zero_and_do_not_overlap(void **state)
     image_destroy(&image);
 }
 
-static void layers_that_are_not_there_show_nothing(void **state)
+TEST(layers_that_are_not_there_show_nothing)
 {
-    (void)state;
     struct image *image;
     const struct plane *rgb[3];
     assert_int_equal(image_create(LAYER_DEPTH | LAYER_NORMAL, 2, 2, &image), 0);
@@ -79,9 +69,8 @@ static void layers_that_are_not_there_show_nothing(void **state)
     image_destroy(&image);
 }
 
-static void layers_of_other_programs_are_found(void **state)
+TEST(layers_of_other_programs_are_found)
 {
-    (void)state;
     static const char *const names[] = {"crypto.R", "crypto.G", "crypto.B"};
     struct image *image;
     const struct plane *rgb[3];
@@ -91,9 +80,8 @@ static void layers_of_other_programs_are_found(void **state)
     image_destroy(&image);
 }
 
-static void sizes_are_limited(void **state)
+TEST(sizes_are_limited)
 {
-    (void)state;
     static const char *const longer[] = {"a name that has no room in a channel"};
     struct image *image;
     assert_int_equal(image_create(1, 0, 5, &image), ERR_LIMIT);
@@ -105,17 +93,4 @@ static void sizes_are_limited(void **state)
     assert_int_equal(image_create_named(longer, 1, 1, 1, &image), ERR_LIMIT);
     assert_int_equal(image_create_named(longer, IMAGE_CHANNELS + 1, 1, 1, &image), ERR_LIMIT);
     assert_null(image);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(layers_are_those_of_the_job_document),
-        cmocka_unit_test(beauty_is_four_channels),
-        cmocka_unit_test(planes_are_zero_and_do_not_overlap),
-        cmocka_unit_test(layers_that_are_not_there_show_nothing),
-        cmocka_unit_test(layers_of_other_programs_are_found),
-        cmocka_unit_test(sizes_are_limited),
-    };
-    return cmocka_run_group_tests_name("image", tests, NULL, NULL);
 }

@@ -1,11 +1,4 @@
 /* PNG files: what libpng reads back. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <png.h>
 #include <stdlib.h>
@@ -13,6 +6,7 @@
 
 #include "server/image/png.h"
 #include "server/image/tonemap.h"
+#include "tests/unit/unit.h"
 
 struct picture {
     uint32_t width, height;
@@ -62,9 +56,8 @@ static struct picture encode(const struct image *image, const char *layer, float
 
 static const char *const beauty[] = {"R", "G", "B", "A"};
 
-static void radiance_is_exposed_and_encoded(void **state)
+TEST(radiance_is_exposed_and_encoded)
 {
-    (void)state;
     static const float exposures[] = {0.0f, -2.0f, 3.5f, 1000.0f, -1000.0f};
     struct image *image = make_image(beauty, 4, 37, 21);
     *plane_at(&image->channels[1].plane, 3, 3) = NAN;
@@ -85,9 +78,8 @@ static void radiance_is_exposed_and_encoded(void **state)
     image_destroy(&image);
 }
 
-static void normals_and_scalars_are_shown_linearly(void **state)
+TEST(normals_and_scalars_are_shown_linearly)
 {
-    (void)state;
     static const char *const names[] = {"normal.X", "normal.Y", "normal.Z", "depth.Z",
                                         "visibility.V"};
     struct image *image = make_image(names, 5, 2, 1);
@@ -112,9 +104,8 @@ static void normals_and_scalars_are_shown_linearly(void **state)
     image_destroy(&image);
 }
 
-static void a_layer_that_is_not_there_is_refused(void **state)
+TEST(a_layer_that_is_not_there_is_refused)
 {
-    (void)state;
     uint8_t *data;
     size_t size_bytes;
     struct image *image = make_image(beauty, 4, 3, 3);
@@ -123,9 +114,8 @@ static void a_layer_that_is_not_there_is_refused(void **state)
     image_destroy(&image);
 }
 
-static void equal_pictures_are_equal_bytes(void **state)
+TEST(equal_pictures_are_equal_bytes)
 {
-    (void)state;
     uint8_t *a, *b;
     size_t a_bytes, b_bytes;
     struct image *image = make_image(beauty, 4, 300, 200);
@@ -139,9 +129,8 @@ static void equal_pictures_are_equal_bytes(void **state)
 }
 
 /* Also of a layer that is scaled by its largest value, which is in the last row. */
-static void rows_from_the_top_are_the_same_bytes(void **state)
+TEST(rows_from_the_top_are_the_same_bytes)
 {
-    (void)state;
     static const char *const depth[] = {"depth.Z"};
     for (int scaled = 0; scaled < 2; scaled++) {
         struct image *image = make_image(scaled ? depth : beauty, scaled ? 1 : 4, 30, 20);
@@ -167,16 +156,4 @@ static void rows_from_the_top_are_the_same_bytes(void **state)
         image_destroy(&forming);
         image_destroy(&image);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(radiance_is_exposed_and_encoded),
-        cmocka_unit_test(normals_and_scalars_are_shown_linearly),
-        cmocka_unit_test(a_layer_that_is_not_there_is_refused),
-        cmocka_unit_test(equal_pictures_are_equal_bytes),
-        cmocka_unit_test(rows_from_the_top_are_the_same_bytes),
-    };
-    return cmocka_run_group_tests_name("png", tests, NULL, NULL);
 }

@@ -1,19 +1,12 @@
 /* The sRGB curve and its table. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
 #include "server/image/tonemap.h"
+#include "tests/unit/unit.h"
 
-static void known_values(void **state)
+TEST(known_values)
 {
-    (void)state;
     /* IEC 61966-2-1, computed in double precision. */
     static const float pairs[][2] = {{0.0f, 0.0f},          {0.0031308f, 0.0404499f},
                                      {0.18f, 0.4613561f},   {0.5f, 0.7353569f},
@@ -25,9 +18,8 @@ static void known_values(void **state)
     assert_int_equal(tonemap_byte(0.25f, 2.0f), 188);
 }
 
-static void what_is_outside_is_clipped(void **state)
+TEST(what_is_outside_is_clipped)
 {
-    (void)state;
     assert_true(tonemap_srgb(-1.0f) == 0.0f);
     assert_true(tonemap_srgb(NAN) == 0.0f);
     assert_true(tonemap_srgb(INFINITY) == 1.0f);
@@ -36,9 +28,8 @@ static void what_is_outside_is_clipped(void **state)
     assert_int_equal(tonemap_byte(-1e30f, 1.0f), 0);
 }
 
-static void the_table_gives_the_same_bytes(void **state)
+TEST(the_table_gives_the_same_bytes)
 {
-    (void)state;
     static struct tonemap_table table;
     tonemap_table_init(&table);
     for (uint32_t bits = 0; bits < 0x40000000u; bits += 4099) {
@@ -56,14 +47,4 @@ static void the_table_gives_the_same_bytes(void **state)
         assert_int_equal(tonemap_table_byte(&table, others[i], 2.0f),
                          tonemap_byte(others[i], 2.0f));
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(known_values),
-        cmocka_unit_test(what_is_outside_is_clipped),
-        cmocka_unit_test(the_table_gives_the_same_bytes),
-    };
-    return cmocka_run_group_tests_name("tonemap", tests, NULL, NULL);
 }

@@ -1,16 +1,9 @@
 /* Whose turn it is: shares of a long run, who comes late, who goes away, who cannot be served. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/job/fair_share.h"
+#include "tests/unit/unit.h"
 
 /* Serves whoever is next with tiles of his own size, `samples` in all; what each got. */
 static void serve(struct fair_share *share, struct fair_tenant *const tenants[], unsigned count,
@@ -27,9 +20,8 @@ static void serve(struct fair_share *share, struct fair_tenant *const tenants[],
     }
 }
 
-static void shares_are_equal_whatever_the_tiles(void **state)
+TEST(shares_are_equal_whatever_the_tiles)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *t[3] = {fair_share_join(&share, "a", 0), fair_share_join(&share, "b", 0),
                                 fair_share_join(&share, "c", 0)};
@@ -41,9 +33,8 @@ static void shares_are_equal_whatever_the_tiles(void **state)
     fair_share_fini(&share);
 }
 
-static void many_jobs_are_one_share(void **state)
+TEST(many_jobs_are_one_share)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *t[2] = {NULL, fair_share_join(&share, "b", 0)};
     for (int i = 0; i < 100; i++) t[0] = fair_share_join(&share, "a", 0);
@@ -55,9 +46,8 @@ static void many_jobs_are_one_share(void **state)
     fair_share_fini(&share);
 }
 
-static void time_away_earns_nothing(void **state)
+TEST(time_away_earns_nothing)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *t[2] = {fair_share_join(&share, "a", 0), NULL};
     const uint64_t tile[2] = {10, 10};
@@ -71,9 +61,8 @@ static void time_away_earns_nothing(void **state)
 }
 
 /* Leaving and coming back does not wipe out what one had beyond the others. */
-static void who_comes_back_is_remembered(void **state)
+TEST(who_comes_back_is_remembered)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *a = fair_share_join(&share, "a", 0), *b = fair_share_join(&share, "b", 0);
     fair_share_charge(&share, a, 500);
@@ -86,9 +75,8 @@ static void who_comes_back_is_remembered(void **state)
     fair_share_fini(&share);
 }
 
-static void an_empty_line_begins_anew(void **state)
+TEST(an_empty_line_begins_anew)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *a = fair_share_join(&share, "a", 0);
     fair_share_charge(&share, a, 1u << 20);
@@ -100,9 +88,8 @@ static void an_empty_line_begins_anew(void **state)
     fair_share_fini(&share);
 }
 
-static void what_could_not_be_served_is_owed_within_bounds(void **state)
+TEST(what_could_not_be_served_is_owed_within_bounds)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *a = fair_share_join(&share, "a", 0), *b = fair_share_join(&share, "b", 0);
     fair_share_charge(&share, a, FAIR_SHARE_CREDIT / 2);
@@ -113,9 +100,8 @@ static void what_could_not_be_served_is_owed_within_bounds(void **state)
     fair_share_fini(&share);
 }
 
-static void priorities_are_apart(void **state)
+TEST(priorities_are_apart)
 {
-    (void)state;
     struct fair_share share = {0};
     struct fair_tenant *low = fair_share_join(&share, "a", 0);
     struct fair_tenant *high = fair_share_join(&share, "a", 1);
@@ -150,9 +136,8 @@ static struct fair_weights *weights_of(const char *owner, uint32_t weight)
     return w;
 }
 
-static void weights_are_shares_of_a_long_run(void **state)
+TEST(weights_are_shares_of_a_long_run)
 {
-    (void)state;
     struct fair_share share = {0};
     fair_share_weigh(&share, weights_of("a", 2));
     struct fair_tenant *t[2] = {fair_share_join(&share, "a", 0), fair_share_join(&share, "b", 0)};
@@ -164,19 +149,4 @@ static void weights_are_shares_of_a_long_run(void **state)
     fair_share_weigh(&share, NULL);
     assert_in_range(served_of(t, &share, 4000), 1998, 2002);
     fair_share_fini(&share);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shares_are_equal_whatever_the_tiles),
-        cmocka_unit_test(many_jobs_are_one_share),
-        cmocka_unit_test(time_away_earns_nothing),
-        cmocka_unit_test(who_comes_back_is_remembered),
-        cmocka_unit_test(an_empty_line_begins_anew),
-        cmocka_unit_test(what_could_not_be_served_is_owed_within_bounds),
-        cmocka_unit_test(weights_are_shares_of_a_long_run),
-        cmocka_unit_test(priorities_are_apart),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

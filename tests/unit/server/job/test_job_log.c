@@ -1,15 +1,10 @@
 /* A job's log: lines with times, the same said again, bounds, what is read back. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "proto/limits.h"
 #include "server/job/job_log.h"
+#include "tests/unit/unit.h"
 
 static const char *text_of(const json_t *log, size_t at, const char *member)
 {
@@ -21,17 +16,15 @@ static json_int_t times_of(const json_t *log, size_t at)
     return json_integer_value(json_object_get(json_array_get(log, at), "times"));
 }
 
-static void times_are_written_as_rfc_3339(void **state)
+TEST(times_are_written_as_rfc_3339)
 {
-    (void)state;
     json_t *time = time_json(1762732800007);
     assert_string_equal(json_string_value(time), "2025-11-10T00:00:00.007Z");
     json_decref(time);
 }
 
-static void lines_keep_their_order(void **state)
+TEST(lines_keep_their_order)
 {
-    (void)state;
     json_t *log = NULL;
     job_log_add(&log, 0, "state", "submitted");
     job_log_add(&log, 1500, "frame", "frame %d is begun", 7);
@@ -43,9 +36,8 @@ static void lines_keep_their_order(void **state)
     json_decref(log);
 }
 
-static void the_same_again_is_counted(void **state)
+TEST(the_same_again_is_counted)
 {
-    (void)state;
     json_t *log = NULL;
     for (int i = 0; i < 5; i++) job_log_add(&log, 1000 * i, "worker", "a has left");
     job_log_add(&log, 9000, "worker", "b has left");
@@ -59,9 +51,8 @@ static void the_same_again_is_counted(void **state)
     json_decref(log);
 }
 
-static void of_very_many_the_middle_goes(void **state)
+TEST(of_very_many_the_middle_goes)
 {
-    (void)state;
     json_t *log = NULL;
     const int all = 3 * LIMIT_LOG_LINES;
     for (int i = 0; i < all; i++) job_log_add(&log, i, "tiles", "line %d", i);
@@ -78,9 +69,8 @@ static void of_very_many_the_middle_goes(void **state)
     json_decref(log);
 }
 
-static void bytes_that_are_no_text_are_left_out(void **state)
+TEST(bytes_that_are_no_text_are_left_out)
 {
-    (void)state;
     json_t *log = NULL;
     job_log_add(&log, 0, "worker", "%s has left", "\xff\xfe");
     assert_int_equal(json_array_size(log), 0);
@@ -90,9 +80,8 @@ static void bytes_that_are_no_text_are_left_out(void **state)
 }
 
 /* Wherever text is cut, by its writer or by the bound, whole characters stay. */
-static void text_is_cut_between_characters(void **state)
+TEST(text_is_cut_between_characters)
 {
-    (void)state;
     static const char text[] = "a\u00e9\u20ac\U0001f426"; /* 1, 2, 3 and 4 bytes */
     static const int whole[] = {0, 1, 1, 3, 3, 3, 6, 6, 6, 6, 10};
     char padding[LIMIT_DETAIL_BYTES] = "";
@@ -111,9 +100,8 @@ static void text_is_cut_between_characters(void **state)
     }
 }
 
-static void a_stored_log_is_checked(void **state)
+TEST(a_stored_log_is_checked)
 {
-    (void)state;
     json_t *log = NULL;
     job_log_add(&log, 0, "state", "submitted");
     json_t *report = json_pack("{s:O}", "log", log);
@@ -127,18 +115,4 @@ static void a_stored_log_is_checked(void **state)
     assert_null(job_log_read(NULL));
     json_decref(report);
     json_decref(log);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(times_are_written_as_rfc_3339),
-        cmocka_unit_test(lines_keep_their_order),
-        cmocka_unit_test(the_same_again_is_counted),
-        cmocka_unit_test(of_very_many_the_middle_goes),
-        cmocka_unit_test(bytes_that_are_no_text_are_left_out),
-        cmocka_unit_test(text_is_cut_between_characters),
-        cmocka_unit_test(a_stored_log_is_checked),
-    };
-    return cmocka_run_group_tests_name("job_log", tests, NULL, NULL);
 }

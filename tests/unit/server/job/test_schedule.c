@@ -1,14 +1,9 @@
 /* The schedule: queues are filled evenly, never beyond what was asked for, and thinner when the
  * supply ends. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdlib.h>
 
 #include "server/fleet/schedule.h"
+#include "tests/unit/unit.h"
 
 static uint64_t sum(const uint32_t *give, size_t count)
 {
@@ -17,9 +12,8 @@ static uint64_t sum(const uint32_t *give, size_t count)
     return total;
 }
 
-static void fills_two_tiles_a_thread(void **state)
+TEST(fills_two_tiles_a_thread)
 {
-    (void)state;
     const struct schedule_worker w[] = {{4, 100, 0, 0}, {1, 100, 0, 0}, {2, 100, 3, 0}};
     uint32_t give[3];
     schedule_share(w, 3, UINT64_MAX, give);
@@ -30,9 +24,8 @@ static void fills_two_tiles_a_thread(void **state)
     assert_int_equal(give[0], 8);
 }
 
-static void gives_no_more_than_wanted(void **state)
+TEST(gives_no_more_than_wanted)
 {
-    (void)state;
     const struct schedule_worker w[] = {
         {4, 3, 0, 0}, {4, 0, 0, 0}, {4, 100, 8, 0}, {4, 100, 200, 0}};
     uint32_t give[4];
@@ -43,9 +36,8 @@ static void gives_no_more_than_wanted(void **state)
     assert_int_equal(give[3], 0);
 }
 
-static void spreads_a_short_supply(void **state)
+TEST(spreads_a_short_supply)
 {
-    (void)state;
     const struct schedule_worker w[] = {{4, 8, 0, 0}, {4, 8, 0, 0}, {4, 8, 0, 0}};
     uint32_t give[3];
     schedule_share(w, 3, 6, give);
@@ -57,9 +49,8 @@ static void spreads_a_short_supply(void **state)
     assert_int_equal(sum(give, 3), 0);
 }
 
-static void serves_the_idle_first(void **state)
+TEST(serves_the_idle_first)
 {
-    (void)state;
     const struct schedule_worker w[] = {{2, 4, 2, 0}, {2, 4, 0, 0}};
     uint32_t give[2];
     schedule_share(w, 2, 2, give);
@@ -67,9 +58,8 @@ static void serves_the_idle_first(void **state)
     assert_int_equal(give[1], 2);
 }
 
-static void gives_by_threads(void **state)
+TEST(gives_by_threads)
 {
-    (void)state;
     const struct schedule_worker w[] = {{16, 32, 0, 0}, {1, 2, 0, 0}};
     uint32_t give[2];
     schedule_share(w, 2, 17, give);
@@ -78,9 +68,8 @@ static void gives_by_threads(void **state)
 }
 
 /* The nearer the end, the fewer tiles wait in a queue; every thread keeps its one. */
-static void queues_thin_out(void **state)
+TEST(queues_thin_out)
 {
-    (void)state;
     uint32_t before = UINT32_MAX;
     for (uint64_t supply = 64; supply > 0; supply--) {
         uint32_t depth = schedule_depth(4, 16, supply);
@@ -93,9 +82,8 @@ static void queues_thin_out(void **state)
 }
 
 /* At the end a slow worker gets nothing that the others would wait for; alone it gets all. */
-static void leaves_the_last_tiles_to_the_fast(void **state)
+TEST(leaves_the_last_tiles_to_the_fast)
 {
-    (void)state;
     const struct schedule_worker w[] = {{1, 2, 0, 1000}, {1, 2, 1, 100}, {1, 2, 1, 100}};
     uint32_t give[3];
     schedule_share(w, 3, 40, give);
@@ -111,18 +99,16 @@ static void leaves_the_last_tiles_to_the_fast(void **state)
 }
 
 /* Who wants nothing now works, too: a short supply is not all for the one who asks first. */
-static void counts_those_who_work(void **state)
+TEST(counts_those_who_work)
 {
-    (void)state;
     const struct schedule_worker w[] = {{4, 8, 0, 0}, {4, 0, 8, 0}, {4, 0, 8, 0}, {4, 0, 8, 0}};
     uint32_t give[4];
     schedule_share(w, 4, 8, give);
     assert_int_equal(give[0], 6);
 }
 
-static void holds_for_any_input(void **state)
+TEST(holds_for_any_input)
 {
-    (void)state;
     enum { WORKERS = 40 };
     uint64_t x = 88172645463325252u;
     for (int round = 0; round < 500; round++) {
@@ -142,20 +128,4 @@ static void holds_for_any_input(void **state)
             assert_true(give[i] == 0 || give[i] + w[i].in_hand <= 2 * w[i].threads);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fills_two_tiles_a_thread),
-        cmocka_unit_test(gives_no_more_than_wanted),
-        cmocka_unit_test(spreads_a_short_supply),
-        cmocka_unit_test(serves_the_idle_first),
-        cmocka_unit_test(gives_by_threads),
-        cmocka_unit_test(queues_thin_out),
-        cmocka_unit_test(leaves_the_last_tiles_to_the_fast),
-        cmocka_unit_test(counts_those_who_work),
-        cmocka_unit_test(holds_for_any_input),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,9 @@
 /* The document that steers a job comes from anybody: every fault is named at its place. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/job/steering.h"
+#include "tests/unit/unit.h"
 
 static void read_well(const char *text, struct steering *out)
 {
@@ -15,9 +11,8 @@ static void read_well(const char *text, struct steering *out)
     assert_int_equal(steering_read(text, strlen(text), out, &fault), 0);
 }
 
-static void reads_what_is_given(void **state)
+TEST(reads_what_is_given)
 {
-    (void)state;
     struct steering s;
     read_well("{\"priority\": -100}", &s);
     assert_int_equal(s.given, STEERING_PRIORITY);
@@ -36,9 +31,8 @@ static void reads_what_is_given(void **state)
     assert_int_equal(s.near_x, 16383);
 }
 
-static void null_takes_back(void **state)
+TEST(null_takes_back)
 {
-    (void)state;
     struct steering s;
     read_well("{\"region\": null, \"near\": null}", &s);
     assert_int_equal(s.given, STEERING_REGION | STEERING_NEAR);
@@ -46,9 +40,8 @@ static void null_takes_back(void **state)
     assert_false(s.has_near);
 }
 
-static void refuses_at_the_place(void **state)
+TEST(refuses_at_the_place)
 {
-    (void)state;
     static const struct {
         const char *text, *pointer;
         int code;
@@ -94,9 +87,8 @@ static void refuses_at_the_place(void **state)
 }
 
 /* Any text cut anywhere, and any byte of it replaced, is read or refused with a sentence. */
-static void survives_damage(void **state)
+TEST(survives_damage)
 {
-    (void)state;
     static const char text[] = "{\"priority\": 5, \"paused\": false, \"region\": {\"x\": 1, \"y\": "
                                "2, \"width\": 3, \"height\": 4}, \"near\": {\"x\": 7, \"y\": 8}}";
     char damaged[sizeof text];
@@ -127,9 +119,8 @@ static int check(int x, int y, int width, int height, const char **pointer)
     return error;
 }
 
-static void stays_within_the_picture(void **state)
+TEST(stays_within_the_picture)
 {
-    (void)state;
     const char *pointer;
     assert_int_equal(check(0, 0, 320, 200, &pointer), 0);
     assert_int_equal(check(319, 199, 1, 1, &pointer), 0);
@@ -143,14 +134,4 @@ static void stays_within_the_picture(void **state)
     struct steering s = {.given = STEERING_NEAR, .has_near = true, .near_x = 5, .near_y = 200};
     assert_int_equal(steering_check(&s, 320, 200, &fault), ERR_RANGE);
     assert_string_equal(fault.pointer, "/near/y");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reads_what_is_given),      cmocka_unit_test(null_takes_back),
-        cmocka_unit_test(refuses_at_the_place),     cmocka_unit_test(survives_damage),
-        cmocka_unit_test(stays_within_the_picture),
-    };
-    return cmocka_run_group_tests_name("steering", tests, NULL, NULL);
 }

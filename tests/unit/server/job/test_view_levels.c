@@ -1,12 +1,6 @@
 /* The levels of a view: few pixels first, the document's own at last. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/job/view_levels.h"
+#include "tests/unit/unit.h"
 
 static struct job job_of(int32_t width_px, int32_t height_px)
 {
@@ -19,9 +13,8 @@ static struct job job_of(int32_t width_px, int32_t height_px)
                         .indirect = INDIRECT_ADAPTIVE};
 }
 
-static void the_last_is_the_documents_own(void **state)
+TEST(the_last_is_the_documents_own)
 {
-    (void)state;
     struct job job = job_of(640, 360), last;
     assert_int_equal(view_levels(&job), 2);
     view_level_document(&job, 1, &last);
@@ -29,9 +22,8 @@ static void the_last_is_the_documents_own(void **state)
     assert_int_equal(view_level_scale(&job, 1), 1);
 }
 
-static void the_first_is_small(void **state)
+TEST(the_first_is_small)
 {
-    (void)state;
     static const int32_t sizes[][2] = {{640, 360},     {1, 16384},   {16384, 8192}, {129, 129},
                                        {11585, 11585}, {1920, 1080}, {4096, 5}};
     for (unsigned i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
@@ -44,18 +36,16 @@ static void the_first_is_small(void **state)
     }
 }
 
-static void a_small_image_has_one_level(void **state)
+TEST(a_small_image_has_one_level)
 {
-    (void)state;
     struct job job = job_of(128, 128), only;
     assert_int_equal(view_levels(&job), 1);
     view_level_document(&job, 0, &only);
     assert_memory_equal(&job, &only, sizeof job);
 }
 
-static void levels_become_finer(void **state)
+TEST(levels_become_finer)
 {
-    (void)state;
     for (int32_t side = 1; side <= 11585; side += 97) {
         struct job job = job_of(side, side);
         const unsigned last = view_levels(&job) - 1;
@@ -66,9 +56,8 @@ static void levels_become_finer(void **state)
     }
 }
 
-static void coarse_ones_have_few_samples_and_no_second_sets(void **state)
+TEST(coarse_ones_have_few_samples_and_no_second_sets)
 {
-    (void)state;
     struct job job = job_of(640, 360), first;
     view_level_document(&job, 0, &first);
     assert_int_equal(first.spp, VIEW_COARSE_SPP);
@@ -77,16 +66,4 @@ static void coarse_ones_have_few_samples_and_no_second_sets(void **state)
     assert_int_equal(first.lens_extra, 0);
     assert_int_equal(first.indirect, INDIRECT_AUTO);
     assert_int_equal(first.tile_px, VIEW_COARSE_TILE_PX);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_last_is_the_documents_own),
-        cmocka_unit_test(the_first_is_small),
-        cmocka_unit_test(a_small_image_has_one_level),
-        cmocka_unit_test(levels_become_finer),
-        cmocka_unit_test(coarse_ones_have_few_samples_and_no_second_sets),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

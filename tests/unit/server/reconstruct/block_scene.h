@@ -1,13 +1,6 @@
 #pragma once
 /* A picture of two surfaces with an edge between them, from samples that are computed from their
  * place, and its reconstruction block by block. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +10,7 @@
 #include "server/image/image.h"
 #include "server/reconstruct/block.h"
 #include "tests/unit/server/reconstruct/synthetic.h"
+#include "tests/unit/unit.h"
 
 #define ALL_LAYERS 0xfffu
 #define PI         3.14159265358979f

@@ -1,21 +1,14 @@
 /* Cuts into blocks: constants stay constants, no cut of the image and no thread changes a bit, and
  * what blocks cost. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 
 #include "proto/runtime/thread_pool.h"
 #include "tests/unit/server/reconstruct/block_scene.h"
+#include "tests/unit/unit.h"
 
-static void a_constant_field_stays_constant(void **state)
+TEST(a_constant_field_stays_constant)
 {
-    (void)state;
     static const int32_t sizes[][2] = {{70, 70}, {1, 1}, {1, 40}, {67, 1}, {2, 3}};
     for (uint32_t subs = 0; subs <= 3; subs++) {
         for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
@@ -77,9 +70,8 @@ static void block_done(struct pool_task *task)
     free(b);
 }
 
-static void threads_make_the_same_picture(void **state)
+TEST(threads_make_the_same_picture)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     struct image *image;
@@ -116,9 +108,8 @@ static void threads_make_the_same_picture(void **state)
     image_destroy(&expected);
 }
 
-static void no_cut_changes_a_bit(void **state)
+TEST(no_cut_changes_a_bit)
 {
-    (void)state;
     struct world world = plain;
     world.edge_x = 60.3f;
     world.slant = -0.37f;
@@ -147,9 +138,8 @@ static void no_cut_changes_a_bit(void **state)
     }
 }
 
-static void it_is_quick(void **state)
+TEST(it_is_quick)
 {
-    (void)state;
     struct plan plan;
     struct world world = plain;
     double seconds;
@@ -163,15 +153,4 @@ static void it_is_quick(void **state)
                       (double)world.tilt, seconds / (720.0 * 720.0) * 1e9);
         image_destroy(&image);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_constant_field_stays_constant),
-        cmocka_unit_test(threads_make_the_same_picture),
-        cmocka_unit_test(no_cut_changes_a_bit),
-        cmocka_unit_test(it_is_quick),
-    };
-    return cmocka_run_group_tests_name("block_cuts", tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* Blocks at edges: silhouettes are the mixture of what covers them, and light does not leak over,
  * whatever it is that tells the surfaces apart. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "tests/unit/server/reconstruct/block_scene.h"
+#include "tests/unit/unit.h"
 
 /* How many of a pixel's samples lie left of the edge. */
 static int near_samples(const struct plan *plan, const struct world *w, int32_t x, int32_t y)
@@ -48,9 +42,8 @@ static void assert_mixture(const struct world *world)
     image_destroy(&image);
 }
 
-static void a_silhouette_is_the_mixture_of_both_surfaces(void **state)
+TEST(a_silhouette_is_the_mixture_of_both_surfaces)
 {
-    (void)state;
     struct world world = plain;
     world.edge_x = 20.3f;
     world.slant = 0.37f;
@@ -65,9 +58,8 @@ static void a_silhouette_is_the_mixture_of_both_surfaces(void **state)
 }
 
 /* One object, e.g. a scene in a single mesh: only depth tells the surfaces apart. */
-static void depth_alone_keeps_light_apart(void **state)
+TEST(depth_alone_keeps_light_apart)
 {
-    (void)state;
     struct world world = plain;
     world.edge_x = 20.3f;
     world.slant = 0.37f;
@@ -79,9 +71,8 @@ static void depth_alone_keeps_light_apart(void **state)
     assert_mixture(&world);
 }
 
-static void normals_alone_keep_light_apart(void **state)
+TEST(normals_alone_keep_light_apart)
 {
-    (void)state;
     struct world world = plain;
     world.edge_x = 20.3f;
     world.slant = 0.37f;
@@ -93,9 +84,8 @@ static void normals_alone_keep_light_apart(void **state)
     assert_mixture(&world);
 }
 
-static void ids_are_preferred_on_one_plane(void **state)
+TEST(ids_are_preferred_on_one_plane)
 {
-    (void)state;
     struct plan plan;
     struct world world = plain;
     world.edge_x = 20.3f;
@@ -116,9 +106,8 @@ static void ids_are_preferred_on_one_plane(void **state)
 }
 
 /* 65536 instances on: the low bits that sub-samples carry are 0. */
-static void large_ids_match_their_own(void **state)
+TEST(large_ids_match_their_own)
 {
-    (void)state;
     struct world world = plain;
     world.edge_x = 20.3f;
     world.slant = 0.37f;
@@ -129,9 +118,8 @@ static void large_ids_match_their_own(void **state)
     assert_mixture(&world);
 }
 
-static void an_edge_against_nothing_has_partial_alpha(void **state)
+TEST(an_edge_against_nothing_has_partial_alpha)
 {
-    (void)state;
     struct world world = plain;
     world.edge_x = 20.3f;
     world.slant = 0.37f;
@@ -139,9 +127,8 @@ static void an_edge_against_nothing_has_partial_alpha(void **state)
     assert_mixture(&world);
 }
 
-static void an_orthographic_silhouette_is_clean(void **state)
+TEST(an_orthographic_silhouette_is_clean)
 {
-    (void)state;
     struct plan plan;
     struct world world = plain;
     world.edge_x = 20.3f;
@@ -160,18 +147,4 @@ static void an_orthographic_silhouette_is_clean(void **state)
         }
     }
     image_destroy(&image);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_silhouette_is_the_mixture_of_both_surfaces),
-        cmocka_unit_test(depth_alone_keeps_light_apart),
-        cmocka_unit_test(normals_alone_keep_light_apart),
-        cmocka_unit_test(ids_are_preferred_on_one_plane),
-        cmocka_unit_test(large_ids_match_their_own),
-        cmocka_unit_test(an_edge_against_nothing_has_partial_alpha),
-        cmocka_unit_test(an_orthographic_silhouette_is_clean),
-    };
-    return cmocka_run_group_tests_name("block_edges", tests, NULL, NULL);
 }

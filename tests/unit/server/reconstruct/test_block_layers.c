@@ -1,20 +1,13 @@
 /* What blocks write into layers: what their names say, nothing for the background, finite numbers
  * from any samples. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "proto/job/job.h"
 #include "tests/unit/server/reconstruct/block_scene.h"
+#include "tests/unit/unit.h"
 
-static void background_is_skipped_and_counted(void **state)
+TEST(background_is_skipped_and_counted)
 {
-    (void)state;
     struct plan plan;
     struct block_statistics sum;
     struct world world = plain;
@@ -29,9 +22,8 @@ static void background_is_skipped_and_counted(void **state)
 }
 
 /* A sub-sample that hit what no pixel around saw: lit by the nearest-looking one, and counted. */
-static void a_stray_sub_sample_is_counted(void **state)
+TEST(a_stray_sub_sample_is_counted)
 {
-    (void)state;
     struct plan plan;
     struct patch *patch;
     struct image *image;
@@ -57,9 +49,8 @@ static void a_stray_sub_sample_is_counted(void **state)
     image_destroy(&image);
 }
 
-static void layers_hold_what_they_say(void **state)
+TEST(layers_hold_what_they_say)
 {
-    (void)state;
     struct plan plan;
     synthetic_plan(&plan, 24, 24, 8);
     struct image *image = render(&plan, NULL, 64, 0, NULL, NULL);
@@ -92,11 +83,10 @@ static void expect_same_channels(const struct image *one, const struct image *al
 }
 
 /* What is not asked for is not summed. */
-static void layers_do_not_depend_on_others(void **state)
+TEST(layers_do_not_depend_on_others)
 {
     static const uint32_t layers[] = {LAYER_BEAUTY, LAYER_DIRECT,   LAYER_INDIRECT,
                                       LAYER_ALBEDO, LAYER_EMISSION, LAYER_BEAUTY | LAYER_INDIRECT};
-    (void)state;
     struct plan plan;
     struct patch *patch;
     struct film *film;
@@ -123,9 +113,8 @@ static void layers_do_not_depend_on_others(void **state)
 }
 
 /* Every number at the end of its range: what comes out is finite. */
-static void extremes_stay_finite(void **state)
+TEST(extremes_stay_finite)
 {
-    (void)state;
     struct plan plan;
     struct film *film;
     struct patch *patch;
@@ -164,16 +153,4 @@ static void extremes_stay_finite(void **state)
     }
     patch_destroy(&patch);
     film_destroy(&film);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(background_is_skipped_and_counted),
-        cmocka_unit_test(a_stray_sub_sample_is_counted),
-        cmocka_unit_test(layers_hold_what_they_say),
-        cmocka_unit_test(layers_do_not_depend_on_others),
-        cmocka_unit_test(extremes_stay_finite),
-    };
-    return cmocka_run_group_tests_name("block_layers", tests, NULL, NULL);
 }

@@ -1,19 +1,13 @@
 #pragma once
 /* A store of jobs in a folder of its own, which a test may close and open again. What is asked of
  * the store is answered when the loop has settled. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
+#include "tests/unit/unit.h"
 
 struct fixture {
     char dir[64];
@@ -164,5 +158,3 @@ static inline void put_frame(struct fixture *f, int job, int32_t number, const c
 }
 
 static const char first_id[] = "01JOB000000000000000000001";
-
-#define TEST(f) cmocka_unit_test_setup_teardown(f, setup, teardown)

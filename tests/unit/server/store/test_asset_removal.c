@@ -1,10 +1,4 @@
 /* What goes with an asset that is given up, and what keeps it: server/store/asset_removal.h. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +6,7 @@
 #include "server/store/asset_owners.h"
 #include "server/store/job_store.h"
 #include "server/store/marks.h"
+#include "tests/unit/unit.h"
 
 struct fixture {
     char dir[64];
@@ -45,6 +40,8 @@ static int teardown(void **state)
     free(f);
     return error;
 }
+
+EACH_TEST(setup, teardown);
 
 static void settle(struct fixture *f)
 {
@@ -158,7 +155,7 @@ static bool goes(struct fixture *f, const struct digest *d)
     return !is_there(f, d) && !is_noted(f, d);
 }
 
-static void what_is_held_goes_when_it_is_not(void **state)
+TEST(what_is_held_goes_when_it_is_not)
 {
     struct fixture *f = *state;
     const struct digest d = store(f, "held");
@@ -171,7 +168,7 @@ static void what_is_held_goes_when_it_is_not(void **state)
 }
 
 /* Submitted by somebody who needs no mark. */
-static void what_anothers_job_names_goes_when_that_has_ended(void **state)
+TEST(what_anothers_job_names_goes_when_that_has_ended)
 {
     struct fixture *f = *state;
     const struct digest d = bring(f, "b", "named");
@@ -192,7 +189,7 @@ static void what_anothers_job_names_goes_when_that_has_ended(void **state)
 }
 
 /* More than one pass has time for, and some of them have to wait. */
-static void a_round_comes_to_all(void **state)
+TEST(a_round_comes_to_all)
 {
     enum { COUNT = 300 };
     struct fixture *f = *state;
@@ -219,7 +216,7 @@ static void a_round_comes_to_all(void **state)
 }
 
 /* An upload that fails leaves a note before its mark goes, and holds the file until then. */
-static void a_note_of_who_holds_it_stays(void **state)
+TEST(a_note_of_who_holds_it_stays)
 {
     struct fixture *f = *state;
     const struct digest d = store(f, "uploaded");
@@ -233,7 +230,7 @@ static void a_note_of_who_holds_it_stays(void **state)
     assert_true(goes(f, &d));
 }
 
-static void what_is_held_goes_with_the_next_start(void **state)
+TEST(what_is_held_goes_with_the_next_start)
 {
     struct fixture *f = *state;
     const struct digest d = store(f, "held");
@@ -246,7 +243,7 @@ static void what_is_held_goes_with_the_next_start(void **state)
     assert_false(is_there(f, &d) || is_noted(f, &d));
 }
 
-static void the_last_owner_takes_it_along(void **state)
+TEST(the_last_owner_takes_it_along)
 {
     struct fixture *f = *state;
     const struct digest d = bring(f, "a", "shared");
@@ -261,7 +258,7 @@ static void the_last_owner_takes_it_along(void **state)
 }
 
 /* Both at once, in either order: one of them is refused. */
-static void a_job_comes_before_it_or_is_refused(void **state)
+TEST(a_job_comes_before_it_or_is_refused)
 {
     struct fixture *f = *state;
     const struct digest d = bring(f, "a", "raced");
@@ -303,7 +300,7 @@ static void remember(struct fixture *f, const char *source, const struct digest 
     objects_release(&f->objects, blob);
 }
 
-static void blobs_go_with_the_last_asset_that_gave_them(void **state)
+TEST(blobs_go_with_the_last_asset_that_gave_them)
 {
     struct fixture *f = *state;
     const struct digest assets[] = {bring(f, "a", "scene"), bring(f, "a", "its file"),
@@ -328,7 +325,7 @@ static void on_blob(void *ctx, int error, const struct digest *blob)
 }
 
 /* Given up while it was imported for a dry run, whom no job row stands for. */
-static void no_blob_is_remembered_of_what_is_gone(void **state)
+TEST(no_blob_is_remembered_of_what_is_gone)
 {
     struct fixture *f = *state;
     const struct digest assets[] = {bring(f, "a", "scene"), bring(f, "a", "its file")},
@@ -348,7 +345,7 @@ static void no_blob_is_remembered_of_what_is_gone(void **state)
 }
 
 /* Recorded, but held still, when the asset goes. */
-static void a_held_blob_goes_after_its_asset(void **state)
+TEST(a_held_blob_goes_after_its_asset)
 {
     struct fixture *f = *state;
     const struct digest asset = bring(f, "a", "scene"), blob = store(f, "blob"), source = {{1}};
@@ -363,7 +360,7 @@ static void a_held_blob_goes_after_its_asset(void **state)
 }
 
 /* The file went, and the machine died before the record forgot what it was imported to. */
-static void a_start_finds_blobs_without_their_asset(void **state)
+TEST(a_start_finds_blobs_without_their_asset)
 {
     struct fixture *f = *state;
     char path[OBJECTS_PATH_BYTES];
@@ -377,7 +374,7 @@ static void a_start_finds_blobs_without_their_asset(void **state)
     assert_false(is_there(f, &blob));
 }
 
-static void a_picture_is_kept(void **state)
+TEST(a_picture_is_kept)
 {
     struct fixture *f = *state;
     const struct digest scene = bring(f, "a", "scene"), picture = bring(f, "a", "picture");
@@ -394,25 +391,4 @@ static void a_picture_is_kept(void **state)
     assert_true(is_there(f, &picture));
     job_store_resume_removals(f->store);
     assert_true(is_there(f, &picture));
-}
-
-#define TEST(f) cmocka_unit_test_setup_teardown(f, setup, teardown)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(what_is_held_goes_with_the_next_start),
-        TEST(what_is_held_goes_when_it_is_not),
-        TEST(what_anothers_job_names_goes_when_that_has_ended),
-        TEST(a_round_comes_to_all),
-        TEST(a_note_of_who_holds_it_stays),
-        TEST(no_blob_is_remembered_of_what_is_gone),
-        TEST(a_held_blob_goes_after_its_asset),
-        TEST(the_last_owner_takes_it_along),
-        TEST(a_job_comes_before_it_or_is_refused),
-        TEST(blobs_go_with_the_last_asset_that_gave_them),
-        TEST(a_start_finds_blobs_without_their_asset),
-        TEST(a_picture_is_kept),
-    };
-    return cmocka_run_group_tests_name("asset_removal", tests, NULL, NULL);
 }

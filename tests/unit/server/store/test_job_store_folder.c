@@ -1,19 +1,15 @@
 /* The folder of a store of jobs: what was answered is there after a restart, it has one owner,
  * other schemas and damaged files are noticed. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <sqlite3.h>
 #include <stdio.h>
 #include <unistd.h>
 
 #include "tests/unit/server/store/job_store_fixture.h"
+#include "tests/unit/unit.h"
 
-static void a_job_survives_a_restart(void **state)
+EACH_TEST(setup, teardown);
+
+TEST(a_job_survives_a_restart)
 {
     struct fixture *f = *state;
     insert_plain(f, 1);
@@ -29,7 +25,7 @@ static void a_job_survives_a_restart(void **state)
     assert_int_equal(found.frame_count, 0);
 }
 
-static void one_folder_has_one_owner(void **state)
+TEST(one_folder_has_one_owner)
 {
     struct fixture *f = *state;
     struct job_store *second;
@@ -47,7 +43,7 @@ static void set_version(struct fixture *f, const char *sql)
     sqlite3_close(db);
 }
 
-static void a_newer_schema_is_refused(void **state)
+TEST(a_newer_schema_is_refused)
 {
     struct fixture *f = *state;
     close_store(f);
@@ -59,7 +55,7 @@ static void a_newer_schema_is_refused(void **state)
 
 /* A folder of the first version: its jobs are there, none is paused, they are nobody's, and nobody
  * knows which request brought them. */
-static void an_older_schema_is_brought_up(void **state)
+TEST(an_older_schema_is_brought_up)
 {
     struct fixture *f = *state;
     const bool paused = true;
@@ -83,7 +79,7 @@ static void an_older_schema_is_brought_up(void **state)
     assert_true(get(f, first_id).row.paused);
 }
 
-static void a_damaged_file_is_refused(void **state)
+TEST(a_damaged_file_is_refused)
 {
     struct fixture *f = *state;
     char path[128];
@@ -95,14 +91,4 @@ static void a_damaged_file_is_refused(void **state)
     assert_int_equal(open_store(f), ERR_CORRUPT);
     unlink(path);
     assert_int_equal(open_store(f), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(a_job_survives_a_restart),  TEST(one_folder_has_one_owner),
-        TEST(a_newer_schema_is_refused), TEST(an_older_schema_is_brought_up),
-        TEST(a_damaged_file_is_refused),
-    };
-    return cmocka_run_group_tests_name("job_store_folder", tests, NULL, NULL);
 }

@@ -1,18 +1,14 @@
 /* What is found in a store of jobs: jobs by id, by page, by text, those to go on with after a
  * restart; blobs by their source; keys. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <string.h>
 
 #include "tests/unit/server/store/job_store_fixture.h"
+#include "tests/unit/unit.h"
 
-static void an_unknown_job_is_no_error(void **state)
+EACH_TEST(setup, teardown);
+
+TEST(an_unknown_job_is_no_error)
 {
     struct fixture *f = *state;
     char longer[64];
@@ -53,7 +49,7 @@ static struct listed *list(struct fixture *f, const char *state, const char *cur
     return find(f, &(struct job_listing){.state = state, .cursor = cursor, .limit = limit});
 }
 
-static void listing_pages_from_the_newest(void **state)
+TEST(listing_pages_from_the_newest)
 {
     struct fixture *f = *state;
     for (int i = 0; i < 7; i++) insert_plain(f, i);
@@ -78,7 +74,7 @@ static size_t count_with(struct fixture *f, const char *text, const char *state)
     return find(f, &(struct job_listing){.state = state, .text = text, .limit = 10})->count;
 }
 
-static void listing_looks_for_text(void **state)
+TEST(listing_looks_for_text)
 {
     struct fixture *f = *state;
     for (int i = 0; i < 4; i++) insert_plain(f, i);
@@ -104,7 +100,7 @@ static void listing_looks_for_text(void **state)
     assert_string_equal(l->ids[0], make_row(3).id);
 }
 
-static void one_text_is_looked_for_at_a_time(void **state)
+TEST(one_text_is_looked_for_at_a_time)
 {
     struct fixture *f = *state;
     static struct listed first, second, plain;
@@ -139,7 +135,7 @@ static void on_unfinished(void *ctx, const struct job_row *row, const struct fra
     job_store_update(r->store, row->id, "queued", NULL, NULL, NULL, NULL);
 }
 
-static void unfinished_jobs_are_found_oldest_first(void **state)
+TEST(unfinished_jobs_are_found_oldest_first)
 {
     struct fixture *f = *state;
     struct resumed r = {0};
@@ -168,7 +164,7 @@ static void on_blob(void *ctx, int error, const struct digest *blob)
     *out = blob ? *blob : (struct digest){0};
 }
 
-static void blobs_are_remembered(void **state)
+TEST(blobs_are_remembered)
 {
     struct fixture *f = *state;
     struct digest source, blob, other, found;
@@ -185,7 +181,7 @@ static void blobs_are_remembered(void **state)
     assert_true(digest_equal(&found, &blob));
 }
 
-static void looking_for_a_key_commits_nothing(void **state)
+TEST(looking_for_a_key_commits_nothing)
 {
     struct fixture *f = *state;
     struct job_store_totals totals;
@@ -196,18 +192,4 @@ static void looking_for_a_key_commits_nothing(void **state)
     assert_int_equal(found.calls, 1);
     job_store_totals(f->store, &totals);
     for (size_t i = 0; i <= DURATION_BUCKETS; i++) assert_int_equal(totals.commits.count[i], 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(an_unknown_job_is_no_error),
-        TEST(listing_pages_from_the_newest),
-        TEST(listing_looks_for_text),
-        TEST(one_text_is_looked_for_at_a_time),
-        TEST(unfinished_jobs_are_found_oldest_first),
-        TEST(blobs_are_remembered),
-        TEST(looking_for_a_key_commits_nothing),
-    };
-    return cmocka_run_group_tests_name("job_store_lookup", tests, NULL, NULL);
 }

@@ -1,18 +1,14 @@
 /* Jobs that come to a store: keys, owners, traces, commits that many share. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
 
 #include "tests/unit/server/store/job_store_fixture.h"
+#include "tests/unit/unit.h"
 
-static void keys_make_submission_idempotent(void **state)
+EACH_TEST(setup, teardown);
+
+TEST(keys_make_submission_idempotent)
 {
     struct fixture *f = *state;
     struct insertion i;
@@ -27,7 +23,7 @@ static void keys_make_submission_idempotent(void **state)
     assert_int_equal(insert(f, 1, NULL, "body", &i), ERR_STATE); /* an id twice */
 }
 
-static void a_key_counts_within_one_commit(void **state)
+TEST(a_key_counts_within_one_commit)
 {
     struct fixture *f = *state;
     struct insertion first = {0}, second = {0};
@@ -44,7 +40,7 @@ static void a_key_counts_within_one_commit(void **state)
 
 #define MANY 2000
 
-static void many_submissions_share_commits(void **state)
+TEST(many_submissions_share_commits)
 {
     struct fixture *f = *state;
     static struct insertion results[MANY];
@@ -66,7 +62,7 @@ static void many_submissions_share_commits(void **state)
     print_message("# %.0f durable submissions a second\n", MANY / seconds);
 }
 
-static void closing_finishes_what_is_queued(void **state)
+TEST(closing_finishes_what_is_queued)
 {
     struct fixture *f = *state;
     static struct insertion results[600];
@@ -82,7 +78,7 @@ static void closing_finishes_what_is_queued(void **state)
     assert_true(get(f, make_row(599).id).there);
 }
 
-static void a_trace_is_kept(void **state)
+TEST(a_trace_is_kept)
 {
     struct fixture *f = *state;
     struct insertion i = {.error = 1};
@@ -127,7 +123,7 @@ static int owned(struct fixture *f, const char *owner, const char *state, const 
     return count;
 }
 
-static void owners_have_jobs_and_keys_of_their_own(void **state)
+TEST(owners_have_jobs_and_keys_of_their_own)
 {
     struct fixture *f = *state;
     struct insertion i;
@@ -146,17 +142,4 @@ static void owners_have_jobs_and_keys_of_their_own(void **state)
     assert_int_equal(owned(f, "b", "queued", "0000001"), 0);
     assert_int_equal(owned(f, "", NULL, NULL), 1);
     assert_int_equal(owned(f, "c", NULL, NULL), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(keys_make_submission_idempotent),
-        TEST(a_key_counts_within_one_commit),
-        TEST(many_submissions_share_commits),
-        TEST(closing_finishes_what_is_queued),
-        TEST(a_trace_is_kept),
-        TEST(owners_have_jobs_and_keys_of_their_own),
-    };
-    return cmocka_run_group_tests_name("job_store_submission", tests, NULL, NULL);
 }

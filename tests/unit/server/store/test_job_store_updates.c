@@ -1,17 +1,13 @@
 /* What changes of a stored job: its state and report, its frames, which go with it, and what steers
  * it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 
 #include "tests/unit/server/store/job_store_fixture.h"
+#include "tests/unit/unit.h"
 
-static void updates_set_what_is_given(void **state)
+EACH_TEST(setup, teardown);
+
+TEST(updates_set_what_is_given)
 {
     struct fixture *f = *state;
     int error = 1;
@@ -31,7 +27,7 @@ static void updates_set_what_is_given(void **state)
 }
 
 /* The loop does not run, so that nothing comes back from the store, as on a disk that hangs. */
-static void reports_do_not_pile_up(void **state)
+TEST(reports_do_not_pile_up)
 {
     struct fixture *f = *state;
     struct job_store_totals totals;
@@ -64,7 +60,7 @@ static void reports_do_not_pile_up(void **state)
     assert_string_equal(two.state, "queued");
 }
 
-static void frames_are_kept_by_number_and_go_with_their_job(void **state)
+TEST(frames_are_kept_by_number_and_go_with_their_job)
 {
     struct fixture *f = *state;
     int error = 1;
@@ -92,7 +88,7 @@ static void frames_are_kept_by_number_and_go_with_their_job(void **state)
     assert_int_equal(error, ERR_NOT_FOUND);
 }
 
-static void frames_bring_their_jobs_report(void **state)
+TEST(frames_bring_their_jobs_report)
 {
     struct fixture *f = *state;
     struct frame_row frame = {.number = 1, .state = "finished"};
@@ -110,7 +106,7 @@ static void frames_bring_their_jobs_report(void **state)
 }
 
 /* Also of those that wait: the loop does not run between. */
-static void the_newest_report_stays(void **state)
+TEST(the_newest_report_stays)
 {
     struct fixture *f = *state;
     struct frame_row frame = {.number = 1, .state = "finished"};
@@ -128,7 +124,7 @@ static void the_newest_report_stays(void **state)
     assert_string_equal(get(f, id).report, "{\"i\":4}");
 }
 
-static void steering_sets_what_is_given(void **state)
+TEST(steering_sets_what_is_given)
 {
     struct fixture *f = *state;
     const bool paused = true, going = false;
@@ -157,7 +153,7 @@ static void steering_sets_what_is_given(void **state)
 }
 
 /* The end that is stored first stays what it is: the change that meets it leaves no trace. */
-static void ended_jobs_are_not_steered(void **state)
+TEST(ended_jobs_are_not_steered)
 {
     static const char *const ends[] = {"finished", "failed", "cancelled"};
     struct fixture *f = *state;
@@ -173,18 +169,4 @@ static void ended_jobs_are_not_steered(void **state)
         assert_false(get(f, make_row(i).id).row.paused);
         assert_int_not_equal(get(f, make_row(i).id).row.priority, priority);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(updates_set_what_is_given),
-        TEST(reports_do_not_pile_up),
-        TEST(frames_are_kept_by_number_and_go_with_their_job),
-        TEST(frames_bring_their_jobs_report),
-        TEST(the_newest_report_stays),
-        TEST(steering_sets_what_is_given),
-        TEST(ended_jobs_are_not_steered),
-    };
-    return cmocka_run_group_tests_name("job_store_updates", tests, NULL, NULL);
 }

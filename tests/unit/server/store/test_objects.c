@@ -1,11 +1,4 @@
 /* Files by digest: whole or not there, whoever writes and however often. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <fcntl.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -15,6 +8,7 @@
 #include <unistd.h>
 
 #include "server/store/objects.h"
+#include "tests/unit/unit.h"
 
 static char root[64];
 
@@ -31,6 +25,8 @@ static int remove_root(void **state)
     objects_remove_dir(root);
     return access(root, F_OK) ? 0 : -1;
 }
+
+EACH_TEST(make_root, remove_root);
 
 static void open_objects(struct objects *o)
 {
@@ -77,9 +73,8 @@ static int entries_in_tmp(const struct objects *o)
     return count;
 }
 
-static void a_file_is_found_by_its_digest(void **state)
+TEST(a_file_is_found_by_its_digest)
 {
-    (void)state;
     struct objects o;
     struct digest d, expected;
     bool existed = true;
@@ -96,9 +91,8 @@ static void a_file_is_found_by_its_digest(void **state)
     assert_int_equal(entries_in_tmp(&o), 0);
 }
 
-static void a_second_writer_finds_it_there(void **state)
+TEST(a_second_writer_finds_it_there)
 {
-    (void)state;
     struct objects o;
     struct digest d;
     bool existed = false;
@@ -110,9 +104,8 @@ static void a_second_writer_finds_it_there(void **state)
     assert_int_equal(entries_in_tmp(&o), 0);
 }
 
-static void another_digest_keeps_nothing(void **state)
+TEST(another_digest_keeps_nothing)
 {
-    (void)state;
     struct objects o;
     struct digest expected, d, real;
     open_objects(&o);
@@ -125,9 +118,8 @@ static void another_digest_keeps_nothing(void **state)
     assert_int_equal(entries_in_tmp(&o), 0);
 }
 
-static void an_empty_file_is_a_file(void **state)
+TEST(an_empty_file_is_a_file)
 {
-    (void)state;
     struct objects o;
     struct digest d, empty;
     open_objects(&o);
@@ -137,9 +129,8 @@ static void an_empty_file_is_a_file(void **state)
     assert_content(&o, &d, "");
 }
 
-static void abort_leaves_nothing(void **state)
+TEST(abort_leaves_nothing)
 {
-    (void)state;
     struct objects o;
     struct object_writer *w;
     open_objects(&o);
@@ -152,9 +143,8 @@ static void abort_leaves_nothing(void **state)
 }
 
 /* A library that opens the path by itself, even one that replaces it by renaming. */
-static void a_library_may_write_the_file(void **state)
+TEST(a_library_may_write_the_file)
 {
-    (void)state;
     struct objects o;
     struct object_writer *w;
     struct digest d, expected;
@@ -172,9 +162,8 @@ static void a_library_may_write_the_file(void **state)
     assert_content(&o, &d, "by a library");
 }
 
-static void adopt_takes_over_a_file(void **state)
+TEST(adopt_takes_over_a_file)
 {
-    (void)state;
     struct objects o;
     struct digest d, expected;
     char dir[OBJECTS_PATH_BYTES], path[OBJECTS_PATH_BYTES + 16];
@@ -194,9 +183,8 @@ static void adopt_takes_over_a_file(void **state)
     assert_int_equal(entries_in_tmp(&o), 0);
 }
 
-static void opening_sweeps_what_was_left(void **state)
+TEST(opening_sweeps_what_was_left)
 {
-    (void)state;
     struct objects o;
     struct digest d;
     char dir[OBJECTS_PATH_BYTES], path[OBJECTS_PATH_BYTES + 16];
@@ -213,9 +201,8 @@ static void opening_sweeps_what_was_left(void **state)
 }
 
 /* A torn file from a disk that lied is replaced. */
-static void a_shorter_file_is_replaced(void **state)
+TEST(a_shorter_file_is_replaced)
 {
-    (void)state;
     struct objects o;
     struct digest d;
     char path[OBJECTS_PATH_BYTES];
@@ -250,9 +237,8 @@ static void *write_many(void *arg)
     return NULL;
 }
 
-static void writers_of_one_digest_do_not_disturb_each_other(void **state)
+TEST(writers_of_one_digest_do_not_disturb_each_other)
 {
-    (void)state;
     pthread_t threads[WRITERS];
     long failures[WRITERS] = {0};
     open_objects(&shared_objects);
@@ -271,9 +257,8 @@ static void writers_of_one_digest_do_not_disturb_each_other(void **state)
     assert_int_equal(entries_in_tmp(&shared_objects), 0);
 }
 
-static void an_impossible_folder_is_an_error(void **state)
+TEST(an_impossible_folder_is_an_error)
 {
-    (void)state;
     struct objects o;
     char path[128], longer[8192];
     snprintf(path, sizeof path, "%s/file", root);
@@ -283,24 +268,4 @@ static void an_impossible_folder_is_an_error(void **state)
     memset(longer, 'a', sizeof longer - 1);
     longer[sizeof longer - 1] = 0;
     assert_int_equal(objects_open(&o, longer, false), ERR_LIMIT);
-}
-
-#define TEST(f) cmocka_unit_test_setup_teardown(f, make_root, remove_root)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(a_file_is_found_by_its_digest),
-        TEST(a_second_writer_finds_it_there),
-        TEST(another_digest_keeps_nothing),
-        TEST(an_empty_file_is_a_file),
-        TEST(abort_leaves_nothing),
-        TEST(a_library_may_write_the_file),
-        TEST(adopt_takes_over_a_file),
-        TEST(opening_sweeps_what_was_left),
-        TEST(a_shorter_file_is_replaced),
-        TEST(writers_of_one_digest_do_not_disturb_each_other),
-        TEST(an_impossible_folder_is_an_error),
-    };
-    return cmocka_run_group_tests_name("objects", tests, NULL, NULL);
 }

@@ -1,17 +1,13 @@
 /* Spools: what was written is read again; what is torn, flipped or another frame's never is. */
 #include <fcntl.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/store/spool_file.h"
+#include "tests/unit/unit.h"
 
 #define RECORDS 5u
 
@@ -31,6 +27,8 @@ static int tear_down(void **state)
     (void)state;
     return unlink(path);
 }
+
+EACH_TEST(set_up, tear_down);
 
 static struct spool_key key_of(uint32_t i)
 {
@@ -92,10 +90,9 @@ static uint64_t begin_of(uint32_t i)
     return at;
 }
 
-static void what_was_written_is_read(void **state)
+TEST(what_was_written_is_read)
 {
     struct spool_file file;
-    (void)state;
     write_all();
     assert_true(size_of_file() == begin_of(RECORDS));
     assert_int_equal(spool_file_open(path, &here, &file), 0);
@@ -104,10 +101,9 @@ static void what_was_written_is_read(void **state)
     spool_file_close(&file);
 }
 
-static void another_pass_is_none(void **state)
+TEST(another_pass_is_none)
 {
     struct spool_file file;
-    (void)state;
     write_all();
     assert_int_equal(spool_file_open(path, &here, &file), 0);
     for (unsigned member = 0; member < sizeof(struct spool_key) / sizeof(uint32_t); member++) {
@@ -118,10 +114,9 @@ static void another_pass_is_none(void **state)
     spool_file_close(&file);
 }
 
-static void another_frame_begins_anew(void **state)
+TEST(another_frame_begins_anew)
 {
     struct spool_file file;
-    (void)state;
     write_all();
     assert_int_equal(spool_file_open(path, &elsewhere, &file), 0);
     assert_int_equal(file.count, 0);
@@ -133,9 +128,8 @@ static void another_frame_begins_anew(void **state)
 }
 
 /* Cut at every byte: whole records before the cut are there, and what is appended then. */
-static void torn_tails_are_cut(void **state)
+TEST(torn_tails_are_cut)
 {
-    (void)state;
     for (uint64_t end = begin_of(RECORDS); end-- > 0;) {
         struct spool_file file;
         write_all();
@@ -152,9 +146,8 @@ static void torn_tails_are_cut(void **state)
 }
 
 /* A bit is another one, wherever: a record is there as it was written, or is not. */
-static void flipped_bits_count_for_nothing(void **state)
+TEST(flipped_bits_count_for_nothing)
 {
-    (void)state;
     for (uint64_t at = 0; at < begin_of(RECORDS); at++) {
         struct spool_file file;
         uint8_t byte;
@@ -177,12 +170,11 @@ static void flipped_bits_count_for_nothing(void **state)
 }
 
 /* A record that turned out damaged is written once more: the later one counts. */
-static void the_last_of_a_pass_counts(void **state)
+TEST(the_last_of_a_pass_counts)
 {
     struct spool_file file;
     uint8_t found[8];
     const struct spool_key key = key_of(1);
-    (void)state;
     write_all();
     assert_int_equal(spool_file_open(path, &here, &file), 0);
     assert_int_equal(spool_file_append(&file, &key, "new", 3, NULL, 0), 0);
@@ -196,27 +188,12 @@ static void the_last_of_a_pass_counts(void **state)
     spool_file_close(&file);
 }
 
-static void too_long_is_refused(void **state)
+TEST(too_long_is_refused)
 {
     struct spool_file file;
     const struct spool_key key = key_of(0);
-    (void)state;
     assert_int_equal(spool_file_open(path, &here, &file), 0);
     assert_int_equal(spool_file_append(&file, &key, "", 1, "", LIMIT_FRAME_BYTES), ERR_LIMIT);
     spool_file_close(&file);
     assert_int_equal(spool_file_open("/nowhere/spool", &here, &file), ERR_IO);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(what_was_written_is_read, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(another_pass_is_none, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(another_frame_begins_anew, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(torn_tails_are_cut, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(flipped_bits_count_for_nothing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(the_last_of_a_pass_counts, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(too_long_is_refused, set_up, tear_down),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

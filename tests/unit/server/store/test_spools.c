@@ -1,19 +1,14 @@
 /* Spools of frames on disk: what is asked for is done in order, and what was removed is gone, also
  * where memory is missing. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/store/objects.h"
 #include "server/store/spools.h"
 #include "tests/unit/server/lean_memory.h"
+#include "tests/unit/unit.h"
 
 #define PAYLOAD_BYTES 300u
 
@@ -50,6 +45,8 @@ static int tear_down(void **state)
     free(b);
     return error;
 }
+
+EACH_TEST(set_up, tear_down);
 
 static void on_opened(void *ctx, struct spool *spool)
 {
@@ -105,7 +102,7 @@ static uint64_t bytes_of_files(uint64_t files)
     return files * (SPOOL_FILE_HEAD_BYTES + 3 * (SPOOL_RECORD_HEAD_BYTES + 4 + PAYLOAD_BYTES));
 }
 
-static void what_was_kept_is_there_again(void **state)
+TEST(what_was_kept_is_there_again)
 {
     struct bench *b = *state;
     uint8_t read[4 + PAYLOAD_BYTES];
@@ -125,7 +122,7 @@ static void what_was_kept_is_there_again(void **state)
     assert_int_equal(totals_of(b).size_bytes, bytes_of_files(1));
 }
 
-static void a_frame_s_goes_alone_and_a_job_s_all(void **state)
+TEST(a_frame_s_goes_alone_and_a_job_s_all)
 {
     struct bench *b = *state;
     for (int32_t frame = 0; frame < 3; frame++) fill(b, here, frame);
@@ -146,7 +143,7 @@ static void a_frame_s_goes_alone_and_a_job_s_all(void **state)
 }
 
 /* Results that wait for the disk come before what removes them. */
-static void removing_comes_after_what_was_asked_for_before(void **state)
+TEST(removing_comes_after_what_was_asked_for_before)
 {
     struct bench *b = *state;
     struct spool *spool = open_one(b, here, 0);
@@ -159,7 +156,7 @@ static void removing_comes_after_what_was_asked_for_before(void **state)
     assert_int_equal(totals_of(b).size_bytes, 0);
 }
 
-static void a_removal_needs_no_memory(void **state)
+TEST(a_removal_needs_no_memory)
 {
     struct bench *b = *state;
     for (int32_t frame = 0; frame < 3; frame++) fill(b, here, frame);
@@ -180,7 +177,7 @@ static bool is_elsewhere(void *ctx, const char *job)
 }
 
 /* There is room for one; the next start, which sweeps, finds the second. */
-static void a_second_one_meanwhile_is_left_to_the_sweep(void **state)
+TEST(a_second_one_meanwhile_is_left_to_the_sweep)
 {
     struct bench *b = *state;
     fill(b, here, 0);
@@ -199,7 +196,7 @@ static void a_second_one_meanwhile_is_left_to_the_sweep(void **state)
     assert_true(is_there(b, elsewhere, 0));
 }
 
-static void without_memory_nothing_is_opened_or_kept(void **state)
+TEST(without_memory_nothing_is_opened_or_kept)
 {
     struct bench *b = *state;
     struct spool *none = NULL;
@@ -213,18 +210,4 @@ static void without_memory_nothing_is_opened_or_kept(void **state)
     settle(b);
     assert_int_equal(totals_of(b).kept, 1);
     assert_int_equal(totals_of(b).skipped, 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(what_was_kept_is_there_again),
-        TEST(a_frame_s_goes_alone_and_a_job_s_all),
-        TEST(removing_comes_after_what_was_asked_for_before),
-        TEST(a_removal_needs_no_memory),
-        TEST(a_second_one_meanwhile_is_left_to_the_sweep),
-        TEST(without_memory_nothing_is_opened_or_kept),
-    };
-    return cmocka_run_group_tests_name("spools", tests, NULL, NULL);
 }

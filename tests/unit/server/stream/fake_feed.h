@@ -1,13 +1,6 @@
 #pragma once
 /* Feeds of pixels without an HTTP server: a test asks them for bytes as MHD would, and reads
  * messages. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +10,7 @@
 
 #include "proto/job/job.h"
 #include "server/stream/streams.h"
+#include "tests/unit/unit.h"
 
 enum { WIDTH = 130, HEIGHT = 70, BLOCKS = 3 * 2 };
 

@@ -1,16 +1,10 @@
 /* Events of a job: ids, replay, what slow readers miss and what they must not. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <string.h>
 
 #include "proto/limits.h"
 #include "server/stream/events.h"
+#include "tests/unit/unit.h"
 
 #define EPOCH 0x2au
 
@@ -43,9 +37,8 @@ static void expect_end(const struct event_ring *ring, uint64_t cursor)
     assert_null(event_ring_next(ring, &cursor));
 }
 
-static void empty_ring(void **state)
+TEST(empty_ring)
 {
-    (void)state;
     struct event_ring ring;
     event_ring_init(&ring, EPOCH);
     expect_end(&ring, 0);
@@ -54,9 +47,8 @@ static void empty_ring(void **state)
     event_ring_fini(&ring);
 }
 
-static void ids_grow_by_one(void **state)
+TEST(ids_grow_by_one)
 {
-    (void)state;
     struct event_ring ring;
     uint64_t cursor = 0;
     event_ring_init(&ring, EPOCH);
@@ -68,9 +60,8 @@ static void ids_grow_by_one(void **state)
     event_ring_fini(&ring);
 }
 
-static void slow_readers_skip_old_progress(void **state)
+TEST(slow_readers_skip_old_progress)
 {
-    (void)state;
     struct event_ring ring;
     uint64_t cursor = 0;
     event_ring_init(&ring, EPOCH);
@@ -88,9 +79,8 @@ static void slow_readers_skip_old_progress(void **state)
     event_ring_fini(&ring);
 }
 
-static void lost_events_are_noticed(void **state)
+TEST(lost_events_are_noticed)
 {
-    (void)state;
     struct event_ring ring;
     event_ring_init(&ring, EPOCH);
     push(&ring, "state", 0);
@@ -106,9 +96,8 @@ static void lost_events_are_noticed(void **state)
     event_ring_fini(&ring);
 }
 
-static void held_text_outlives_the_ring(void **state)
+TEST(held_text_outlives_the_ring)
 {
-    (void)state;
     struct event_ring ring;
     uint64_t cursor = 0;
     event_ring_init(&ring, EPOCH);
@@ -121,9 +110,8 @@ static void held_text_outlives_the_ring(void **state)
     event_text_unref(&text);
 }
 
-static void data_is_one_line(void **state)
+TEST(data_is_one_line)
 {
-    (void)state;
     json_t *data = json_pack("{s:s}", "text", "a\nb\r\nevent: forged\n\ndata: x");
     struct event_text *text = event_text_create(EPOCH, 1, "error", data);
     assert_non_null(text);
@@ -137,27 +125,12 @@ static void data_is_one_line(void **state)
     json_decref(data);
 }
 
-static void ids_of_another_life_are_none(void **state)
+TEST(ids_of_another_life_are_none)
 {
-    (void)state;
     assert_int_equal(event_id_read(EPOCH, "0000002a-17"), 17);
     static const char *const bad[] = {
         "",           "17",          "0000002b-17", "0000002a-",
         "0000002a-x", "0000002a-1x", "0000002a--1", "0000002a-99999999999999999999"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
         assert_int_equal(event_id_read(EPOCH, bad[i]), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(empty_ring),
-        cmocka_unit_test(ids_grow_by_one),
-        cmocka_unit_test(slow_readers_skip_old_progress),
-        cmocka_unit_test(lost_events_are_noticed),
-        cmocka_unit_test(held_text_outlives_the_ring),
-        cmocka_unit_test(data_is_one_line),
-        cmocka_unit_test(ids_of_another_life_are_none),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

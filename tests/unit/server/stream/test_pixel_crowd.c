@@ -1,9 +1,9 @@
 /* Many who read one picture: what is made for all, who waits for a turn, who is cut. */
 #include "tests/unit/server/stream/fake_feed.h"
+#include "tests/unit/unit.h"
 
-static void blocks_are_made_once_for_all(void **state)
+TEST(blocks_are_made_once_for_all)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *image = image_of(1);
     struct MHD_Response *feeds[5];
@@ -45,9 +45,8 @@ static int blocks_of_all(struct MHD_Response **feeds, int count, int *complete)
     return blocks;
 }
 
-static void many_feeds_share_what_may_be_sent(void **state)
+TEST(many_feeds_share_what_may_be_sent)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *image = image_of(1);
     struct MHD_Response *feeds[MANY];
@@ -110,9 +109,8 @@ static void many_feeds_share_what_may_be_sent(void **state)
     close(ends[1]);
 }
 
-static void who_takes_nothing_is_cut_and_counted(void **state)
+TEST(who_takes_nothing_is_cut_and_counted)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *image = image_of(1);
     struct streams_totals totals;
@@ -151,9 +149,8 @@ static void who_takes_nothing_is_cut_and_counted(void **state)
 }
 
 /* Bytes leave its socket, though too few for MHD to ask for more. */
-static void who_takes_little_is_not_cut(void **state)
+TEST(who_takes_little_is_not_cut)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *image = image_of(1);
     struct streams_totals totals;
@@ -186,15 +183,4 @@ static void who_takes_little_is_not_cut(void **state)
     image_destroy(&image);
     close(ends[0]);
     close(ends[1]);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(blocks_are_made_once_for_all),
-        cmocka_unit_test(many_feeds_share_what_may_be_sent),
-        cmocka_unit_test(who_takes_nothing_is_cut_and_counted),
-        cmocka_unit_test(who_takes_little_is_not_cut),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

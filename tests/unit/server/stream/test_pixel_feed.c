@@ -1,9 +1,9 @@
 /* The pixel feed's messages as a reader gets them: who stops in the middle knows what it lacks. */
 #include "tests/unit/server/stream/fake_feed.h"
+#include "tests/unit/unit.h"
 
-static void a_still_picture_is_whole_with_its_last_block(void **state)
+TEST(a_still_picture_is_whole_with_its_last_block)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct heard heard;
     assert_int_equal(streams_create(&streams), 0);
@@ -22,9 +22,8 @@ static void a_still_picture_is_whole_with_its_last_block(void **state)
     streams_destroy(&streams);
 }
 
-static void another_image_replaces_all_of_the_one_before(void **state)
+TEST(another_image_replaces_all_of_the_one_before)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *one = image_of(1), *two = image_of(2);
     assert_int_equal(streams_create(&streams), 0);
@@ -62,9 +61,8 @@ static const char *messages_due(struct MHD_Response *feed)
     return said;
 }
 
-static void a_view_has_nothing_of_the_one_before(void **state)
+TEST(a_view_has_nothing_of_the_one_before)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *one = image_of(1), *two = image_of(2);
     const struct stream_view first = {.number = 1, .width_px = 400, .height_px = 300};
@@ -89,9 +87,8 @@ static void a_view_has_nothing_of_the_one_before(void **state)
     image_destroy(&two);
 }
 
-static void who_is_behind_has_the_whole_picture_after_its_end(void **state)
+TEST(who_is_behind_has_the_whole_picture_after_its_end)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *image = image_of(1), *two = image_of(2);
     assert_int_equal(streams_create(&streams), 0);
@@ -118,9 +115,8 @@ static void who_is_behind_has_the_whole_picture_after_its_end(void **state)
 }
 
 /* Feeds outlive their stream. */
-static void a_forgotten_picture_leaves_no_reader_behind(void **state)
+TEST(a_forgotten_picture_leaves_no_reader_behind)
 {
-    (void)state;
     struct streams *streams = NULL;
     struct image *image = image_of(1);
     assert_int_equal(streams_create(&streams), 0);
@@ -139,16 +135,4 @@ static void a_forgotten_picture_leaves_no_reader_behind(void **state)
     feed_end(a);
     streams_destroy(&streams);
     image_destroy(&image);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_still_picture_is_whole_with_its_last_block),
-        cmocka_unit_test(who_is_behind_has_the_whole_picture_after_its_end),
-        cmocka_unit_test(a_forgotten_picture_leaves_no_reader_behind),
-        cmocka_unit_test(another_image_replaces_all_of_the_one_before),
-        cmocka_unit_test(a_view_has_nothing_of_the_one_before),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* Blocks that are kept for all readers of a layer: how much of them is, and that it is given back.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "proto/error.h"
 #include "proto/job/job.h"
 #include "server/stream/pixel_sheet.h"
+#include "tests/unit/unit.h"
 
 enum { WIDTH = 130, HEIGHT = 70, BLOCKS = 3 * 2 };
 
@@ -35,6 +29,8 @@ static int end(void **state)
     return 0;
 }
 
+EACH_TEST(begin, end);
+
 static struct pixel_sheet *sheet_of_two(struct pixel_sheet **list, struct pixel_budget *budget)
 {
     struct pixel_sheet *sheet = pixel_sheet_join(list, budget, "beauty", PIXELS_F16);
@@ -59,9 +55,8 @@ static void ask(struct pixel_sheet *sheet, struct rect rect)
     pixel_block_unref(&block);
 }
 
-static void beyond_the_budget_each_reader_makes_its_own(void **state)
+TEST(beyond_the_budget_each_reader_makes_its_own)
 {
-    (void)state;
     struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
     struct pixel_sheet *list = NULL, *sheet = sheet_of_two(&list, &budget);
     for (int i = 0; i < 2; i++) ask(sheet, first);
@@ -83,9 +78,8 @@ static void beyond_the_budget_each_reader_makes_its_own(void **state)
     assert_int_equal(budget.kept_bytes, 0);
 }
 
-static void sheets_share_the_budget(void **state)
+TEST(sheets_share_the_budget)
 {
-    (void)state;
     struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
     struct pixel_sheet *lists[2] = {NULL}, *sheets[2];
     for (int i = 0; i < 2; i++) sheets[i] = sheet_of_two(&lists[i], &budget);
@@ -109,9 +103,8 @@ static int keep_all(struct pixel_sheet *sheet, size_t room_bytes)
     return error;
 }
 
-static void what_outlasts_a_picture_is_in_the_budget(void **state)
+TEST(what_outlasts_a_picture_is_in_the_budget)
 {
-    (void)state;
     struct pixel_budget budget = {.most_bytes = BLOCKS * whole_bytes};
     struct pixel_sheet *list = NULL, *sheet = sheet_of_two(&list, &budget);
     ask(sheet, first);
@@ -131,14 +124,4 @@ static void what_outlasts_a_picture_is_in_the_budget(void **state)
     assert_int_equal(keep_all(sheet, 2 * whole_bytes - 1), ERR_LIMIT);
     leave(&list, sheet);
     assert_int_equal(budget.kept_bytes, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(beyond_the_budget_each_reader_makes_its_own, begin, end),
-        cmocka_unit_test_setup_teardown(sheets_share_the_budget, begin, end),
-        cmocka_unit_test_setup_teardown(what_outlasts_a_picture_is_in_the_budget, begin, end),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,17 +1,11 @@
 /* The pixel feed's blocks: every changed pixel is sent, once, newest, inside the image. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/half.h"
 #include "proto/job/job.h"
 #include "server/stream/pixels.h"
+#include "tests/unit/unit.h"
 
 static const struct {
     int32_t width_px, height_px;
@@ -23,9 +17,8 @@ static uint32_t read_u32(const uint8_t *at)
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
 }
 
-static void whole_image_comes_once(void **state)
+TEST(whole_image_comes_once)
 {
-    (void)state;
     for (size_t i = 0; i < SIZES; i++) {
         struct pixel_blocks b;
         struct rect block;
@@ -45,9 +38,8 @@ static void whole_image_comes_once(void **state)
     }
 }
 
-static void random_marks_match_a_plain_map(void **state)
+TEST(random_marks_match_a_plain_map)
 {
-    (void)state;
     enum { COLUMNS = 12, ROWS = 9 };
     struct pixel_blocks b;
     bool map[ROWS][COLUMNS] = {{false}};
@@ -75,9 +67,8 @@ static void random_marks_match_a_plain_map(void **state)
     pixel_blocks_fini(&b);
 }
 
-static void no_block_starves(void **state)
+TEST(no_block_starves)
 {
-    (void)state;
     struct pixel_blocks b;
     struct rect block;
     bool last_seen = false;
@@ -92,9 +83,8 @@ static void no_block_starves(void **state)
     pixel_blocks_fini(&b);
 }
 
-static void joiners_see_what_is_there(void **state)
+TEST(joiners_see_what_is_there)
 {
-    (void)state;
     struct pixel_changes changes;
     struct pixel_blocks reader;
     struct rect block;
@@ -110,9 +100,8 @@ static void joiners_see_what_is_there(void **state)
     pixel_blocks_fini(&reader);
 }
 
-static void returners_see_what_has_changed_since(void **state)
+TEST(returners_see_what_has_changed_since)
 {
-    (void)state;
     struct pixel_changes changes;
     struct pixel_blocks reader;
     struct rect block;
@@ -133,9 +122,8 @@ static void returners_see_what_has_changed_since(void **state)
     pixel_blocks_fini(&reader);
 }
 
-static void block_bytes(void **state)
+TEST(block_bytes)
 {
-    (void)state;
     static uint8_t out[PIXELS_MESSAGE_BYTES];
     struct image *image = NULL;
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_DEPTH, 70, 66, &image), 0);
@@ -174,9 +162,8 @@ static void block_bytes(void **state)
     image_destroy(&image);
 }
 
-static void size_bytes(void **state)
+TEST(size_bytes)
 {
-    (void)state;
     uint8_t out[PIXELS_HEADER_BYTES];
     pixels_write_size(out, 3840, 2160, 9);
     assert_int_equal(read_u32(out), PIXELS_MAGIC);
@@ -188,14 +175,13 @@ static void size_bytes(void **state)
 }
 
 /* Alpha goes along where it is asked for, the layer has it and the block is not opaque. */
-static void alpha_comes_where_it_says_something(void **state)
+TEST(alpha_comes_where_it_says_something)
 {
     static uint8_t out[PIXELS_MESSAGE_BYTES];
     const struct rect block = {2, 3, 8, 5};
     struct image *image;
     float alpha[12];
     uint16_t half;
-    (void)state;
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ALBEDO, 16, 16, &image), 0);
     const struct plane *plane = image_plane(image, "A");
     for (int32_t y = 0; y < 16; y++)
@@ -217,19 +203,4 @@ static void alpha_comes_where_it_says_something(void **state)
     memcpy(&half, out + PIXELS_HEADER_BYTES + 6 * 2 * 3 * 2 + 7 * 2, sizeof half);
     assert_int_equal(half, 0x3400);
     image_destroy(&image);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(whole_image_comes_once),
-        cmocka_unit_test(random_marks_match_a_plain_map),
-        cmocka_unit_test(no_block_starves),
-        cmocka_unit_test(joiners_see_what_is_there),
-        cmocka_unit_test(returners_see_what_has_changed_since),
-        cmocka_unit_test(block_bytes),
-        cmocka_unit_test(size_bytes),
-        cmocka_unit_test(alpha_comes_where_it_says_something),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,7 @@
 /* How much CPU time streams may take: by a clock of the test's own. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/stream/meter.h"
 #include "server/stream/share.h"
+#include "tests/unit/unit.h"
 
 enum { PER_S = 80000, STEP_US = 25000 };
 
@@ -28,25 +22,22 @@ static void spend(bool events, bool feeds, uint64_t *events_us, uint64_t *feeds_
     }
 }
 
-static void feeds_alone_get_all_of_it(void **state)
+TEST(feeds_alone_get_all_of_it)
 {
-    (void)state;
     uint64_t events_us, feeds_us;
     spend(false, true, &events_us, &feeds_us);
     assert_in_range(feeds_us, 10 * PER_S * 97 / 100, 10 * PER_S + PER_S / 4 + 3000);
 }
 
-static void events_get_half_of_it(void **state)
+TEST(events_get_half_of_it)
 {
-    (void)state;
     uint64_t events_us, feeds_us;
     spend(true, false, &events_us, &feeds_us);
     assert_in_range(events_us, 5 * PER_S * 97 / 100, 5 * PER_S + PER_S / 8 + 9000);
 }
 
-static void neither_starves_the_other(void **state)
+TEST(neither_starves_the_other)
 {
-    (void)state;
     uint64_t events_us, feeds_us;
     spend(true, true, &events_us, &feeds_us);
     assert_in_range(events_us, 5 * PER_S * 97 / 100, 5 * PER_S + PER_S / 8 + 9000);
@@ -56,9 +47,8 @@ static void neither_starves_the_other(void **state)
 
 /* A crowd whose round of progress costs more than a second's time of events waits longer, and feeds
  * have their half meanwhile. */
-static void dear_rounds_are_rare(void **state)
+TEST(dear_rounds_are_rare)
 {
-    (void)state;
     struct share share;
     uint64_t events_us = 0, feeds_us = 0, now_us = 0;
     share_init(&share, PER_S, now_us);
@@ -76,9 +66,8 @@ static void dear_rounds_are_rare(void **state)
 
 /* What had to go out is owed, but for no longer than sixteen seconds, and by feeds as long as it is
  * theirs. */
-static void debts_end(void **state)
+TEST(debts_end)
 {
-    (void)state;
     struct share share;
     share_init(&share, PER_S, 0);
     share_settle(&share, 1000, 50 * PER_S, 50 * PER_S);
@@ -96,9 +85,8 @@ static void debts_end(void **state)
     assert_in_range(share_for_feeds_us(&share), 1, PER_S / 4);
 }
 
-static void without_limit_there_is_none(void **state)
+TEST(without_limit_there_is_none)
 {
-    (void)state;
     struct share share;
     share_init(&share, 0, 0);
     share_settle(&share, 1000, 5000000, 5000000);
@@ -114,9 +102,8 @@ static void burn(struct meter *meter, enum meter_kind kind, uint64_t us)
         for (int i = 0; i < 1000; i++) burnt++;
 }
 
-static void time_is_who_holds_the_thread(void **state)
+TEST(time_is_who_holds_the_thread)
 {
-    (void)state;
     struct meter meter = {0};
     assert_int_equal(meter_switch(&meter, METER_EVENTS), METER_NOBODY);
     burn(&meter, METER_EVENTS, 3000);
@@ -132,18 +119,4 @@ static void time_is_who_holds_the_thread(void **state)
     assert_int_equal(meter_us(&meter, METER_EVENTS), events_us);
     assert_int_equal(meter_us(&meter, METER_PIXELS), pixels_us);
     assert_int_equal(meter_us(&meter, METER_NOBODY), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(feeds_alone_get_all_of_it),
-        cmocka_unit_test(events_get_half_of_it),
-        cmocka_unit_test(neither_starves_the_other),
-        cmocka_unit_test(dear_rounds_are_rare),
-        cmocka_unit_test(debts_end),
-        cmocka_unit_test(without_limit_there_is_none),
-        cmocka_unit_test(time_is_who_holds_the_thread),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* Streams within their share of CPU time: readers whose every byte is dear, as a socket's are. */
 #include "tests/unit/server/stream/fake_feed.h"
+#include "tests/unit/unit.h"
 
 enum { MANY = 20, PER_S = 40000, DEAR_US = 500 };
 
@@ -83,9 +84,8 @@ static bool goes_on(uint64_t begun_us, uint64_t per_s)
     return past_us < 30000000 && past_us < 3000000 + dearer_us * 1000000 / per_s;
 }
 
-static void progress_waits_and_news_do_not(void **state)
+TEST(progress_waits_and_news_do_not)
 {
-    (void)state;
     struct crowd c;
     struct streams_totals totals;
     crowd_open(&c);
@@ -130,9 +130,8 @@ static int blocks_for(struct crowd *c, int i)
     return blocks;
 }
 
-static void feeds_share_the_time_and_get_all(void **state)
+TEST(feeds_share_the_time_and_get_all)
 {
-    (void)state;
     struct crowd c;
     struct image *image = image_of(1);
     struct streams_totals totals;
@@ -192,9 +191,8 @@ static uint64_t paid_us(struct streams *streams)
     return meter_us(&streams->meter, METER_EVENTS) - before_us;
 }
 
-static void turns_begin_with_what_is_due(void **state)
+TEST(turns_begin_with_what_is_due)
 {
-    (void)state;
     struct crowd c;
     char bytes[PIXELS_MESSAGE_BYTES];
     crowd_open(&c);
@@ -213,14 +211,4 @@ static void turns_begin_with_what_is_due(void **state)
     assert_in_range(paid_us(c.streams), 20000, 100000);
     assert_true(paid_us(c.streams) < 10000); /* of 20000 */
     crowd_close(&c);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(progress_waits_and_news_do_not),
-        cmocka_unit_test(turns_begin_with_what_is_due),
-        cmocka_unit_test(feeds_share_the_time_and_get_all),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* A replayed stratum of a light's field is the traced one: all of a pixel's, added up as tiles do,
  * are what the tile's planes hold, bit by bit. And what is no sample of a field is refused with
  * what there is instead. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/field_bench.h"
 
 struct seen_of_lights {
@@ -52,9 +53,8 @@ static void add_up_light(struct bench *b, uint32_t k, int i, struct seen_of_ligh
     expect_half(samples_light_slope(b->samples, k, 1)[i], most, "slope", i);
 }
 
-static void strata_add_up_to_planes(void **state)
+TEST(strata_add_up_to_planes)
 {
-    (void)state;
     for (uint32_t slopes = 0; slopes < 2; slopes++) {
         struct bench *b = bench_new();
         struct seen_of_lights seen = {0};
@@ -83,9 +83,8 @@ static void refuse(struct bench *b, struct field_choice choice, int32_t x, uint3
     if (!strstr(fault.detail, words)) fail_msg("\"%s\" has no \"%s\"", fault.detail, words);
 }
 
-static void says_what_there_is_instead(void **state)
+TEST(says_what_there_is_instead)
 {
-    (void)state;
     struct bench *b = bench_new();
     lit_room(b);
     fixture_bounces(&b->plan, 3);
@@ -124,9 +123,8 @@ static void says_what_there_is_instead(void **state)
     bench_free(b);
 }
 
-static void reads_names(void **state)
+TEST(reads_names)
 {
-    (void)state;
     struct bench *b = bench_new();
     lit_room(b);
     fixture_bounces(&b->plan, 3);
@@ -152,14 +150,4 @@ static void reads_names(void **state)
     char list[FIELD_CHOICE_TEXT];
     assert_non_null(strstr(field_choice_list(&b->plan, scene, list), ", ..."));
     bench_free(b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(strata_add_up_to_planes),
-        cmocka_unit_test(says_what_there_is_instead),
-        cmocka_unit_test(reads_names),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

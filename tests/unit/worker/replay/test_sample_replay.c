@@ -1,4 +1,5 @@
 /* A replayed sample is the traced one, bit by bit, and its steps add up to it. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "worker/replay/sample_replay.h"
 #include "worker/scene/light_table.h"
@@ -85,9 +86,8 @@ static void sums_are_those_of_tiles(const struct plan *p, struct traced *t)
     }
 }
 
-static void replays_are_what_tiles_trace(void **state)
+TEST(replays_are_what_tiles_trace)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     struct traced t = trace_all(f, &p);
@@ -97,9 +97,8 @@ static void replays_are_what_tiles_trace(void **state)
 }
 
 /* Paths that leave indirect light to light fields. */
-static void so_they_are_beside_light_fields(void **state)
+TEST(so_they_are_beside_light_fields)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     p.paths.without_diffuse_indirect = 1;
@@ -158,9 +157,8 @@ static void hang_together(const struct path_record *r)
     }
 }
 
-static void steps_add_up(void **state)
+TEST(steps_add_up)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     struct traced t = trace_all(f, &p);
@@ -206,9 +204,8 @@ static void lens_samples_are_those_of_tiles(const struct plan *p, struct traced 
     assert_true(p->lens_light == LENS_LIGHT_DIFFUSE ? left > 0 : lit > 0);
 }
 
-static void so_are_lens_samples(void **state)
+TEST(so_are_lens_samples)
 {
-    (void)state;
     for (uint32_t light = LENS_LIGHT_OWN; light <= LENS_LIGHT_DIFFUSE; light++) {
         struct scene_fixture *f = fixture_new();
         struct plan p = light == LENS_LIGHT_DIFFUSE ? floor_plan(f, 3.0f, SIDE_PX) : room(f);
@@ -240,9 +237,8 @@ static void so_are_lens_samples(void **state)
     }
 }
 
-static void refuses_what_is_not_there(void **state)
+TEST(refuses_what_is_not_there)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     struct traced t = trace_all(f, &p);
@@ -258,16 +254,4 @@ static void refuses_what_is_not_there(void **state)
     free(r);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(replays_are_what_tiles_trace),
-        cmocka_unit_test(so_they_are_beside_light_fields),
-        cmocka_unit_test(so_are_lens_samples),
-        cmocka_unit_test(steps_add_up),
-        cmocka_unit_test(refuses_what_is_not_there),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

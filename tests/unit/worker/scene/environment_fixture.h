@@ -1,8 +1,9 @@
 #pragma once
-/* Environment maps in memory. Include after cmocka.h. */
+/* Environment maps in memory. */
 #include <stdlib.h>
 #include <string.h>
 
+#include "tests/unit/unit.h"
 #include "worker/scene/environment.h"
 
 struct environment_fixture {

@@ -1,13 +1,8 @@
 /* Choosing by weights: what every item's share of the table is, and the ends of the numbers. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 #include <math.h>
 
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "worker/scene/alias_table.h"
 
 #define CELLS_MAX 1000
@@ -36,9 +31,8 @@ static void check(const double *weights, uint32_t count)
     }
 }
 
-static void shares_are_weights(void **state)
+TEST(shares_are_weights)
 {
-    (void)state;
     double weights[CELLS_MAX];
     struct random r = {6};
     for (int i = 0; i < CELLS_MAX; i++)
@@ -46,9 +40,8 @@ static void shares_are_weights(void **state)
     check(weights, CELLS_MAX);
 }
 
-static void few_and_equal_items_have_tables(void **state)
+TEST(few_and_equal_items_have_tables)
 {
-    (void)state;
     const double one[] = {1e-30}, equal[] = {0.1, 0.1, 0.1}, last[] = {0.0, 0.0, 0.0, 5.0};
     const double first[] = {1e30, 0.0, 1e10, 0.0};
     check(one, 1);
@@ -57,9 +50,8 @@ static void few_and_equal_items_have_tables(void **state)
     check(first, 4);
 }
 
-static void choices_end_inside(void **state)
+TEST(choices_end_inside)
 {
-    (void)state;
     double weights[CELLS_MAX];
     for (int i = 0; i < CELLS_MAX; i++) weights[i] = 1.0 + i;
     check(weights, CELLS_MAX);
@@ -67,21 +59,9 @@ static void choices_end_inside(void **state)
     assert_true(alias_choose(cells, CELLS_MAX, 0x1.fffffffffffffp-1) < CELLS_MAX);
 }
 
-static void refined_numbers_stay_below_the_next(void **state)
+TEST(refined_numbers_stay_below_the_next)
 {
-    (void)state;
     const float low[2] = {0.0f, 0.0f}, high[2] = {0x1.fffffep-1f, 0x1.fffffep-1f};
     assert_true(alias_refine(0.25f, low) == 0.25);
     assert_true(alias_refine(0x1.fffffep-1f, high) == 1.0 - 0x1p-48);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(shares_are_weights),
-        cmocka_unit_test(few_and_equal_items_have_tables),
-        cmocka_unit_test(choices_end_inside),
-        cmocka_unit_test(refined_numbers_stay_below_the_next),
-    };
-    return cmocka_run_group_tests_name("alias_table", tests, NULL, NULL);
 }

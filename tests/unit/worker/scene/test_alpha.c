@@ -1,13 +1,8 @@
 /* Surfaces that are partly there: through Embree in every width, and the numbers behind it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 #include <embree3/rtcore.h>
+#include <stdlib.h>
 
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
 #include "worker/scene/alpha.h"
 
@@ -70,9 +65,8 @@ static void expect_share(int seen, int of, double share)
 }
 
 /* Each panel passes on 1 - a of what reaches it, whether meshes stand alone or are instances. */
-static void panels_weaken_by_opacity(void **state)
+TEST(panels_weaken_by_opacity)
 {
-    (void)state;
     const float opacities[4] = {0.3f, 0.5f, 0.9f, 0.02f};
     for (int placed = 0; placed < 2; placed++) {
         struct scene_fixture *f = calloc(1, sizeof *f);
@@ -91,9 +85,8 @@ static void panels_weaken_by_opacity(void **state)
 }
 
 /* Opacity 1 always stays, 0 never does. */
-static void ends_are_certain(void **state)
+TEST(ends_are_certain)
 {
-    (void)state;
     const float opacities[3] = {0.0f, 0.0f, 1.0f};
     struct scene_fixture *f = calloc(1, sizeof *f);
     struct render_scene *scene = stack(f, opacities, 3, ALPHA_BLEND, false);
@@ -104,9 +97,8 @@ static void ends_are_certain(void **state)
     free(f);
 }
 
-static void rays_without_key_see_masks(void **state)
+TEST(rays_without_key_see_masks)
 {
-    (void)state;
     const float opacities[3] = {0.3f, 0.49f, 0.51f};
     struct scene_fixture *f = calloc(1, sizeof *f);
     struct render_scene *scene = stack(f, opacities, 3, ALPHA_BLEND, false);
@@ -122,9 +114,8 @@ static void rays_without_key_see_masks(void **state)
 
 /* Packets of sixteen ask the filter with arrays: the same keys must see the same surfaces, and
  * shadow rays what closest hits do. */
-static void widths_and_queries_agree(void **state)
+TEST(widths_and_queries_agree)
 {
-    (void)state;
     const float opacities[2] = {0.4f, 0.3f};
     for (int placed = 0; placed < 2; placed++) {
         struct scene_fixture *f = calloc(1, sizeof *f);
@@ -163,9 +154,8 @@ static void widths_and_queries_agree(void **state)
 }
 
 /* Neighbouring keys, triangles and instances draw numbers that know nothing of each other. */
-static void draws_are_independent(void **state)
+TEST(draws_are_independent)
 {
-    (void)state;
     const float opacities[1] = {0.5f};
     struct scene_fixture *f = calloc(1, sizeof *f);
     struct render_scene *scene = stack(f, opacities, 1, ALPHA_BLEND, false);
@@ -189,14 +179,4 @@ static void draws_are_independent(void **state)
     }
     render_scene_destroy(&scene);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(panels_weaken_by_opacity),   cmocka_unit_test(ends_are_certain),
-        cmocka_unit_test(rays_without_key_see_masks), cmocka_unit_test(widths_and_queries_agree),
-        cmocka_unit_test(draws_are_independent),
-    };
-    return cmocka_run_group_tests_name("alpha", tests, NULL, NULL);
 }

@@ -1,14 +1,9 @@
 /* Shining meshes: which triangles are chosen and how densely, where points lie, what leaves them.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
 #include "worker/scene/emitters.h"
 #include "worker/scene/render_scene.h"
@@ -73,9 +68,8 @@ static void expect_counts(const double *seen, const double *expected, int cells)
     assert_true(chi < degrees + 5.0 * sqrt(2.0 * degrees) + 10.0);
 }
 
-static void nothing_shines_in_the_dark(void **state)
+TEST(nothing_shines_in_the_dark)
 {
-    (void)state;
     const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1};
     struct scene_fixture *f = new_fixture();
     fixture_panel(f, fixture_material(f, 1, 1, 1), origin, x, z);
@@ -109,9 +103,8 @@ static struct lit make_three(void)
     return light_up(f);
 }
 
-static void densities_integrate_to_one(void **state)
+TEST(densities_integrate_to_one)
 {
-    (void)state;
     struct lit lit = make_three();
     const double areas[3] = {4, 16, 32}, luminance[3] = {1, 3, 3};
     double total = 0.0, power = 4 * 1 + 16 * 3 + 32 * 3;
@@ -143,9 +136,8 @@ static int cell_of(const float p[3], int *panel)
     return 0;
 }
 
-static void points_are_uniform_by_power(void **state)
+TEST(points_are_uniform_by_power)
 {
-    (void)state;
     static double seen[3 * 64], expected[3 * 64];
     const double share[3] = {4.0 / 148, 48.0 / 148, 96.0 / 148};
     struct lit lit = make_three();
@@ -169,9 +161,8 @@ static void points_are_uniform_by_power(void **state)
 }
 
 /* The light that a small patch receives, estimated from points, is that of the closed form. */
-static void estimates_meet_the_closed_form(void **state)
+TEST(estimates_meet_the_closed_form)
 {
-    (void)state;
     const float top[3] = {0, 1, 0}, x[3] = {1, 0, 0}, z[3] = {0, 0, 1};
     struct scene_fixture *f = new_fixture();
     fixture_panel(f, shining(f, 2, 2, 2), top, x, z); /* x cross z: faces down */
@@ -197,9 +188,8 @@ static void estimates_meet_the_closed_form(void **state)
 }
 
 /* A texture weighs with its mean, and a point emits what its texel says. */
-static void textures_weigh_by_their_mean(void **state)
+TEST(textures_weigh_by_their_mean)
 {
-    (void)state;
     static const uint8_t halves[8] = {255, 255, 255, 255, 0, 0, 0, 255};
     const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1}, far[3] = {9, 0, 0};
     struct scene_fixture *f = new_fixture();
@@ -223,9 +213,8 @@ static void textures_weigh_by_their_mean(void **state)
 }
 
 /* Mirrored placements keep their front; masks and blends weaken what leaves. */
-static void fronts_and_opacities_count(void **state)
+TEST(fronts_and_opacities_count)
 {
-    (void)state;
     const float origin[3] = {0}, x[3] = {1, 0, 0}, z[3] = {0, 0, -1};
     const float mirrored[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     struct scene_fixture *f = new_fixture();
@@ -246,9 +235,8 @@ static void fronts_and_opacities_count(void **state)
 }
 
 /* Sizes and luminances at the ends of what a scene may hold. */
-static void extremes_stay_finite(void **state)
+TEST(extremes_stay_finite)
 {
-    (void)state;
     const float scales[] = {1e-14f, 1e-5f, 1.0f, 1e12f};
     const float strengths[] = {1e-20f, 1.0f, 1e12f};
     for (int i = 0; i < 4; i++)
@@ -264,18 +252,4 @@ static void extremes_stay_finite(void **state)
             assert_true(isfinite(p.position[0]) && p.normal[1] == 1.0f && p.offset > 0.0f);
             put_out(&lit);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_shines_in_the_dark),
-        cmocka_unit_test(densities_integrate_to_one),
-        cmocka_unit_test(points_are_uniform_by_power),
-        cmocka_unit_test(estimates_meet_the_closed_form),
-        cmocka_unit_test(textures_weigh_by_their_mean),
-        cmocka_unit_test(fronts_and_opacities_count),
-        cmocka_unit_test(extremes_stay_finite),
-    };
-    return cmocka_run_group_tests_name("emitters", tests, NULL, NULL);
 }

@@ -1,14 +1,9 @@
 /* Environment maps: lookups, and samples against their densities. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
 
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene/environment_fixture.h"
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_ONLY_HDR
@@ -147,10 +142,9 @@ static void open_random(uint32_t width, uint32_t height)
 
 /* ---- lookups ---- */
 
-static void a_constant_map_is_constant_exactly(void **state)
+TEST(a_constant_map_is_constant_exactly)
 {
     float texels[3 * 7 * 5];
-    (void)state;
     for (uint32_t i = 0; i < 105; i++) texels[i] = 0.1f + 0.3f * (float)(i % 3);
     environment_fixture_open(&f, 7, 5, texels);
     for (int i = 0; i < 10000; i++) {
@@ -164,9 +158,8 @@ static void a_constant_map_is_constant_exactly(void **state)
     environment_fixture_close(&f);
 }
 
-static void lookups_are_bilinear(void **state)
+TEST(lookups_are_bilinear)
 {
-    (void)state;
     numbers.state = 1;
     open_random(8, 6);
     const float *t = f.blob.texels;
@@ -186,10 +179,9 @@ static void lookups_are_bilinear(void **state)
     environment_fixture_close(&f);
 }
 
-static void poles_and_seam_are_as_the_header_says(void **state)
+TEST(poles_and_seam_are_as_the_header_says)
 {
     float texels[3 * 4 * 2], rgb[3];
-    (void)state;
     for (uint32_t i = 0; i < 24; i++) texels[i] = (float)(i / 3);
     environment_fixture_open(&f, 4, 2, texels);
     /* +x stands at u = 1/2, between columns 1 and 2; -x on the seam, between 3 and 0 */
@@ -211,13 +203,12 @@ static void poles_and_seam_are_as_the_header_says(void **state)
     environment_fixture_close(&f);
 }
 
-static void no_direction_leaves_the_map(void **state)
+TEST(no_direction_leaves_the_map)
 {
     static const float odd[][3] = {
         {0, 0, 0},         {0, 1, 0},   {0, -1, 0},        {-1, 0, 1e-30f},      {-1, 0, -1e-30f},
         {-1, 1e-30f, 0},   {2, 2, 2},   {NAN, NAN, NAN},   {1e-20f, 1, -1e-20f}, {INFINITY, 0, 0},
         {0, -INFINITY, 0}, {0, NAN, 1}, {1e-4f, -1, 1e-4f}};
-    (void)state;
     numbers.state = 2;
     const uint32_t sizes[][2] = {{1, 1}, {1, 7}, {7, 1}, {5, 3}, {64, 33}};
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
@@ -233,10 +224,9 @@ static void no_direction_leaves_the_map(void **state)
 
 /* ---- sampling ---- */
 
-static void densities_integrate_to_one(void **state)
+TEST(densities_integrate_to_one)
 {
     static const uint32_t sizes[][2] = {{1, 1}, {3, 1}, {1, 2}, {16, 8}, {33, 17}, {128, 64}};
-    (void)state;
     numbers.state = 3;
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
         const uint32_t width = sizes[k][0], height = sizes[k][1];
@@ -256,10 +246,9 @@ static void densities_integrate_to_one(void **state)
     }
 }
 
-static void samples_follow_their_density(void **state)
+TEST(samples_follow_their_density)
 {
     static const uint32_t sizes[][2] = {{2, 1}, {1, 4}, {16, 8}, {21, 11}, {64, 32}};
-    (void)state;
     numbers.state = 4;
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
         open_random(sizes[k][0], sizes[k][1]);
@@ -268,9 +257,8 @@ static void samples_follow_their_density(void **state)
     }
 }
 
-static void a_sample_tells_its_density(void **state)
+TEST(a_sample_tells_its_density)
 {
-    (void)state;
     numbers.state = 5;
     open_random(512, 256);
     uint32_t others = 0;
@@ -289,11 +277,10 @@ static void a_sample_tells_its_density(void **state)
 
 /* All samples go where lookups show the texel, and none counts for much more than another: a sun's
  * rim, too, is sampled as often as it shines. */
-static void one_bright_texel_takes_all_samples(void **state)
+TEST(one_bright_texel_takes_all_samples)
 {
     static float texels[3 * 64 * 32];
     static const uint32_t places[] = {64 * 8, 64 * 8 + 63, 64 * 16 + 5, 64 * 23 + 32};
-    (void)state;
     numbers.state = 6;
     for (int k = 0; k < 4; k++) {
         memset(texels, 0, sizeof texels);
@@ -318,10 +305,9 @@ static void one_bright_texel_takes_all_samples(void **state)
     }
 }
 
-static void a_black_map_gives_no_samples(void **state)
+TEST(a_black_map_gives_no_samples)
 {
     const float texels[3 * 4 * 2] = {0.0f};
-    (void)state;
     environment_fixture_open(&f, 4, 2, texels);
     for (int i = 0; i < 100; i++) {
         float d[3];
@@ -333,9 +319,8 @@ static void a_black_map_gives_no_samples(void **state)
     environment_fixture_close(&f);
 }
 
-static void one_texel_is_the_whole_sphere(void **state)
+TEST(one_texel_is_the_whole_sphere)
 {
-    (void)state;
     numbers.state = 7;
     environment_fixture_open(&f, 1, 1, (const float[3]){0.5f, 0.5f, 0.5f});
     double mean[3] = {0}, squares = 0.0;
@@ -352,12 +337,11 @@ static void one_texel_is_the_whole_sphere(void **state)
 
 /* Maps of many texels leave a float few digits to compare inside a slot: alternating columns show
  * whether the choice gets more. */
-static void large_maps_are_chosen_from_finely(void **state)
+TEST(large_maps_are_chosen_from_finely)
 {
     const uint32_t width = 2048, height = 1024, samples = 400000;
     float *texels = malloc(3 * sizeof(float) * width * height);
     uint32_t dim = 0;
-    (void)state;
     numbers.state = 8;
     for (uint32_t i = 0; i < 3 * width * height; i++) texels[i] = i / 3 % 2 ? 1.7f : 0.3f;
     environment_fixture_open(&f, width, height, texels);
@@ -374,12 +358,11 @@ static void large_maps_are_chosen_from_finely(void **state)
 }
 
 /* The mean of radiance over density is the integral of what lookups return. */
-static void samples_estimate_the_integral(void **state)
+TEST(samples_estimate_the_integral)
 {
     float texels[3 * 12 * 6];
     double exact = 0.0, sum = 0.0, squares = 0.0;
     const int fine = 60, samples = 200000;
-    (void)state;
     numbers.state = 9;
     for (uint32_t i = 0; i < 216; i++) texels[i] = 0.2f + random_unit(&numbers);
     environment_fixture_open(&f, 12, 6, texels);
@@ -405,12 +388,11 @@ static void samples_estimate_the_integral(void **state)
     environment_fixture_close(&f);
 }
 
-static void a_real_sky_is_sampled_right(void **state)
+TEST(a_real_sky_is_sampled_right)
 {
     const char *scenes = getenv("SHEARWATER_SCENES");
     char path[512];
     int width, height, channels;
-    (void)state;
     snprintf(path, sizeof path, "%s/hdr/park.hdr", scenes ? scenes : "../shared/scenes");
     float *texels = stbi_loadf(path, &width, &height, &channels, 3);
     if (!texels) skip();
@@ -426,24 +408,4 @@ static void a_real_sky_is_sampled_right(void **state)
     }
     assert_true(others < 100);
     environment_fixture_close(&f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_constant_map_is_constant_exactly),
-        cmocka_unit_test(lookups_are_bilinear),
-        cmocka_unit_test(poles_and_seam_are_as_the_header_says),
-        cmocka_unit_test(no_direction_leaves_the_map),
-        cmocka_unit_test(densities_integrate_to_one),
-        cmocka_unit_test(samples_follow_their_density),
-        cmocka_unit_test(a_sample_tells_its_density),
-        cmocka_unit_test(one_bright_texel_takes_all_samples),
-        cmocka_unit_test(a_black_map_gives_no_samples),
-        cmocka_unit_test(one_texel_is_the_whole_sphere),
-        cmocka_unit_test(large_maps_are_chosen_from_finely),
-        cmocka_unit_test(samples_estimate_the_integral),
-        cmocka_unit_test(a_real_sky_is_sampled_right),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* From material records to the BSDFs of points: the formulas of glTF and its extensions, textures
  * by channel, what materials say of themselves. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-/* cmocka wants those first */
-#include <cmocka.h>
-
 #include <float.h>
+#include <stdlib.h>
 
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
 #include "worker/scene/material.h"
 
@@ -60,9 +54,8 @@ static struct scene_texture_ref texel(struct bench *b, uint8_t r, uint8_t g, uin
 
 static const struct material_uv at_origin;
 
-static void matt_materials_are_lambert(void **state)
+TEST(matt_materials_are_lambert)
 {
-    (void)state;
     struct bench b = open_bench();
     struct bsdf bsdf;
     b.record->specular = 0.0f;
@@ -86,9 +79,8 @@ static void matt_materials_are_lambert(void **state)
     close_bench(&b);
 }
 
-static void factors_make_gltf_surfaces(void **state)
+TEST(factors_make_gltf_surfaces)
 {
-    (void)state;
     struct bench b = open_bench();
     struct bsdf bsdf;
     b.record->metallic = 0.25f;
@@ -116,9 +108,8 @@ static void factors_make_gltf_surfaces(void **state)
     close_bench(&b);
 }
 
-static void solids_have_an_inside(void **state)
+TEST(solids_have_an_inside)
 {
-    (void)state;
     struct bench b = open_bench();
     struct bsdf bsdf;
     b.record->transmission = 1.0f;
@@ -151,9 +142,8 @@ static void solids_have_an_inside(void **state)
     close_bench(&b);
 }
 
-static void textures_speak_by_channel(void **state)
+TEST(textures_speak_by_channel)
 {
-    (void)state;
     struct bench b = open_bench();
     struct bsdf bsdf;
     b.record->metallic = 1.0f;
@@ -179,9 +169,8 @@ static void textures_speak_by_channel(void **state)
     close_bench(&b);
 }
 
-static void anisotropy_widens_along_its_direction(void **state)
+TEST(anisotropy_widens_along_its_direction)
 {
-    (void)state;
     struct bench b = open_bench();
     struct bsdf bsdf;
     float direction[2];
@@ -211,9 +200,8 @@ static void anisotropy_widens_along_its_direction(void **state)
     close_bench(&b);
 }
 
-static void other_models_pass_through(void **state)
+TEST(other_models_pass_through)
 {
-    (void)state;
     static const struct {
         uint32_t record;
         enum bsdf_model model;
@@ -247,9 +235,8 @@ static void other_models_pass_through(void **state)
     close_bench(&b);
 }
 
-static void unlit_ones_only_shine(void **state)
+TEST(unlit_ones_only_shine)
 {
-    (void)state;
     struct bench b = open_bench();
     struct bsdf bsdf;
     float radiance[3];
@@ -268,9 +255,8 @@ static void unlit_ones_only_shine(void **state)
     close_bench(&b);
 }
 
-static void light_fades_inside(void **state)
+TEST(light_fades_inside)
 {
-    (void)state;
     struct bench b = open_bench();
     float left[3];
     b.record->transmission = b.record->thickness = 1.0f;
@@ -299,9 +285,8 @@ static void light_fades_inside(void **state)
     close_bench(&b);
 }
 
-static void opacity_follows_the_mode(void **state)
+TEST(opacity_follows_the_mode)
 {
-    (void)state;
     struct bench b = open_bench();
     b.record->base_color[3] = 0.25f;
     b.record->alpha_cutoff = 0.2f;
@@ -324,29 +309,11 @@ static void opacity_follows_the_mode(void **state)
     close_bench(&b);
 }
 
-static void normals_without_maps_stand_up(void **state)
+TEST(normals_without_maps_stand_up)
 {
-    (void)state;
     struct bench b = open_bench();
     float n[3];
     material_tangent_normal(make(&b), NULL, n);
     assert_true(n[0] == 0.0f && n[1] == 0.0f && n[2] == 1.0f);
     close_bench(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(matt_materials_are_lambert),
-        cmocka_unit_test(factors_make_gltf_surfaces),
-        cmocka_unit_test(solids_have_an_inside),
-        cmocka_unit_test(textures_speak_by_channel),
-        cmocka_unit_test(anisotropy_widens_along_its_direction),
-        cmocka_unit_test(other_models_pass_through),
-        cmocka_unit_test(unlit_ones_only_shine),
-        cmocka_unit_test(light_fades_inside),
-        cmocka_unit_test(opacity_follows_the_mode),
-        cmocka_unit_test(normals_without_maps_stand_up),
-    };
-    return cmocka_run_group_tests_name("material", tests, NULL, NULL);
 }

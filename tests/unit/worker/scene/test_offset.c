@@ -1,4 +1,5 @@
 /* No surface shadows itself, at any scale, distance from the origin or angle. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "proto/half.h"
@@ -91,9 +92,8 @@ static int shadowed_pixels(const struct setting *s, uint64_t *seed)
     return shadowed;
 }
 
-static void test_no_acne(void **state)
+TEST(test_no_acne)
 {
-    (void)state;
     static const float sizes[] = {1e-4f, 1e-2f, 1.0f, 1e3f, 1e5f};
     static const float distances[] = {0.0f, 1.0f, 100.0f, 1e4f, 1e5f};
     static const float elevations[] = {1.2f, 0.2f, 0.02f};
@@ -117,9 +117,8 @@ static void test_no_acne(void **state)
 }
 
 /* The offset must not jump over what is near: a slab above the floor still shades it. */
-static void test_near_blockers_are_seen(void **state)
+TEST(test_near_blockers_are_seen)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
     fixture_panel(f, 0, (float[]){0, 1e-4f, 0}, (float[]){2.5f, 0, 0}, (float[]){0, 0, -2.5f});
@@ -132,13 +131,4 @@ static void test_near_blockers_are_seen(void **state)
         assert_true(samples_light_irradiance(t.samples, 0)[i] == 0.0f);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_acne),
-        cmocka_unit_test(test_near_blockers_are_seen),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
 /* Texture look-ups: wrap modes, filters, decoding, transforms; materials that use them. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "worker/scene/material.h"
@@ -33,9 +34,8 @@ static void expect(float got, double expected)
     assert_true(fabs((double)got - expected) < 1e-5);
 }
 
-static void test_nearest(void **state)
+TEST(test_nearest)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct texture_decoding d;
     struct texture t = ramp_texture(f, &d, WRAP_REPEAT, FILTER_NEAREST, 0);
@@ -56,9 +56,8 @@ static void test_nearest(void **state)
     free(f);
 }
 
-static void test_bilinear(void **state)
+TEST(test_bilinear)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct texture_decoding d;
     struct texture t = ramp_texture(f, &d, WRAP_REPEAT, FILTER_LINEAR, 0);
@@ -76,9 +75,8 @@ static void test_bilinear(void **state)
     free(f);
 }
 
-static void test_decoding(void **state)
+TEST(test_decoding)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct texture_decoding d;
     struct texture t = ramp_texture(f, &d, WRAP_CLAMP, FILTER_NEAREST, IMAGE_IS_SRGB);
@@ -94,9 +92,8 @@ static void test_decoding(void **state)
     free(f);
 }
 
-static void test_strange_coordinates(void **state)
+TEST(test_strange_coordinates)
 {
-    (void)state;
     static const float strange[] = {NAN, INFINITY, -INFINITY, 3e38f, -1e20f, 1e7f, -0.0f, 1e-40f};
     struct scene_fixture *f = fixture_new();
     for (uint32_t wrap = 0; wrap < 3; wrap++)
@@ -112,9 +109,8 @@ static void test_strange_coordinates(void **state)
     free(f);
 }
 
-static void test_transform_and_sets(void **state)
+TEST(test_transform_and_sets)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct material_table *table;
     uint32_t texture = fixture_texture(f, 4, 1, ramp, 0);
@@ -135,9 +131,8 @@ static void test_transform_and_sets(void **state)
 }
 
 /* Tests for alpha run only where a surface can be transparent. */
-static void test_cutoffs(void **state)
+TEST(test_cutoffs)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct material_table *table;
     uint32_t texture = fixture_texture(f, 4, 1, ramp, 0);
@@ -157,17 +152,4 @@ static void test_cutoffs(void **state)
     expect(table->materials[3].alpha_cutoff, 0.7);
     material_table_destroy(&table);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_nearest),
-        cmocka_unit_test(test_bilinear),
-        cmocka_unit_test(test_decoding),
-        cmocka_unit_test(test_strange_coordinates),
-        cmocka_unit_test(test_transform_and_sets),
-        cmocka_unit_test(test_cutoffs),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

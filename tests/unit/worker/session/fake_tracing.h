@@ -1,13 +1,6 @@
 #pragma once
 /* Tracing without rays, for tests of what stands around it: it costs nothing, waits or hangs when
  * it is told to, and counts what it is asked for. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +8,7 @@
 #include <unistd.h>
 
 #include "proto/scene/environment.h"
+#include "tests/unit/unit.h"
 #include "worker/session/tracing.h"
 
 static _Atomic bool hold;        /* tiles wait, and end when they are stopped */

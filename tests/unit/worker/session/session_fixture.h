@@ -1,13 +1,6 @@
 #pragma once
 /* A worker's session with fake tracing, and its coordinator: a scripted one in the same thread, on
  * a real Unix socket. Waiting turns the worker's loop. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -22,6 +15,7 @@
 #include "proto/runtime/build.h"
 #include "proto/scene/environment.h"
 #include "tests/unit/proto/plan_case.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/session/fake_tracing.h"
 #include "worker/session/session.h"
 

@@ -1,10 +1,4 @@
 /* The blob cache: what comes in is verified, stays bounded, and what is in use is not evicted. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +7,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "tests/unit/unit.h"
 #include "worker/session/cache.h"
 
 #define BLOB_BYTES 10000u
@@ -71,9 +66,8 @@ static void let_time_pass(void)
     usleep(12000);
 }
 
-static void what_is_fetched_can_be_used(void **state)
+TEST(what_is_fetched_can_be_used)
 {
-    (void)state;
     struct cache c = open_cache(1 << 20);
     struct fault fault = {0};
     uint8_t data[BLOB_BYTES], found[BLOB_BYTES];
@@ -92,9 +86,8 @@ static void what_is_fetched_can_be_used(void **state)
     assert_int_equal(cache_used_bytes(&c), BLOB_BYTES);
 }
 
-static void the_longest_unused_goes_first(void **state)
+TEST(the_longest_unused_goes_first)
 {
-    (void)state;
     struct cache c = open_cache(3 * BLOB_BYTES);
     struct fault fault = {0};
     for (uint8_t n = 1; n <= 3; n++) {
@@ -111,9 +104,8 @@ static void the_longest_unused_goes_first(void **state)
     assert_int_equal(cache_used_bytes(&c), 3 * BLOB_BYTES);
 }
 
-static void what_is_pinned_stays(void **state)
+TEST(what_is_pinned_stays)
 {
-    (void)state;
     struct cache c = open_cache(2 * BLOB_BYTES);
     struct fault fault = {0};
     uint8_t data[BLOB_BYTES];
@@ -136,18 +128,16 @@ static void what_is_pinned_stays(void **state)
     cache_unpin(&two);
 }
 
-static void a_blob_above_the_bound_is_refused(void **state)
+TEST(a_blob_above_the_bound_is_refused)
 {
-    (void)state;
     struct cache c = open_cache(BLOB_BYTES - 1);
     struct fault fault = {0};
     assert_int_equal(fetch(&c, 1, &fault), ERR_FULL);
     assert_false(has(&c, 1));
 }
 
-static void damaged_bytes_are_not_kept(void **state)
+TEST(damaged_bytes_are_not_kept)
 {
-    (void)state;
     struct cache c = open_cache(1 << 20);
     struct fault fault = {0};
     struct cache_fetch f;
@@ -163,9 +153,8 @@ static void damaged_bytes_are_not_kept(void **state)
     assert_int_equal(fetch(&c, 1, &fault), 0); /* from the start */
 }
 
-static void parts_that_do_not_fit_are_refused(void **state)
+TEST(parts_that_do_not_fit_are_refused)
 {
-    (void)state;
     struct cache c = open_cache(1 << 20);
     struct fault fault = {0};
     struct cache_fetch f;
@@ -185,9 +174,8 @@ static void parts_that_do_not_fit_are_refused(void **state)
     cache_fetch_abort(&f);
 }
 
-static void a_broken_transfer_is_taken_up(void **state)
+TEST(a_broken_transfer_is_taken_up)
 {
-    (void)state;
     struct cache c = open_cache(1 << 20);
     struct fault fault = {0};
     struct cache_fetch f;
@@ -206,9 +194,8 @@ static void a_broken_transfer_is_taken_up(void **state)
     assert_true(has(&c, 1));
 }
 
-static void two_may_fetch_the_same(void **state)
+TEST(two_may_fetch_the_same)
 {
-    (void)state;
     struct cache c = open_cache(1 << 20);
     struct fault fault = {0};
     struct cache_fetch f;
@@ -224,9 +211,8 @@ static void two_may_fetch_the_same(void **state)
     assert_int_equal(cache_used_bytes(&c), BLOB_BYTES);
 }
 
-static void old_parts_are_swept(void **state)
+TEST(old_parts_are_swept)
 {
-    (void)state;
     struct cache c = open_cache(1 << 20);
     struct fault fault = {0};
     struct cache_fetch f;
@@ -265,16 +251,4 @@ static int remove_dir(void **state)
     return system(command);
 }
 
-#define CASE(name) cmocka_unit_test_setup_teardown(name, make_dir, remove_dir)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        CASE(what_is_fetched_can_be_used),   CASE(the_longest_unused_goes_first),
-        CASE(what_is_pinned_stays),          CASE(a_blob_above_the_bound_is_refused),
-        CASE(damaged_bytes_are_not_kept),    CASE(parts_that_do_not_fit_are_refused),
-        CASE(a_broken_transfer_is_taken_up), CASE(two_may_fetch_the_same),
-        CASE(old_parts_are_swept),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+EACH_TEST(make_dir, remove_dir);

@@ -1,24 +1,18 @@
 /* How a worker's session gets scenes and environment maps: from the coordinator in parts, from its
  * cache or from a folder of blobs; and what becomes of tiles whose blobs are missing or damaged. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <signal.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "proto/link/message.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/session/session_fixture.h"
 
-static void local_blobs_are_mapped_where_they_lie(void **state)
+ALL_TESTS(ignore_broken_pipes, NULL);
+
+TEST(local_blobs_are_mapped_where_they_lie)
 {
-    (void)state;
     struct world *w = world_open(1, true);
     char path[300], hex[DIGEST_HEX_BYTES];
     digest_to_hex(&w->plan.scene, hex);
@@ -37,9 +31,8 @@ static void local_blobs_are_mapped_where_they_lie(void **state)
     world_close(w);
 }
 
-static void a_cached_blob_is_not_fetched_again(void **state)
+TEST(a_cached_blob_is_not_fetched_again)
 {
-    (void)state;
     struct world *w = world_open(1, true); /* of blobs there is only an empty folder */
     warm_up(w);
     drop_link(w);
@@ -59,9 +52,8 @@ static void a_cached_blob_is_not_fetched_again(void **state)
     world_close(w);
 }
 
-static void a_missing_blob_is_a_fault_of_its_tiles(void **state)
+TEST(a_missing_blob_is_a_fault_of_its_tiles)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     struct message_tile_fault fault;
@@ -84,9 +76,8 @@ static void a_missing_blob_is_a_fault_of_its_tiles(void **state)
     world_close(w);
 }
 
-static void a_fetch_goes_on_after_a_reconnect(void **state)
+TEST(a_fetch_goes_on_after_a_reconnect)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     struct message_blob_get get;
@@ -116,9 +107,8 @@ static void a_fetch_goes_on_after_a_reconnect(void **state)
     world_close(w);
 }
 
-static void damaged_blobs_are_not_traced(void **state)
+TEST(damaged_blobs_are_not_traced)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     welcome(w, LIFE | 1);
@@ -149,9 +139,8 @@ static void expect_both(struct world *w, struct message_blob_get *scene,
     assert_true(digest_equal(&map->digest, &w->plan.environment.map));
 }
 
-static void a_map_is_fetched_beside_the_scene(void **state)
+TEST(a_map_is_fetched_beside_the_scene)
 {
-    (void)state;
     struct world *w = world_open(2, false);
     struct message_blob_get scene, map;
     give_map(w);
@@ -193,9 +182,8 @@ static void expect_fault(struct world *w, int code, const char *part)
     if (!strstr(fault.text, part)) fail_msg("\"%s\" lacks \"%s\"", fault.text, part);
 }
 
-static void a_missing_map_is_named(void **state)
+TEST(a_missing_map_is_named)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
     give_map(w);
@@ -219,9 +207,8 @@ static void a_missing_map_is_named(void **state)
     world_close(w);
 }
 
-static void a_missing_scene_beside_a_map_is_named(void **state)
+TEST(a_missing_scene_beside_a_map_is_named)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
     give_map(w);
@@ -237,9 +224,8 @@ static void a_missing_scene_beside_a_map_is_named(void **state)
     world_close(w);
 }
 
-static void blobs_of_the_wrong_kind_are_faults(void **state)
+TEST(blobs_of_the_wrong_kind_are_faults)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct message_blob_get get;
     const struct digest scene = w->plan.scene;
@@ -263,9 +249,8 @@ static void blobs_of_the_wrong_kind_are_faults(void **state)
     world_close(w);
 }
 
-static void a_cancelled_frame_lets_both_blobs_go(void **state)
+TEST(a_cancelled_frame_lets_both_blobs_go)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
     give_map(w);
@@ -281,22 +266,4 @@ static void a_cancelled_frame_lets_both_blobs_go(void **state)
     expect_nothing(w);
     assert_int_equal(loads, 0);
     world_close(w);
-}
-
-int main(void)
-{
-    signal(SIGPIPE, SIG_IGN);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(local_blobs_are_mapped_where_they_lie),
-        cmocka_unit_test(a_cached_blob_is_not_fetched_again),
-        cmocka_unit_test(a_missing_blob_is_a_fault_of_its_tiles),
-        cmocka_unit_test(a_fetch_goes_on_after_a_reconnect),
-        cmocka_unit_test(damaged_blobs_are_not_traced),
-        cmocka_unit_test(a_map_is_fetched_beside_the_scene),
-        cmocka_unit_test(a_missing_map_is_named),
-        cmocka_unit_test(a_missing_scene_beside_a_map_is_named),
-        cmocka_unit_test(blobs_of_the_wrong_kind_are_faults),
-        cmocka_unit_test(a_cancelled_frame_lets_both_blobs_go),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,21 +1,15 @@
 /* What ends a worker's session: a refusal, an order to stop, its parent's end, a load that hangs;
  * and which loads do not, though they take long. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <signal.h>
 #include <string.h>
 
 #include "proto/link/message.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/session/session_fixture.h"
 
-static void a_refusal_ends_the_worker(void **state)
+ALL_TESTS(ignore_broken_pipes, NULL);
+
+TEST(a_refusal_ends_the_worker)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     accept_link(w);
@@ -28,9 +22,8 @@ static void a_refusal_ends_the_worker(void **state)
     world_close(w);
 }
 
-static void told_to_stop_it_finishes_what_it_traces(void **state)
+TEST(told_to_stop_it_finishes_what_it_traces)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     struct message_returned back;
@@ -57,9 +50,8 @@ static void told_to_stop_it_finishes_what_it_traces(void **state)
     world_close(w);
 }
 
-static void told_twice_it_leaves_at_once(void **state)
+TEST(told_twice_it_leaves_at_once)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     warm_up(w);
@@ -75,9 +67,8 @@ static void told_twice_it_leaves_at_once(void **state)
     world_close(w);
 }
 
-static void with_its_parent_it_ends(void **state)
+TEST(with_its_parent_it_ends)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     w->options.exit_with_parent = true;
     welcome(w, LIFE | 1);
@@ -102,9 +93,8 @@ static void expect_end_of_load(struct world *w, const char *part)
     expect(w, MESSAGE_BYE, &f);
 }
 
-static void a_load_that_makes_no_step_ends_the_worker(void **state)
+TEST(a_load_that_makes_no_step_ends_the_worker)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     w->options.loading_ms = 200;
     load_hangs = true;
@@ -117,9 +107,8 @@ static void a_load_that_makes_no_step_ends_the_worker(void **state)
     world_close(w);
 }
 
-static void one_that_spins_ends_it_sooner(void **state)
+TEST(one_that_spins_ends_it_sooner)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     w->options.loading_ms = 500;
     load_hangs = load_spins = true;
@@ -132,9 +121,8 @@ static void one_that_spins_ends_it_sooner(void **state)
     world_close(w);
 }
 
-static void a_long_load_that_makes_steps_does_not(void **state)
+TEST(a_long_load_that_makes_steps_does_not)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     w->options.loading_ms = 100;
     load_steps = 1500 / LOAD_STEP_MS;
@@ -147,9 +135,8 @@ static void a_long_load_that_makes_steps_does_not(void **state)
     world_close(w);
 }
 
-static void nor_does_one_that_waits_for_a_thread(void **state)
+TEST(nor_does_one_that_waits_for_a_thread)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct message_blob_get get;
     w->options.loading_ms = 100;
@@ -169,20 +156,4 @@ static void nor_does_one_that_waits_for_a_thread(void **state)
     answer(w, &get);
     assert_int_equal(expect_result(w), 2);
     world_close(w);
-}
-
-int main(void)
-{
-    signal(SIGPIPE, SIG_IGN);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_refusal_ends_the_worker),
-        cmocka_unit_test(told_to_stop_it_finishes_what_it_traces),
-        cmocka_unit_test(told_twice_it_leaves_at_once),
-        cmocka_unit_test(with_its_parent_it_ends),
-        cmocka_unit_test(a_load_that_makes_no_step_ends_the_worker),
-        cmocka_unit_test(one_that_spins_ends_it_sooner),
-        cmocka_unit_test(a_long_load_that_makes_steps_does_not),
-        cmocka_unit_test(nor_does_one_that_waits_for_a_thread),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

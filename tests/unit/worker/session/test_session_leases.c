@@ -1,23 +1,17 @@
 /* Tiles that a worker's session leases: what it asks for, what it traces of each, and how their
  * results go back; leases and other messages that break the link. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <signal.h>
 #include <string.h>
 #include <sys/socket.h>
 
 #include "proto/count_map.h"
 #include "proto/link/message.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/session/session_fixture.h"
 
-static void a_tile_is_fetched_for_traced_and_answered(void **state)
+ALL_TESTS(ignore_broken_pipes, NULL);
+
+TEST(a_tile_is_fetched_for_traced_and_answered)
 {
-    (void)state;
     struct world *w = world_open(2, false);
     welcome(w, LIFE | 1);
     for (int i = 0; w->asked == 0 && i < PATIENCE_MS; i++) expect_nothing(w);
@@ -39,9 +33,8 @@ static void a_tile_is_fetched_for_traced_and_answered(void **state)
     world_close(w);
 }
 
-static void results_are_kept_until_acknowledged(void **state)
+TEST(results_are_kept_until_acknowledged)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     warm_up(w);
     send_tile(w, 9, 1);
@@ -62,9 +55,8 @@ static void results_are_kept_until_acknowledged(void **state)
     world_close(w);
 }
 
-static void illegal_messages_break_the_link(void **state)
+TEST(illegal_messages_break_the_link)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     for (int i = 0; i < 6; i++) {
@@ -103,9 +95,8 @@ static void illegal_messages_break_the_link(void **state)
     world_close(w);
 }
 
-static void a_lease_names_its_pass(void **state)
+TEST(a_lease_names_its_pass)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     warm_up(w);
     for (uint32_t pass = 3; pass-- > 0;) {
@@ -152,9 +143,8 @@ static void rate_plan(struct world *w)
         ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
 }
 
-static void a_lease_has_its_pixels_sides(void **state)
+TEST(a_lease_has_its_pixels_sides)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     rate_plan(w);
     warm_up(w);
@@ -169,9 +159,8 @@ static void a_lease_has_its_pixels_sides(void **state)
 }
 
 /* And those of its glossy lobes, where the plan has them. */
-static void a_lease_has_its_lobes_sides(void **state)
+TEST(a_lease_has_its_lobes_sides)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     rate_plan(w);
     w->plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
@@ -183,9 +172,8 @@ static void a_lease_has_its_lobes_sides(void **state)
 }
 
 /* Sides that are none, too many, none of the plan's, or for a plan without. */
-static void sides_that_do_not_fit_break_the_link(void **state)
+TEST(sides_that_do_not_fit_break_the_link)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     const struct plan plain = w->plan;
@@ -221,9 +209,8 @@ static void sides_that_do_not_fit_break_the_link(void **state)
     world_close(w);
 }
 
-static void a_cancelled_frame_is_stopped(void **state)
+TEST(a_cancelled_frame_is_stopped)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     warm_up(w);
     hold = true;
@@ -242,9 +229,8 @@ static void a_cancelled_frame_is_stopped(void **state)
     world_close(w);
 }
 
-static void a_drained_worker_asks_again_after_a_tile(void **state)
+TEST(a_drained_worker_asks_again_after_a_tile)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     warm_up(w);
     expect_nothing(w);
@@ -262,9 +248,8 @@ static void a_drained_worker_asks_again_after_a_tile(void **state)
     world_close(w);
 }
 
-static void beats_tell_of_progress(void **state)
+TEST(beats_tell_of_progress)
 {
-    (void)state;
     struct world *w = world_open(1, false);
     struct frame_view f;
     struct message_beat m = {0};
@@ -280,22 +265,4 @@ static void beats_tell_of_progress(void **state)
     assert_true(m.rss_bytes > 0 && m.peak_rss_bytes > 0 && m.cpu_us > 0);
     assert_int_equal(m.phase, BEAT_IDLE);
     world_close(w);
-}
-
-int main(void)
-{
-    signal(SIGPIPE, SIG_IGN);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_tile_is_fetched_for_traced_and_answered),
-        cmocka_unit_test(results_are_kept_until_acknowledged),
-        cmocka_unit_test(illegal_messages_break_the_link),
-        cmocka_unit_test(a_lease_names_its_pass),
-        cmocka_unit_test(a_lease_has_its_pixels_sides),
-        cmocka_unit_test(a_lease_has_its_lobes_sides),
-        cmocka_unit_test(sides_that_do_not_fit_break_the_link),
-        cmocka_unit_test(a_cancelled_frame_is_stopped),
-        cmocka_unit_test(a_drained_worker_asks_again_after_a_tile),
-        cmocka_unit_test(beats_tell_of_progress),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

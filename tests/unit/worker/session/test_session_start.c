@@ -1,19 +1,12 @@
 /* What a worker's session starts from: options, the coordinator's address, the waits between tries
  * to reach it, Embree. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
+#include "tests/unit/unit.h"
 #include "worker/link/link.h"
 #include "worker/process/options.h"
 #include "worker/session/session.h"
 
-static void options_are_checked(void **state)
+TEST(options_are_checked)
 {
-    (void)state;
     struct options o;
     struct fault fault = {0};
     char *good[] = {"worker", "--connect", "unix:/x", "--threads", "3", "--cache-bytes", "2G"};
@@ -40,7 +33,7 @@ static void options_are_checked(void **state)
     assert_int_equal(options_read(1, good, &o, &fault), ERR_MISSING);
 }
 
-static void samples_are_packed_for_their_way(void **state)
+TEST(samples_are_packed_for_their_way)
 {
     static const struct {
         const char *address, *pack;
@@ -53,7 +46,6 @@ static void samples_are_packed_for_their_way(void **state)
         {"unix:/x", "small", PACKING_SMALL},       {"farm.example:7", "quick", PACKING_QUICK}};
     struct options o;
     struct fault fault = {0};
-    (void)state;
     for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
         char *argv[] = {"worker", "--connect", (char *)(uintptr_t)ways[i].address, "--pack",
                         (char *)(uintptr_t)ways[i].pack};
@@ -62,9 +54,8 @@ static void samples_are_packed_for_their_way(void **state)
     }
 }
 
-static void addresses_are_checked(void **state)
+TEST(addresses_are_checked)
 {
-    (void)state;
     static const char *const wrong[] = {"unix:",  "host",       "host:", ":7",
                                         "host:0", "host:70000", "a:b:7", "host:7x"};
     uv_loop_t loop;
@@ -79,9 +70,8 @@ static void addresses_are_checked(void **state)
     assert_int_equal(uv_loop_close(&loop), 0);
 }
 
-static void waits_double_up_to_five_seconds(void **state)
+TEST(waits_double_up_to_five_seconds)
 {
-    (void)state;
     static const uint32_t waits[] = {100, 200, 400, 800, 1600, 3200, 5000, 5000};
     for (unsigned i = 0; i < sizeof waits / sizeof waits[0]; i++)
         assert_int_equal(link_wait_ms(i), waits[i]);
@@ -94,9 +84,8 @@ static const char *no_version(void *ctx)
     return NULL;
 }
 
-static void without_embree_there_is_no_worker(void **state)
+TEST(without_embree_there_is_no_worker)
 {
-    (void)state;
     uv_loop_t loop;
     struct session *session = NULL;
     struct fault fault = {0};
@@ -109,16 +98,4 @@ static void without_embree_there_is_no_worker(void **state)
     assert_string_equal(fault.pointer, "embree");
     assert_null(session);
     assert_int_equal(uv_loop_close(&loop), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_are_checked),
-        cmocka_unit_test(samples_are_packed_for_their_way),
-        cmocka_unit_test(addresses_are_checked),
-        cmocka_unit_test(waits_double_up_to_five_seconds),
-        cmocka_unit_test(without_embree_there_is_no_worker),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,11 @@
 /* The table of heavy functions: blobs are told apart by their first bytes, loaded, traced with, and
  * wholly freed. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
 #include <unistd.h>
 
 #include "tests/unit/proto/scene/scene_case.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene/environment_fixture.h"
 #include "tests/unit/worker/scene_fixture.h"
 #include "worker/session/tracing.h"
@@ -102,11 +97,10 @@ static int trace(const void *scene, const void *environment, const struct plan *
     return error;
 }
 
-static void maps_shine_on_what_is_traced(void **state)
+TEST(maps_shine_on_what_is_traced)
 {
     const struct plan plan = empty_view();
     void *scene, *map;
-    (void)state;
     load_scene(&scene);
     load_map(&map, 0.75f);
     for (uint32_t pass = 0; pass < plan_pass_count(&plan); pass++) {
@@ -134,12 +128,11 @@ static void maps_shine_on_what_is_traced(void **state)
     t->unload(t->ctx, &scene);
 }
 
-static void kinds_are_not_mixed_up(void **state)
+TEST(kinds_are_not_mixed_up)
 {
     const struct plan plan = empty_view();
     struct bytes_writer packed;
     void *scene, *map;
-    (void)state;
     load_scene(&scene);
     load_map(&map, 1.0f);
     bytes_writer_init(&packed);
@@ -152,7 +145,7 @@ static void kinds_are_not_mixed_up(void **state)
     t->unload(t->ctx, &scene);
 }
 
-static void what_is_no_blob_is_a_fault(void **state)
+TEST(what_is_no_blob_is_a_fault)
 {
     enum tracing_kind kind;
     uint64_t bytes = 0, cpu_us = 0;
@@ -160,7 +153,6 @@ static void what_is_no_blob_is_a_fault(void **state)
     void *loaded = NULL;
     struct fault fault = {0};
     char cut[70] = ENVIRONMENT_MAGIC;
-    (void)state;
     assert_int_equal(load("", 0, &loaded, &kind, &bytes, &fault), ERR_TRUNCATED);
     assert_int_equal(load("abcd", 4, &loaded, &kind, &bytes, &fault), ERR_TRUNCATED);
     cut[8] = ENVIRONMENT_VERSION;
@@ -169,14 +161,4 @@ static void what_is_no_blob_is_a_fault(void **state)
                              &bytes, &cpu_us, &fault),
                      ERR_IO);
     assert_true(fault.detail[0] != '\0');
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(maps_shine_on_what_is_traced),
-        cmocka_unit_test(kinds_are_not_mixed_up),
-        cmocka_unit_test(what_is_no_blob_is_a_fault),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

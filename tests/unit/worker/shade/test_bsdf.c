@@ -1,16 +1,11 @@
 /* Laws of the BSDFs that need no statistics: known values, what smooth surfaces do, and finite
  * numbers everywhere. tests/kernel/check_shade.c has the statistics. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "worker/shade/bsdf.h"
 #include "worker/shade/coupling.h"
 #include "worker/shade/direction.h"
@@ -59,9 +54,8 @@ static struct bsdf paint(float alpha, float specular)
                          .ior = 1.5f};
 }
 
-static void test_fresnel(void **state)
+TEST(test_fresnel)
 {
-    (void)state;
     float far;
     assert_near((double)fresnel_dielectric(1.0f, 1.5f, &far), 0.04, 1e-7);
     assert_near((double)far, 1.0, 1e-7);
@@ -86,9 +80,8 @@ static void test_fresnel(void **state)
                     (double)fresnel_dielectric(c, 1.5f, &far), 2e-6);
 }
 
-static void test_pure_lambert(void **state)
+TEST(test_pure_lambert)
 {
-    (void)state;
     const struct bsdf g = paint(0.3f, 0.0f);
     struct bsdf l = {.model = BSDF_LAMBERT, .albedo = {0.8f, 0.5f, 0.2f}};
     for (int i = 0; i < 90; i += 7) {
@@ -112,9 +105,8 @@ static void test_pure_lambert(void **state)
     }
 }
 
-static void test_mirror(void **state)
+TEST(test_mirror)
 {
-    (void)state;
     const struct bsdf m = {.model = BSDF_MIRROR, .model_specular = {0.9f, 0.6f, 0.3f}};
     float wo[3];
     struct bsdf_sample s;
@@ -146,9 +138,8 @@ static void check_clear(const struct bsdf *b, const float wo[3], double reflecte
     assert_near((double)mirrored / CHOICES, reflected, 1.0 / CHOICES);
 }
 
-static void test_clear_glass(void **state)
+TEST(test_clear_glass)
 {
-    (void)state;
     float wo[3], far;
     const struct bsdf in = glass(0.0f, 1.5f), out = glass(0.0f, 1.0f / 1.5f);
     for (int deg = 0; deg < 90; deg += 10) {
@@ -172,9 +163,8 @@ static void test_clear_glass(void **state)
     assert_near((double)(s.specular[0] / s.specular[1]), 0.25, 1e-6);
 }
 
-static void test_index_zero_reflects_all(void **state)
+TEST(test_index_zero_reflects_all)
 {
-    (void)state;
     struct bsdf b = glass(0.0f, 0.0f);
     float wo[3];
     for (int k = 0; k < 3; k++) b.specular_f0[k] = 1.0f;
@@ -185,9 +175,8 @@ static void test_index_zero_reflects_all(void **state)
 }
 
 /* The metal of appendix B at one pair, by hand: wo = wi = normal. */
-static void test_metal_by_hand(void **state)
+TEST(test_metal_by_hand)
 {
-    (void)state;
     struct bsdf b = paint(0.5f, 1.0f);
     const float z[3] = {0.0f, 0.0f, 1.0f};
     struct bsdf_value v;
@@ -206,9 +195,8 @@ static void test_metal_by_hand(void **state)
 }
 
 /* coupling.c against the mean over sampled facets. */
-static void test_coupling(void **state)
+TEST(test_coupling)
 {
-    (void)state;
     static const float alphas[] = {0.02f, 0.09f, 0.25f, 0.5f, 1.0f};
     struct random r = {3};
     for (int a = 0; a < 5; a++)
@@ -268,9 +256,8 @@ static float pick(struct random *r, const float *values, uint32_t count)
 }
 
 /* Every parameter at its extremes, every direction at the horizon and the pole. */
-static void test_extremes(void **state)
+TEST(test_extremes)
 {
-    (void)state;
     static const float shares[] = {0.0f, 1e-7f, 0.3f, 0.9999999f, 1.0f};
     static const float alphas[] = {0.0f, 0.99e-4f, 1e-4f, 1.01e-4f, 1e-3f, 0.1f, 0.5f, 1.0f};
     static const float exponents[] = {0.0f, 1e-3f, 1.0f, 77.0f, 1e5f};
@@ -296,19 +283,4 @@ static void test_extremes(void **state)
         direction(angles[random_bits(&r) % 6], 360.0 * (double)random_unit(&r), wo);
         check_finite(&b, wo, &r);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fresnel),
-        cmocka_unit_test(test_pure_lambert),
-        cmocka_unit_test(test_mirror),
-        cmocka_unit_test(test_clear_glass),
-        cmocka_unit_test(test_index_zero_reflects_all),
-        cmocka_unit_test(test_metal_by_hand),
-        cmocka_unit_test(test_coupling),
-        cmocka_unit_test(test_extremes),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

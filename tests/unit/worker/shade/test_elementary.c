@@ -1,14 +1,9 @@
 /* The elementary functions against the C library's in double, over all binades and at the edges. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "tests/unit/unit.h"
 #include "worker/shade/elementary.h"
 
 static double worst;
@@ -39,9 +34,8 @@ static void end(const char *name, double bound)
     for (uint32_t bits_ = elementary_bits(low); bits_ <= elementary_bits(high); bits_ += 2003)     \
         for (float x = elementary_of_bits(bits_), *once_ = &x; once_; once_ = NULL)
 
-static void test_sine(void **state)
+TEST(test_sine)
 {
-    (void)state;
     begin();
     EACH_FLOAT(x, 1e-30f, 1e8f)
     {
@@ -63,9 +57,8 @@ static void test_sine(void **state)
     assert_true(elementary_sin(0.0f) == 0.0f && elementary_cos(0.0f) == 1.0f);
 }
 
-static void test_turns(void **state)
+TEST(test_turns)
 {
-    (void)state;
     begin();
     for (int i = 0; i <= 1 << 20; i++) {
         const float u = (float)i / (1 << 20);
@@ -83,9 +76,8 @@ static void test_turns(void **state)
     end("sin, cos of turns", 2e-7);
 }
 
-static void test_exp(void **state)
+TEST(test_exp)
 {
-    (void)state;
     begin();
     EACH_FLOAT(x, 1e-12f, 87.33f)
     {
@@ -101,9 +93,8 @@ static void test_exp(void **state)
     assert_true(elementary_exp(ELEMENTARY_MAX) == ELEMENTARY_MAX);
 }
 
-static void test_log(void **state)
+TEST(test_log)
 {
-    (void)state;
     begin();
     EACH_FLOAT(x, ELEMENTARY_TINY, ELEMENTARY_MAX)
     compare(elementary_log(x), log((double)x), 1e-30, x);
@@ -118,9 +109,8 @@ static void test_log(void **state)
     assert_true(elementary_log(1e-44f) == elementary_log(0.0f));
 }
 
-static void test_near_zero(void **state)
+TEST(test_near_zero)
 {
-    (void)state;
     begin();
     EACH_FLOAT(x, 1e-30f, 87.0f)
     {
@@ -137,9 +127,8 @@ static void test_near_zero(void **state)
     end("log1p", 3e-7);
 }
 
-static void test_atan2(void **state)
+TEST(test_atan2)
 {
-    (void)state;
     begin();
     for (int i = 0; i < 20000; i++) {
         const double angle = (i + 0.5) * 2.0 * M_PI / 20000;
@@ -163,9 +152,8 @@ static void test_atan2(void **state)
         }
 }
 
-static void test_erf(void **state)
+TEST(test_erf)
 {
-    (void)state;
     begin();
     EACH_FLOAT(x, 1e-20f, 1e10f)
     {
@@ -191,9 +179,8 @@ static void compare_inverse(float x)
     compare((float)y, y - (y < 0 ? -step : step), 1e-30, x);
 }
 
-static void test_erfinv(void **state)
+TEST(test_erfinv)
 {
-    (void)state;
     begin();
     EACH_FLOAT(x, 1e-10f, 0.999f) compare_inverse(x);
     for (uint32_t b = elementary_bits(0.999f); b < elementary_bits(1.0f); b++)
@@ -202,14 +189,4 @@ static void test_erfinv(void **state)
     assert_true(elementary_erfinv(0.0f) == 0.0f);
     assert_true(elementary_erfinv(1.0f) == elementary_erfinv(0x1.fffffep-1f));
     assert_true(elementary_erfinv(-2.0f) == -elementary_erfinv(1.0f));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sine),   cmocka_unit_test(test_turns),     cmocka_unit_test(test_exp),
-        cmocka_unit_test(test_log),    cmocka_unit_test(test_atan2),     cmocka_unit_test(test_erf),
-        cmocka_unit_test(test_erfinv), cmocka_unit_test(test_near_zero),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,8 @@
 /* The glossy lobe against the whole BSDF and against its integral. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 
 #include "proto/plan.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/glossy_fixture.h"
 
 static struct bsdf surface(float alpha, float metallic)
@@ -36,9 +31,8 @@ static const float metals[] = {0.0f, 0.4f, 1.0f};
 
 /* f |cos| / pdf of the lobe: where it is the only one, the BSDF's own weight; elsewhere in its
  * proportions. */
-static void weights_are_the_bsdfs(void **state)
+TEST(weights_are_the_bsdfs)
 {
-    (void)state;
     for (int a = 0; a < 5; a++)
         for (int z = 0; z < 5; z++)
             for (int m = 0; m < 3; m++)
@@ -61,9 +55,8 @@ static void weights_are_the_bsdfs(void **state)
                 }
 }
 
-static void reflectance_is_the_mean_weight(void **state)
+TEST(reflectance_is_the_mean_weight)
 {
-    (void)state;
     enum { SIDE = 256 };
     for (int a = 0; a < 5; a++)
         for (int z = 0; z < 5; z++)
@@ -88,9 +81,8 @@ static void reflectance_is_the_mean_weight(void **state)
             }
 }
 
-static void who_has_one(void **state)
+TEST(who_has_one)
 {
-    (void)state;
     struct bsdf b = surface(GLOSSY_ALPHA_LEAST, 0.0f);
     assert_true(glossy_has(&b));
     b.alpha_u = b.alpha_v = 0.0099f;
@@ -113,22 +105,10 @@ static void who_has_one(void **state)
 }
 
 /* Nothing comes of looking along the surface. */
-static void grazing_looks_see_nothing(void **state)
+TEST(grazing_looks_see_nothing)
 {
-    (void)state;
     const struct bsdf b = surface(0.2f, 1.0f);
     const float wo[3] = {1, 0, 0}, u[2] = {0.5f, 0.5f};
     float wi[3], weight[3];
     assert_false(glossy_sample(&b, wo, u, wi, weight));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(weights_are_the_bsdfs),
-        cmocka_unit_test(reflectance_is_the_mean_weight),
-        cmocka_unit_test(who_has_one),
-        cmocka_unit_test(grazing_looks_see_nothing),
-    };
-    return cmocka_run_group_tests_name("glossy", tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
 /* The sample loop: tiles, progress, stopping, counters of what is skipped. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include <xmmintrin.h>
@@ -58,9 +59,8 @@ static void expect_same(const struct samples *whole, const struct samples *part,
     }
 }
 
-static void test_tiles_do_not_matter(void **state)
+TEST(test_tiles_do_not_matter)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = busy_plan(f, 70, 50);
     struct traced t = trace_all(f, &p);
@@ -84,9 +84,8 @@ static void test_tiles_do_not_matter(void **state)
     free(f);
 }
 
-static void test_samples_pass_validation(void **state)
+TEST(test_samples_pass_validation)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = busy_plan(f, 40, 24);
     struct traced t = trace_all(f, &p);
@@ -103,9 +102,8 @@ static void test_samples_pass_validation(void **state)
     free(f);
 }
 
-static void test_progress_and_stop(void **state)
+TEST(test_progress_and_stop)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 64);
     struct traced t = trace_all(f, &p);
@@ -129,9 +127,8 @@ static void test_progress_and_stop(void **state)
 }
 
 /* A row of blocks can take minutes: what watches it sees that it goes on. */
-static void test_many_bounce_rays_show_progress(void **state)
+TEST(test_many_bounce_rays_show_progress)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 64);
     struct traced t = trace_all(f, &p);
@@ -149,9 +146,8 @@ static void test_many_bounce_rays_show_progress(void **state)
     free(f);
 }
 
-static void test_rectangles_outside_are_refused(void **state)
+TEST(test_rectangles_outside_are_refused)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 600);
     struct traced t = trace(f, &p, (struct rect){0, 0, 8, 8});
@@ -167,9 +163,8 @@ static void test_rectangles_outside_are_refused(void **state)
     free(f);
 }
 
-static void test_background_is_counted(void **state)
+TEST(test_background_is_counted)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 1.0f, 32); /* covers half the width and height */
     fixture_ceiling_light(&p, 0, 2, 0, 0.5f, 2);
@@ -187,9 +182,8 @@ static void test_background_is_counted(void **state)
 }
 
 /* One floor under lights of which none needs a ray. */
-static void test_light_skips_are_counted(void **state)
+TEST(test_light_skips_are_counted)
 {
-    (void)state;
     const uint64_t pixels = 16 * 16;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
@@ -218,9 +212,8 @@ static void test_light_skips_are_counted(void **state)
     free(f);
 }
 
-static void test_black_surfaces_are_counted(void **state)
+TEST(test_black_surfaces_are_counted)
 {
-    (void)state;
     const uint64_t pixels = 16 * 16;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
@@ -234,19 +227,4 @@ static void test_black_surfaces_are_counted(void **state)
     assert_int_equal(samples_light_visibility(t.samples, 0, 1)[9], 1);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tiles_do_not_matter),
-        cmocka_unit_test(test_samples_pass_validation),
-        cmocka_unit_test(test_progress_and_stop),
-        cmocka_unit_test(test_many_bounce_rays_show_progress),
-        cmocka_unit_test(test_rectangles_outside_are_refused),
-        cmocka_unit_test(test_background_is_counted),
-        cmocka_unit_test(test_light_skips_are_counted),
-        cmocka_unit_test(test_black_surfaces_are_counted),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* The lane kernels: the same bits on every instruction set, and what they do at the edges. */
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
@@ -49,9 +50,8 @@ static void random_light(struct random *r, uint32_t type, struct plan_light *p)
     for (int i = 0; i < 3; i++) p->position[i] = 2.0f * random_signed(r);
 }
 
-static void test_light_samples_agree(void **state)
+TEST(test_light_samples_agree)
 {
-    (void)state;
     struct random seed = {1};
     static struct light_packet expected, got; /* zeroed: padding compares equal */
     for (int round = 0; round < 400; round++) {
@@ -114,9 +114,8 @@ static void check_batch(const struct light_kernels *kernels, const struct light 
     assert_int_equal(said, whole);
 }
 
-static void test_strata_agree(void **state)
+TEST(test_strata_agree)
 {
-    (void)state;
     struct random seed = {6};
     static struct strata strata;
     for (int round = 0; round < 400; round++) {
@@ -140,9 +139,8 @@ static void test_strata_agree(void **state)
 }
 
 /* Texels in lanes are where texture_sample finds them, whatever the modes and the coordinates. */
-static void test_texels_agree(void **state)
+TEST(test_texels_agree)
 {
-    (void)state;
     struct random seed = {7};
     struct texture_decoding decoding;
     static uint8_t bytes[4 * 7 * 5];
@@ -179,9 +177,8 @@ static void test_texels_agree(void **state)
 }
 
 /* Rows of camera rays are those of each pixel's centre, in the image and not beside it. */
-static void test_camera_rows_agree(void **state)
+TEST(test_camera_rows_agree)
 {
-    (void)state;
     static struct primary_packet row[PRIMARY_ROW];
     static struct RTCRay16 expected;
     for (int orthographic = 0; orthographic < 2; orthographic++) {
@@ -216,9 +213,8 @@ static void test_camera_rows_agree(void **state)
     }
 }
 
-static void test_surfaces_agree(void **state)
+TEST(test_surfaces_agree)
 {
-    (void)state;
     struct random seed = {2};
     for (int round = 0; round < 300; round++) {
         static struct RTCRay16 rays;
@@ -256,9 +252,8 @@ static void test_surfaces_agree(void **state)
 }
 
 /* Where all normals are those of facets, they need not be made twice. */
-static void test_flat_surfaces(void **state)
+TEST(test_flat_surfaces)
 {
-    (void)state;
     struct random seed = {5};
     static struct RTCRay16 rays;
     _Alignas(64) float magnitude[LANES] = {0};
@@ -279,9 +274,8 @@ static void test_flat_surfaces(void **state)
 }
 
 /* Camera rays are plan_camera_ray's, perspective and orthographic. */
-static void test_camera_rays(void **state)
+TEST(test_camera_rays)
 {
-    (void)state;
     struct plan p = fixture_plan(64, 48, (float[]){1, 2, 3}, 0.8f);
     fixture_look(&p, (float[]){0.6f, 0, -0.8f}, (float[]){0, 1, 0});
     for (int k = 0; k < isa_count(); k++)
@@ -300,9 +294,8 @@ static void test_camera_rays(void **state)
         }
 }
 
-static void test_unorms(void **state)
+TEST(test_unorms)
 {
-    (void)state;
     _Alignas(64) float v[LANES] = {-1, 0, 0.5f, 1, 2, 1e-5f, 1.0f / 65535, INFINITY};
     static const uint16_t expected[] = {0, 0, 32768, 65535, 65535, 1, 1, 65535, 0};
     for (int k = 0; k < isa_count(); k++) {
@@ -312,9 +305,8 @@ static void test_unorms(void **state)
     }
 }
 
-static void test_packed_normals_are_octahedron_codes(void **state)
+TEST(test_packed_normals_are_octahedron_codes)
 {
-    (void)state;
     struct random seed = {3};
     for (int round = 0; round < 500; round++) {
         struct lanes3 n;
@@ -335,9 +327,8 @@ static void test_packed_normals_are_octahedron_codes(void **state)
     }
 }
 
-static void test_unfit_rays_are_switched_off(void **state)
+TEST(test_unfit_rays_are_switched_off)
 {
-    (void)state;
     for (int k = 0; k < isa_count(); k++) {
         struct RTCRay16 r = {.tnear = {0}};
         struct lanes_mask valid;
@@ -360,9 +351,8 @@ static void test_unfit_rays_are_switched_off(void **state)
 }
 
 /* A receiver in the light itself: E overflows, no ray is sent, the sample is counted. */
-static void test_not_finite_samples_are_rejected(void **state)
+TEST(test_not_finite_samples_are_rejected)
 {
-    (void)state;
     static struct light_packet packet;
     struct plan plan = {.light_count = 1};
     struct light_table table;
@@ -390,22 +380,4 @@ static void test_not_finite_samples_are_rejected(void **state)
     }
     light_count_skips(&packet, &lanes, 1, &counters);
     assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], LANES - 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_light_samples_agree),
-        cmocka_unit_test(test_surfaces_agree),
-        cmocka_unit_test(test_flat_surfaces),
-        cmocka_unit_test(test_strata_agree),
-        cmocka_unit_test(test_texels_agree),
-        cmocka_unit_test(test_camera_rows_agree),
-        cmocka_unit_test(test_camera_rays),
-        cmocka_unit_test(test_unorms),
-        cmocka_unit_test(test_packed_normals_are_octahedron_codes),
-        cmocka_unit_test(test_unfit_rays_are_switched_off),
-        cmocka_unit_test(test_not_finite_samples_are_rejected),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,16 +2,11 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <poll.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/http/connection/listen.h"
+#include "tests/unit/unit.h"
 
 static int dial(int port)
 {
@@ -38,12 +33,11 @@ static size_t fill(int fd)
     return taken_bytes;
 }
 
-static void little_is_taken_for_who_reads_nothing(void **state)
+TEST(little_is_taken_for_who_reads_nothing)
 {
     const struct listen_guards none = {0};
     struct fault fault;
     int fd = -1, port = 0;
-    (void)state;
     assert_int_equal(listen_open("127.0.0.1:0", &none, &fd, &port, &fault), 0);
     const int client = dial(port), accepted = accept4(fd, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
     assert_true(accepted >= 0);
@@ -53,10 +47,4 @@ static void little_is_taken_for_who_reads_nothing(void **state)
     close(accepted);
     close(client);
     close(fd);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(little_is_taken_for_who_reads_nothing)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

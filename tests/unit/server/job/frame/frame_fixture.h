@@ -2,13 +2,6 @@
 /* A frame that is made on a pool of threads, with its tiles' samples from formulas, and what is
  * told of it; the folder that its files go to. */
 #include <ftw.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +11,7 @@
 #include "server/job/frame/frame.h"
 #include "tests/unit/server/reconstruct/filtered_case.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 struct bench {
     uv_loop_t loop;

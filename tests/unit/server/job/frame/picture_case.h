@@ -1,14 +1,9 @@
 #pragma once
 /* Pictures whose figures are known. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 #include <math.h>
 
 #include "server/image/image.h"
+#include "tests/unit/unit.h"
 
 static const char *const picture_channels[] = {"R", "G", "B", "error.R", "error.G", "error.B"};
 

@@ -1,18 +1,14 @@
 /* What tells one job from another, its fingerprint and the names and bytes of its files; and kinds
  * of files by their first bytes. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/job/frame/fingerprint.h"
 #include "server/job/prepare/import_folder.h"
 #include "server/job/prepare/imports.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
-static void fingerprints_leave_out_how(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(fingerprints_leave_out_how)
 {
     struct stage *s = *state;
     char a[FINGERPRINT_BYTES], b[FINGERPRINT_BYTES];
@@ -40,7 +36,7 @@ static void fingerprints_leave_out_how(void **state)
     s->job = job;
 }
 
-static void sources_depend_on_names_not_order(void **state)
+TEST(sources_depend_on_names_not_order)
 {
     struct stage *s = *state;
     struct job_file files[2] = {{(char *)"a.bin", {{1}}}, {(char *)"b.png", {{2}}}};
@@ -59,9 +55,8 @@ static void sources_depend_on_names_not_order(void **state)
     assert_false(digest_equal(&first, &third));
 }
 
-static void sniffs_kinds(void **state)
+TEST(sniffs_kinds)
 {
-    (void)state;
     assert_string_equal(import_folder_sniff("glTF\2\0\0\0", 8), ".glb");
     assert_string_equal(import_folder_sniff("\xef\xbb\xbf {\"asset\"", 12), ".gltf");
     assert_string_equal(import_folder_sniff("# Blender\nv 0 0 0\n", 18), ".obj");
@@ -71,15 +66,4 @@ static void sniffs_kinds(void **state)
     assert_null(import_folder_sniff("\x89PNG\r\n", 6));
     assert_null(import_folder_sniff("  ", 2));
     assert_null(import_folder_sniff("", 0));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(fingerprints_leave_out_how),
-        TEST(sources_depend_on_names_not_order),
-        TEST(sniffs_kinds),
-    };
-    return cmocka_run_group_tests_name("fingerprint", tests, NULL, NULL);
 }

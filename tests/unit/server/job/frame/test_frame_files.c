@@ -1,14 +1,8 @@
 /* A frame's stored files: their bytes do not tell how it was cut into tiles, in what order these
  * came or what was in memory before; who holds them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/reconstruct/patch/scratch.h"
 #include "tests/unit/server/job/frame/frame_fixture.h"
+#include "tests/unit/unit.h"
 
 static bool is_nobodys(void *ctx, const struct digest *d)
 {
@@ -16,7 +10,9 @@ static bool is_nobodys(void *ctx, const struct digest *d)
     return true;
 }
 
-static void files_are_held_by_who_is_told_of_them(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(files_are_held_by_who_is_told_of_them)
 {
     struct bench *b = *state;
     render_in_order(b, 64);
@@ -29,7 +25,7 @@ static void files_are_held_by_who_is_told_of_them(void **state)
     }
 }
 
-static void tiles_of_any_size_give_the_same_files(void **state)
+TEST(tiles_of_any_size_give_the_same_files)
 {
     struct bench *b = *state;
     render_in_order(b, 32);
@@ -45,7 +41,7 @@ static void tiles_of_any_size_give_the_same_files(void **state)
     assert_true(objects_have(&b->objects, &exr, NULL) && objects_have(&b->objects, &png, NULL));
 }
 
-static void filters_do_not_see_tiles(void **state)
+TEST(filters_do_not_see_tiles)
 {
     struct bench *b = *state;
     static const int32_t sizes[] = {8, 64, 100};
@@ -74,7 +70,7 @@ static void filters_do_not_see_tiles(void **state)
 }
 
 /* Where no filter runs, none is counted. */
-static void unfiltered_frames_count_nothing(void **state)
+TEST(unfiltered_frames_count_nothing)
 {
     struct bench *b = *state;
     render_in_order(b, 32);
@@ -121,7 +117,7 @@ static void render_paths(struct bench *b, int32_t tile_px, uint32_t spp)
     assert_in_range(b->drawn, blocks, blocks * passes);
 }
 
-static void passes_give_the_same_files_in_any_order(void **state)
+TEST(passes_give_the_same_files_in_any_order)
 {
     struct bench *b = *state;
     static const int32_t sizes[] = {8, 16, 40, 64, 256};
@@ -137,7 +133,7 @@ static void passes_give_the_same_files_in_any_order(void **state)
 }
 
 /* A light field is there with the first pass and is filtered anew with each; it counts once. */
-static void light_fields_beside_paths_do_not_see_tiles(void **state)
+TEST(light_fields_beside_paths_do_not_see_tiles)
 {
     struct bench *b = *state;
     static const int32_t sizes[] = {8, 40, 256};
@@ -158,7 +154,7 @@ static void light_fields_beside_paths_do_not_see_tiles(void **state)
 
 /* What one frame leaves in memory is not seen by the next, also where one was dropped in the midst
  * of its work, and memory may go at any time. */
-static void frames_share_memory(void **state)
+TEST(frames_share_memory)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -179,19 +175,4 @@ static void frames_share_memory(void **state)
         assert_true(digest_equal(&exr, &b->exr));
     }
     scratch_destroy(&b->scratch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(files_are_held_by_who_is_told_of_them),
-        TEST(tiles_of_any_size_give_the_same_files),
-        TEST(filters_do_not_see_tiles),
-        TEST(unfiltered_frames_count_nothing),
-        TEST(passes_give_the_same_files_in_any_order),
-        TEST(light_fields_beside_paths_do_not_see_tiles),
-        TEST(frames_share_memory),
-    };
-    return cmocka_run_group_tests_name("frame_files", tests, NULL, NULL);
 }

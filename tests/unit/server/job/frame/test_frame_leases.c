@@ -1,18 +1,14 @@
 /* A frame's leases, with workers that behave and workers that do not: who gets a tile, what comes
  * of it when it is returned, spoilt, late or hopeless; the files' bytes do not tell. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "tests/unit/server/job/frame/frame_fixture.h"
+#include "tests/unit/unit.h"
+
+EACH_TEST(set_up, tear_down);
 
 /* Only a tile that nobody else has, and that has not landed, waits again. */
-static void a_return_tells_whether_the_tile_waits(void **state)
+TEST(a_return_tells_whether_the_tile_waits)
 {
     struct bench *b = *state;
     struct fleet_tile tile, copy;
@@ -29,7 +25,7 @@ static void a_return_tells_whether_the_tile_waits(void **state)
     frame_drop(&b->frame);
 }
 
-static void bad_workers_change_nothing(void **state)
+TEST(bad_workers_change_nothing)
 {
     struct bench *b = *state;
     struct fleet_tile tile, late = {0};
@@ -82,7 +78,7 @@ static void bad_workers_change_nothing(void **state)
     assert_true(digest_equal(&exr, &b->exr));
 }
 
-static void a_hopeless_tile_fails_the_frame(void **state)
+TEST(a_hopeless_tile_fails_the_frame)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -104,7 +100,7 @@ static void a_hopeless_tile_fails_the_frame(void **state)
 }
 
 /* Dropped with work on the pool: nothing more is told, nothing leaks. */
-static void a_dropped_frame_is_silent(void **state)
+TEST(a_dropped_frame_is_silent)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -115,7 +111,7 @@ static void a_dropped_frame_is_silent(void **state)
     assert_int_equal(b->accepted + b->drawn + b->encoded + b->failed, 0);
 }
 
-static void capabilities_are_asked_for(void **state)
+TEST(capabilities_are_asked_for)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -128,17 +124,4 @@ static void capabilities_are_asked_for(void **state)
     assert_false(lease(b, 1, CAPABILITY_DIRECT, &tile));
     assert_true(lease(b, 1, CAPABILITY_DIRECT | CAPABILITY_INDIRECT, &tile));
     frame_drop(&b->frame);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(a_return_tells_whether_the_tile_waits),
-        TEST(bad_workers_change_nothing),
-        TEST(a_hopeless_tile_fails_the_frame),
-        TEST(a_dropped_frame_is_silent),
-        TEST(capabilities_are_asked_for),
-    };
-    return cmocka_run_group_tests_name("frame_leases", tests, NULL, NULL);
 }

@@ -1,14 +1,8 @@
 /* Frames that ask for more when all has landed: for a target of error, and second sets of rays.
  * Their files do not tell who traced them or when. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "proto/count_map.h"
 #include "tests/unit/server/job/frame/frame_fixture.h"
+#include "tests/unit/unit.h"
 
 /* Workers that take turns, some of which fail, until the frame has its files. */
 static void render_target(struct bench *b, bool badly, int32_t tile_px)
@@ -42,7 +36,9 @@ static void render_target(struct bench *b, bool badly, int32_t tile_px)
     assert_int_equal(b->traced, 1);
 }
 
-static void targets_take_rounds(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(targets_take_rounds)
 {
     struct bench *b = *state;
     b->path_spp = 9;
@@ -66,7 +62,7 @@ static void targets_take_rounds(void **state)
 }
 
 /* Second sets of bounce rays: the files do not show who traced them, when, or in what tiles. */
-static void second_sets_give_the_same_files(void **state)
+TEST(second_sets_give_the_same_files)
 {
     struct bench *b = *state;
     b->rate = true;
@@ -114,7 +110,7 @@ static void check_second_lease(struct bench *b, uint32_t maps)
     assert_memory_equal(again.counts, tile.counts, tile.counts_bytes);
 }
 
-static void leases_carry_second_sets(void **state)
+TEST(leases_carry_second_sets)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -139,7 +135,7 @@ static void leases_carry_second_sets(void **state)
 }
 
 /* Dropped while it decides, or in a later round. */
-static void a_target_may_be_dropped(void **state)
+TEST(a_target_may_be_dropped)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -157,16 +153,4 @@ static void a_target_may_be_dropped(void **state)
         run(b);
     }
     assert_int_equal(b->failed, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(targets_take_rounds),
-        TEST(a_target_may_be_dropped),
-        TEST(second_sets_give_the_same_files),
-        TEST(leases_carry_second_sets),
-    };
-    return cmocka_run_group_tests_name("frame_rounds", tests, NULL, NULL);
 }

@@ -1,16 +1,12 @@
 /* How much of a frame is traced: bounce rays, samples of the lens and of paths all count, and what
  * is still to come. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/server/job/frame/frame_fixture.h"
+#include "tests/unit/unit.h"
+
+EACH_TEST(set_up, tear_down);
 
 /* Bounce rays belong to the first pass. */
-static void the_share_counts_bounce_rays(void **state)
+TEST(the_share_counts_bounce_rays)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -26,7 +22,7 @@ static void the_share_counts_bounce_rays(void **state)
 }
 
 /* Samples of the lens belong to the first pass, and second sets are to come. */
-static void the_share_counts_lens_samples(void **state)
+TEST(the_share_counts_lens_samples)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -42,7 +38,7 @@ static void the_share_counts_lens_samples(void **state)
 }
 
 /* Passes differ in length: the share counts samples. */
-static void the_share_counts_samples(void **state)
+TEST(the_share_counts_samples)
 {
     struct bench *b = *state;
     struct fleet_tile tile;
@@ -71,15 +67,4 @@ static void the_share_counts_samples(void **state)
     run(b);
     assert_int_equal(b->corrupt, 1);
     frame_drop(&b->frame);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(the_share_counts_lens_samples),
-        TEST(the_share_counts_samples),
-        TEST(the_share_counts_bounce_rays),
-    };
-    return cmocka_run_group_tests_name("frame_share", tests, NULL, NULL);
 }

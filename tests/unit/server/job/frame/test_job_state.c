@@ -1,21 +1,16 @@
 /* The legal steps of jobs and frames, and the death of an illegal one. */
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/job/frame/state.h"
 #include "server/job/job_id.h"
+#include "tests/unit/unit.h"
 
-static void names_go_both_ways(void **state)
+TEST(names_go_both_ways)
 {
-    (void)state;
     for (unsigned i = 0; i < JOB_STATE_COUNT; i++) {
         enum job_state back;
         assert_true(job_state_from_name(job_state_name((enum job_state)i), &back));
@@ -30,9 +25,8 @@ static void names_go_both_ways(void **state)
     assert_false(job_state_from_name("paused", &none));
 }
 
-static void steps_are_those_of_the_table(void **state)
+TEST(steps_are_those_of_the_table)
 {
-    (void)state;
     static const char *const legal[JOB_STATE_COUNT] = {
         [JOB_QUEUED] = "importing failed cancelled",
         [JOB_IMPORTING] = "queued running failed cancelled",
@@ -54,9 +48,8 @@ static void steps_are_those_of_the_table(void **state)
     assert_false(frame_state_may(FRAME_QUEUED, FRAME_ENCODING));
 }
 
-static void an_illegal_step_dies(void **state)
+TEST(an_illegal_step_dies)
 {
-    (void)state;
     int status;
     pid_t child = fork();
     if (child == 0) {
@@ -70,9 +63,8 @@ static void an_illegal_step_dies(void **state)
     assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT);
 }
 
-static void ids_sort_by_time(void **state)
+TEST(ids_sort_by_time)
 {
-    (void)state;
     struct job_id_source source = {0};
     char last[JOB_ID_BYTES] = "", id[JOB_ID_BYTES];
     static const uint64_t times[] = {
@@ -90,9 +82,8 @@ static void ids_sort_by_time(void **state)
 }
 
 /* A millisecond's random part that is all ones carries into the time. */
-static void ids_grow_over_a_full_random_part(void **state)
+TEST(ids_grow_over_a_full_random_part)
 {
-    (void)state;
     struct job_id_source source = {.last_ms = 77};
     char before[JOB_ID_BYTES], after[JOB_ID_BYTES];
     memset(source.random, 0xff, sizeof source.random);
@@ -100,16 +91,4 @@ static void ids_grow_over_a_full_random_part(void **state)
     assert_int_equal(job_id_next(&source, 77, before), 0);
     assert_int_equal(job_id_next(&source, 77, after), 0);
     assert_true(strcmp(before, after) < 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_go_both_ways),
-        cmocka_unit_test(steps_are_those_of_the_table),
-        cmocka_unit_test(an_illegal_step_dies),
-        cmocka_unit_test(ids_sort_by_time),
-        cmocka_unit_test(ids_grow_over_a_full_random_part),
-    };
-    return cmocka_run_group_tests_name("job_state", tests, NULL, NULL);
 }

@@ -1,16 +1,12 @@
 /* Rounds of samples: on errors that fall as they are expected to, the target is reached with the
  * least cost; caps hold; passes are what the wire can carry. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/job/frame/rounds.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 #define TILES 64 /* of a picture of 256 x 256 in tiles of 32 */
 
@@ -113,10 +109,9 @@ static double uniform_samples(const struct world *w, double error)
     }
 }
 
-static void targets_are_reached_at_less_cost(void **state)
+TEST(targets_are_reached_at_less_cost)
 {
     static const float targets[] = {0.06f, 0.03f, 0.02f};
-    (void)state;
     for (size_t k = 0; k < sizeof targets / sizeof targets[0]; k++) {
         struct world w;
         begin(&w, targets[k], 4096);
@@ -132,10 +127,9 @@ static void targets_are_reached_at_less_cost(void **state)
     }
 }
 
-static void what_gains_most_gets_most(void **state)
+TEST(what_gains_most_gets_most)
 {
     struct world w;
-    (void)state;
     begin(&w, 0.02f, 4096);
     run(&w);
     assert_true(w.n[29][0] > 2 * w.n[1][0]);
@@ -144,10 +138,9 @@ static void what_gains_most_gets_most(void **state)
     rounds_destroy(&w.rounds);
 }
 
-static void caps_end_it(void **state)
+TEST(caps_end_it)
 {
     struct world w;
-    (void)state;
     begin(&w, 0.0001f, 100);
     run(&w);
     struct rounds_report report = rounds_report(w.rounds);
@@ -166,10 +159,9 @@ static void caps_end_it(void **state)
 }
 
 /* Once the rest is small beside what no sample lowers, more of them are in vain. */
-static void nothing_is_sampled_in_vain(void **state)
+TEST(nothing_is_sampled_in_vain)
 {
     struct world w;
-    (void)state;
     begin(&w, 0.02f, 65536);
     w.fixed = 0.0025; /* 0.1 */
     run(&w);
@@ -180,11 +172,10 @@ static void nothing_is_sampled_in_vain(void **state)
 }
 
 /* A target that is out of reach costs no kind of samples their share. */
-static void kinds_share_what_is_out_of_reach(void **state)
+TEST(kinds_share_what_is_out_of_reach)
 {
     static const uint32_t caps[] = {1024, 16384, 65536};
     struct world w;
-    (void)state;
     for (size_t i = 0; i < sizeof caps / sizeof *caps; i++) {
         begin(&w, 1e-4f, caps[i]);
         run(&w);
@@ -195,10 +186,9 @@ static void kinds_share_what_is_out_of_reach(void **state)
     }
 }
 
-static void what_is_met_costs_nothing(void **state)
+TEST(what_is_met_costs_nothing)
 {
     struct world w;
-    (void)state;
     begin(&w, 0.5f, 4096);
     measure(&w);
     assert_false(rounds_decide(w.rounds, w.errors, w.more));
@@ -216,10 +206,9 @@ static void what_is_met_costs_nothing(void **state)
 }
 
 /* Errors that do not fall as expected: too good to be true, hopeless, or beyond all measure. */
-static void odd_errors_end(void **state)
+TEST(odd_errors_end)
 {
     static const double factors[] = {0.0, 1e-30, 1.0, 1e37};
-    (void)state;
     for (size_t k = 0; k < sizeof factors / sizeof factors[0]; k++) {
         struct world w;
         unsigned count = 0;
@@ -234,10 +223,9 @@ static void odd_errors_end(void **state)
     }
 }
 
-static void the_schedule_stands(void **state)
+TEST(the_schedule_stands)
 {
     struct world w;
-    (void)state;
     begin(&w, 0.02f, 4096);
     const struct plan_pass pass = rounds_pass(w.rounds, 7, 0);
     assert_int_equal(pass.count, 9);
@@ -247,19 +235,4 @@ static void the_schedule_stands(void **state)
     w.plan.tile_px = 3;
     assert_int_equal(rounds_create(&w.plan, &w.rounds), ERR_RANGE);
     assert_null(w.rounds);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(targets_are_reached_at_less_cost),
-        cmocka_unit_test(what_gains_most_gets_most),
-        cmocka_unit_test(caps_end_it),
-        cmocka_unit_test(nothing_is_sampled_in_vain),
-        cmocka_unit_test(kinds_share_what_is_out_of_reach),
-        cmocka_unit_test(what_is_met_costs_nothing),
-        cmocka_unit_test(odd_errors_end),
-        cmocka_unit_test(the_schedule_stands),
-    };
-    return cmocka_run_group_tests_name("rounds", tests, NULL, NULL);
 }

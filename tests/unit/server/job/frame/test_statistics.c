@@ -1,11 +1,5 @@
 /* Statistics: what stays of them, what is added up, and that openapi.yaml tells of every one. The
  * working directory is the repository. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +7,7 @@
 #include "proto/counter.h"
 #include "server/job/frame/statistics.h"
 #include "server/reconstruct/compose/block_statistics.h"
+#include "tests/unit/unit.h"
 
 #define PATH "proto/openapi.yaml"
 
@@ -22,9 +17,8 @@ static void fill(void *numbers, size_t size_bytes, uint64_t first)
     for (size_t i = 0; i < size_bytes / sizeof *words; i++) words[i] = first + 17 * i;
 }
 
-static void survive_json(void **state)
+TEST(survive_json)
 {
-    (void)state;
     struct statistics in, out;
     fill(&in, sizeof in, 1000);
     memset(&in.counters_resumed, 0,
@@ -41,9 +35,8 @@ static void survive_json(void **state)
     assert_int_equal(out.tiles_done, 0);
 }
 
-static void add_up_but_for_peaks(void **state)
+TEST(add_up_but_for_peaks)
 {
-    (void)state;
     struct statistics sum, more;
     fill(&sum, sizeof sum, 1000);
     fill(&more, sizeof more, 3);
@@ -61,9 +54,8 @@ static void add_up_but_for_peaks(void **state)
     assert_int_equal(sum.worker_peak_rss_bytes, more.worker_peak_rss_bytes);
 }
 
-static void of_a_picture_that_is_dropped_the_cost_stays(void **state)
+TEST(of_a_picture_that_is_dropped_the_cost_stays)
 {
-    (void)state;
     struct statistics s;
     fill(&s, sizeof s, 1000);
     const struct statistics before = s;
@@ -81,9 +73,8 @@ static void of_a_picture_that_is_dropped_the_cost_stays(void **state)
     assert_int_equal(s.adaptive_second_rays, 0);
 }
 
-static void take_up_blocks(void **state)
+TEST(take_up_blocks)
 {
-    (void)state;
     struct block_statistics block;
     struct statistics s = {.lens_samples_lit = 5, .glossy_cpu_us = 7};
     fill(&block, sizeof block, 1000);
@@ -146,9 +137,8 @@ static void expect(char *schema, const char *group, const char *key, const char 
 #define TYPE_count    "integer"
 #define TYPE_bytes    "integer"
 
-static void are_those_of_the_contract(void **state)
+TEST(are_those_of_the_contract)
 {
-    (void)state;
     char *schema = read_schema();
 #define STATISTIC(name, group, key, unit, merge, origin, text)                                     \
     expect(schema, group, key, TYPE_##unit, text);
@@ -161,16 +151,4 @@ static void are_those_of_the_contract(void **state)
     const char *unknown = strstr(schema, ": {");
     if (unknown) fail_msg("%s tells of what the server does not: %.60s", PATH, unknown - 20);
     free(schema);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(survive_json),
-        cmocka_unit_test(add_up_but_for_peaks),
-        cmocka_unit_test(of_a_picture_that_is_dropped_the_cost_stays),
-        cmocka_unit_test(take_up_blocks),
-        cmocka_unit_test(are_those_of_the_contract),
-    };
-    return cmocka_run_group_tests_name("statistics", tests, NULL, NULL);
 }

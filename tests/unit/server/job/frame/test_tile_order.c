@@ -1,14 +1,10 @@
 /* What somebody wishes to see goes first, and all goes once whatever is wished. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/job/frame/tile_queue.h"
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 
 #define ALICE 101u
 
@@ -48,9 +44,8 @@ static bool touches(const struct bench *b, uint32_t tile, struct rect region)
     return !rect_is_empty(rect_intersect(tile_grid_rect(&b->grid, tile), region));
 }
 
-static void a_region_goes_first(void **state)
+TEST(a_region_goes_first)
 {
-    (void)state;
     struct bench b = make(512, 512, 32, 64, 1, UINT32_MAX);
     const struct tile_wish wish = {.region = {300, 400, 401, 480}};
     for (int i = 0; i < 20; i++) lease(&b);
@@ -68,9 +63,8 @@ static uint64_t away(int32_t x, int32_t y, struct rect cell)
     return (uint64_t)((int64_t)dx * dx + (int64_t)dy * dy);
 }
 
-static void cells_go_by_their_distance(void **state)
+TEST(cells_go_by_their_distance)
 {
-    (void)state;
     struct bench b = make(500, 300, 16, 64, 1, UINT32_MAX);
     const struct tile_wish wish = {.has_near = true, .near_x = 333, .near_y = 111};
     tile_queue_steer(b.q, &wish);
@@ -88,9 +82,8 @@ static void cells_go_by_their_distance(void **state)
     tile_queue_destroy(&b.q);
 }
 
-static void a_region_goes_before_a_point(void **state)
+TEST(a_region_goes_before_a_point)
 {
-    (void)state;
     struct bench b = make(512, 512, 64, 64, 1, UINT32_MAX);
     const struct tile_wish wish = {
         .region = {0, 0, 128, 64}, .has_near = true, .near_x = 500, .near_y = 10};
@@ -101,9 +94,8 @@ static void a_region_goes_before_a_point(void **state)
     tile_queue_destroy(&b.q);
 }
 
-static void no_wish_is_the_order_of_the_start(void **state)
+TEST(no_wish_is_the_order_of_the_start)
 {
-    (void)state;
     struct bench a = make(512, 384, 32, 64, 1, UINT32_MAX);
     struct bench b = make(512, 384, 32, 64, 1, UINT32_MAX);
     const struct tile_wish wish = {.has_near = true, .near_x = 9, .near_y = 300}, none = {0};
@@ -114,9 +106,8 @@ static void no_wish_is_the_order_of_the_start(void **state)
     tile_queue_destroy(&b.q);
 }
 
-static void what_came_back_still_goes_first(void **state)
+TEST(what_came_back_still_goes_first)
 {
-    (void)state;
     struct bench b = make(256, 256, 64, 64, 1, UINT32_MAX);
     const struct tile_wish wish = {.region = {192, 192, 256, 256}};
     uint32_t first = lease(&b);
@@ -128,9 +119,8 @@ static void what_came_back_still_goes_first(void **state)
 }
 
 /* A region gets all its passes before anything else gets its first. */
-static void a_region_is_brought_to_its_end(void **state)
+TEST(a_region_is_brought_to_its_end)
 {
-    (void)state;
     struct bench b = make(256, 256, 64, 64, 5, 2);
     const struct tile_wish wish = {.region = {128, 64, 256, 128}};
     tile_queue_steer(b.q, &wish);
@@ -140,9 +130,8 @@ static void a_region_is_brought_to_its_end(void **state)
 }
 
 /* However the point moves: tiles between their passes stay few, none is given twice, all end. */
-static void a_moving_point_begins_few(void **state)
+TEST(a_moving_point_begins_few)
 {
-    (void)state;
     struct bench b = make(1024, 1024, 32, 64, 6, 8);
     const uint32_t tiles = tile_grid_count(&b.grid);
     struct random random = {7};
@@ -171,9 +160,8 @@ static bool is_borderer(struct rect tile, int32_t cell_px, int32_t halo)
 }
 
 /* What the last tiles of a cell are, no cell before it reads; and rows of cells end one by one. */
-static void nothing_waits_for_the_corner_that_is_last(void **state)
+TEST(nothing_waits_for_the_corner_that_is_last)
 {
-    (void)state;
     static const int32_t sizes[][4] = {
         {512, 512, 64, 256}, {1280, 720, 64, 256}, {500, 300, 16, 128}, {640, 90, 32, 128}};
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
@@ -193,19 +181,4 @@ static void nothing_waits_for_the_corner_that_is_last(void **state)
         }
         tile_queue_destroy(&b.q);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_region_goes_first),
-        cmocka_unit_test(cells_go_by_their_distance),
-        cmocka_unit_test(a_region_goes_before_a_point),
-        cmocka_unit_test(no_wish_is_the_order_of_the_start),
-        cmocka_unit_test(what_came_back_still_goes_first),
-        cmocka_unit_test(a_region_is_brought_to_its_end),
-        cmocka_unit_test(a_moving_point_begins_few),
-        cmocka_unit_test(nothing_waits_for_the_corner_that_is_last),
-    };
-    return cmocka_run_group_tests_name("tile_order", tests, NULL, NULL);
 }

@@ -1,14 +1,10 @@
 /* Every tile is given once while its lease holds, and a result counts only under it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "proto/error.h"
 #include "server/job/frame/tile_queue.h"
+#include "tests/unit/unit.h"
 
 #define ALICE 101u
 #define BOB   102u
@@ -35,9 +31,8 @@ static struct tile_queue *make(int32_t width, int32_t height, int32_t side, int3
     return make_passes(width, height, side, cell, 1);
 }
 
-static void gives_each_tile_once(void **state)
+TEST(gives_each_tile_once)
 {
-    (void)state;
     static const int32_t sizes[][3] = {{720, 720, 32}, {1000, 37, 16},  {9, 700, 8},
                                        {333, 517, 24}, {640, 480, 256}, {1, 1, 8}};
     for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
@@ -60,9 +55,8 @@ static void gives_each_tile_once(void **state)
 }
 
 /* Cells of 64 px with tiles of 32: four leases in a row fill one cell, and cells go row by row. */
-static void fills_cell_after_cell(void **state)
+TEST(fills_cell_after_cell)
 {
-    (void)state;
     struct tile_grid grid;
     struct tile_queue *q = make(512, 512, 32, 64);
     tile_grid_init(&grid, 512, 512, 32);
@@ -78,9 +72,8 @@ static void fills_cell_after_cell(void **state)
     tile_queue_destroy(&q);
 }
 
-static void counts_a_result_once(void **state)
+TEST(counts_a_result_once)
 {
-    (void)state;
     struct tile_queue *q = make(64, 64, 32, 64);
     uint32_t tile, generation;
     assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
@@ -99,9 +92,8 @@ static void counts_a_result_once(void **state)
     tile_queue_destroy(&q);
 }
 
-static void passes_a_lease_on(void **state)
+TEST(passes_a_lease_on)
 {
-    (void)state;
     struct tile_queue *q = make(64, 64, 32, 64);
     uint32_t first, again, generation, next;
     assert_true(tile_queue_lease(q, ALICE, &first, &generation));
@@ -124,9 +116,8 @@ static void passes_a_lease_on(void **state)
 }
 
 /* A worker whose link broke comes back as another one, with the result in its hand. */
-static void takes_a_late_result_of_a_waiting_tile(void **state)
+TEST(takes_a_late_result_of_a_waiting_tile)
 {
-    (void)state;
     struct tile_queue *q = make(64, 64, 32, 64);
     uint32_t tiles[3], generation, again;
     for (int i = 0; i < 3; i++) assert_true(tile_queue_lease(q, ALICE, &tiles[i], &generation));
@@ -155,9 +146,8 @@ static bool fault_once(struct tile_queue *q, uint64_t worker)
     return tile_queue_fault(q, worker, tile, generation);
 }
 
-static void fails_by_three_different_workers(void **state)
+TEST(fails_by_three_different_workers)
 {
-    (void)state;
     struct tile_queue *q = make(32, 32, 32, 64);
     assert_true(fault_once(q, ALICE));
     assert_true(fault_once(q, ALICE));
@@ -168,9 +158,8 @@ static void fails_by_three_different_workers(void **state)
     tile_queue_destroy(&q);
 }
 
-static void fails_when_a_tile_never_stays(void **state)
+TEST(fails_when_a_tile_never_stays)
 {
-    (void)state;
     struct tile_queue *q = make(32, 32, 32, 64);
     uint32_t tile, generation;
     for (int i = 1; i <= TILE_QUEUE_RETURNS; i++) {
@@ -181,9 +170,8 @@ static void fails_when_a_tile_never_stays(void **state)
     tile_queue_destroy(&q);
 }
 
-static void a_tile_that_ends_its_workers_is_deadly(void **state)
+TEST(a_tile_that_ends_its_workers_is_deadly)
 {
-    (void)state;
     struct tile_queue *q = make(64, 32, 32, 64); /* two tiles */
     uint32_t tile, generation, other, unused;
     assert_true(tile_queue_lease(q, ALICE, &tile, &generation));
@@ -201,9 +189,8 @@ static void a_tile_that_ends_its_workers_is_deadly(void **state)
     tile_queue_destroy(&q);
 }
 
-static void who_comes_back_has_not_died(void **state)
+TEST(who_comes_back_has_not_died)
 {
-    (void)state;
     struct tile_queue *q = make(32, 32, 32, 64);
     uint32_t tile, generation;
     for (uint64_t worker = 100; worker < 108; worker++) {
@@ -215,9 +202,8 @@ static void who_comes_back_has_not_died(void **state)
     tile_queue_destroy(&q);
 }
 
-static void what_lands_is_no_suspect(void **state)
+TEST(what_lands_is_no_suspect)
 {
-    (void)state;
     struct tile_queue *q = make(32, 32, 32, 64);
     uint32_t tile, generation;
     for (int i = 0; i < 2; i++) {
@@ -255,9 +241,8 @@ static void finish(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_
 
 /* All tiles' first pass in their order, then all tiles' second: also when tiles land in
  * another order. */
-static void gives_pass_after_pass(void **state)
+TEST(gives_pass_after_pass)
 {
-    (void)state;
     enum { PASSES = 5, TILES = 63 };
     struct tile_queue *q = make_passes(9 * 16, 7 * 16, 16, 32, PASSES);
     uint32_t order[TILES], again, generation;
@@ -285,9 +270,8 @@ static void gives_pass_after_pass(void **state)
 }
 
 /* One worker brings each window to its end before it opens the next. */
-static void ends_window_after_window(void **state)
+TEST(ends_window_after_window)
 {
-    (void)state;
     enum { PASSES = 3, TILES = 63, WINDOW = 10 };
     struct tile_queue *q = make_windows(9 * 16, 7 * 16, 16, 32, PASSES, WINDOW);
     uint32_t tile, generation, begun = 0, ended = 0;
@@ -302,9 +286,8 @@ static void ends_window_after_window(void **state)
 }
 
 /* Who has nothing left in a window begins the next one. */
-static void idle_workers_open_the_next_window(void **state)
+TEST(idle_workers_open_the_next_window)
 {
-    (void)state;
     struct tile_queue *q = make_windows(64, 32, 32, 64, 2, 1);
     lease(q, ALICE, 0, 1, 0);
     lease(q, BOB, 1, 1, 0);
@@ -316,9 +299,8 @@ static void idle_workers_open_the_next_window(void **state)
 }
 
 /* Whoever is left behind goes before those that are further. */
-static void slow_tiles_catch_up(void **state)
+TEST(slow_tiles_catch_up)
 {
-    (void)state;
     struct tile_queue *q = make_passes(64, 32, 32, 64, 4);
     lease(q, ALICE, 0, 1, 0);
     lease(q, BOB, 1, 1, 0);
@@ -334,9 +316,8 @@ static void slow_tiles_catch_up(void **state)
 }
 
 /* A pass that came back keeps its pass; what was sent for an earlier one is a duplicate. */
-static void leases_hold_in_every_pass(void **state)
+TEST(leases_hold_in_every_pass)
 {
-    (void)state;
     struct tile_queue *q = make_passes(32, 32, 32, 64, 3);
     lease(q, ALICE, 0, 1, 0);
     assert_int_equal(tile_queue_return(q, ALICE, 0, 1, TILE_GIVEN_BACK), TILE_GOES_ON);
@@ -365,9 +346,8 @@ static void leases_hold_in_every_pass(void **state)
 }
 
 /* Of two leases of a tile the first result counts, whoever sends it; either may come back. */
-static void a_copy_is_as_good(void **state)
+TEST(a_copy_is_as_good)
 {
-    (void)state;
     struct tile_queue *q = make_passes(32, 32, 32, 64, 4);
     uint32_t copy;
     assert_false(tile_queue_copy(q, BOB, 0, 1, &copy)); /* not leased */
@@ -408,9 +388,8 @@ static void a_copy_is_as_good(void **state)
 }
 
 /* A long frame may lose many leases, but not of one pass. */
-static void each_pass_has_its_own_patience(void **state)
+TEST(each_pass_has_its_own_patience)
 {
-    (void)state;
     struct tile_queue *q = make_passes(32, 32, 32, 64, 8);
     uint32_t tile, generation;
     for (uint32_t pass = 0; pass < 8; pass++) {
@@ -486,9 +465,8 @@ static void survive(uint32_t passes)
     tile_queue_destroy(&q);
 }
 
-static void survives_any_order(void **state)
+TEST(survives_any_order)
 {
-    (void)state;
     survive(1);
     survive(7);
 }
@@ -500,12 +478,11 @@ static bool is_even(void *ctx, uint32_t tile)
 }
 
 /* Results that are there already: their tiles are given to nobody, in whatever order they land. */
-static void tiles_are_taken(void **state)
+TEST(tiles_are_taken)
 {
     struct tile_grid grid;
     struct tile_queue *q;
     uint32_t taken[16], order[16], tile, generation;
-    (void)state;
     assert_int_equal(tile_grid_init(&grid, 64, 64, 16), 0);
     assert_int_equal(tile_queue_create(&grid, 32, 2, 16, &q), 0);
     for (uint32_t i = 0; i < 16; i++) {
@@ -541,30 +518,4 @@ static void tiles_are_taken(void **state)
     assert_true(tile_queue_complete(q));
     assert_true(tile_queue_reissued(q) == 0);
     tile_queue_destroy(&q);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gives_each_tile_once),
-        cmocka_unit_test(fills_cell_after_cell),
-        cmocka_unit_test(counts_a_result_once),
-        cmocka_unit_test(passes_a_lease_on),
-        cmocka_unit_test(takes_a_late_result_of_a_waiting_tile),
-        cmocka_unit_test(fails_by_three_different_workers),
-        cmocka_unit_test(fails_when_a_tile_never_stays),
-        cmocka_unit_test(a_tile_that_ends_its_workers_is_deadly),
-        cmocka_unit_test(who_comes_back_has_not_died),
-        cmocka_unit_test(what_lands_is_no_suspect),
-        cmocka_unit_test(gives_pass_after_pass),
-        cmocka_unit_test(ends_window_after_window),
-        cmocka_unit_test(idle_workers_open_the_next_window),
-        cmocka_unit_test(slow_tiles_catch_up),
-        cmocka_unit_test(leases_hold_in_every_pass),
-        cmocka_unit_test(a_copy_is_as_good),
-        cmocka_unit_test(each_pass_has_its_own_patience),
-        cmocka_unit_test(survives_any_order),
-        cmocka_unit_test(tiles_are_taken),
-    };
-    return cmocka_run_group_tests_name("tile_queue", tests, NULL, NULL);
 }

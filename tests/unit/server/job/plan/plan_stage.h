@@ -1,13 +1,9 @@
 #pragma once
 /* A scene made by hand, and what is planned for it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/job/plan/plan_parts.h"
+#include "tests/unit/unit.h"
 
 /* A scene of one mesh in the box [-1, 1]^3, one camera at z = 5, one lamp at the ceiling. */
 struct stage {

@@ -1,11 +1,5 @@
 /* The words of filters and of other choices: openapi.yaml, the viewer's form and the command line
  * give those that job documents take and plans report. The working directory is the repository. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +7,7 @@
 #include "proto/job/job_internal.h"
 #include "server/cli/job_changes.h"
 #include "server/job/plan/plan_parts.h"
+#include "tests/unit/unit.h"
 
 #define CONTRACT "proto/openapi.yaml"
 #define FORM     "web/job/job_fields.js"
@@ -58,9 +53,8 @@ static void contract_has(const char *before, const struct json_choice *words)
     expect(CONTRACT, text);
 }
 
-static void documents_take_those_of_the_contract(void **state)
+TEST(documents_take_those_of_the_contract)
 {
-    (void)state;
     contract_has(" Layer: type: string", job_layer_words);
     contract_has(" pixel_type: {type: string,", job_pixel_type_words);
     contract_has(" pixel_filter: {type: string,", job_pixel_filter_words);
@@ -84,9 +78,8 @@ static void form_has(const char *member, const struct json_choice *words)
     free(page);
 }
 
-static void the_form_offers_them(void **state)
+TEST(the_form_offers_them)
 {
-    (void)state;
     form_has("method", job_method_words);
     form_has("indirect", job_indirect_words);
     form_has("glossy", job_glossy_words);
@@ -107,9 +100,8 @@ static void option_has(const char *name, const struct json_choice *words)
     fail_msg("there is no --%s", name);
 }
 
-static void options_name_them(void **state)
+TEST(options_name_them)
 {
-    (void)state;
     option_has("method", job_method_words);
     option_has("indirect", job_indirect_words);
     option_has("glossy", job_glossy_words);
@@ -125,22 +117,10 @@ static void report_has(const char *member, const char *(*name)(uint32_t filter),
     contract_has(before, words);
 }
 
-static void plans_report_those_of_the_contract(void **state)
+TEST(plans_report_those_of_the_contract)
 {
-    (void)state;
     report_has("indirect_filter", plan_indirect_filter_name, INDIRECT_FILTER_SHEARED);
     report_has("glossy_filter", plan_glossy_filter_name, GLOSSY_FILTER_BANDLIMIT);
     report_has("lens_filter", plan_lens_filter_name, LENS_FILTER_SHEARED);
     report_has("lens_light", plan_lens_light_name, LENS_LIGHT_SKY);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(documents_take_those_of_the_contract),
-        cmocka_unit_test(the_form_offers_them),
-        cmocka_unit_test(options_name_them),
-        cmocka_unit_test(plans_report_those_of_the_contract),
-    };
-    return cmocka_run_group_tests_name("filter_words", tests, NULL, NULL);
 }

@@ -1,18 +1,14 @@
 /* Which filter a plan takes for shadows, and why; the planes and tiles that go with it. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
-static void layers_bring_their_planes(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(layers_bring_their_planes)
 {
     struct stage *s = *state;
     s->job.layers = LAYER_BEAUTY | LAYER_VISIBILITY | LAYER_SLOPE_MAX;
@@ -41,7 +37,7 @@ static void expect_filter(struct stage *s, uint32_t filter, uint32_t light_plane
     assert_true((filter == SHADOW_FILTER_NONE) == (s->report.method == FILTER_NONE));
 }
 
-static void auto_filters_what_has_area(void **state)
+TEST(auto_filters_what_has_area)
 {
     struct stage *s = *state;
     for (uint32_t l = 1; l <= LIMIT_PLANE_STRATA_PER_AXIS; l++) {
@@ -55,7 +51,7 @@ static void auto_filters_what_has_area(void **state)
     expect_filter(s, SHADOW_FILTER_SHEARED, STRATA_PLANES, "4 samples a light");
 }
 
-static void filters_are_taken_as_asked(void **state)
+TEST(filters_are_taken_as_asked)
 {
     struct stage *s = *state;
     s->job.mu = 2.5f;
@@ -71,7 +67,7 @@ static void filters_are_taken_as_asked(void **state)
 }
 
 /* Without bits and slopes: an average of any number of samples. */
-static void averages_light_fields(void **state)
+TEST(averages_light_fields)
 {
     struct stage *s = *state;
     const uint32_t irradiance = 1u << LIGHT_PLANE_IRRADIANCE;
@@ -84,7 +80,7 @@ static void averages_light_fields(void **state)
 }
 
 /* Irradiance travels for lights without area, strata for those with it, nothing for none. */
-static void filters_leave_sharp_lights(void **state)
+TEST(filters_leave_sharp_lights)
 {
     struct stage *s = *state;
     const uint32_t irradiance = 1u << LIGHT_PLANE_IRRADIANCE;
@@ -120,7 +116,7 @@ static void filters_leave_sharp_lights(void **state)
     assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_NONE);
 }
 
-static void auto_minds_the_cost(void **state)
+TEST(auto_minds_the_cost)
 {
     struct stage *s = *state;
     for (int i = 0; i < LIMIT_LIGHTS; i++) set_lamp(&s->lights[i]);
@@ -132,7 +128,7 @@ static void auto_minds_the_cost(void **state)
 }
 
 /* Filters that the light field cannot have are no fault: the job is made of paths, and says so. */
-static void filters_need_light_fields(void **state)
+TEST(filters_need_light_fields)
 {
     struct stage *s = *state;
     s->material.metallic = 1;
@@ -153,7 +149,7 @@ static void filters_need_light_fields(void **state)
     }
 }
 
-static void shrinks_tiles_to_a_message(void **state)
+TEST(shrinks_tiles_to_a_message)
 {
     struct stage *s = *state;
     for (int i = 0; i < LIMIT_LIGHTS; i++) set_lamp(&s->lights[i]);
@@ -164,16 +160,4 @@ static void shrinks_tiles_to_a_message(void **state)
     assert_int_equal(make(s), 0);
     assert_int_equal(s->plan.tile_px, 128);
     assert_non_null(strstr(s->report.warnings[s->report.warning_count - 1], "256"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(layers_bring_their_planes),  TEST(auto_filters_what_has_area),
-        TEST(filters_are_taken_as_asked), TEST(averages_light_fields),
-        TEST(filters_leave_sharp_lights), TEST(auto_minds_the_cost),
-        TEST(filters_need_light_fields),  TEST(shrinks_tiles_to_a_message),
-    };
-    return cmocka_run_group_tests_name("plan_filters", tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* When glossy lobes have a light field, and which filter it takes. */
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
 #include "proto/samples.h"
 
@@ -39,7 +40,9 @@ static void expect_none(struct stage *s, const char *why)
     assert_string_equal(s->report.glossy_filter_why, why);
 }
 
-static void lobes_have_a_field(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(lobes_have_a_field)
 {
     struct stage *s = *state;
     varnish(s);
@@ -51,7 +54,7 @@ static void lobes_have_a_field(void **state)
                  "9 rays a lobe: neighbours whose lobes see the same points need the fewest");
 }
 
-static void filters_are_taken_as_asked(void **state)
+TEST(filters_are_taken_as_asked)
 {
     struct stage *s = *state;
     varnish(s);
@@ -69,7 +72,7 @@ static void filters_are_taken_as_asked(void **state)
 }
 
 /* Their distances are sent where rays are dealt by them. */
-static void spans_are_for_adaptive_sampling(void **state)
+TEST(spans_are_for_adaptive_sampling)
 {
     struct stage *s = *state;
     varnish(s);
@@ -87,7 +90,7 @@ static void spans_are_for_adaptive_sampling(void **state)
 }
 
 /* Nothing is traced or sent for lobes that no surface has. */
-static void other_surfaces_have_none(void **state)
+TEST(other_surfaces_have_none)
 {
     struct stage *s = *state;
     static const char none[] = "no surface has a glossy lobe, isotropic and not too sharp";
@@ -113,7 +116,7 @@ static void other_surfaces_have_none(void **state)
 }
 
 /* Halves tell of errors, and cost nothing where nobody asks. */
-static void halves_are_for_errors(void **state)
+TEST(halves_are_for_errors)
 {
     struct stage *s = *state;
     static const char four[] =
@@ -135,7 +138,7 @@ static void halves_are_for_errors(void **state)
     assert_true(s->plan.planes & half);
 }
 
-static void other_plans_have_none(void **state)
+TEST(other_plans_have_none)
 {
     struct stage *s = *state;
     expect_none(s, "glossy lobes have a field beside paths and light fields only");
@@ -149,7 +152,7 @@ static void other_plans_have_none(void **state)
     expect_none(s, "there is no indirect light");
 }
 
-static void reports_it_as_json(void **state)
+TEST(reports_it_as_json)
 {
     struct stage *s = *state;
     varnish(s);
@@ -164,18 +167,4 @@ static void reports_it_as_json(void **state)
     assert_string_equal(json_string_value(json_array_get(planes, count - 2)), "sub_reflectance");
     assert_string_equal(json_string_value(json_array_get(planes, count - 1)), "lone");
     json_decref(json);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(lobes_have_a_field, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(filters_are_taken_as_asked, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(spans_are_for_adaptive_sampling, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(other_surfaces_have_none, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(halves_are_for_errors, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(other_plans_have_none, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(reports_it_as_json, set_up, tear_down),
-    };
-    return cmocka_run_group_tests_name("plan_glossy", tests, NULL, NULL);
 }

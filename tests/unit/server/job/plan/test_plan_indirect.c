@@ -3,6 +3,7 @@
 #include "proto/link/message.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
 #define BIT(plane)    PLANE_BIT(plane)
 #define PLANES_CENTRE (BIT(DEPTH) | BIT(NORMAL) | BIT(ID))
@@ -16,7 +17,9 @@ static void must_make(struct stage *s)
     assert_int_equal(plan_check(&s->plan, &s->fault), 0);
 }
 
-static void light_fields_bounce_often(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(light_fields_bounce_often)
 {
     struct stage *s = *state;
     static const uint32_t bounces[] = {1, 2, 64};
@@ -74,7 +77,7 @@ static void expect_beside(struct stage *s, const char *sentence)
 }
 
 /* One thing after the other that light fields cannot do alone. */
-static void paths_take_what_light_fields_cannot(void **state)
+TEST(paths_take_what_light_fields_cannot)
 {
     struct stage *s = *state;
     const struct scene_material lambert = s->material;
@@ -103,7 +106,7 @@ static void paths_take_what_light_fields_cannot(void **state)
 }
 
 /* Nobody asks to filter so many, and paths show them pass by pass. */
-static void many_samples_are_paths_alone(void **state)
+TEST(many_samples_are_paths_alone)
 {
     struct stage *s = *state;
     s->material.specular = 1;
@@ -136,7 +139,7 @@ static void many_samples_are_paths_alone(void **state)
     assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
 }
 
-static void shadows_beside_paths_are_not_filtered(void **state)
+TEST(shadows_beside_paths_are_not_filtered)
 {
     struct stage *s = *state;
     s->material.specular = 1;
@@ -154,7 +157,7 @@ static void shadows_beside_paths_are_not_filtered(void **state)
     assert_string_equal(why(s, "plane reflector"), "no filter of this plan reads it");
 }
 
-static void layers_beside_paths_come_from_either(void **state)
+TEST(layers_beside_paths_come_from_either)
 {
     static const struct {
         uint32_t layer, planes;
@@ -194,7 +197,7 @@ static void layers_beside_paths_come_from_either(void **state)
     assert_string_equal(why(s, "plane indirect_mean"), "it is made of the halves");
 }
 
-static void occlusion_stands_alone(void **state)
+TEST(occlusion_stands_alone)
 {
     struct stage *s = *state;
     s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
@@ -235,7 +238,7 @@ static void expect_filter(struct stage *s, uint32_t filter, const char *sentence
     assert_true((filter != INDIRECT_FILTER_NONE) == ((s->plan.planes & BIT(REFLECTOR)) != 0));
 }
 
-static void auto_filters_by_samples(void **state)
+TEST(auto_filters_by_samples)
 {
     struct stage *s = *state;
     static const struct {
@@ -260,7 +263,7 @@ static void auto_filters_by_samples(void **state)
     }
 }
 
-static void filters_are_taken_as_asked(void **state)
+TEST(filters_are_taken_as_asked)
 {
     struct stage *s = *state;
     static const char asked[] = "filter.indirect asks for it";
@@ -288,7 +291,7 @@ static void filters_are_taken_as_asked(void **state)
 }
 
 /* Adaptive sampling begins with 16 rays, whatever spp is; indirect_spp is the most. */
-static void rates_follow_mu(void **state)
+TEST(rates_follow_mu)
 {
     struct stage *s = *state;
     static const struct {
@@ -333,7 +336,7 @@ static void rates_follow_mu(void **state)
 }
 
 /* Shear reads single rays, as many as travel; whatever else there is is filtered along the axes. */
-static void shear_reads_single_rays(void **state)
+TEST(shear_reads_single_rays)
 {
     struct stage *s = *state;
     s->job.indirect = INDIRECT_SHEARED;
@@ -361,7 +364,7 @@ static void shear_reads_single_rays(void **state)
     }
 }
 
-static void paths_alone_are_not_filtered(void **state)
+TEST(paths_alone_are_not_filtered)
 {
     struct stage *s = *state;
     s->job.method = FILTER_NONE;
@@ -385,7 +388,7 @@ static void paths_alone_are_not_filtered(void **state)
 
 /* Who asked for a filter is told that there is nothing to filter, not what light fields cannot do.
  */
-static void nothing_is_filtered_where_nothing_bounces(void **state)
+TEST(nothing_is_filtered_where_nothing_bounces)
 {
     static const char sentence[] = "there is neither indirect light nor occlusion to filter";
     struct stage *s = *state;
@@ -400,7 +403,7 @@ static void nothing_is_filtered_where_nothing_bounces(void **state)
 }
 
 /* Halves of floats hold what is bounced of an environment, bright or dark. */
-static void scales_follow_the_environment(void **state)
+TEST(scales_follow_the_environment)
 {
     struct stage *s = *state;
     s->scene.count[SCENE_LIGHTS] = 0;
@@ -419,7 +422,7 @@ static const char *text_of(const json_t *json, const char *key)
     return json_string_value(json_object_get(json, key));
 }
 
-static void reports_filters_as_json(void **state)
+TEST(reports_filters_as_json)
 {
     struct stage *s = *state;
     s->material.specular = 1;
@@ -441,26 +444,4 @@ static void reports_filters_as_json(void **state)
     assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 2)),
                         "open");
     json_decref(json);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(light_fields_bounce_often),
-        TEST(paths_take_what_light_fields_cannot),
-        TEST(many_samples_are_paths_alone),
-        TEST(shadows_beside_paths_are_not_filtered),
-        TEST(layers_beside_paths_come_from_either),
-        TEST(occlusion_stands_alone),
-        TEST(auto_filters_by_samples),
-        TEST(filters_are_taken_as_asked),
-        TEST(rates_follow_mu),
-        TEST(shear_reads_single_rays),
-        TEST(paths_alone_are_not_filtered),
-        TEST(nothing_is_filtered_where_nothing_bounces),
-        TEST(scales_follow_the_environment),
-        TEST(reports_filters_as_json),
-    };
-    return cmocka_run_group_tests_name("plan_indirect", tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/block.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
 #define BIT(plane) PLANE_BIT(plane)
 
@@ -20,12 +21,14 @@ static int set_up_lens(void **state)
     return 0;
 }
 
+EACH_TEST(set_up_lens, tear_down);
+
 static void must_make(struct stage *s)
 {
     if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
 }
 
-static void lenses_have_light_fields(void **state)
+TEST(lenses_have_light_fields)
 {
     struct stage *s = *state;
     must_make(s);
@@ -50,7 +53,7 @@ static void lenses_have_light_fields(void **state)
 }
 
 /* Nothing of light fields is in a plan that has nothing for them to do. */
-static void fields_light_samples_where_they_have_what_to_filter(void **state)
+TEST(fields_light_samples_where_they_have_what_to_filter)
 {
     struct stage *s = *state;
     const uint64_t own = PLANES_LENS & ~PLANES_LENS_SURFACE;
@@ -92,7 +95,7 @@ static void fields_light_samples_where_they_have_what_to_filter(void **state)
 }
 
 /* Lobes of samples travel where there is room for them beside what else does. */
-static void many_samples_leave_lobes_to_paths(void **state)
+TEST(many_samples_leave_lobes_to_paths)
 {
     struct stage *s = *state;
     s->material.metallic = s->material.roughness = 0.5f;
@@ -108,7 +111,7 @@ static void many_samples_leave_lobes_to_paths(void **state)
     assert_non_null(strstr(s->report.glossy_filter_why, "4294967296 bytes"));
 }
 
-static void some_frames_keep_the_light_of_samples(void **state)
+TEST(some_frames_keep_the_light_of_samples)
 {
     struct stage *s = *state;
     s->job.indirect = INDIRECT_ADAPTIVE;
@@ -130,7 +133,7 @@ static void some_frames_keep_the_light_of_samples(void **state)
 }
 
 /* Without a lens nothing of it is in the plan, whatever is said of it. */
-static void pinholes_have_none(void **state)
+TEST(pinholes_have_none)
 {
     struct stage *s = *state;
     static struct plan plain;
@@ -149,7 +152,7 @@ static void pinholes_have_none(void **state)
     assert_true(has_warning(s, "filter.lens is sheared, but no lens samples are filtered: "));
 }
 
-static void samples_are_those_asked_for(void **state)
+TEST(samples_are_those_asked_for)
 {
     struct stage *s = *state;
     s->job.spp = 25;
@@ -163,7 +166,7 @@ static void samples_are_those_asked_for(void **state)
     assert_int_equal(s->plan.lens_strata_per_axis, 16);
 }
 
-static void second_sets_are_planned(void **state)
+TEST(second_sets_are_planned)
 {
     struct stage *s = *state;
     must_make(s);
@@ -198,7 +201,7 @@ static void second_sets_are_planned(void **state)
 }
 
 /* Of a large picture: a block of 64 pixels and all around it, with what is beside lens samples. */
-static void blocks_fit_a_threads_memory(void **state)
+TEST(blocks_fit_a_threads_memory)
 {
     static const struct {
         uint32_t lens_spp;
@@ -227,7 +230,7 @@ static void blocks_fit_a_threads_memory(void **state)
 }
 
 /* They are kept until all samples are known, with all that the plan has beside them. */
-static void second_sets_are_left_out_where_samples_are_too_many(void **state)
+TEST(second_sets_are_left_out_where_samples_are_too_many)
 {
     struct stage *s = *state;
     s->job.lens_extra = 9;
@@ -249,7 +252,7 @@ static void second_sets_are_left_out_where_samples_are_too_many(void **state)
     assert_true(has_warning(s, "sampling.lens_extra is left out: 4194304 pixels keep "));
 }
 
-static void filters_are_taken_as_asked(void **state)
+TEST(filters_are_taken_as_asked)
 {
     struct stage *s = *state;
     static const struct {
@@ -297,7 +300,7 @@ static void expect_paths(struct stage *s, const char *sentence)
     s->job = job;
 }
 
-static void paths_take_what_lens_samples_cannot(void **state)
+TEST(paths_take_what_lens_samples_cannot)
 {
     struct stage *s = *state;
     const struct job job = s->job;
@@ -324,7 +327,7 @@ static void paths_take_what_lens_samples_cannot(void **state)
 }
 
 /* What the path machinery does by itself. */
-static void any_scene_will_do(void **state)
+TEST(any_scene_will_do)
 {
     struct stage *s = *state;
     s->material.alpha_mode = ALPHA_BLEND;
@@ -341,7 +344,7 @@ static void any_scene_will_do(void **state)
     assert_true(has_warning(s, "nothing lights this scene"));
 }
 
-static void layers_of_pixel_centres_have_their_planes(void **state)
+TEST(layers_of_pixel_centres_have_their_planes)
 {
     struct stage *s = *state;
     s->job.indirect = INDIRECT_ADAPTIVE; /* which leaves samples their light */
@@ -358,7 +361,7 @@ static void layers_of_pixel_centres_have_their_planes(void **state)
 }
 
 /* Wherever the focus lies and however wide the lens, the plan is refused or can be traced. */
-static void odd_lenses_are_refused_or_planned(void **state)
+TEST(odd_lenses_are_refused_or_planned)
 {
     struct stage *s = *state;
     static const float radii[] = {1e-30f, 1e-3f, 1, 1e4f, LIMIT_COORDINATE};
@@ -378,7 +381,7 @@ static void odd_lenses_are_refused_or_planned(void **state)
     }
 }
 
-static void reports_the_lens_as_json(void **state)
+TEST(reports_the_lens_as_json)
 {
     struct stage *s = *state;
     must_make(s);
@@ -399,28 +402,4 @@ static void reports_the_lens_as_json(void **state)
     assert_string_equal(json_string_value(json_array_get(json_object_get(json, "planes"), 6)),
                         "lens_slope");
     json_decref(json);
-}
-
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up_lens, tear_down)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        TEST(lenses_have_light_fields),
-        TEST(fields_light_samples_where_they_have_what_to_filter),
-        TEST(many_samples_leave_lobes_to_paths),
-        TEST(some_frames_keep_the_light_of_samples),
-        TEST(pinholes_have_none),
-        TEST(samples_are_those_asked_for),
-        TEST(second_sets_are_planned),
-        TEST(blocks_fit_a_threads_memory),
-        TEST(second_sets_are_left_out_where_samples_are_too_many),
-        TEST(filters_are_taken_as_asked),
-        TEST(paths_take_what_lens_samples_cannot),
-        TEST(any_scene_will_do),
-        TEST(layers_of_pixel_centres_have_their_planes),
-        TEST(odd_lenses_are_refused_or_planned),
-        TEST(reports_the_lens_as_json),
-    };
-    return cmocka_run_group_tests_name("plan_lens", tests, NULL, NULL);
 }

@@ -1,20 +1,16 @@
 /* What lights a planned scene: lamps, environment and emitters, their shares of the power, and what
  * it is told of darkness. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
-static void warns_of_darkness(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(warns_of_darkness)
 {
     struct stage *s = *state;
     s->scene.count[SCENE_LIGHTS] = 0;
@@ -43,7 +39,7 @@ static void warns_of_darkness(void **state)
 }
 
 /* Without lights the path tracer is in the dark just the same; anything that shines changes it. */
-static void paths_know_darkness(void **state)
+TEST(paths_know_darkness)
 {
     struct stage *s = *state;
     s->job.method = FILTER_NONE;
@@ -74,7 +70,7 @@ static bool near_share(float power, double expected)
     return fabsf(power - (float)expected) < 1e-5f * (float)expected;
 }
 
-static void powers_have_one_unit(void **state)
+TEST(powers_have_one_unit)
 {
     struct stage *s = *state;
     const double lamp = M_PI * 0.25 * (0.2126 * 10 + 0.7152 * 8 + 0.0722 * 6);
@@ -117,7 +113,7 @@ static void powers_have_one_unit(void **state)
     assert_non_null(why(s, "effect emitters"));
 }
 
-static void maps_are_planned_from_their_header(void **state)
+TEST(maps_are_planned_from_their_header)
 {
     struct stage *s = *state;
     const double luminance = 0.2126 * 1 + 0.7152 * 2 + 0.0722 * 3;
@@ -144,7 +140,7 @@ static void maps_are_planned_from_their_header(void **state)
     assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_INDIRECT);
 }
 
-static void drops_what_cannot_matter(void **state)
+TEST(drops_what_cannot_matter)
 {
     struct stage *s = *state;
     s->job.light_count = 5;
@@ -175,7 +171,7 @@ static void drops_what_cannot_matter(void **state)
     assert_non_null(why(s, "scene lights"));
 }
 
-static void refuses_too_many_lights(void **state)
+TEST(refuses_too_many_lights)
 {
     struct stage *s = *state;
     for (int i = 0; i <= LIMIT_LIGHTS; i++) set_lamp(&s->lights[i]);
@@ -187,7 +183,7 @@ static void refuses_too_many_lights(void **state)
 }
 
 /* However many lights are left out, it is told who makes the picture. */
-static void skipped_lights_leave_room(void **state)
+TEST(skipped_lights_leave_room)
 {
     struct stage *s = *state;
     for (int i = 0; i <= LIMIT_LIGHTS; i++) {
@@ -204,16 +200,4 @@ static void skipped_lights_leave_room(void **state)
     assert_non_null(why(s, "light fields"));
     assert_non_null(why(s, "effect indirect"));
     assert_true(s->report.skip_count < PLAN_SKIPS);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(warns_of_darkness),         TEST(paths_know_darkness),
-        TEST(powers_have_one_unit),      TEST(maps_are_planned_from_their_header),
-        TEST(drops_what_cannot_matter),  TEST(refuses_too_many_lights),
-        TEST(skipped_lights_leave_room),
-    };
-    return cmocka_run_group_tests_name("plan_lights", tests, NULL, NULL);
 }

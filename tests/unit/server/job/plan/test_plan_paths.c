@@ -1,20 +1,16 @@
 /* When a plan is made of paths, why, and what they bring. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
 #define BIT(plane) PLANE_BIT(plane)
 
-static void none_is_paths(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(none_is_paths)
 {
     struct stage *s = *state;
     s->job.method = FILTER_NONE;
@@ -48,7 +44,7 @@ static void none_is_paths(void **state)
     assert_non_null(why(s, "sampling.indirect_spp"));
 }
 
-static void paths_bring_what_layers_read(void **state)
+TEST(paths_bring_what_layers_read)
 {
     static const struct {
         uint32_t layer, planes;
@@ -89,7 +85,7 @@ static void paths_bring_what_layers_read(void **state)
     assert_int_equal(s->plan.planes, PLANES_PATH | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
 }
 
-static void paths_keep_strata_for_their_layers(void **state)
+TEST(paths_keep_strata_for_their_layers)
 {
     struct stage *s = *state;
     s->job.method = FILTER_NONE;
@@ -107,7 +103,7 @@ static void paths_keep_strata_for_their_layers(void **state)
 }
 
 /* One thing after the other that light fields cannot do. */
-static void auto_tells_why_it_is_paths(void **state)
+TEST(auto_tells_why_it_is_paths)
 {
     struct stage *s = *state;
     const struct scene_material lambert = s->material;
@@ -157,7 +153,7 @@ static void auto_tells_why_it_is_paths(void **state)
     assert_string_equal(why(s, "effect occlusion"), "the layer occlusion is not asked for");
 }
 
-static void warns_of_an_error_without_samples(void **state)
+TEST(warns_of_an_error_without_samples)
 {
     struct stage *s = *state;
     s->job.layers = LAYER_ERROR;
@@ -167,17 +163,4 @@ static void warns_of_an_error_without_samples(void **state)
     s->job.spp = 4;
     assert_int_equal(make(s), 0);
     assert_false(has_warning(s, "one path a pixel"));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(none_is_paths),
-        TEST(paths_bring_what_layers_read),
-        TEST(paths_keep_strata_for_their_layers),
-        TEST(auto_tells_why_it_is_paths),
-        TEST(warns_of_an_error_without_samples),
-    };
-    return cmocka_run_group_tests_name("plan_paths", tests, NULL, NULL);
 }

@@ -1,16 +1,12 @@
 /* What is reported of a plan, as JSON. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
-static void names_of_materials_stay_ascii(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(names_of_materials_stay_ascii)
 {
     struct stage *s = *state;
     memcpy(s->names + 1, "m\xc3\xa4 \xff", 6);
@@ -23,7 +19,7 @@ static void names_of_materials_stay_ascii(void **state)
     json_decref(json);
 }
 
-static void reports_as_json(void **state)
+TEST(reports_as_json)
 {
     struct stage *s = *state;
     s->scene.count[SCENE_WARNINGS] = 21;
@@ -50,7 +46,7 @@ static void has_word(const json_t *list, const char *word)
     fail_msg("%s is missing", word);
 }
 
-static void reports_paths_as_json(void **state)
+TEST(reports_paths_as_json)
 {
     struct stage *s = *state;
     s->material.emission[0] = 1;
@@ -83,15 +79,4 @@ static void reports_paths_as_json(void **state)
     assert_true(
         json_real_value(json_object_get(json_object_get(json, "camera"), "focus_distance")) == 1);
     json_decref(json);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(names_of_materials_stay_ascii),
-        TEST(reports_as_json),
-        TEST(reports_paths_as_json),
-    };
-    return cmocka_run_group_tests_name("plan_report", tests, NULL, NULL);
 }

@@ -1,20 +1,16 @@
 /* What a plan takes from a scene made by hand: its light field as a whole, its camera and lens, its
  * scale. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
 
-static void plans_a_lit_scene(void **state)
+EACH_TEST(set_up, tear_down);
+
+TEST(plans_a_lit_scene)
 {
     struct stage *s = *state;
     assert_int_equal(make(s), 0);
@@ -45,7 +41,7 @@ static void plans_a_lit_scene(void **state)
 
 /* However small a light is and however bright for that: what it sends out says how far half floats
  * must reach, or all else would be lost below them. */
-static void scales_by_what_lights_bring(void **state)
+TEST(scales_by_what_lights_bring)
 {
     struct stage *s = *state;
     struct scene_light *light = &s->lights[0];
@@ -67,7 +63,7 @@ static void scales_by_what_lights_bring(void **state)
     assert_true((double)scale * brings <= 256 && (double)scale * brings > 100);
 }
 
-static void keeps_the_vertical_view(void **state)
+TEST(keeps_the_vertical_view)
 {
     struct stage *s = *state;
     assert_int_equal(make(s), 0);
@@ -79,7 +75,7 @@ static void keeps_the_vertical_view(void **state)
     assert_true(s->plan.camera.half_width == 6 && s->plan.camera.half_height == 3);
 }
 
-static void finds_cameras(void **state)
+TEST(finds_cameras)
 {
     struct stage *s = *state;
     s->job.camera.kind = JOB_CAMERA_NAME;
@@ -98,7 +94,7 @@ static void finds_cameras(void **state)
     assert_int_equal(make(s), 0);
 }
 
-static void looks_at_a_target(void **state)
+TEST(looks_at_a_target)
 {
     struct stage *s = *state;
     s->job.camera = (struct job_camera){.kind = JOB_CAMERA_LOOK_AT,
@@ -120,7 +116,7 @@ static void looks_at_a_target(void **state)
     assert_string_equal(s->fault.pointer, "/scene/camera/up");
 }
 
-static void warns_of_scales_that_floats_cannot_hold(void **state)
+TEST(warns_of_scales_that_floats_cannot_hold)
 {
     struct stage *s = *state;
     assert_int_equal(make(s), 0);
@@ -133,7 +129,7 @@ static void warns_of_scales_that_floats_cannot_hold(void **state)
     assert_true(has_warning(s, "so large"));
 }
 
-static void lenses_need_perspective(void **state)
+TEST(lenses_need_perspective)
 {
     struct stage *s = *state;
     s->job.aperture_radius = 0.25f;
@@ -154,16 +150,4 @@ static void lenses_need_perspective(void **state)
     assert_non_null(strstr(s->fault.detail, "orthographic"));
     s->job.aperture_radius = 0;
     assert_int_equal(make(s), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(plans_a_lit_scene),       TEST(scales_by_what_lights_bring),
-        TEST(keeps_the_vertical_view), TEST(finds_cameras),
-        TEST(looks_at_a_target),       TEST(warns_of_scales_that_floats_cannot_hold),
-        TEST(lenses_need_perspective),
-    };
-    return cmocka_run_group_tests_name("plan_scene", tests, NULL, NULL);
 }

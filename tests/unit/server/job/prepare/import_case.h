@@ -4,9 +4,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include <cmocka.h>
-
 #include "server/store/objects.h"
+#include "tests/unit/unit.h"
 
 /* Stores a text; nobody holds it. */
 static inline void import_case_put(const struct objects *objects, const char *text,

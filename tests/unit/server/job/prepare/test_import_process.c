@@ -1,19 +1,15 @@
 /* The importer's supervisor against importers that work, refuse, crash, hang and babble: shell
  * scripts in its place. */
 #include <ftw.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/job/prepare/import_process.h"
 #include "tests/unit/server/job/prepare/import_case.h"
+#include "tests/unit/unit.h"
 
 struct bench {
     uv_loop_t loop;
@@ -64,6 +60,8 @@ static int tear_down(void **state)
     return error;
 }
 
+EACH_TEST(set_up, tear_down);
+
 static void on_done(void *ctx, const struct fault *fault, const struct digest *blob,
                     uint64_t cpu_us)
 {
@@ -102,7 +100,7 @@ static void run(struct bench *b, const char *script, uint64_t limit_ms)
     assert_true(tmp_is_empty(b));
 }
 
-static void finds_its_files_and_keeps_the_blob(void **state)
+TEST(finds_its_files_and_keeps_the_blob)
 {
     struct bench *b = *state;
     struct digest expected;
@@ -117,7 +115,7 @@ static void finds_its_files_and_keeps_the_blob(void **state)
     assert_int_equal(b->cpu_us, 1500000);
 }
 
-static void says_what_the_importer_says(void **state)
+TEST(says_what_the_importer_says)
 {
     struct bench *b = *state;
     run(b,
@@ -129,7 +127,7 @@ static void says_what_the_importer_says(void **state)
     assert_string_equal(b->fault.detail, "meshes[3]: -1 is negative");
 }
 
-static void survives_a_crash(void **state)
+TEST(survives_a_crash)
 {
     struct bench *b = *state;
     run(b, "kill -SEGV $$", 10000);
@@ -137,28 +135,28 @@ static void survives_a_crash(void **state)
     assert_non_null(strstr(b->fault.detail, "signal 11"));
 }
 
-static void kills_what_hangs(void **state)
+TEST(kills_what_hangs)
 {
     struct bench *b = *state;
     run(b, "exec sleep 60", 300);
     assert_int_equal(b->fault.code, ERR_TIMEOUT);
 }
 
-static void cuts_off_what_babbles(void **state)
+TEST(cuts_off_what_babbles)
 {
     struct bench *b = *state;
     run(b, "exec yes '{\"ok\": true}' 2>/dev/null", 2000);
     assert_int_not_equal(b->fault.code, 0);
 }
 
-static void distrusts_success_without_a_blob(void **state)
+TEST(distrusts_success_without_a_blob)
 {
     struct bench *b = *state;
     run(b, "echo '{\"ok\": true}'", 10000);
     assert_int_not_equal(b->fault.code, 0);
 }
 
-static void needs_an_importer(void **state)
+TEST(needs_an_importer)
 {
     struct bench *b = *state;
     begin(b, "exit 0", 10000);
@@ -168,7 +166,7 @@ static void needs_an_importer(void **state)
     assert_int_equal(b->fault.code, ERR_UNSUPPORTED);
 }
 
-static void misses_an_asset(void **state)
+TEST(misses_an_asset)
 {
     struct bench *b = *state;
     char path[OBJECTS_PATH_BYTES];
@@ -186,7 +184,7 @@ static void stop_soon(uv_timer_t *timer)
     uv_close((uv_handle_t *)timer, NULL);
 }
 
-static void is_silent_when_cancelled(void **state)
+TEST(is_silent_when_cancelled)
 {
     struct bench *b = *state;
     uv_timer_t timer;
@@ -197,21 +195,4 @@ static void is_silent_when_cancelled(void **state)
     uv_run(&b->loop, UV_RUN_DEFAULT);
     assert_int_equal(b->told, 0);
     assert_true(tmp_is_empty(b));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(finds_its_files_and_keeps_the_blob),
-        TEST(says_what_the_importer_says),
-        TEST(survives_a_crash),
-        TEST(kills_what_hangs),
-        TEST(cuts_off_what_babbles),
-        TEST(distrusts_success_without_a_blob),
-        TEST(needs_an_importer),
-        TEST(misses_an_asset),
-        TEST(is_silent_when_cancelled),
-    };
-    return cmocka_run_group_tests_name("import_process", tests, NULL, NULL);
 }

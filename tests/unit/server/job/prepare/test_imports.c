@@ -1,20 +1,15 @@
 /* Imports: one run for all who ask for a scene, none for what the store remembers, none that nobody
  * waits for, and none lost for want of memory. A shell script is the importer. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
 #include "server/job/prepare/imports.h"
 #include "tests/unit/server/job/prepare/import_case.h"
 #include "tests/unit/server/lean_memory.h"
+#include "tests/unit/unit.h"
 
 struct bench {
     uv_loop_t loop;
@@ -91,6 +86,8 @@ static int tear_down(void **state)
     return error;
 }
 
+EACH_TEST(set_up, tear_down);
+
 static void on_done(void *ctx, const struct fault *fault, const struct digest *blob,
                     uint64_t cpu_us)
 {
@@ -134,7 +131,7 @@ static void expect_no_hold(const struct bench *b)
         assert_false(object_holds_any(b->objects.holds, &(struct digest){{(uint8_t)i}}));
 }
 
-static void one_run_is_for_all_who_ask(void **state)
+TEST(one_run_is_for_all_who_ask)
 {
     struct bench *b = *state;
     struct answer answers[3];
@@ -147,7 +144,7 @@ static void one_run_is_for_all_who_ask(void **state)
     expect_no_hold(b);
 }
 
-static void what_was_imported_is_remembered(void **state)
+TEST(what_was_imported_is_remembered)
 {
     struct bench *b = *state;
     struct answer first, second;
@@ -167,7 +164,7 @@ static void what_was_imported_is_remembered(void **state)
     assert_int_equal(runs_of(b), 2);
 }
 
-static void other_files_are_another_scene(void **state)
+TEST(other_files_are_another_scene)
 {
     struct bench *b = *state;
     struct answer first, second;
@@ -180,7 +177,7 @@ static void other_files_are_another_scene(void **state)
     assert_int_equal(runs_of(b), 2);
 }
 
-static void a_failure_is_told_to_all_and_not_remembered(void **state)
+TEST(a_failure_is_told_to_all_and_not_remembered)
 {
     struct bench *b = *state;
     struct answer answers[2];
@@ -197,7 +194,7 @@ static void a_failure_is_told_to_all_and_not_remembered(void **state)
     expect_blob(b, &answers[0]);
 }
 
-static void who_forgets_is_told_nothing(void **state)
+TEST(who_forgets_is_told_nothing)
 {
     struct bench *b = *state;
     struct answer forgotten, kept;
@@ -226,7 +223,7 @@ static void forget_when_it_runs(uv_timer_t *timer)
 }
 
 /* It would take a minute. */
-static void what_nobody_waits_for_is_killed(void **state)
+TEST(what_nobody_waits_for_is_killed)
 {
     struct bench *b = *state;
     struct answer answer;
@@ -248,7 +245,7 @@ static void what_nobody_waits_for_is_killed(void **state)
 }
 
 /* Whichever piece is missing as it is asked for: nothing has begun, and nobody is told. */
-static void without_memory_it_is_refused(void **state)
+TEST(without_memory_it_is_refused)
 {
     struct bench *b = *state;
     unsigned k = 0;
@@ -275,7 +272,7 @@ static void without_memory_it_is_refused(void **state)
 
 /* Whichever piece of the loop's thread is missing later: who asked is told, once, of the blob or of
  * missing memory; nothing stays held, and the next who asks has it. */
-static void without_memory_on_the_way_who_asked_is_told(void **state)
+TEST(without_memory_on_the_way_who_asked_is_told)
 {
     struct bench *b = *state;
     unsigned k = 0, failed = 0;
@@ -306,7 +303,7 @@ static void without_memory_on_the_way_who_asked_is_told(void **state)
 }
 
 /* ... and who asked before is not touched by it. */
-static void a_refusal_leaves_the_others(void **state)
+TEST(a_refusal_leaves_the_others)
 {
     struct bench *b = *state;
     struct answer answer, other = {0};
@@ -318,17 +315,4 @@ static void a_refusal_leaves_the_others(void **state)
     settle(b);
     expect_blob(b, &answer);
     assert_int_equal(other.told, 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-        TEST(one_run_is_for_all_who_ask),    TEST(what_was_imported_is_remembered),
-        TEST(other_files_are_another_scene), TEST(a_failure_is_told_to_all_and_not_remembered),
-        TEST(who_forgets_is_told_nothing),   TEST(what_nobody_waits_for_is_killed),
-        TEST(without_memory_it_is_refused),  TEST(without_memory_on_the_way_who_asked_is_told),
-        TEST(a_refusal_leaves_the_others),
-    };
-    return cmocka_run_group_tests_name("imports", tests, NULL, NULL);
 }

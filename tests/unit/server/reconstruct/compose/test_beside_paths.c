@@ -1,16 +1,10 @@
 /* Indirect light and occlusion of light fields: filtered blocks, alone and beside paths. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "proto/job/job.h"
 #include "server/film/film.h"
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/lighting/lighting.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 #define LAYERS (LAYERS_AVAILABLE & ~LAYER_ERROR)
 
@@ -141,10 +135,9 @@ static void check_sum(const struct plan *plan, uint32_t passes)
 }
 
 /* With every filter, after the first pass and after the last. */
-static void pictures_are_sums_of_paths_and_light_fields(void **state)
+TEST(pictures_are_sums_of_paths_and_light_fields)
 {
     struct plan plan;
-    (void)state;
     synthetic_beside_plan(&plan, 150, 90, 32, 64);
     assert_int_equal(plan_pass_count(&plan), 3);
     for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_BLEND; f++) {
@@ -154,14 +147,13 @@ static void pictures_are_sums_of_paths_and_light_fields(void **state)
     }
 }
 
-static void no_cut_changes_a_bit(void **state)
+TEST(no_cut_changes_a_bit)
 {
     static const struct {
         int32_t block_px, more_halo_px, tile_px;
     } cuts[] = {{64, 0, 16}, {37, 0, 64}, {64, 5, 8}, {256, 0, 256}, {31, 3, 100}};
     struct block_statistics sum;
     struct plan plan;
-    (void)state;
     synthetic_beside_plan(&plan, 150, 90, 32, 17);
     for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_BLEND; f++) {
         plan.indirect_filter = f;
@@ -180,11 +172,10 @@ static void no_cut_changes_a_bit(void **state)
 
 /* Unfiltered, a pixel's centre shows what was measured there, and openness where there is nothing.
  */
-static void averages_are_what_was_measured(void **state)
+TEST(averages_are_what_was_measured)
 {
     struct block_statistics sum;
     struct plan plan;
-    (void)state;
     synthetic_beside_plan(&plan, 50, 40, 32, 1);
     struct image *image = render(&plan, 1, &sum);
     const float *open = channel(image, "occlusion.O"), *red = channel(image, "diffuse_indirect.R");
@@ -204,11 +195,10 @@ static void averages_are_what_was_measured(void **state)
 }
 
 /* Without sub-samples nobody reads beyond a block: every pixel counts once. */
-static void counters_add_up(void **state)
+TEST(counters_add_up)
 {
     struct block_statistics sum;
     struct plan plan;
-    (void)state;
     synthetic_beside_plan(&plan, 150, 90, 32, 17);
     plan.sub_samples = 0;
     plan.planes &=
@@ -250,10 +240,9 @@ static void fill_parts(const struct plan *plan, struct patch *patch)
 }
 
 /* Means, means over halves, single strata: the same light, filtered or not. */
-static void parts_make_the_same_light(void **state)
+TEST(parts_make_the_same_light)
 {
     const struct rect rect = {0, 0, 60, 50}, lit = {7, 5, 50, 41};
-    (void)state;
     for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_LINEAR; f++) {
         struct lighting made[3];
         for (int k = 0; k < 3; k++) {
@@ -286,11 +275,10 @@ static void parts_make_the_same_light(void **state)
 }
 
 /* Occlusion alone needs no surfaces beside the centres. */
-static void occlusion_comes_alone(void **state)
+TEST(occlusion_comes_alone)
 {
     struct block_statistics sum;
     struct plan plan, alone;
-    (void)state;
     synthetic_beside_plan(&plan, 100, 70, 32, 4);
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     alone = plan;
@@ -323,10 +311,9 @@ static void fill_wall(struct patch *patch, float distance)
 }
 
 /* Also where linear fits go beyond what they are made of. */
-static void openness_is_a_share(void **state)
+TEST(openness_is_a_share)
 {
     const struct rect rect = {0, 0, 80, 40};
-    (void)state;
     for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_BLEND; f++) {
         struct plan plan;
         struct patch *patch;
@@ -348,18 +335,4 @@ static void openness_is_a_share(void **state)
         patch_destroy(&patch);
         image_destroy(&image);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pictures_are_sums_of_paths_and_light_fields),
-        cmocka_unit_test(no_cut_changes_a_bit),
-        cmocka_unit_test(averages_are_what_was_measured),
-        cmocka_unit_test(counters_add_up),
-        cmocka_unit_test(parts_make_the_same_light),
-        cmocka_unit_test(occlusion_comes_alone),
-        cmocka_unit_test(openness_is_a_share),
-    };
-    return cmocka_run_group_tests_name("beside_paths", tests, NULL, NULL);
 }

@@ -1,11 +1,4 @@
 /* The picture of a plan with lens samples, as their plain average. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "proto/half.h"
@@ -13,6 +6,7 @@
 #include "proto/samples.h"
 #include "server/film/film.h"
 #include "server/reconstruct/block.h"
+#include "tests/unit/unit.h"
 
 enum { WIDTH = 41, HEIGHT = 23, TILE = 16 };
 
@@ -90,7 +84,7 @@ static float value(const struct image *image, const char *channel, int32_t x, in
     return *plane_at(plane, x, y);
 }
 
-static void pictures_are_averages(void **state)
+TEST(pictures_are_averages)
 {
     static const char *const names[] = {"R", "G", "B"};
     struct plan plan;
@@ -98,7 +92,6 @@ static void pictures_are_averages(void **state)
     struct image *image;
     uint32_t block;
     uint64_t background = 0, expected = 0;
-    (void)state;
     lens_plan(&plan, 3);
     assert_int_equal(film_create(&plan, 16, block_core_px(&plan), block_halo_px(&plan), &film), 0);
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_SAMPLES | LAYER_DEPTH | LAYER_FILTER_WIDTH,
@@ -136,12 +129,11 @@ static void pictures_are_averages(void **state)
 }
 
 /* Samples lie in the patch plane by plane, also far around the block. */
-static void patches_hold_samples(void **state)
+TEST(patches_hold_samples)
 {
     struct plan plan;
     struct film *film;
     uint32_t block;
-    (void)state;
     lens_plan(&plan, 2);
     plan.lens_filter = LENS_FILTER_SHEARED;
     assert_int_equal(film_create(&plan, 16, 5, 5, &film), 0);
@@ -169,14 +161,13 @@ static void patches_hold_samples(void **state)
 }
 
 /* Sums of the brightest halves stay finite, and a plan without coverage has no alpha to write. */
-static void bright_samples_stay_finite(void **state)
+TEST(bright_samples_stay_finite)
 {
     struct plan plan;
     struct patch *patch;
     struct image *image;
     struct block_statistics statistics;
     const struct rect all = {0, 0, 4, 4};
-    (void)state;
     lens_plan(&plan, 4);
     plan.width_px = plan.height_px = 4;
     plan.planes = PLANE_BIT(LENS_RADIANCE);
@@ -189,14 +180,4 @@ static void bright_samples_stay_finite(void **state)
     assert_int_equal(statistics.pixels_background, 0);
     image_destroy(&image);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pictures_are_averages),
-        cmocka_unit_test(patches_hold_samples),
-        cmocka_unit_test(bright_samples_stay_finite),
-    };
-    return cmocka_run_group_tests_name("defocus", tests, NULL, NULL);
 }

@@ -1,16 +1,12 @@
 /* Errors of means over paths: of independent samples what their spread says, of better ones what
  * halves say, and never anything that is no number. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/reconstruct/compose/path_error.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 #define SIDE 144
 #define SPP  16
@@ -34,6 +30,8 @@ static int tear_down(void **state)
     block_squares_fini(&squares);
     return 0;
 }
+
+EACH_TEST(set_up, tear_down);
 
 /* Fills the patch from samples value(pixel, k); returns the mean of the means' squared errors over
  * the pixels, their expectation being 0. */
@@ -95,28 +93,25 @@ static float rare(size_t pixel, uint32_t k)
     return noise(pixel, k) > 0.45f ? 3.8f : -0.2f;
 }
 
-static void independent_samples_err_by_their_spread(void **state)
+TEST(independent_samples_err_by_their_spread)
 {
     static const uint32_t counts[] = {4, 9, 16, 64};
-    (void)state;
     for (size_t k = 0; k < 4; k++) {
         const double truth = fill(noise, counts[k]), estimate = found();
         assert_true(estimate > 0.8 * truth && estimate < 1.25 * truth);
     }
 }
 
-static void stratified_samples_err_less(void **state)
+TEST(stratified_samples_err_less)
 {
-    (void)state;
     const double alone = fill(noise, SPP), truth = fill(stratified, SPP), estimate = found();
     assert_true(truth < 0.05 * alone);
     assert_true(estimate < 0.1 * alone && estimate > 0.3 * truth && estimate < 4 * truth);
 }
 
 /* Most pixels have met nothing of what is rare; what is around them tells. */
-static void rare_light_is_known_around(void **state)
+TEST(rare_light_is_known_around)
 {
-    (void)state;
     uint32_t far_off = 0;
     const double truth = fill(rare, 4), estimate = found();
     assert_true(estimate > 0.7 * truth && estimate < 1.4 * truth);
@@ -128,9 +123,8 @@ static void rare_light_is_known_around(void **state)
     assert_true(far_off < SIDE * SIDE / 10);
 }
 
-static void what_tells_nothing_is_nothing(void **state)
+TEST(what_tells_nothing_is_nothing)
 {
-    (void)state;
     fill(constant, SPP);
     assert_true(found() == 0.0);
     fill(noise, 1);
@@ -169,10 +163,9 @@ static float half_stratified(size_t pixel, uint32_t k)
 }
 
 /* Blocks of any size that begin where cells do. */
-static void blocks_do_not_show(void **state)
+TEST(blocks_do_not_show)
 {
     static const int32_t sides[] = {32, 64, 96, 128};
-    (void)state;
     fill(half_stratified, SPP);
     found();
     for (size_t k = 0; k < sizeof sides / sizeof *sides; k++)
@@ -197,10 +190,9 @@ static void blocks_do_not_show(void **state)
 
 /* Where the left third is stratified and the rest is not, errors at the border of a cell step no
  * more than they do within it. */
-static void cells_do_not_show(void **state)
+TEST(cells_do_not_show)
 {
     double step[SIDE] = {0};
-    (void)state;
     fill(half_stratified, SPP);
     /* The same spread everywhere: what is left of steps is of the shares alone. */
     for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
@@ -219,17 +211,4 @@ static void cells_do_not_show(void **state)
     assert_true(most > 0.01); /* the shares do differ */
     for (int32_t x = PATH_ERROR_CELL_PX; x < SIDE; x += PATH_ERROR_CELL_PX)
         assert_true(step[x] <= 1.1 * most);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(independent_samples_err_by_their_spread, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(stratified_samples_err_less, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(rare_light_is_known_around, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(what_tells_nothing_is_nothing, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(blocks_do_not_show, set_up, tear_down),
-        cmocka_unit_test_setup_teardown(cells_do_not_show, set_up, tear_down),
-    };
-    return cmocka_run_group_tests_name("path_error", tests, NULL, NULL);
 }

@@ -1,11 +1,4 @@
 /* The path tracer's picture: means of the sums so far, pixel by pixel. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
@@ -13,6 +6,7 @@
 #include "server/film/film.h"
 #include "server/reconstruct/block.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
+#include "tests/unit/unit.h"
 
 static float at(const struct image *image, const char *channel, int32_t x, int32_t y)
 {
@@ -80,12 +74,11 @@ static void check_pixel(const struct plan *plan, const struct image *image, int3
 }
 
 /* Tiles of one block stand at different passes; each pixel is divided by its own count. */
-static void every_layer_is_the_mean_so_far(void **state)
+TEST(every_layer_is_the_mean_so_far)
 {
     struct plan plan;
     struct film *film;
     struct image *image;
-    (void)state;
     synthetic_paths_plan(&plan, 40, 20, 16, 100);
     assert_int_equal(
         film_create(&plan, block_side_px(&plan), block_core_px(&plan), block_halo_px(&plan), &film),
@@ -117,12 +110,11 @@ static void every_layer_is_the_mean_so_far(void **state)
 }
 
 /* The layer of errors estimates how far pixels are from where they are going. */
-static void the_error_is_what_it_says(void **state)
+TEST(the_error_is_what_it_says)
 {
     struct plan plan;
     double squares = 0;
     unsigned count = 0;
-    (void)state;
     synthetic_paths_plan(&plan, 24, 24, 8, 64);
     for (int32_t y = 0; y < 24; y++)
         for (int32_t x = 0; x < 24; x++) {
@@ -139,12 +131,11 @@ static void the_error_is_what_it_says(void **state)
     assert_true(fabs(squares / count - 1) < 0.2); /* 1 + 64/4000, and the noise of 400 pixels */
 }
 
-static void a_single_sample_has_no_error(void **state)
+TEST(a_single_sample_has_no_error)
 {
     struct plan plan;
     struct film *film;
     struct image *image;
-    (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 1);
     assert_int_equal(film_create(&plan, block_side_px(&plan), 0, 0, &film), 0);
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ERROR, 8, 8, &image), 0);
@@ -160,14 +151,13 @@ static void a_single_sample_has_no_error(void **state)
 }
 
 /* Whatever a worker sends, the picture holds numbers. */
-static void pictures_are_finite(void **state)
+TEST(pictures_are_finite)
 {
     struct plan plan;
     struct patch *patch;
     struct image *image;
     struct block_statistics statistics;
     const struct rect all = {0, 0, 4, 1};
-    (void)state;
     synthetic_paths_plan(&plan, 4, 1, 8, 64);
     assert_int_equal(patch_create(&plan, all, &patch), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 4, 1, &image), 0);
@@ -188,12 +178,11 @@ static void pictures_are_finite(void **state)
 }
 
 /* A plan asks for the planes of its layers alone; the others stay as they were. */
-static void absent_planes_leave_zeros(void **state)
+TEST(absent_planes_leave_zeros)
 {
     struct plan plan;
     struct film *film;
     struct image *image;
-    (void)state;
     synthetic_paths_plan(&plan, 8, 8, 8, 4);
     plan.planes &= ~(PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_COVERAGE) |
                      PLANE_BIT(PATH_ALBEDO));
@@ -210,11 +199,10 @@ static void absent_planes_leave_zeros(void **state)
 }
 
 /* Blocks of any size, the whole way from tiles of samples to the picture. */
-static void the_error_is_the_same_for_any_block(void **state)
+TEST(the_error_is_the_same_for_any_block)
 {
     static const int32_t sides[] = {64, 128, 256};
     struct image *first = NULL;
-    (void)state;
     for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
         struct plan plan;
         struct film *film;
@@ -236,17 +224,4 @@ static void the_error_is_the_same_for_any_block(void **state)
         image_destroy(&image);
     }
     image_destroy(&first);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_layer_is_the_mean_so_far),
-        cmocka_unit_test(the_error_is_what_it_says),
-        cmocka_unit_test(a_single_sample_has_no_error),
-        cmocka_unit_test(pictures_are_finite),
-        cmocka_unit_test(absent_planes_leave_zeros),
-        cmocka_unit_test(the_error_is_the_same_for_any_block),
-    };
-    return cmocka_run_group_tests_name("paths", tests, NULL, NULL);
 }

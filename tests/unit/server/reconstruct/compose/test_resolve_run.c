@@ -1,11 +1,4 @@
 /* Rows resolved at once, and composed: the bits of pixels resolved one by one. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
@@ -15,6 +8,7 @@
 #include "server/reconstruct/compose/compose.h"
 #include "server/reconstruct/compose/resolve_run.h"
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 
 enum { WIDTH = 61, HEIGHT = 5, AREA = WIDTH * HEIGHT, SUBS = 3 };
 
@@ -143,10 +137,9 @@ static uint32_t check_runs(const struct resolver *r)
     return plain;
 }
 
-static void runs_are_their_pixels(void **state)
+TEST(runs_are_their_pixels)
 {
     uint32_t plain = 0, rounds = 200;
-    (void)state;
     for (uint32_t round = 0; round < rounds; round++) {
         struct patch patch;
         struct lighting lighting;
@@ -164,14 +157,13 @@ static void runs_are_their_pixels(void **state)
 }
 
 /* Errors are told of one by one. */
-static void nothing_is_plain_where_errors_are_asked_for(void **state)
+TEST(nothing_is_plain_where_errors_are_asked_for)
 {
     struct patch patch;
     struct lighting lighting;
     struct resolver resolver;
     struct resolved_run run;
     struct plan plan;
-    (void)state;
     make_plan(&plan, 0, false);
     make_patch(&patch, false);
     make_lighting(&lighting, false);
@@ -181,13 +173,12 @@ static void nothing_is_plain_where_errors_are_asked_for(void **state)
     for (int k = 0; k < WIDTH; k++) assert_int_equal(run.plain[k], 0);
 }
 
-static void planes_may_be_missing(void **state)
+TEST(planes_may_be_missing)
 {
     struct patch patch;
     struct lighting lighting;
     struct resolver resolver;
     struct plan plan;
-    (void)state;
     make_plan(&plan, 0, false);
     make_patch(&patch, false);
     make_lighting(&lighting, false);
@@ -230,9 +221,8 @@ static void check_block(const struct resolver *r, struct rect block)
     image_destroy(&image);
 }
 
-static void blocks_are_their_pixels(void **state)
+TEST(blocks_are_their_pixels)
 {
-    (void)state;
     for (int round = 0; round < 40; round++) {
         struct patch patch;
         struct lighting lighting;
@@ -267,10 +257,9 @@ static bool settle(const struct resolver *r, struct patch *p, uint32_t k, size_t
 }
 
 /* To the last bit, errors too. */
-static void what_is_surely_same_may_be_settled(void **state)
+TEST(what_is_surely_same_may_be_settled)
 {
     uint32_t settled = 0, rounds = 60;
-    (void)state;
     for (uint32_t round = 0; round < rounds; round++) {
         struct patch patch;
         struct lighting lighting;
@@ -292,16 +281,4 @@ static void what_is_surely_same_may_be_settled(void **state)
         }
     }
     assert_in_range(settled, rounds * AREA * SUBS / 10, rounds * AREA * SUBS * 9 / 10);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(runs_are_their_pixels),
-        cmocka_unit_test(nothing_is_plain_where_errors_are_asked_for),
-        cmocka_unit_test(planes_may_be_missing),
-        cmocka_unit_test(blocks_are_their_pixels),
-        cmocka_unit_test(what_is_surely_same_may_be_settled),
-    };
-    return cmocka_run_group_tests_name("resolve_run", tests, NULL, NULL);
 }

@@ -1,12 +1,6 @@
 #pragma once
 /* A floor under a perspective camera whose glossy lobes look at a wall of stripes, as samples of it
  * would come. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +8,7 @@
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
 #include "server/reconstruct/glossy/glossy.h"
+#include "tests/unit/unit.h"
 
 static inline void floor_plan(struct plan *plan, int32_t side, uint32_t filter, uint32_t l)
 {

@@ -1,5 +1,6 @@
 /* Filters of glossy lobes: what they keep, what they must not mix, and how they converge. */
 #include "tests/unit/server/reconstruct/glossy/glossy_scene.h"
+#include "tests/unit/unit.h"
 
 /* Of a picture of LINES squared, the part that is looked at. */
 enum { LINES = 512, SIDE = 48, AREA = SIDE * SIDE, FIRST = 232 };
@@ -24,9 +25,8 @@ static float error_of(uint32_t filter, uint32_t l, float alpha, float other)
     return (float)error;
 }
 
-static void errors_fall_with_samples(void **state)
+TEST(errors_fall_with_samples)
 {
-    (void)state;
     for (int f = 0; f < 2; f++) {
         float before = 1e9f;
         for (uint32_t l = 2; l <= 16; l *= 2) {
@@ -43,9 +43,8 @@ static void errors_fall_with_samples(void **state)
 }
 
 /* Pixels with more rays are filtered as all would be that have so many. */
-static void widths_follow_each_pixels_rays(void **state)
+TEST(widths_follow_each_pixels_rays)
 {
-    (void)state;
     for (int f = 0; f < 2; f++) {
         struct plan few, many;
         floor_plan(&few, LINES, filters[f], 4);
@@ -77,9 +76,8 @@ static void widths_follow_each_pixels_rays(void **state)
 }
 
 /* Sharp tiles between rough ones stay as sharp as they are. */
-static void roughness_has_edges(void **state)
+TEST(roughness_has_edges)
 {
-    (void)state;
     const float plain = error_of(GLOSSY_FILTER_NONE, 4, 0.012f, 0.3f);
     assert_true(error_of(GLOSSY_FILTER_VIRTUAL_HIT, 4, 0.012f, 0.3f) < 0.6f * plain);
     assert_true(error_of(GLOSSY_FILTER_VIRTUAL_HIT, 4, 0.012f, 0.3f) <
@@ -87,9 +85,8 @@ static void roughness_has_edges(void **state)
 }
 
 /* Weights that vary go out of what lobes see of one light; without them nothing would be exact. */
-static void even_light_stays_even(void **state)
+TEST(even_light_stays_even)
 {
-    (void)state;
     struct plan plan;
     uint32_t random = 3;
     floor_plan(&plan, LINES, GLOSSY_FILTER_VIRTUAL_HIT, 2);
@@ -107,9 +104,8 @@ static void even_light_stays_even(void **state)
     patch_destroy(&patch);
 }
 
-static void objects_do_not_mix(void **state)
+TEST(objects_do_not_mix)
 {
-    (void)state;
     struct plan plan;
     floor_plan(&plan, LINES, GLOSSY_FILTER_VIRTUAL_HIT, 2);
     struct patch *patch = floor_patch(&plan, all, 0.3f, 0.3f, 4);
@@ -125,9 +121,8 @@ static void objects_do_not_mix(void **state)
     patch_destroy(&patch);
 }
 
-static void blocks_are_the_whole(void **state)
+TEST(blocks_are_the_whole)
 {
-    (void)state;
     for (int f = 0; f < 2; f++) {
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 3);
@@ -176,11 +171,10 @@ static void add_known(const struct plan *plan, const float *truth, float alpha, 
     patch_destroy(&patch);
 }
 
-static void filters_know_their_errors(void **state)
+TEST(filters_know_their_errors)
 {
     const float alpha = 0.16f;
     struct plan plan;
-    (void)state;
     floor_plan(&plan, LINES, GLOSSY_FILTER_NONE, 2);
     struct patch *truth = floor_patch(&plan, all, alpha, alpha, TRUTH);
     for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_BANDLIMIT; f++)
@@ -200,9 +194,8 @@ static void filters_know_their_errors(void **state)
 }
 
 /* Errors are asked for where there are halves; they change nothing else. */
-static void errors_change_nothing(void **state)
+TEST(errors_change_nothing)
 {
-    (void)state;
     for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_BANDLIMIT; f++) {
         static float square[3][AREA];
         float *const squares[3] = {square[0], square[1], square[2]};
@@ -230,9 +223,8 @@ static void errors_change_nothing(void **state)
 }
 
 /* Blocks know the same errors as the whole, also where tiles have more rays than others. */
-static void errors_of_blocks_are_those_of_the_whole(void **state)
+TEST(errors_of_blocks_are_those_of_the_whole)
 {
-    (void)state;
     for (int f = 0; f < 2; f++) {
         static float square[2][3][AREA], out[2][3][AREA];
         struct glossy_statistics statistics = {0};
@@ -269,9 +261,8 @@ static void errors_of_blocks_are_those_of_the_whole(void **state)
 }
 
 /* More rays make a pixel's filter narrower, and no other's. */
-static void rays_make_filters_narrower(void **state)
+TEST(rays_make_filters_narrower)
 {
-    (void)state;
     struct plan plan;
     floor_plan(&plan, LINES, GLOSSY_FILTER_VIRTUAL_HIT, 2);
     plan.planes =
@@ -300,9 +291,8 @@ static void rays_make_filters_narrower(void **state)
     patch_destroy(&patch);
 }
 
-static void where_nothing_shines_nothing_runs(void **state)
+TEST(where_nothing_shines_nothing_runs)
 {
-    (void)state;
     for (int f = 0; f < 2; f++) {
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 3);
@@ -319,9 +309,8 @@ static void where_nothing_shines_nothing_runs(void **state)
 
 /* Numbers at the ends of their ranges: nothing met, everything touched, the least alpha a plane
  * has, surfaces seen along themselves, no weight. */
-static void odd_numbers_stay_finite(void **state)
+TEST(odd_numbers_stay_finite)
 {
-    (void)state;
     for (int f = 0; f < 2; f++) {
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 2);
@@ -344,9 +333,8 @@ static void odd_numbers_stay_finite(void **state)
     }
 }
 
-static void one_pixel_is_itself(void **state)
+TEST(one_pixel_is_itself)
 {
-    (void)state;
     const struct rect one = {0, 0, 1, 1};
     for (int f = 0; f < 2; f++) {
         struct plan plan;
@@ -360,9 +348,8 @@ static void one_pixel_is_itself(void **state)
 }
 
 /* Widths shrink with samples and grow with lines and mu, to the reach and no farther. */
-static void halos_follow_the_plan(void **state)
+TEST(halos_follow_the_plan)
 {
-    (void)state;
     struct plan plan;
     floor_plan(&plan, 512, GLOSSY_FILTER_VIRTUAL_HIT, 4);
     assert_int_equal(glossy_halo_px(&plan), 13);
@@ -377,9 +364,8 @@ static void halos_follow_the_plan(void **state)
     assert_int_equal(glossy_halo_px(&plan), 0);
 }
 
-static void what_is_missing_is_refused(void **state)
+TEST(what_is_missing_is_refused)
 {
-    (void)state;
     struct plan plan;
     struct glossy_statistics statistics = {0};
     static float room[3][AREA];
@@ -397,26 +383,4 @@ static void what_is_missing_is_refused(void **state)
     assert_int_equal(glossy_filter(&plan, patch, all, out, &statistics), ERR_RANGE);
     assert_int_equal(statistics.pixels_filtered + statistics.pixels_skipped, 0);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(errors_fall_with_samples),
-        cmocka_unit_test(widths_follow_each_pixels_rays),
-        cmocka_unit_test(roughness_has_edges),
-        cmocka_unit_test(even_light_stays_even),
-        cmocka_unit_test(objects_do_not_mix),
-        cmocka_unit_test(blocks_are_the_whole),
-        cmocka_unit_test(filters_know_their_errors),
-        cmocka_unit_test(errors_change_nothing),
-        cmocka_unit_test(errors_of_blocks_are_those_of_the_whole),
-        cmocka_unit_test(rays_make_filters_narrower),
-        cmocka_unit_test(where_nothing_shines_nothing_runs),
-        cmocka_unit_test(odd_numbers_stay_finite),
-        cmocka_unit_test(one_pixel_is_itself),
-        cmocka_unit_test(halos_follow_the_plan),
-        cmocka_unit_test(what_is_missing_is_refused),
-    };
-    return cmocka_run_group_tests_name("glossy", tests, NULL, NULL);
 }

@@ -1,14 +1,8 @@
 /* The kernels of the filter of glossy lobes of every instruction set give the reference's bits,
  * those of SSE4.2 nearly. A longer form, with times, is make check-kernels. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/kernel/kernel_glossy.h"
 #include "tests/kernel/kernel_tests.h"
+#include "tests/unit/unit.h"
 
 static void compare(const struct glossy_kernels *tested)
 {
@@ -28,17 +22,7 @@ static void compare(const struct glossy_kernels *tested)
 KERNEL_TESTS(glossy, compare)
 
 /* Those for SSE4.2 round products, too. */
-static void so_does_rounding_twice(void **state)
+TEST(so_does_rounding_twice)
 {
-    (void)state;
     compare(&glossy_kernels_sse42);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        KERNEL_TESTS_OF_ALL,
-        cmocka_unit_test(so_does_rounding_twice),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

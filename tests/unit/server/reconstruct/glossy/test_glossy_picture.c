@@ -1,6 +1,7 @@
 /* Planes of glossy lobes on their way to the picture: from tiles to patches, and into the resolve.
  */
 #include "tests/unit/server/reconstruct/glossy/glossy_scene.h"
+#include "tests/unit/unit.h"
 
 #include "proto/half.h"
 #include "proto/octahedron.h"
@@ -64,9 +65,8 @@ static struct samples *picture_tile(const struct plan *plan)
 }
 
 /* How far lobes see, and how many rays they have, also in the far halo. */
-static void patches_tell_of_lobes_second_sets(void **state)
+TEST(patches_tell_of_lobes_second_sets)
 {
-    (void)state;
     struct plan plan;
     struct patch *p;
     uint8_t lobes[SIDE * SIDE] = {0};
@@ -104,9 +104,8 @@ static struct patch *picture_patch(const struct plan *plan, const struct samples
 }
 
 /* What filters read is there in the far halo, too, and in the units of the scene. */
-static void tiles_become_patches(void **state)
+TEST(tiles_become_patches)
 {
-    (void)state;
     struct plan plan;
     picture_plan(&plan, GLOSSY_FILTER_VIRTUAL_HIT);
     plan.radiance_scale = 0.25f;
@@ -142,9 +141,8 @@ static void resolve(const struct plan *plan, const struct patch *patch, size_t i
 }
 
 /* The picture: albedo times diffuse light and reflectance times the lobes', each sample its own. */
-static void lobes_are_in_the_picture(void **state)
+TEST(lobes_are_in_the_picture)
 {
-    (void)state;
     for (uint32_t filter = 0; filter <= GLOSSY_FILTER_BANDLIMIT; filter++) {
         struct plan plan;
         struct resolved out;
@@ -165,9 +163,8 @@ static void lobes_are_in_the_picture(void **state)
 
 /* Halves that are off by 0.5 everywhere: the light is known to that, and the picture to that times
  * what lobes reflect. What samples of a pixel send on differs by their reflectance. */
-static void errors_are_in_the_picture(void **state)
+TEST(errors_are_in_the_picture)
 {
-    (void)state;
     for (uint32_t filter = 0; filter <= GLOSSY_FILTER_BANDLIMIT; filter++) {
         struct plan plan;
         struct resolved out;
@@ -194,9 +191,8 @@ static void errors_are_in_the_picture(void **state)
 }
 
 /* A sub-sample whose lobe no pixel around has sees what diffuse surfaces see. */
-static void lobes_beside_centres_borrow(void **state)
+TEST(lobes_beside_centres_borrow)
 {
-    (void)state;
     struct plan plan;
     struct resolved out;
     picture_plan(&plan, GLOSSY_FILTER_VIRTUAL_HIT);
@@ -214,9 +210,8 @@ static void lobes_beside_centres_borrow(void **state)
     samples_destroy(&s);
 }
 
-static void halos_hold_what_filters_read(void **state)
+TEST(halos_hold_what_filters_read)
 {
-    (void)state;
     struct plan plan;
     picture_plan(&plan, GLOSSY_FILTER_NONE);
     plan.height_px = plan.width_px = 1024;
@@ -224,17 +219,4 @@ static void halos_hold_what_filters_read(void **state)
     plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT;
     assert_int_equal(block_halo_px(&plan), PATCH_RING_PX + glossy_halo_px(&plan));
     assert_true(block_side_px(&plan) > 64);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tiles_become_patches),
-        cmocka_unit_test(patches_tell_of_lobes_second_sets),
-        cmocka_unit_test(lobes_are_in_the_picture),
-        cmocka_unit_test(errors_are_in_the_picture),
-        cmocka_unit_test(lobes_beside_centres_borrow),
-        cmocka_unit_test(halos_hold_what_filters_read),
-    };
-    return cmocka_run_group_tests_name("glossy_picture", tests, NULL, NULL);
 }

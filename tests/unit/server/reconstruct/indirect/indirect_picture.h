@@ -1,15 +1,9 @@
 #pragma once
 /* What the axis-aligned filters of indirect light make of a patch, and a patch of one plane for
  * them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/reconstruct/indirect/indirect.h"
 #include "tests/unit/server/reconstruct/indirect/indirect_scene.h"
+#include "tests/unit/unit.h"
 
 #define LINES 512
 

@@ -1,13 +1,7 @@
 /* The error of the axis-aligned filters of indirect light on a room of formulas, and
  * the energy that they keep. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/server/reconstruct/indirect/indirect_picture.h"
+#include "tests/unit/unit.h"
 
 /* The yellow box's and the white sphere's contacts with the floor; the blue sphere, the floor and
  * the red wall behind; the tall box before the far wall. */
@@ -46,6 +40,8 @@ static int truth_init(void **state)
     }
     return 0;
 }
+
+ALL_TESTS(truth_init, NULL);
 
 /* Adds the squared errors of the light sent on, over its true mean. */
 static void add_errors(const struct truth *t, int crop, const struct patch *patch,
@@ -93,9 +89,8 @@ static uint32_t filter_for(uint32_t samples)
  * samples, plain: 1.07 .77 .57 .47 .36 .27 .16 .12, filtered: .0309 .0262 .0239 .0208 .0143 .0110
  * .0088 .0078 (the truth's own error is .005): 24 times less than plain at 16 samples, where 10 are
  * asked for, and steps of 9 % and more. */
-static void error_falls(void **state)
+TEST(error_falls)
 {
-    (void)state;
     static const uint32_t strata[] = {2, 3, 4, 5, 6, 8, 12, 16};
     double last = 1.0;
     for (size_t i = 0; i < sizeof strata / sizeof *strata; i++) {
@@ -111,9 +106,8 @@ static void error_falls(void **state)
 
 /* The blend, with a tenth more than was measured allowed; from 64 samples on it beats linear fits.
  */
-static void blend_errs_little(void **state)
+TEST(blend_errs_little)
 {
-    (void)state;
     static const struct {
         uint32_t strata;
         double measured;
@@ -131,9 +125,8 @@ static void blend_errs_little(void **state)
 
 /* Of the whole room, at every eighth pixel of 256 lines. Measured: -0.20 %,
  * -0.23 % and -0.20 %, where 0.5 % are allowed. */
-static void energy_is_kept(void **state)
+TEST(energy_is_kept)
 {
-    (void)state;
     static const uint32_t strata[FILTERS] = {4, 6, 8};
     static double lights[32 * 32][3];
     struct plan plan;
@@ -161,14 +154,4 @@ static void energy_is_kept(void **state)
         picture_fini(&picture);
         patch_destroy(&patch);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(error_falls),
-        cmocka_unit_test(blend_errs_little),
-        cmocka_unit_test(energy_is_kept),
-    };
-    return cmocka_run_group_tests_name("indirect_error", tests, truth_init, NULL);
 }

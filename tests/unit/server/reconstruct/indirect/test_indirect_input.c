@@ -1,19 +1,12 @@
 /* Odd input of the axis-aligned filters of indirect light: pictures of one pixel, all that a film
  * can hold, and what is refused. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/random.h"
 #include "tests/unit/server/reconstruct/indirect/indirect_picture.h"
+#include "tests/unit/unit.h"
 
 /* One pixel, one row, one column; nothing met anywhere, everything met at once. */
-static void small_pictures(void **state)
+TEST(small_pictures)
 {
-    (void)state;
     static const int32_t sizes[][2] = {{1, 1}, {1, 700}, {700, 1}, {3, 2}, {17, 33}};
     static const float reflectors[] = {0.0f, 1e-30f, 1.0f, REFLECTOR_NONE * 2.0f};
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
@@ -46,9 +39,8 @@ static float wild(struct random *r, float least, float most)
 }
 
 /* Whatever a film can hold comes out finite and not negative. */
-static void all_stays_finite(void **state)
+TEST(all_stays_finite)
 {
-    (void)state;
     struct random r = {5};
     struct plan plan;
     struct patch *patch = plane_patch(&plan, 60, 50, 3.0f, 1.0f);
@@ -81,9 +73,8 @@ static void all_stays_finite(void **state)
     patch_destroy(&patch);
 }
 
-static void refuses(void **state)
+TEST(refuses)
 {
-    (void)state;
     struct plan plan;
     struct patch *patch = plane_patch(&plan, 20, 10, 3.0f, 1.0f);
     struct indirect_statistics statistics = {0};
@@ -109,14 +100,4 @@ static void refuses(void **state)
     assert_int_equal(indirect_filter(&plan, patch, all, 3, in, p.channel, NULL, &statistics), 0);
     picture_fini(&p);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(small_pictures),
-        cmocka_unit_test(all_stays_finite),
-        cmocka_unit_test(refuses),
-    };
-    return cmocka_run_group_tests_name("indirect_input", tests, NULL, NULL);
 }

@@ -1,13 +1,7 @@
 /* What the axis-aligned filters of indirect light keep exactly, and that nothing hangs on how a
  * picture is cut or on the unit of length. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/server/reconstruct/indirect/indirect_picture.h"
+#include "tests/unit/unit.h"
 
 /* The samples of `rect` cut out of a larger patch. */
 static struct patch *cut_patch(const struct plan *plan, const struct patch *from, struct rect rect)
@@ -42,9 +36,8 @@ static void assert_same_pixels(const struct picture *a, const struct patch *whol
 
 /* Cuts of any size into blocks, and patches that hold no more than a block and its halo, give the
  * same bits. */
-static void cuts_do_not_show(void **state)
+TEST(cuts_do_not_show)
 {
-    (void)state;
     static const int32_t sides[] = {16, 64, 128};
     const struct rect all = {0, 0, 150, 150};
     struct plan plan;
@@ -78,9 +71,8 @@ static void cuts_do_not_show(void **state)
     patch_destroy(&patch);
 }
 
-static void constants_stay(void **state)
+TEST(constants_stay)
 {
-    (void)state;
     static const float constants[3] = {0.1f, 65504.0f, 3e-6f};
     const struct rect all = {0, 0, 100, 100};
     struct plan plan;
@@ -108,9 +100,8 @@ static void constants_stay(void **state)
 
 /* Rule B keeps what is linear on a plane, up to the picture's border and to rounding; rule A is
  * drawn inwards there. Measured: 2e-7 and 0.06. */
-static void lines_stay_straight(void **state)
+TEST(lines_stay_straight)
 {
-    (void)state;
     struct plan plan;
     struct patch *patch = plane_patch(&plan, 90, 80, 5.0f, REFLECTOR_NONE * 2.0f);
     float worst[2] = {0};
@@ -135,9 +126,8 @@ static void lines_stay_straight(void **state)
 
 /* Walls that meet at right angles, and pixels where nothing was measured, lend each other nothing.
  */
-static void surfaces_stay_apart(void **state)
+TEST(surfaces_stay_apart)
 {
-    (void)state;
     const struct rect all = {0, 0, 128, 128};
     struct plan plan;
     room_plan(&plan, 128, INDIRECT_FILTER_CONSTANT, 2);
@@ -169,9 +159,8 @@ static void surfaces_stay_apart(void **state)
 }
 
 /* Lengths may be in any unit. */
-static void nothing_hangs_on_the_unit(void **state)
+TEST(nothing_hangs_on_the_unit)
 {
-    (void)state;
     const struct rect all = {0, 0, 96, 96};
     struct plan plan;
     room_plan(&plan, 96, INDIRECT_FILTER_CONSTANT, 3);
@@ -202,9 +191,8 @@ static void nothing_hangs_on_the_unit(void **state)
     patch_destroy(&patch);
 }
 
-static void plain_average(void **state)
+TEST(plain_average)
 {
-    (void)state;
     struct plan plan;
     struct patch *patch = plane_patch(&plan, 20, 10, 3.0f, 1.0f);
     struct picture picture;
@@ -219,14 +207,4 @@ static void plain_average(void **state)
     assert_int_equal(picture.statistics.pixels_filtered, 0);
     picture_fini(&picture);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cuts_do_not_show),          cmocka_unit_test(constants_stay),
-        cmocka_unit_test(lines_stay_straight),       cmocka_unit_test(surfaces_stay_apart),
-        cmocka_unit_test(nothing_hangs_on_the_unit), cmocka_unit_test(plain_average),
-    };
-    return cmocka_run_group_tests_name("indirect_invariants", tests, NULL, NULL);
 }

@@ -1,18 +1,12 @@
 /* Indirect light of pixels that have no neighbours of their surface: a board of facets, each a
  * pixel wide, that face eight ways. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
 #include "server/reconstruct/indirect/indirect.h"
 #include "tests/random.h"
 #include "tests/unit/server/reconstruct/indirect/indirect_scene.h"
+#include "tests/unit/unit.h"
 
 enum { SIDE = 120, FIRST = 52, END = 68, AREA = SIDE * SIDE };
 
@@ -103,10 +97,9 @@ static float error_with(uint32_t light, uint32_t strata, float noise, uint64_t *
 }
 
 /* Under a lens their noise goes; under a pinhole nothing looks at a window. */
-static void noise_goes(void **state)
+TEST(noise_goes)
 {
     uint64_t lone;
-    (void)state;
     const float noise = error_with(LENS_LIGHT_OWN, 3, 4.0f, &lone);
     assert_int_equal(lone, 0);
     const float left = error_with(LENS_LIGHT_SKY, 3, 4.0f, &lone);
@@ -117,10 +110,9 @@ static void noise_goes(void **state)
 }
 
 /* What others bring fades, and is gone when a surface's own rays are enough. */
-static void bias_goes(void **state)
+TEST(bias_goes)
 {
     uint64_t lone;
-    (void)state;
     const float few = error_with(LENS_LIGHT_SKY, 1, 0.0f, &lone);
     const float more = error_with(LENS_LIGHT_SKY, 3, 0.0f, &lone);
     const float many = error_with(LENS_LIGHT_SKY, 8, 0.0f, &lone);
@@ -130,10 +122,9 @@ static void bias_goes(void **state)
 }
 
 /* A plane's pixels are not alone: filters follow it, and nothing else happens. */
-static void planes_are_left_alone(void **state)
+TEST(planes_are_left_alone)
 {
     struct board own, lens;
-    (void)state;
     board_init(&own, LENS_LIGHT_OWN, 3, true, 4.0f);
     board_init(&lens, LENS_LIGHT_SKY, 3, true, 4.0f);
     assert_int_equal(lens.statistics.pixels_lone, 0);
@@ -143,10 +134,9 @@ static void planes_are_left_alone(void **state)
 }
 
 /* A constant stays what it is, to rounding. */
-static void windows_keep_constants(void **state)
+TEST(windows_keep_constants)
 {
     struct board b;
-    (void)state;
     board_init(&b, LENS_LIGHT_INDIRECT, 3, false, 0.0f);
     for (size_t i = 0; i < AREA; i++) b.patch->indirect[0][i] = 0.75f;
     const float *const in[3] = {b.patch->indirect[0], b.patch->indirect[0], b.patch->indirect[0]};
@@ -156,15 +146,4 @@ static void windows_keep_constants(void **state)
         for (int32_t x = FIRST; x < END; x++)
             assert_true(fabsf(b.out[2][y * SIDE + x] - 0.75f) < 1e-6f);
     board_fini(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(noise_goes),
-        cmocka_unit_test(bias_goes),
-        cmocka_unit_test(planes_are_left_alone),
-        cmocka_unit_test(windows_keep_constants),
-    };
-    return cmocka_run_group_tests_name("indirect_lone", tests, NULL, NULL);
 }

@@ -1,19 +1,14 @@
 /* Widths and rates of adaptive sampling: at values computed by hand, at their bounds, and over
  * patches of formulas. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect.h"
 #include "server/reconstruct/indirect/indirect_rate.h"
 #include "server/reconstruct/indirect/indirect_width.h"
+#include "tests/unit/unit.h"
 
 static void near(float value, double expected)
 {
@@ -22,10 +17,9 @@ static void near(float value, double expected)
 }
 
 /* Equations 15 and 16: 2 z / (2.8 mu), and no less than 2 d / (3 mu). */
-static void widths_are_the_papers(void **state)
+TEST(widths_are_the_papers)
 {
     const struct indirect_bandlimit band = indirect_bandlimit_lambert();
-    (void)state;
     near(indirect_rate_width(&band, 1.0f, &(struct indirect_span){1.4f, 2.0f, 0.01f}), 1.0);
     near(indirect_rate_width(&band, 2.0f, &(struct indirect_span){1.4f, 2.0f, 0.01f}), 0.5);
     near(indirect_rate_width(&band, 1.0f, &(struct indirect_span){0.0014f, 2.0f, 0.3f}), 0.2);
@@ -35,10 +29,9 @@ static void widths_are_the_papers(void **state)
 }
 
 /* Equation 21 by hand: gamma (mu 2.8 d / z + 0.3)^2 2.8^2 (1 + mu z_far / z)^2. */
-static void rates_are_the_papers(void **state)
+TEST(rates_are_the_papers)
 {
     const struct indirect_bandlimit band = indirect_bandlimit_lambert();
-    (void)state;
     /* 0.4 (0.28 + 0.3)^2 7.84 (1 + 4)^2 */
     near(indirect_rate_rays(&band, 1.0f, &(struct indirect_span){1.0f, 4.0f, 0.1f}), 26.37376);
     /* 0.4 (0.56 + 0.3)^2 7.84 (1 + 8)^2 */
@@ -53,9 +46,8 @@ static void rates_are_the_papers(void **state)
                 INFINITY);
 }
 
-static void bandlimits_are_those_of_surfaces(void **state)
+TEST(bandlimits_are_those_of_surfaces)
 {
-    (void)state;
     const struct indirect_bandlimit lambert = indirect_bandlimit_lambert();
     near(lambert.omega, 2.8);
     near(lambert.gamma, 0.4);
@@ -80,9 +72,8 @@ static void bandlimits_are_those_of_surfaces(void **state)
 }
 
 /* Of GGX's facets: m = 2 / alpha^2 - 2, along the fit up to 50, then as lobes narrow. */
-static void facets_have_exponents(void **state)
+TEST(facets_have_exponents)
 {
-    (void)state;
     static const float exponents[] = {4, 20, 49.9f};
     for (size_t k = 0; k < sizeof exponents / sizeof *exponents; k++) {
         const float alpha = sqrtf(2.0f / (exponents[k] + 2.0f));
@@ -105,7 +96,7 @@ static void facets_have_exponents(void **state)
     assert_true(indirect_bandlimit_facets(0.0f).omega < INFINITY);
 }
 
-static void sides_are_what_is_left_in_squares(void **state)
+TEST(sides_are_what_is_left_in_squares)
 {
     static const struct {
         float rays;
@@ -117,7 +108,6 @@ static void sides_are_what_is_left_in_squares(void **state)
         {1e9f, 17, 1},   {1e9f, 20, 2},       {1e9f, LIMIT_SPP, 255}, {70000, LIMIT_SPP, 255},
         {NAN, 100, 0},   {INFINITY, 116, 10}, {-5, 100, 0},
     };
-    (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
         assert_int_equal(indirect_rate_side(cases[k].rays, 16, cases[k].most), cases[k].side);
 }
@@ -167,9 +157,8 @@ static uint8_t side_at(const uint8_t *sides, int x, int y)
 }
 
 /* 8 px at 512 lines are 0.25 px of 0.125 here: far below these distances. */
-static void patches_ask_for_rays(void **state)
+TEST(patches_ask_for_rays)
 {
-    (void)state;
     static const float units[] = {1.0f, 1e-4f, 1e5f};
     for (int k = 0; k < 3; k++) {
         struct plan plan;
@@ -201,13 +190,12 @@ static void patches_ask_for_rays(void **state)
 
 /* Each lobe asks by its own roughness and by how far it sees, whatever bounce rays met; pixels
  * without one do not. */
-static void lobes_ask_for_rays(void **state)
+TEST(lobes_ask_for_rays)
 {
     struct plan plan;
     struct patch *patch;
     uint8_t sides[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
-    (void)state;
     floor_plan(&plan, 1.0f);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
     plan.rate.rays_most = 4096;
@@ -244,7 +232,7 @@ static void lobes_ask_for_rays(void **state)
 
 /* Equation 21 asks for 0.4 0.09 7.84 (1 + mu)^2 rays and little more of what sees a parallel
  * reflector far away. */
-static void rays_grow_with_mu_everywhere(void **state)
+TEST(rays_grow_with_mu_everywhere)
 {
     static const struct {
         float mu;
@@ -254,7 +242,6 @@ static void rays_grow_with_mu_everywhere(void **state)
     struct patch *patch;
     uint8_t sides[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
-    (void)state;
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1e4f, 1e4f, &patch);
     plan.rate.rays_most = 4096;
@@ -266,13 +253,12 @@ static void rays_grow_with_mu_everywhere(void **state)
     patch_destroy(&patch);
 }
 
-static void what_meets_nothing_asks_for_nothing(void **state)
+TEST(what_meets_nothing_asks_for_nothing)
 {
     struct plan plan;
     struct patch *patch;
     uint8_t sides[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
-    (void)state;
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, REFLECTOR_NONE, 0.0f, &patch);
     memset(sides, 7, sizeof sides);
@@ -297,13 +283,12 @@ static void what_meets_nothing_asks_for_nothing(void **state)
     patch_destroy(&patch);
 }
 
-static void one_pixel_is_a_frame(void **state)
+TEST(one_pixel_is_a_frame)
 {
     struct plan plan;
     struct patch *patch;
     struct indirect_statistics statistics = {0};
     uint8_t side = 99;
-    (void)state;
     floor_plan(&plan, 1.0f);
     plan.width_px = plan.height_px = 1;
     floor_patch(&plan, 1.0f, 4.0f, &patch);
@@ -319,9 +304,8 @@ static void one_pixel_is_a_frame(void **state)
 }
 
 /* The filter takes its widths from the first set's distances: the paper's, cut at the cap. */
-static void filters_are_as_wide(void **state)
+TEST(filters_are_as_wide)
 {
-    (void)state;
     static const float mus[] = {0.5f, 1.0f, 3.0f, 20.0f};
     for (int k = 0; k < 4; k++) {
         struct plan plan;
@@ -356,22 +340,4 @@ static void filters_are_as_wide(void **state)
             patch_destroy(&patch);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(widths_are_the_papers),
-        cmocka_unit_test(rates_are_the_papers),
-        cmocka_unit_test(bandlimits_are_those_of_surfaces),
-        cmocka_unit_test(facets_have_exponents),
-        cmocka_unit_test(lobes_ask_for_rays),
-        cmocka_unit_test(sides_are_what_is_left_in_squares),
-        cmocka_unit_test(patches_ask_for_rays),
-        cmocka_unit_test(rays_grow_with_mu_everywhere),
-        cmocka_unit_test(what_meets_nothing_asks_for_nothing),
-        cmocka_unit_test(one_pixel_is_a_frame),
-        cmocka_unit_test(filters_are_as_wide),
-    };
-    return cmocka_run_group_tests_name("indirect_rate", tests, NULL, NULL);
 }

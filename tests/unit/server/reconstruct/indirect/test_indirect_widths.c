@@ -1,19 +1,12 @@
 /* Widths of the axis-aligned filters of indirect light: by distance, by noise, within their halo.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/random.h"
 #include "tests/unit/server/reconstruct/indirect/indirect_picture.h"
+#include "tests/unit/unit.h"
 
 /* Far reflectors: the cap; near ones: what they allow; mu multiplies both. */
-static void widths(void **state)
+TEST(widths)
 {
-    (void)state;
     struct plan plan;
     struct patch *patch = plane_patch(&plan, 512, 512, 5.0f, REFLECTOR_NONE * 2.0f);
     const size_t centre = 256 * 512 + 256;
@@ -58,9 +51,8 @@ static void blend_widths(const struct plan *plan, const struct patch *patch, int
 /* Where there is nothing but noise, independent or blue, the blend stands near its widest, twice
  * rule B's; where light changes, noise or none, near its finest, half of rule B's. Measured, over
  * rule B: 1.99 and 1.98 (least 1.71), 0.61 and 0.64. */
-static void widths_follow_noise(void **state)
+TEST(widths_follow_noise)
 {
-    (void)state;
     struct plan plan;
     struct random r = {11};
     struct patch *patch = plane_patch(&plan, 200, 200, 5.0f, REFLECTOR_NONE * 2.0f);
@@ -92,9 +84,8 @@ static void widths_follow_noise(void **state)
     patch_destroy(&patch);
 }
 
-static void halo_is_bounded(void **state)
+TEST(halo_is_bounded)
 {
-    (void)state;
     struct plan plan;
     room_plan(&plan, LINES, INDIRECT_FILTER_NONE, 4);
     assert_int_equal(indirect_halo_px(&plan), 0);
@@ -111,14 +102,4 @@ static void halo_is_bounded(void **state)
             }
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(widths),
-        cmocka_unit_test(widths_follow_noise),
-        cmocka_unit_test(halo_is_bounded),
-    };
-    return cmocka_run_group_tests_name("indirect_widths", tests, NULL, NULL);
 }

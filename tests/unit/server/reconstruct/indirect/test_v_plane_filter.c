@@ -1,6 +1,7 @@
 /* The sheared filter of indirect light: against brute force, the plain average and filtering
  * without shear on scenes of formulas; constants; cuts; odd pictures and odd numbers. */
 #include "tests/unit/server/reconstruct/indirect/v_plane_accuracy.h"
+#include "tests/unit/unit.h"
 
 #define LINES 512
 
@@ -46,9 +47,8 @@ static struct errors measure(struct rect rect, uint32_t l, int32_t stride)
  * these heights, times less error than without shear: 18.5, 7.8, 1.5, 1.03; times brute force's:
  * 1.01, .99, 1.00, 1.01; 15 to 20 times less than plain. The bounds hold that with up to a third to
  * spare; no figure of a paper stands behind them. */
-static void near_reflector(void **state)
+TEST(near_reflector)
 {
-    (void)state;
     static const struct {
         float height;
         double wins, loses; /* against no shear, against brute force */
@@ -66,9 +66,8 @@ static void near_reflector(void **state)
 /* Among things at all heights: the factored passes cost next to nothing in quality. Measured at 9
  * and 16 samples: sheared .0338 and .0274, brute force .0334 and .0276, plain .83 and .59; without
  * shear .0297 and .0273: it wins nothing here. */
-static void room(void **state)
+TEST(room)
 {
-    (void)state;
     const struct rect crop = {250, 340, 346, 436};
     v_plane_scene_init(&scene, V_PLANE_ROOM, LINES, LINES);
     for (uint32_t l = 3; l <= 4; l++) {
@@ -79,9 +78,8 @@ static void room(void **state)
 }
 
 /* More samples, less error. */
-static void error_falls(void **state)
+TEST(error_falls)
 {
-    (void)state;
     static const uint32_t strata[] = {2, 3, 4, 6, 8, 16};
     const struct rect crop = {250, 340, 314, 404};
     double last = 1.0;
@@ -110,9 +108,8 @@ static void set_radiance(struct patch *patch, uint32_t l, const float radiance[3
 }
 
 /* A furnace is exactly 1, whatever the distances; other constants are to rounding. */
-static void constants_stay(void **state)
+TEST(constants_stay)
 {
-    (void)state;
     const struct rect crop = {180, 300, 260, 360};
     v_plane_scene_init(&scene, V_PLANE_ROOM, LINES, LINES);
     for (uint32_t l = 1; l <= 16; l += l < 5 ? 1 : 11) {
@@ -165,9 +162,8 @@ static void assert_same(const struct v_plane_picture *whole, const struct v_plan
 }
 
 /* Any cut into blocks, with no more around them than the halo, gives the same bytes. */
-static void cuts_do_not_show(void **state)
+TEST(cuts_do_not_show)
 {
-    (void)state;
     const struct rect all = {0, 0, 150, 120};
     v_plane_scene_init(&scene, V_PLANE_ROOM, 150, 120);
     struct patch *patch = v_plane_patch(&scene, all, 3);
@@ -201,9 +197,8 @@ static void check_range(const struct patch *patch, float most)
     picture_fini(&p);
 }
 
-static void odd_pictures(void **state)
+TEST(odd_pictures)
 {
-    (void)state;
     static const int32_t sides[][2] = {{1, 1}, {1, 90}, {90, 1}, {2, 3}, {200, 2}};
     for (size_t i = 0; i < 10; i++) {
         const int32_t *side = sides[i % 5];
@@ -216,9 +211,8 @@ static void odd_pictures(void **state)
 }
 
 /* Misses that bring light have no height: no shear, and as wide as it gets. */
-static void all_misses(void **state)
+TEST(all_misses)
 {
-    (void)state;
     const struct rect all = {200, 200, 260, 240};
     float width[60 * 40];
     v_plane_scene_init(&scene, V_PLANE_CHECKER, LINES, LINES);
@@ -246,9 +240,8 @@ static float wild(struct random *r)
 }
 
 /* Whatever a patch can hold. */
-static void all_stays_finite(void **state)
+TEST(all_stays_finite)
 {
-    (void)state;
     struct random r = {5};
     for (int turn = 0; turn < 24; turn++) {
         const struct rect all = {0, 0, 70, 50};
@@ -279,9 +272,8 @@ static void all_stays_finite(void **state)
 }
 
 /* Slopes of a ceiling are its height's inverse; widths follow the plan's factor. */
-static void slopes(void **state)
+TEST(slopes)
 {
-    (void)state;
     const struct rect all = {200, 200, 300, 300}, inner = rect_grow(all, -40);
     v_plane_scene_init(&scene, V_PLANE_CHECKER, LINES, LINES);
     struct patch *patch = v_plane_patch(&scene, all, 4);
@@ -306,9 +298,8 @@ static void slopes(void **state)
 }
 
 /* The kernels' directions are those of proto/v_plane.h. */
-static void directions(void **state)
+TEST(directions)
 {
-    (void)state;
     enum { COUNT = 1000 };
     static float u[COUNT], v[COUNT], arrays[3][16 * COUNT];
     for (uint32_t l = 1; l <= 16; l += 5) {
@@ -332,9 +323,8 @@ static void directions(void **state)
 }
 
 /* Bad requests are refused; what was not traced is skipped and reads 0; counters add up. */
-static void counters(void **state)
+TEST(counters)
 {
-    (void)state;
     const struct rect all = {0, 0, 96, 96};
     struct indirect_statistics statistics = {0};
     v_plane_scene_init(&scene, V_PLANE_ROOM, 96, 96);
@@ -360,17 +350,4 @@ static void counters(void **state)
     assert_int_equal(v_plane_halo_px(&scene.plan), 0);
     picture_fini(&p);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(near_reflector),   cmocka_unit_test(room),
-        cmocka_unit_test(error_falls),      cmocka_unit_test(constants_stay),
-        cmocka_unit_test(cuts_do_not_show), cmocka_unit_test(odd_pictures),
-        cmocka_unit_test(all_misses),       cmocka_unit_test(all_stays_finite),
-        cmocka_unit_test(slopes),           cmocka_unit_test(directions),
-        cmocka_unit_test(counters),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,8 @@
 /* The sheared filter's kernels of every instruction set give the reference's bits, those of SSE4.2
  * nearly. A longer form, with times, is make check-kernels. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/kernel/kernel_tests.h"
 #include "tests/kernel/kernel_v_plane.h"
+#include "tests/unit/unit.h"
 
 static void compare(const struct v_plane_kernels *tested)
 {
@@ -24,9 +18,8 @@ static void compare(const struct v_plane_kernels *tested)
 }
 
 /* What a pixel's columns add up to does not depend on those beside it. */
-static void each_by_itself(void **state)
+TEST(each_by_itself)
 {
-    (void)state;
     struct v_plane_case k;
     v_plane_case_init(&k, 4, 23, 6, true);
     const size_t size = v_plane_case_output(&k);
@@ -48,18 +41,7 @@ static void each_by_itself(void **state)
 KERNEL_TESTS(v_plane, compare)
 
 /* Those for SSE4.2 round products, too. */
-static void so_does_rounding_twice(void **state)
+TEST(so_does_rounding_twice)
 {
-    (void)state;
     compare(&v_plane_kernels_sse42);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        KERNEL_TESTS_OF_ALL,
-        cmocka_unit_test(so_does_rounding_twice),
-        cmocka_unit_test(each_by_itself),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,10 @@
 #pragma once
 /* The sheared filter's error on scenes of formulas, and brute-force 4D filtering as the truth for
  * its factorisation. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/reconstruct/indirect/v_plane_filter.h"
 #include "server/reconstruct/indirect/v_plane_slopes.h"
 #include "tests/unit/server/reconstruct/indirect/v_plane_scene.h"
+#include "tests/unit/unit.h"
 
 #define TRUTH_SIDE 48 /* 2304 samples */
 

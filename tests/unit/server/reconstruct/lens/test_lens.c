@@ -1,12 +1,6 @@
 /* What the filters of lens samples must do whatever they are given. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
+#include "tests/unit/unit.h"
 
 #define AREA ((size_t)LENS_SIDE * LENS_SIDE)
 
@@ -25,9 +19,8 @@ static void scatter_slopes(struct lens_picture *p, uint32_t l)
     }
 }
 
-static void constants_stay(void **state)
+TEST(constants_stay)
 {
-    (void)state;
     static const float values[] = {1.0f, 0.0f, 0.25f, 4096.0f, 0.3f, 1e-4f, 1e5f};
     for (uint32_t l = 1; l <= 4; l += 3) {
         struct lens_picture p;
@@ -54,9 +47,8 @@ static void constants_stay(void **state)
 }
 
 /* Any slopes, any light, no pixel that is not finite or that lies outside of what samples are. */
-static void results_lie_among_samples(void **state)
+TEST(results_lie_among_samples)
 {
-    (void)state;
     struct lens_picture p;
     lens_picture_create(LENS_LAMPS, 3, 0, &p);
     scatter_slopes(&p, 3);
@@ -71,9 +63,8 @@ static void results_lie_among_samples(void **state)
 }
 
 /* The filter adds up squares. */
-static void the_brightest_samples_stay_finite(void **state)
+TEST(the_brightest_samples_stay_finite)
 {
-    (void)state;
     struct lens_picture p;
     lens_picture_create(LENS_LAMPS, 3, 0, &p);
     scatter_slopes(&p, 3);
@@ -89,9 +80,8 @@ static void the_brightest_samples_stay_finite(void **state)
 }
 
 /* Light of another unit gives the same picture in that unit. */
-static void scale_is_of_no_account(void **state)
+TEST(scale_is_of_no_account)
 {
-    (void)state;
     static const float scales[] = {0x1p-13f, 0x1p17f};
     struct lens_picture p;
     lens_picture_create(LENS_FENCE, 3, 0, &p);
@@ -109,9 +99,8 @@ static void scale_is_of_no_account(void **state)
     lens_picture_destroy(&p);
 }
 
-static void what_is_in_focus_is_averaged(void **state)
+TEST(what_is_in_focus_is_averaged)
 {
-    (void)state;
     struct lens_picture p;
     lens_picture_create(LENS_FENCE, 2, 0, &p);
     for (size_t i = 0; i < 4 * AREA; i++) p.patch.lens_slope[i] = i % 2 ? 0.2f : -0.29f;
@@ -130,9 +119,8 @@ static void what_is_in_focus_is_averaged(void **state)
 }
 
 /* Rays that meet nothing bring nothing, and so does the picture. */
-static void nothing_is_black(void **state)
+TEST(nothing_is_black)
 {
-    (void)state;
     struct lens_picture p;
     lens_picture_create(LENS_FENCE, 3, 0, &p);
     memset(p.patch.lens_radiance, 0, 27 * AREA * sizeof(float));
@@ -183,9 +171,8 @@ static void compare_block(const struct lens_picture *p, struct rect inner)
     free(patch.lens_slope);
 }
 
-static void blocks_do_not_matter(void **state)
+TEST(blocks_do_not_matter)
 {
-    (void)state;
     static const struct rect blocks[] = {
         {0, 0, 16, 16}, {16, 0, 48, 32}, {33, 47, 34, 48}, {1, 50, 96, 57}, {70, 71, 96, 96}};
     static const uint32_t strata[] = {2, 3, 6};
@@ -203,9 +190,8 @@ static void blocks_do_not_matter(void **state)
         }
 }
 
-static void one_pixel_is_its_average(void **state)
+TEST(one_pixel_is_its_average)
 {
-    (void)state;
     struct lens_picture p;
     struct lens_statistics statistics = {0};
     lens_picture_create(LENS_LAMPS, 3, 6, &p);
@@ -223,9 +209,8 @@ static void one_pixel_is_its_average(void **state)
 }
 
 /* A lamp far out of focus shows the aperture's shape, evenly lit and the right way up. */
-static void lamps_show_the_aperture(void **state)
+TEST(lamps_show_the_aperture)
 {
-    (void)state;
     const float slope = -15.0f, at = 0.5f * LENS_SIDE;
     struct lens_picture p;
     struct lens_statistics statistics;
@@ -271,9 +256,8 @@ static void lamps_show_the_aperture(void **state)
 }
 
 /* Nothing in focus shines beyond its edge, nor does what is behind shine through: no halo. */
-static void edges_in_focus_have_no_halo(void **state)
+TEST(edges_in_focus_have_no_halo)
 {
-    (void)state;
     struct lens_picture p;
     struct lens_statistics statistics;
     lens_picture_create(LENS_FENCE, 3, 0, &p);
@@ -295,9 +279,8 @@ static void edges_in_focus_have_no_halo(void **state)
 
 /* The mirror image of a lamp lies elsewhere than the mirror, and may be in focus where that is not
  * quite: all samples of a pixel agree on it. What one sample alone has met is spread as ever. */
-static void mirror_images_stay_sharp(void **state)
+TEST(mirror_images_stay_sharp)
 {
-    (void)state;
     const size_t lamp = (size_t)48 * LENS_SIDE + 48, stray = (size_t)20 * LENS_SIDE + 20;
     struct lens_picture p;
     struct lens_statistics statistics;
@@ -340,9 +323,8 @@ static double fence_energy(uint32_t l, uint32_t seed, uint32_t filter, bool beyo
     return sum;
 }
 
-static void silhouettes_keep_their_energy(void **state)
+TEST(silhouettes_keep_their_energy)
 {
-    (void)state;
     static const double most[] = {0.02, 0.01, 0.005};
     for (int beyond = 0; beyond < 2; beyond++) {
         const double reference = fence_energy(16, 5, LENS_FILTER_NONE, beyond);
@@ -357,9 +339,8 @@ static void silhouettes_keep_their_energy(void **state)
     }
 }
 
-static void refuses(void **state)
+TEST(refuses)
 {
-    (void)state;
     struct lens_picture p;
     struct lens_statistics statistics;
     lens_picture_create(LENS_FENCE, 2, 0, &p);
@@ -376,34 +357,12 @@ static void refuses(void **state)
     lens_picture_destroy(&p);
 }
 
-static void halos_hang_on_the_plan_alone(void **state)
+TEST(halos_hang_on_the_plan_alone)
 {
-    (void)state;
     struct plan plan = {.lens_strata_per_axis = 3, .lens_filter = LENS_FILTER_NONE};
     assert_int_equal(lens_halo_px(&plan), 0);
     plan.lens_filter = LENS_FILTER_AXIS_ALIGNED;
     assert_int_equal(lens_halo_px(&plan), 16);
     plan.lens_filter = LENS_FILTER_SHEARED;
     assert_true(lens_halo_px(&plan) > 48 && lens_halo_px(&plan) < 80);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(constants_stay),
-        cmocka_unit_test(results_lie_among_samples),
-        cmocka_unit_test(the_brightest_samples_stay_finite),
-        cmocka_unit_test(scale_is_of_no_account),
-        cmocka_unit_test(what_is_in_focus_is_averaged),
-        cmocka_unit_test(nothing_is_black),
-        cmocka_unit_test(blocks_do_not_matter),
-        cmocka_unit_test(one_pixel_is_its_average),
-        cmocka_unit_test(lamps_show_the_aperture),
-        cmocka_unit_test(edges_in_focus_have_no_halo),
-        cmocka_unit_test(mirror_images_stay_sharp),
-        cmocka_unit_test(silhouettes_keep_their_energy),
-        cmocka_unit_test(refuses),
-        cmocka_unit_test(halos_hang_on_the_plan_alone),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,10 @@
 /* Errors of the filters of lens samples against dense averages: how much lower than those of the
  * plain average of the same samples, and lower with every sample. Prints a table. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <stdio.h>
 
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
+#include "tests/unit/unit.h"
 
 static const uint32_t strata[] = {2, 3, 4, 8, 16};
 #define COUNTS (sizeof strata / sizeof *strata)
@@ -60,24 +55,21 @@ static void check_scene(enum lens_scene scene, uint32_t blades, size_t counts)
     free(reference);
 }
 
-static void errors_fall(void **state)
+TEST(errors_fall)
 {
-    (void)state;
     for (int scene = 0; scene < LENS_SCENES; scene++)
         check_scene((enum lens_scene)scene, 0, COUNTS);
 }
 
-static void errors_fall_under_blades(void **state)
+TEST(errors_fall_under_blades)
 {
-    (void)state;
     check_scene(LENS_LAMPS, 5, COUNTS - 1);
     check_scene(LENS_FENCE, 6, COUNTS - 1);
 }
 
 /* Slopes of the wrong sign, or of none, do not say where samples go. */
-static void signs_matter(void **state)
+TEST(signs_matter)
 {
-    (void)state;
     float *reference = lens_reference(LENS_PLANES, 3);
     const size_t count = 9 * (size_t)LENS_SIDE * LENS_SIDE;
     struct lens_picture p;
@@ -97,9 +89,8 @@ static void signs_matter(void **state)
 }
 
 /* Cells lose nothing against samples by themselves. */
-static void factored_is_what_it_stands_for(void **state)
+TEST(factored_is_what_it_stands_for)
 {
-    (void)state;
     float *reference = lens_reference(LENS_PLANES, 6);
     struct lens_picture p;
     lens_picture_create(LENS_PLANES, 3, 6, &p);
@@ -165,23 +156,10 @@ static double most_off(float slope, float behind)
 
 /* Means over seeds keep silhouettes where they are: cells on the lines between quarters of the lens
  * count once, in front as for what is behind. (2.9 % where they do not.) */
-static void silhouettes_do_not_move(void **state)
+TEST(silhouettes_do_not_move)
 {
-    (void)state;
     const double focus = most_off(5.0f, 0.0f), behind = most_off(5.0f, -3.0f);
     print_message("beside a slat: off by %.2f %% before what is in focus, %.2f %% before others\n",
                   100.0 * focus, 100.0 * behind);
     assert_true(focus < 0.01 && behind < 0.01);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(errors_fall),
-        cmocka_unit_test(errors_fall_under_blades),
-        cmocka_unit_test(signs_matter),
-        cmocka_unit_test(factored_is_what_it_stands_for),
-        cmocka_unit_test(silhouettes_do_not_move),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

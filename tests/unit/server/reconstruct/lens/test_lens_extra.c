@@ -1,13 +1,7 @@
 /* Second sets of paths through the lens: who needs them, and what they do to the picture. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/reconstruct/lens/lens_extra.h"
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
+#include "tests/unit/unit.h"
 
 #define AREA  ((size_t)LENS_SIDE * LENS_SIDE)
 #define PATHS (PLAN_LENS_SIDE * PLAN_LENS_SIDE)
@@ -71,9 +65,8 @@ static uint8_t level_of_quarter(const uint8_t *levels)
     return level;
 }
 
-static void errors_fall(void **state)
+TEST(errors_fall)
 {
-    (void)state;
     static const double gain[LENS_SCENES] = {1.15, 1.04, 0.0, 1.3};
     for (int scene = 0; scene < LENS_SCENES; scene++) {
         if (scene == LENS_LAMPS) continue; /* few of any paths meet one */
@@ -119,9 +112,8 @@ static uint8_t level_in_square(struct extra_picture *p, float slope, float noise
     return levels[36 * LENS_SIDE + 36];
 }
 
-static void levels_tell_of_noise_in_focus(void **state)
+TEST(levels_tell_of_noise_in_focus)
 {
-    (void)state;
     struct extra_picture p;
     create(LENS_FENCE, &p);
     p.first.patch.lens_paths = NULL;
@@ -135,9 +127,8 @@ static void levels_tell_of_noise_in_focus(void **state)
 
 /* Of a second set without noise all counts, of one all noise next to nothing; else nothing moves.
  */
-static void errors_weigh(void **state)
+TEST(errors_weigh)
 {
-    (void)state;
     struct extra_picture p;
     struct lens_statistics statistics;
     create(LENS_FLOOR, &p);
@@ -164,14 +155,4 @@ static void errors_weigh(void **state)
         }
     free(before);
     destroy(&p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(errors_fall),
-        cmocka_unit_test(levels_tell_of_noise_in_focus),
-        cmocka_unit_test(errors_weigh),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

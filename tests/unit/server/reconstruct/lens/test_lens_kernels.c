@@ -1,10 +1,4 @@
 /* The kernels of the filter of lens samples of every instruction set give the reference's bits. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -13,6 +7,7 @@
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/lens/lens_field.h"
 #include "tests/kernel/kernel_tests.h"
+#include "tests/unit/unit.h"
 
 #define STRIDE     96
 #define ROWS       24
@@ -226,9 +221,8 @@ static void compare_layers(const struct lens_kernels *tested, uint32_t seed)
 }
 
 /* Slopes lie in the layers that they are said to lie in. */
-static void layers_cover_all_slopes(void **state)
+TEST(layers_cover_all_slopes)
 {
-    (void)state;
     static const float slopes[] = {0.0f,  -0.0f,  0.99f,  1.0f,     -1.0f,     1.5f,       -1.5f,
                                    23.9f, 24.0f,  -24.0f, -23.9f,   6.0f,      -6.0f,      -5.99f,
                                    11.0f, -17.0f, 1e-30f, 65504.0f, -65504.0f, -0.9999999f};
@@ -256,16 +250,14 @@ static void compare(const struct lens_kernels *tested)
     }
 }
 
-static void reference(void **state)
+TEST(reference)
 {
-    (void)state;
     compare(&lens_kernels_sse42);
 }
 
 /* The reference, computed for one sample after the other. */
-static void samples_lie_at_projections(void **state)
+TEST(samples_lie_at_projections)
 {
-    (void)state;
     enum { HIT = 21 * 30 + 12, OTHER = 18 * 30 + 9, PASSING = 25 * 30 + 13, CELLS = 30 * 40 };
     const float slope[3] = {4.0f, 4.0f, 1.0f}, pass[3] = {5.0f, 5.0f, 5.0f}, along[3] = {0};
     const float left[3] = {0.5f, -0.5f, 0.25f}, chord[3] = {0}, height[3] = {0.25f, -0.5f, 1.0f};
@@ -305,14 +297,3 @@ static void samples_lie_at_projections(void **state)
 }
 
 KERNEL_TESTS(lens, compare)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reference),
-        cmocka_unit_test(layers_cover_all_slopes),
-        cmocka_unit_test(samples_lie_at_projections),
-        KERNEL_TESTS_OF_ALL,
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}

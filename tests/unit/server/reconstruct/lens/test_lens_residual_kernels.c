@@ -1,16 +1,11 @@
 /* The kernels of what is left of the plain average's difference: every instruction set's give the
  * reference's bits, and the reference's are what its header says. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <string.h>
 
 #include "server/reconstruct/lens/lens_residual_kernels.h"
 #include "tests/kernel/kernel_tests.h"
+#include "tests/unit/unit.h"
 
 enum { COUNT = 61, SAMPLES = 9, PLANES = 15 }; /* no multiple of any vector */
 
@@ -70,11 +65,10 @@ static void compare(const struct lens_residual_kernels *tested)
 
 KERNEL_TESTS(lens_residual, compare)
 
-static void averages_are_means_in_order(void **state)
+TEST(averages_are_means_in_order)
 {
     struct numbers n = some(7);
     const struct numbers before = n;
-    (void)state;
     lens_residual_kernels_sse42.average(n.samples, COUNT, SAMPLES, COUNT, n.plane[0], n.plane[14]);
     for (size_t x = 0; x < COUNT; x++) {
         float sum = 0.0f, squares = 0.0f;
@@ -89,7 +83,7 @@ static void averages_are_means_in_order(void **state)
 
 /* One pixel each: more than noise is given, in part; less is not; nobody falls below what is
  * around; what is already beyond that moves to it. */
-static void pixels_get_what_is_not_noise(void **state)
+TEST(pixels_get_what_is_not_noise)
 {
     static const struct {
         float found, noise, mean, there, old, expected;
@@ -99,7 +93,6 @@ static void pixels_get_what_is_not_noise(void **state)
         {4.0f, 0.0f, -2.0f, 8.0f, 5.0f, 5.0f}, {0.0f, 0.0f, 0.0f, 8.0f, 5.0f, 5.0f},
         {4.0f, 0.0f, 2.0f, 8.0f, 9.0f, 10.0f}, {4.0f, 0.0f, 2.0f, 8.0f, 11.0f, 11.0f},
     };
-    (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct numbers n = some(3);
         const struct lens_residual_planes planes = planes_of(&n);
@@ -112,14 +105,4 @@ static void pixels_get_what_is_not_noise(void **state)
         if (!(n.plane[3][0] == cases[k].expected))
             fail_msg("case %zu: %g", k, (double)n.plane[3][0]);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        KERNEL_TESTS_OF_ALL,
-        cmocka_unit_test(averages_are_means_in_order),
-        cmocka_unit_test(pixels_get_what_is_not_noise),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

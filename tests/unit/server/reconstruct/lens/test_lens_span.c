@@ -1,13 +1,8 @@
 /* Where samples of the lens lie is what points of the pattern say of many pixels. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 
 #include "server/reconstruct/lens/lens_span.h"
+#include "tests/unit/unit.h"
 
 #define STEPS  64 /* an axis: jitters, both ends among them */
 #define BEYOND 0.003f
@@ -61,9 +56,8 @@ static void check(const struct plan_camera *camera, uint32_t l)
                        met[j].high[axis]);
 }
 
-static void spans_hold_all_points(void **state)
+TEST(spans_hold_all_points)
 {
-    (void)state;
     static const uint32_t blades[] = {0, 3, 4, 5, 6, 9, LIMIT_LENS_BLADES};
     for (size_t b = 0; b < sizeof blades / sizeof *blades; b++)
         for (int turn = 0; turn < TURNS; turn++)
@@ -71,10 +65,4 @@ static void spans_hold_all_points(void **state)
                 check(&(struct plan_camera){.blade_count = blades[b],
                                             .blade_rotation_rad = 0.3f * (float)turn},
                       l);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(spans_hold_all_points)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,13 +2,6 @@
  * it stands for: every sample's light found by itself, and of each pixel the sum over all samples
  * of the picture around it and of the lens, in four dimensions (lens_brute.h); no cells, no blocks,
  * no rows. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 
@@ -20,6 +13,7 @@
 #include "server/film/film.h"
 #include "server/reconstruct/block.h"
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
+#include "tests/unit/unit.h"
 
 enum { SIDE = 72, TILE = 32, L = 3, N = L * L };
 
@@ -318,10 +312,9 @@ static float twin_of(uint32_t blades, enum twin as)
     return out;
 }
 
-static void frames_are_the_sum_over_picture_and_lens(void **state)
+TEST(frames_are_the_sum_over_picture_and_lens)
 {
     static const uint32_t blades[] = {0, 6};
-    (void)state;
     for (size_t k = 0; k < sizeof blades / sizeof *blades; k++) {
         const float apart = twin_of(blades[k], TWIN);
         print_message("%u blades: %.2f %% apart\n", blades[k], (double)(100.0f * apart));
@@ -330,23 +323,13 @@ static void frames_are_the_sum_over_picture_and_lens(void **state)
 }
 
 /* Light from elsewhere, or samples weighed where their slopes do not take them, would be seen. */
-static void what_is_wrong_is_far_apart(void **state)
+TEST(what_is_wrong_is_far_apart)
 {
     static const char *const names[TWINS] = {"", "light of its pixel", "light of the other side",
                                              "slopes negated"};
-    (void)state;
     for (int as = TWIN + 1; as < TWINS; as++) {
         const float apart = twin_of(0, (enum twin)as);
         print_message("%s: %.2f %% apart\n", names[as], (double)(100.0f * apart));
         assert_true(apart > 2.0f * RMSE_MOST);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(frames_are_the_sum_over_picture_and_lens),
-        cmocka_unit_test(what_is_wrong_is_far_apart),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

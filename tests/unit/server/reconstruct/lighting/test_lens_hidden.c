@@ -1,14 +1,8 @@
 /* Light that samples share which the middle of the lens does not see. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "server/reconstruct/lighting/lens_hidden.h"
+#include "tests/unit/unit.h"
 
 enum { SIDE = 40, EACH = 3 };
 
@@ -96,11 +90,10 @@ static double spread(const struct lens_hidden *h, double *mean)
 }
 
 /* Noise goes, light stays; more samples a pixel share over fewer pixels. */
-static void noise_is_shared(void **state)
+TEST(noise_is_shared)
 {
     static const uint32_t strata[] = {2, 3, 6, 16};
     double last = 0.0;
-    (void)state;
     for (size_t k = 0; k < sizeof strata / sizeof *strata; k++) {
         struct lens_hidden h;
         double mean, left;
@@ -116,12 +109,11 @@ static void noise_is_shared(void **state)
 }
 
 /* Other surfaces in a cell, and beside it, have light of their own. */
-static void surfaces_keep_apart(void **state)
+TEST(surfaces_keep_apart)
 {
     struct lens_hidden h;
     struct placed turned = on_wall(10, 10, 5);
     float rest[3];
-    (void)state;
     assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
     assert_int_equal(add(&h, on_wall(10, 10, 5), 1, 0), 1);
     assert_int_equal(add(&h, on_wall(10, 10, 5.05f), 3, 1), 1);
@@ -141,10 +133,9 @@ static void surfaces_keep_apart(void **state)
 }
 
 /* A cell has room for eight surfaces; who comes later keeps what is his. */
-static void crowds_keep_their_light(void **state)
+TEST(crowds_keep_their_light)
 {
     struct lens_hidden h;
-    (void)state;
     assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
     for (int k = 0; k < 12; k++)
         assert_int_equal(add(&h, on_wall(10, 10, (float)(5 + k)), 1, (size_t)k), k < 8);
@@ -154,11 +145,10 @@ static void crowds_keep_their_light(void **state)
 
 /* Of a surface of few samples, others that face about the same way take part, and pixels beside;
  * the less the more it has of its own. */
-static void others_do_for_few(void **state)
+TEST(others_do_for_few)
 {
     static struct lens_lender lenders[SIDE * SIDE];
     float rest[3], last = 0.0f;
-    (void)state;
     lenders[11 * SIDE + 10] = (struct lens_lender){
         .plane = {0.5f, 0, sqrtf(0.75f)}, .light = {8, 8, 8, 5}, .point = {10, 11, 5}};
     lenders[12 * SIDE + 10] =
@@ -182,12 +172,11 @@ static void others_do_for_few(void **state)
 }
 
 /* What samples send besides is shared by those alone that ask for it, and its mean stays. */
-static void reflections_are_shared(void **state)
+TEST(reflections_are_shared)
 {
     struct lens_hidden h;
     const float zero[3] = {0}, bright[3] = {6, 3, 9};
     float rest[3];
-    (void)state;
     assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
     struct placed p = on_wall(10, 10, 5);
     const struct lens_light_row row = row_of(&p);
@@ -205,11 +194,10 @@ static void reflections_are_shared(void **state)
 }
 
 /* A small bright surface beside a large dim one keeps what it reflects, and so do both together. */
-static void reflections_stay_on_their_surface(void **state)
+TEST(reflections_stay_on_their_surface)
 {
     struct lens_hidden h;
     float light[3], rest[3], sum = 0.0f;
-    (void)state;
     assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
     struct placed dim = on_wall(10, 10, 5), bent = on_wall(10, 10, 5);
     bent.normal[0] = 0.5f;
@@ -231,10 +219,9 @@ static void reflections_stay_on_their_surface(void **state)
 }
 
 /* A sample belongs to the pixel whose middle is nearest, of the four between which it lies. */
-static void samples_belong_to_the_nearest_pixel(void **state)
+TEST(samples_belong_to_the_nearest_pixel)
 {
     struct lens_hidden h;
-    (void)state;
     assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
     for (size_t k = 0; k < 4; k++) {
         struct placed p = on_wall(10, 20, 5);
@@ -244,16 +231,4 @@ static void samples_belong_to_the_nearest_pixel(void **state)
         assert_int_equal(h.first[(20 + k / 2) * SIDE + 10 + k % 2], h.list[k].spot);
     }
     lens_hidden_fini(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(noise_is_shared),
-                                       cmocka_unit_test(surfaces_keep_apart),
-                                       cmocka_unit_test(crowds_keep_their_light),
-                                       cmocka_unit_test(others_do_for_few),
-                                       cmocka_unit_test(reflections_are_shared),
-                                       cmocka_unit_test(reflections_stay_on_their_surface),
-                                       cmocka_unit_test(samples_belong_to_the_nearest_pixel)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,8 @@
 /* Which pixels lend their light to lens samples. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "server/reconstruct/lighting/lens_lend.h"
+#include "tests/unit/unit.h"
 
 /* What lies on a floor at `z`, seen `tilt` off along it where the middle sees the edge of something
  * round, 4 away, whose tangent plane is the ray. */
@@ -44,10 +38,9 @@ static bool lends_at(float z, float tilt, float light[3], float gloss[3])
 }
 
 /* A floor behind a ball whose top is turned like it takes no light from there. */
-static void round_edges_light_nothing_behind_them(void **state)
+TEST(round_edges_light_nothing_behind_them)
 {
     float light[3] = {0}, gloss[3];
-    (void)state;
     assert_true(lends_at(4.0f, 0.0f, light, gloss) && light[2] == 3.0f);
     assert_true(lends_at(4.02f, 0.1f, light, gloss) && light[2] == 3.0f);
     assert_true(!lends_at(8.0f, 0.15f, light, gloss));
@@ -56,21 +49,13 @@ static void round_edges_light_nothing_behind_them(void **state)
 
 /* What lobes see is lent with the same weights, where all four pixels show the surface, and where
  * some do. */
-static void lobes_lend_what_they_see(void **state)
+TEST(lobes_lend_what_they_see)
 {
     static const float tilts[] = {0.0f, 0.1f};
-    (void)state;
     for (int k = 0; k < 2; k++) {
         float light[3], gloss[3] = {0};
         assert_true(lends_at(4.0f + 0.02f * (float)k, tilts[k], light, gloss));
         assert_true(fabsf(gloss[0] - 1.5f) < 1e-5f && fabsf(gloss[1] - 7.0f) < 1e-5f);
         assert_true(fabsf(gloss[2] - 3.5f) < 1e-5f);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(round_edges_light_nothing_behind_them),
-                                       cmocka_unit_test(lobes_lend_what_they_see)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

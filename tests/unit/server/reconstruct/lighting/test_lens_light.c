@@ -1,11 +1,4 @@
 /* Light fields of pixel centres light lens samples. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 
@@ -21,6 +14,7 @@
 #include "server/reconstruct/lens/lens.h"
 #include "server/reconstruct/lens/lens_extra.h"
 #include "server/reconstruct/lighting/lens_light.h"
+#include "tests/unit/unit.h"
 
 enum { SIDE = 200, TILE = 32, L = 3, N = L * L };
 
@@ -153,13 +147,12 @@ static struct image *picture(const struct plan *plan, int32_t block_px,
 
 /* Far from the edge between the walls every sample shows what some pixel's centre does: the mean
  * of an even field is its value at the pixel, and what shines by itself is there, too. */
-static void samples_take_light_from_where_the_middle_sees_their_point(void **state)
+TEST(samples_take_light_from_where_the_middle_sees_their_point)
 {
     static const float colors[] = {3, 2, 1}, albedo[] = {0.5f, 0.5f, 0.25f};
     static const char *const names[] = {"R", "G", "B"};
     struct lens_light_statistics sum;
     struct plan plan;
-    (void)state;
     wall_plan(&plan, LENS_FILTER_NONE);
     struct image *image = picture(&plan, 64, &sum);
     for (int32_t y = 20; y < SIDE - 20; y++)
@@ -180,12 +173,11 @@ static void samples_take_light_from_where_the_middle_sees_their_point(void **sta
 /* The far wall's part that the near one hides from the middle, next to the edge: lit by the samples
  * themselves, which are much brighter here. Nothing else is, but for what lies outside the image.
  */
-static void hidden_points_keep_their_own_light(void **state)
+TEST(hidden_points_keep_their_own_light)
 {
     struct lens_light_statistics sum;
     struct plan plan;
     double hidden = 0.0, open = 0.0;
-    (void)state;
     wall_plan(&plan, LENS_FILTER_NONE);
     struct image *image = picture(&plan, 64, &sum);
     const struct plane *r = image_plane(image, "R");
@@ -200,7 +192,7 @@ static void hidden_points_keep_their_own_light(void **state)
 }
 
 /* No pixel depends on how the image is cut, though light is found for a part around each alone. */
-static void blocks_do_not_show(void **state)
+TEST(blocks_do_not_show)
 {
     static const uint32_t filters[] = {LENS_FILTER_NONE, LENS_FILTER_AXIS_ALIGNED,
                                        LENS_FILTER_SHEARED};
@@ -208,7 +200,6 @@ static void blocks_do_not_show(void **state)
     static const char *const names[] = {"R", "G", "B"};
     struct lens_light_statistics small, large;
     struct plan plan;
-    (void)state;
     for (size_t k = 0; k < 4 * sizeof filters / sizeof filters[0]; k++) {
         wall_plan(&plan, filters[k / 4]);
         plan.camera.aperture_radius = apertures[k % 4];
@@ -233,7 +224,7 @@ static void blocks_do_not_show(void **state)
 
 /* Who needs a second set is told by samples as they are lit: what comes of their paths alone is the
  * same everywhere here, and only hidden points are brighter than what is around them. */
-static void second_sets_go_where_lit_samples_differ(void **state)
+TEST(second_sets_go_where_lit_samples_differ)
 {
     static uint8_t levels[SIDE * SIDE];
     struct block_statistics statistics;
@@ -243,7 +234,6 @@ static void second_sets_go_where_lit_samples_differ(void **state)
     struct image *image;
     uint32_t block;
     int32_t hidden = 0, open = 0;
-    (void)state;
     wall_plan(&plan, LENS_FILTER_SHEARED);
     plan.planes |= PLANE_BIT(LENS_MORE);
     plan.lens_extra = 9;
@@ -370,11 +360,10 @@ static float sample_of(const struct middle *m, int32_t x, int32_t y, uint32_t k,
 
 /* Light that differs from sample to sample, from 0 to 400 evenly: what hidden ones are left with is
  * as bright and differs less. */
-static void hidden_points_share_their_light(void **state)
+TEST(hidden_points_share_their_light)
 {
     struct middle m;
     double sum = 0.0, square = 0.0, count = 0.0;
-    (void)state;
     noise = true;
     middle_init(&m);
     noise = false;
@@ -398,12 +387,11 @@ static void hidden_points_share_their_light(void **state)
 }
 
 /* Samples that bring a lobe have what lobes see around their point times its albedo on top. */
-static void lobes_add_what_they_see(void **state)
+TEST(lobes_add_what_they_see)
 {
     static const float albedo[3] = {0.25f, 0.5f, 0.125f};
     struct middle with, without;
     double count = 0.0;
-    (void)state;
     middle_init(&with);
     middle_init(&without);
     middle_take(&without);
@@ -472,12 +460,11 @@ static void expect_unread(const struct plan *plan)
 
 /* Samples that no filter reads are not lit, whatever they then are: slopes of this picture take
  * samples to and beyond the reach of the block. */
-static void unlit_samples_are_not_read(void **state)
+TEST(unlit_samples_are_not_read)
 {
     static const uint32_t filters[] = {LENS_FILTER_NONE, LENS_FILTER_AXIS_ALIGNED,
                                        LENS_FILTER_SHEARED};
     static const float radii[] = {0.002f, 0.03f, 0.09f, 0.18f, 0.3f, 0.47f, 0.8f};
-    (void)state;
     for (size_t k = 0; k < 3 * sizeof radii / sizeof radii[0]; k++) {
         struct plan plan;
         wall_plan(&plan, filters[k % 3]);
@@ -488,10 +475,9 @@ static void unlit_samples_are_not_read(void **state)
 
 /* Pixels of the block whose samples all show the near wall look for what is in focus behind it
  * beside the block. */
-static void hidden_focus_is_lit(void **state)
+TEST(hidden_focus_is_lit)
 {
     static const float radii[] = {0.03f, 0.06f, 0.09f};
-    (void)state;
     for (size_t k = 0; k < 3; k++)
         for (int32_t beside = 2; beside < 14; beside++) {
             struct plan plan;
@@ -505,30 +491,13 @@ static void hidden_focus_is_lit(void **state)
 }
 
 /* Plans whose fields light none read no more than before. */
-static void others_have_no_ring(void **state)
+TEST(others_have_no_ring)
 {
     struct plan plan;
-    (void)state;
     wall_plan(&plan, LENS_FILTER_SHEARED);
     assert_true(lens_light_ring_px(&plan) > 24);
     plan.lens_light = LENS_LIGHT_OWN;
     plan.planes &= ~PLANES_LENS_SURFACE;
     assert_int_equal(lens_light_ring_px(&plan), 0);
     assert_int_equal(block_halo_px(&plan), lens_halo_px(&plan));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(samples_take_light_from_where_the_middle_sees_their_point),
-        cmocka_unit_test(hidden_points_keep_their_own_light),
-        cmocka_unit_test(hidden_points_share_their_light),
-        cmocka_unit_test(lobes_add_what_they_see),
-        cmocka_unit_test(blocks_do_not_show),
-        cmocka_unit_test(second_sets_go_where_lit_samples_differ),
-        cmocka_unit_test(unlit_samples_are_not_read),
-        cmocka_unit_test(hidden_focus_is_lit),
-        cmocka_unit_test(others_have_no_ring),
-    };
-    return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);
 }

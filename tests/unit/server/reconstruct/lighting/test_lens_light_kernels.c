@@ -1,11 +1,5 @@
 /* Where lens samples lie that light fields light, and what they send: the kernels of every
  * instruction set give the reference's bits, and those are what single functions say. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
 #include <math.h>
 #include <string.h>
 
@@ -15,6 +9,7 @@
 #include "proto/shared_exponent.h"
 #include "server/reconstruct/lighting/lens_light_kernels.h"
 #include "tests/kernel/kernel_tests.h"
+#include "tests/unit/unit.h"
 
 #define NUMBERS 67 /* of a row: no multiple of any vector */
 #define INPUTS  6
@@ -119,11 +114,10 @@ static void compare(const struct lens_light_kernels *tested)
     assert_memory_equal(&expected, &result, sizeof result);
 }
 
-static void samples_lie_where_the_middle_sees_their_points(void **state)
+TEST(samples_lie_where_the_middle_sees_their_points)
 {
     static struct numbers before, after;
     int within = 0;
-    (void)state;
     fill(&before);
     run(&lens_light_kernels_sse42, &after);
     for (int i = FIRST; i < NUMBERS; i++) {
@@ -147,11 +141,10 @@ static void samples_lie_where_the_middle_sees_their_points(void **state)
     assert_true(within > NUMBERS / 2);
 }
 
-static void samples_send_on_what_falls_on_them(void **state)
+TEST(samples_send_on_what_falls_on_them)
 {
     static struct numbers n;
     float most = 0.0f;
-    (void)state;
     run(&lens_light_kernels_sse42, &n);
     for (int i = 0; i < NUMBERS; i++) {
         float albedo[3], light[3];
@@ -171,13 +164,3 @@ static void samples_send_on_what_falls_on_them(void **state)
 }
 
 KERNEL_TESTS(lens_light, compare)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(samples_lie_where_the_middle_sees_their_points),
-        cmocka_unit_test(samples_send_on_what_falls_on_them),
-        KERNEL_TESTS_OF_ALL,
-    };
-    return cmocka_run_group_tests_name("lens_light_kernels", tests, NULL, NULL);
-}

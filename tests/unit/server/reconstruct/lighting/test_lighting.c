@@ -1,18 +1,12 @@
 /* What shadow filters make of blocks: no cut of the image changes a bit, lights without area keep
  * their irradiance, and counters say what ran. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <stdlib.h>
 
 #include "server/film/film.h"
 #include "server/image/image.h"
 #include "server/reconstruct/block.h"
 #include "tests/unit/server/reconstruct/filtered_case.h"
+#include "tests/unit/unit.h"
 
 /* Bits of proto/job/job.h's enum layer. */
 #define LAYERS (1u << 0 | 1u << 1 | 1u << 5 | 1u << 7 | 1u << 12)
@@ -71,13 +65,12 @@ static const float *channel(const struct image *image, const char *name)
     return plane->data;
 }
 
-static void no_cut_changes_a_bit(void **state)
+TEST(no_cut_changes_a_bit)
 {
     static const struct {
         int32_t block_px, more_halo_px, tile_px;
     } cuts[] = {{128, 0, 32}, {64, 0, 16}, {37, 0, 64}, {64, 21, 8}, {256, 0, 256}, {31, 3, 100}};
     struct block_statistics sum;
-    (void)state;
     for (uint32_t filter = SHADOW_FILTER_AXIS_ALIGNED; filter <= SHADOW_FILTER_SHEARED; filter++) {
         struct plan plan;
         filtered_plan(&plan, 210, 170, 64, filter, 3);
@@ -94,10 +87,9 @@ static void no_cut_changes_a_bit(void **state)
 }
 
 /* Without sub-samples nobody reads beyond a block: every pixel counts once a light. */
-static void counters_add_up(void **state)
+TEST(counters_add_up)
 {
     struct block_statistics sum;
-    (void)state;
     for (uint32_t lights = 1; lights <= 4; lights++) {
         struct plan plan;
         filtered_plan(&plan, 210, 170, 64, SHADOW_FILTER_SHEARED, lights);
@@ -119,11 +111,10 @@ static void counters_add_up(void **state)
 }
 
 /* What casts no shadow is not filtered. */
-static void open_blocks_are_skipped(void **state)
+TEST(open_blocks_are_skipped)
 {
     struct plan plan;
     struct block_statistics sum;
-    (void)state;
     filtered_plan(&plan, 210, 170, 64, SHADOW_FILTER_SHEARED, 1);
     struct image *sheared = render(&plan, &nothing, 64, 0, &sum);
     assert_int_equal(sum.shadow.pixels_filtered, 0);
@@ -144,11 +135,10 @@ static void open_blocks_are_skipped(void **state)
 }
 
 /* No rectangle, no filter: none runs, none is counted, and the picture is that without one. */
-static void sharp_lights_are_left_alone(void **state)
+TEST(sharp_lights_are_left_alone)
 {
     struct plan plan;
     struct block_statistics sum;
-    (void)state;
     filtered_plan(&plan, 100, 80, 32, SHADOW_FILTER_SHEARED, 2);
     plan.lights[0] = plan.lights[1];
     struct image *filtered = render(&plan, &shelf, 64, 0, &sum);
@@ -173,13 +163,12 @@ static struct image *render_alone(const struct plan *all, uint32_t k)
     return render(&plan, &shelf, 64, 0, &sum);
 }
 
-static void lights_add_up(void **state)
+TEST(lights_add_up)
 {
     struct plan plan;
     struct block_statistics sum;
     struct image *alone[3];
     const float *part[3];
-    (void)state;
     filtered_plan(&plan, 100, 80, 32, SHADOW_FILTER_SHEARED, 3);
     struct image *all = render(&plan, &shelf, 64, 0, &sum);
     for (uint32_t k = 0; k < 3; k++) {
@@ -196,9 +185,8 @@ static void lights_add_up(void **state)
 }
 
 /* The filter takes noise away and leaves the light as it is. */
-static void filtered_light_is_the_same_light(void **state)
+TEST(filtered_light_is_the_same_light)
 {
-    (void)state;
     struct plan plan;
     struct block_statistics sum;
     double plain_sum = 0;
@@ -217,11 +205,10 @@ static void filtered_light_is_the_same_light(void **state)
     image_destroy(&plain);
 }
 
-static void small_pictures_are_finite(void **state)
+TEST(small_pictures_are_finite)
 {
     static const int32_t sizes[][2] = {{1, 1}, {1, 90}, {90, 1}, {2, 3}};
     struct block_statistics sum;
-    (void)state;
     for (uint32_t filter = SHADOW_FILTER_AXIS_ALIGNED; filter <= SHADOW_FILTER_SHEARED; filter++) {
         for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
             struct plan plan;
@@ -232,18 +219,4 @@ static void small_pictures_are_finite(void **state)
             image_destroy(&image);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_cut_changes_a_bit),
-        cmocka_unit_test(counters_add_up),
-        cmocka_unit_test(open_blocks_are_skipped),
-        cmocka_unit_test(sharp_lights_are_left_alone),
-        cmocka_unit_test(lights_add_up),
-        cmocka_unit_test(filtered_light_is_the_same_light),
-        cmocka_unit_test(small_pictures_are_finite),
-    };
-    return cmocka_run_group_tests_name("lighting", tests, NULL, NULL);
 }

@@ -1,11 +1,4 @@
 /* Light of lone sub-samples on its way from tiles' lists to pixels. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-/* cmocka wants those first */
-#include <cmocka.h>
-
 #include <math.h>
 #include <stdlib.h>
 
@@ -14,6 +7,7 @@
 #include "server/image/image.h"
 #include "server/reconstruct/block.h"
 #include "tests/unit/server/reconstruct/synthetic.h"
+#include "tests/unit/unit.h"
 
 #define LAYERS (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT)
 
@@ -117,11 +111,10 @@ static uint32_t count_lone(void)
     return count;
 }
 
-static void patches_have_the_entries_of_their_core(void **state)
+TEST(patches_have_the_entries_of_their_core)
 {
     struct plan plan;
     uint32_t block;
-    (void)state;
     lone_plan(&plan);
     struct film *film = film_of(&plan, 20, 1);
     while (film_next_ready(film, &block)) {
@@ -148,11 +141,10 @@ static void patches_have_the_entries_of_their_core(void **state)
 
 /* What a listed sub-sample sends is its own albedo times its own light, whatever is around it: two
  * lists that differ in one part change the picture by just that. */
-static void pixels_take_their_own_light(void **state)
+TEST(pixels_take_their_own_light)
 {
     struct plan plan;
     struct block_statistics lit, unlit;
-    (void)state;
     lone_plan(&plan);
     struct image *with = render(&plan, 16, 1, &lit);
     struct image *without = render(&plan, 16, 0, &unlit);
@@ -182,7 +174,7 @@ static float more(const struct image *a, const struct image *b, const char *chan
 }
 
 /* With twice the light, pixels have just that much more: each sub-sample's own times its albedo. */
-static void layers_are_sums(void **state)
+TEST(layers_are_sums)
 {
     static const char *const direct[] = {"direct.R", "direct.G", "direct.B"};
     static const char *const indirect[] = {"indirect.R", "indirect.G", "indirect.B"};
@@ -191,7 +183,6 @@ static void layers_are_sums(void **state)
     struct block_statistics sum;
     struct patch *patch;
     uint32_t block;
-    (void)state;
     lone_plan(&plan);
     struct image *once = render(&plan, 16, 1, &sum), *twice = render(&plan, 16, 2, &sum);
     struct film *film = film_of(&plan, 64, 1);
@@ -218,12 +209,11 @@ static void layers_are_sums(void **state)
     image_destroy(&twice);
 }
 
-static void blocks_do_not_matter(void **state)
+TEST(blocks_do_not_matter)
 {
     static const int32_t sides[] = {7, 16, 33};
     struct plan plan;
     struct block_statistics sum;
-    (void)state;
     lone_plan(&plan);
     struct image *whole = render(&plan, 64, 1, &sum);
     for (size_t n = 0; n < sizeof sides / sizeof sides[0]; n++) {
@@ -236,10 +226,9 @@ static void blocks_do_not_matter(void **state)
     image_destroy(&whole);
 }
 
-static void films_count_lists(void **state)
+TEST(films_count_lists)
 {
     struct plan plan;
-    (void)state;
     lone_plan(&plan);
     struct film *with = film_of(&plan, 16, 1), *without = film_of(&plan, 16, 0);
     assert_int_equal(film_bytes(with),
@@ -248,13 +237,12 @@ static void films_count_lists(void **state)
     film_destroy(&without);
 }
 
-static void entries_are_found(void **state)
+TEST(entries_are_found)
 {
     struct lone_entry entries[] = {{.place = 9}, {.place = 2}, {.place = 700}, {.place = 30}};
     struct lone_share share = {
         .parts = 1u << LONE_INDIRECT | 1u << LONE_INDIRECT_HALF, .count = 4, .entries = entries};
     const struct lone_share none = {.count = 0};
-    (void)state;
     lone_share_sort(&share);
     for (uint32_t e = 0; e < 4; e++)
         assert_ptr_equal(lone_share_find(&share, entries[e].place), &entries[e]);
@@ -266,17 +254,4 @@ static void entries_are_found(void **state)
     entries[0].light[LONE_INDIRECT_HALF][1] = 2.5f;
     assert_true(lone_entry_error(&share, entries, LONE_INDIRECT, LONE_INDIRECT_HALF, 1) == 0.5f);
     assert_true(lone_entry_error(&share, entries, LONE_GLOSSY, LONE_GLOSSY_HALF, 1) == 0.0f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(patches_have_the_entries_of_their_core),
-        cmocka_unit_test(pixels_take_their_own_light),
-        cmocka_unit_test(layers_are_sums),
-        cmocka_unit_test(blocks_do_not_matter),
-        cmocka_unit_test(films_count_lists),
-        cmocka_unit_test(entries_are_found),
-    };
-    return cmocka_run_group_tests_name("lone_share", tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* Patches: exactly the arrays that a plan has, apart from each other, aligned. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <string.h>
 
 #include "server/reconstruct/patch/patch_array.h"
 #include "tests/unit/server/reconstruct/synthetic.h"
+#include "tests/unit/unit.h"
 
 /* Fills an array with a byte of its own; remembers it. */
 struct arrays {
@@ -45,9 +39,8 @@ static void add_plane(struct arrays *a, const struct plan *plan, const struct pa
     assert_int_equal(left, 0);
 }
 
-static void arrays_do_not_overlap(void **state)
+TEST(arrays_do_not_overlap)
 {
-    (void)state;
     struct plan plan;
     struct patch *p;
     struct arrays a = {.count = 0};
@@ -76,9 +69,8 @@ static void arrays_do_not_overlap(void **state)
     patch_destroy(&p);
 }
 
-static void absent_planes_are_null(void **state)
+TEST(absent_planes_are_null)
 {
-    (void)state;
     struct plan plan;
     struct patch *p;
     synthetic_plan(&plan, 64, 64, 32);
@@ -102,22 +94,11 @@ static void absent_planes_are_null(void **state)
     patch_destroy(&p);
 }
 
-static void an_empty_rect_is_refused(void **state)
+TEST(an_empty_rect_is_refused)
 {
-    (void)state;
     struct plan plan;
     struct patch *p;
     synthetic_plan(&plan, 64, 64, 32);
     assert_int_equal(patch_create(&plan, (struct rect){5, 5, 5, 9}, &p), ERR_RANGE);
     assert_null(p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(arrays_do_not_overlap),
-        cmocka_unit_test(absent_planes_are_null),
-        cmocka_unit_test(an_empty_rect_is_refused),
-    };
-    return cmocka_run_group_tests_name("patch", tests, NULL, NULL);
 }

@@ -1,17 +1,11 @@
 /* Memory that is taken and given back: kept, aligned, of the size that was asked for. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "server/reconstruct/patch/scratch.h"
+#include "tests/unit/unit.h"
 
-static void keeps_what_comes_back(void **state)
+TEST(keeps_what_comes_back)
 {
-    (void)state;
     struct scratch *scratch;
     assert_int_equal(scratch_create(&scratch), 0);
     uint8_t *large = scratch_take(scratch, 3000000), *small = scratch_take(scratch, 1000);
@@ -31,9 +25,8 @@ static void keeps_what_comes_back(void **state)
     assert_null(scratch);
 }
 
-static void every_byte_is_there(void **state)
+TEST(every_byte_is_there)
 {
-    (void)state;
     struct scratch *scratch;
     assert_int_equal(scratch_create(&scratch), 0);
     struct scratch *const from[2] = {NULL, scratch};
@@ -54,9 +47,8 @@ static void every_byte_is_there(void **state)
 }
 
 /* The largest pieces go first, and none that is out. */
-static void holds_no_more_than_asked(void **state)
+TEST(holds_no_more_than_asked)
 {
-    (void)state;
     struct scratch *scratch;
     assert_int_equal(scratch_create(&scratch), 0);
     uint8_t *out = scratch_take(scratch, 6000000), *small = scratch_take(scratch, 1000);
@@ -76,9 +68,8 @@ static void holds_no_more_than_asked(void **state)
 }
 
 /* The same sizes over and over, in another order each time: soon nothing new is needed. */
-static void comes_to_rest(void **state)
+TEST(comes_to_rest)
 {
-    (void)state;
     struct scratch *scratch;
     void *pieces[5], *known[5] = {0};
     size_t count = 0;
@@ -96,15 +87,4 @@ static void comes_to_rest(void **state)
         }
     }
     scratch_destroy(&scratch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(keeps_what_comes_back),
-        cmocka_unit_test(every_byte_is_there),
-        cmocka_unit_test(holds_no_more_than_asked),
-        cmocka_unit_test(comes_to_rest),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

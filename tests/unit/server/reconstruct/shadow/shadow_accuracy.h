@@ -2,18 +2,12 @@
 /* The shadow filters' error on a scene of formulas, over penumbra pixels and relative to the
  * brightest unshadowed irradiance, and brute-force 4D sheared filtering as the truth for the
  * factorisation. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "server/reconstruct/shadow/shadow.h"
 #include "server/reconstruct/shadow/sheared.h"
 #include "server/reconstruct/shadow/strata.h"
 #include "server/reconstruct/simd/gaussian.h"
 #include "tests/unit/server/reconstruct/shadow/shadow_scene.h"
+#include "tests/unit/unit.h"
 
 #define TRUTH_SIDE_COARSE 6
 #define TRUTH_SIDE        32 /* 1024 samples in the penumbra */

@@ -1,13 +1,13 @@
 /* The axis-aligned filter: error, refusal of sharper shadows, widths. */
 #include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
+#include "tests/unit/unit.h"
 
 #define SIDE 128
 
 static struct shadow_scene scene;
 
-static void error_falls(void **state)
+TEST(error_falls)
 {
-    (void)state;
     static const uint32_t strata[] = {2, 3, 4, 8};
     struct shadow_truth truth;
     scene_init(&scene, SIDE, SIDE, 1.0f, 3);
@@ -33,9 +33,8 @@ static void error_falls(void **state)
 
 /* Left half: a far blocker covers half of every pixel's light; right half: a near one covers all.
  * The near one's shadow is sharp, and must not bleed into the far one's. */
-static void sharp_shadows_stay_sharp(void **state)
+TEST(sharp_shadows_stay_sharp)
 {
-    (void)state;
     scene_init(&scene, 64, 64, 1.0f, 2);
     scene_camera(&scene.plan, (float[]){-1.2f, 0, 9}, (float[]){-1.2f, 0.6f, 0}, 0.2f);
     struct patch *patch = accuracy_patch(&scene, 2);
@@ -56,13 +55,4 @@ static void sharp_shadows_stay_sharp(void **state)
             assert_true(e[i] == 0.0f && width[i] > 0.0f && width[i] < 1.0f);
     }
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(error_falls),
-        cmocka_unit_test(sharp_shadows_stay_sharp),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

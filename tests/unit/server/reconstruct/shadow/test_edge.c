@@ -2,6 +2,7 @@
  * their answers join those of the sheared filter. */
 #include "server/reconstruct/shadow/edge.h"
 #include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
+#include "tests/unit/unit.h"
 
 #define SIDE      96
 #define MARGIN_PX 22
@@ -105,9 +106,8 @@ static void straight_edge(int32_t width, int32_t height, uint32_t profile)
 }
 
 /* Measured, of uniform and Gaussian lights: 3.0 and 3.5 times less error than own estimates. */
-static void straight_edges_are_smooth(void **state)
+TEST(straight_edges_are_smooth)
 {
-    (void)state;
     for (uint32_t profile = 0; profile < 2; profile++) {
         struct shadow_truth truth;
         struct edge_case c;
@@ -138,9 +138,8 @@ static void straight_edges_are_smooth(void **state)
 }
 
 /* Own estimates tell of an edge, but the strata are all seen, or none is: exactly 1, exactly 0. */
-static void constants_stay(void **state)
+TEST(constants_stay)
 {
-    (void)state;
     for (uint32_t l = 1; l <= 16; l += l < 5 ? 1 : 11) {
         struct edge_case c;
         straight_edge(48, 48, PROFILE_UNIFORM);
@@ -186,9 +185,8 @@ static void constants_stay(void **state)
     }
 }
 
-static void pictures_without_room(void **state)
+TEST(pictures_without_room)
 {
-    (void)state;
     static const int32_t sides[][2] = {{1, 1}, {1, 70}, {70, 1}, {2, 3}, {11, 5}};
     for (size_t i = 0; i < sizeof sides / sizeof *sides; i++) {
         struct edge_case c;
@@ -210,9 +208,8 @@ static void pictures_without_room(void **state)
 
 /* Every instruction set answers alike but for rounding, and a picture's pixels do not depend on who
  * else asks. */
-static void answers_stand_alone(void **state)
+TEST(answers_stand_alone)
 {
-    (void)state;
     struct edge_case c, plain;
     straight_edge(64, 64, PROFILE_UNIFORM);
     c.patch = plain.patch = accuracy_patch(&scene, 3);
@@ -235,24 +232,11 @@ static void answers_stand_alone(void **state)
     patch_destroy(&c.patch);
 }
 
-static void answers_join(void **state)
+TEST(answers_join)
 {
-    (void)state;
     const struct edge_answer none = {.seen = -1.0f, .kept = 1.0f}, all = {.seen = 0.25f};
     const struct edge_answer half = {.seen = 0.25f, .kept = 0.5f};
     assert_true(edge_join(&none, 0.75f) == 0.75f && edge_join(&none, -1.0f) == -1.0f);
     assert_true(edge_join(&all, -1.0f) == 0.25f && edge_join(&half, -1.0f) == 0.25f);
     assert_true(edge_join(&half, 0.75f) == 0.5f && edge_join(&half, 0.25f) == 0.25f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(straight_edges_are_smooth),
-        cmocka_unit_test(constants_stay),
-        cmocka_unit_test(pictures_without_room),
-        cmocka_unit_test(answers_stand_alone),
-        cmocka_unit_test(answers_join),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

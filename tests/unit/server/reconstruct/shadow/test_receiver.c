@@ -1,5 +1,6 @@
 /* Receivers: points, light coordinates and screen steps against small moves; who is lit. */
 #include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
+#include "tests/unit/unit.h"
 
 static struct shadow_scene scene;
 
@@ -50,17 +51,15 @@ static void check_steps(uint32_t camera, float offset)
     patch_destroy(&patch);
 }
 
-static void steps_are_moves(void **state)
+TEST(steps_are_moves)
 {
-    (void)state;
     check_steps(CAMERA_PERSPECTIVE, 0.0f);
     check_steps(CAMERA_ORTHOGRAPHIC, 0.0f);
 }
 
 /* gamma is the slope of G's logarithm at the light's centre. */
-static void gamma_is_a_slope(void **state)
+TEST(gamma_is_a_slope)
 {
-    (void)state;
     place(CAMERA_PERSPECTIVE, 0.0f);
     struct patch *patch = accuracy_patch(&scene, 3);
     struct receiver_light light;
@@ -84,9 +83,8 @@ static void gamma_is_a_slope(void **state)
 
 /* Behind the light, on its plane, turned away, or no surface: dark; partly above the horizon: lit.
  */
-static void who_is_lit(void **state)
+TEST(who_is_lit)
 {
-    (void)state;
     static const struct {
         float normal[3], height, depth;
         bool lit;
@@ -129,9 +127,8 @@ static void assert_bare(const struct shadow_pixels *p, size_t i)
     }
 }
 
-static void starts_without_wedges(void **state)
+TEST(starts_without_wedges)
 {
-    (void)state;
     place(CAMERA_PERSPECTIVE, 0.0f);
     struct patch *patch = accuracy_patch(&scene, 3);
     struct receiver_light light;
@@ -164,15 +161,4 @@ static void starts_without_wedges(void **state)
     patch->scratch = NULL; /* where the patch itself is from */
     scratch_destroy(&scratch);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(steps_are_moves),
-        cmocka_unit_test(gamma_is_a_slope),
-        cmocka_unit_test(who_is_lit),
-        cmocka_unit_test(starts_without_wedges),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

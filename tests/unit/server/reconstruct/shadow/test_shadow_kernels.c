@@ -1,14 +1,8 @@
 /* The shadow filters' kernels of every instruction set give the reference's bits, those of SSE4.2
  * nearly. A longer form, with times, is make check-kernels. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "tests/kernel/kernel_field.h"
 #include "tests/kernel/kernel_tests.h"
+#include "tests/unit/unit.h"
 
 static void compare(const struct shadow_kernels *tested, uint32_t l, uint64_t seed)
 {
@@ -95,16 +89,14 @@ static void all_strata(const struct shadow_kernels *tested)
 }
 
 /* Those for SSE4.2 round products, too. */
-static void so_does_rounding_twice(void **state)
+TEST(so_does_rounding_twice)
 {
-    (void)state;
     all_strata(&shadow_kernels_sse42);
 }
 
 /* Walks have room for that many. */
-static void sums_of_all_strata_fit(void **state)
+TEST(sums_of_all_strata_fit)
 {
-    (void)state;
     uint32_t most = 0;
     for (uint32_t l = 1; l <= SHADOW_STRATA_MAX; l++) {
         const uint32_t each = l == 3 ? 8 : (l + 4) / 4 * 4; /* both nodes' of three */
@@ -115,13 +107,3 @@ static void sums_of_all_strata_fit(void **state)
 }
 
 KERNEL_TESTS(shadow, all_strata)
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        KERNEL_TESTS_OF_ALL,
-        cmocka_unit_test(so_does_rounding_twice),
-        cmocka_unit_test(sums_of_all_strata_fit),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}

@@ -1,18 +1,12 @@
 /* What the shadow filters' kernels beside the walks stand for (shadow_kernels.h;
  * docs/reconstruction.md, from Receiver coordinates to Axis-aligned shadows), added up pixel by
  * pixel and number by number, in double: fields as odd as they get, of every number of strata. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
 #include "tests/kernel/field_surface.h"
 #include "tests/kernel/kernel_field.h"
+#include "tests/unit/unit.h"
 
 #define TOLERANCE  1e-5 /* of a pixel's greatest number */
 #define WINDOW_PX  2    /* of sum_slopes, to each side */
@@ -219,42 +213,27 @@ static double worst_means_y(const struct shadow_kernels *kernels, const struct k
     return worst_means(kernels, k, true);
 }
 
-static void columns_add_up(void **state)
+TEST(columns_add_up)
 {
-    (void)state;
     assert_true(worst_of(worst_columns) < TOLERANCE);
 }
 
-static void rows_add_up(void **state)
+TEST(rows_add_up)
 {
-    (void)state;
     assert_true(worst_of(worst_rows) < TOLERANCE);
 }
 
-static void means_along_x(void **state)
+TEST(means_along_x)
 {
-    (void)state;
     assert_true(worst_of(worst_means_x) < TOLERANCE);
 }
 
-static void means_along_y(void **state)
+TEST(means_along_y)
 {
-    (void)state;
     assert_true(worst_of(worst_means_y) < TOLERANCE);
 }
 
-static void slopes_add_up(void **state)
+TEST(slopes_add_up)
 {
-    (void)state;
     assert_true(worst_of(worst_slopes) < TOLERANCE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(columns_add_up), cmocka_unit_test(rows_add_up),
-        cmocka_unit_test(means_along_x),  cmocka_unit_test(means_along_y),
-        cmocka_unit_test(slopes_add_up),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,18 +1,12 @@
 /* Walks of the sheared filter against the sums they stand for (docs/reconstruction.md, Four
  * passes), pixel by pixel and tap by tap, in double: fields as odd as they get, of every number of
  * strata. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 #include <string.h>
 
 #include "tests/kernel/field_surface.h"
 #include "tests/kernel/kernel_field.h"
+#include "tests/unit/unit.h"
 
 #define LINEAR    0.8  /* share of the local linear fit's correction */
 #define TOLERANCE 1e-5 /* of a pixel's greatest number */
@@ -136,9 +130,8 @@ static double worst_of(const struct shadow_kernels *kernels, const struct kernel
     return worst;
 }
 
-static void taps_add_up(void **state)
+TEST(taps_add_up)
 {
-    (void)state;
     const struct shadow_kernels *const sets[] = {&shadow_kernels_sse42,
                                                  KERNELS_BEST(shadow_kernels)};
     double worst = 0.0;
@@ -150,12 +143,4 @@ static void taps_add_up(void **state)
     }
     print_message("off by %.2g\n", worst);
     assert_true(worst < TOLERANCE);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(taps_add_up),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,6 +2,7 @@
  * of formulas; constants; cuts; degenerate lights, receivers and slopes. */
 #include "tests/random.h"
 #include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
+#include "tests/unit/unit.h"
 
 #define SIDE 144
 #define ZOOM 0.15f
@@ -90,21 +91,18 @@ static void check_profile(uint32_t profile, struct factors measured)
     truth_fini(&truth);
 }
 
-static void gaussian_light(void **state)
+TEST(gaussian_light)
 {
-    (void)state;
     check_profile(PROFILE_GAUSSIAN, gaussian_measured);
 }
 
-static void uniform_light(void **state)
+TEST(uniform_light)
 {
-    (void)state;
     check_profile(PROFILE_UNIFORM, uniform_measured);
 }
 
-static void long_light(void **state)
+TEST(long_light)
 {
-    (void)state;
     struct shadow_truth truth;
     furnish(1.0f, PROFILE_UNIFORM, 0.25f);
     truth_init(&truth, &scene);
@@ -113,9 +111,8 @@ static void long_light(void **state)
 }
 
 /* With every bit the same, and slopes all over, h is exactly 1, and exactly 0. */
-static void constants_stay(void **state)
+TEST(constants_stay)
 {
-    (void)state;
     furnish(1.0f, PROFILE_UNIFORM, 1.0f);
     for (uint32_t l = 1; l <= 16; l += l < 5 ? 1 : 11) {
         struct patch *patch = accuracy_patch(&scene, l);
@@ -165,10 +162,9 @@ static void scatter(struct random *r, struct patch *patch)
 
 /* What passes keep of a pixel is there for as long as others read it: more is kept of a small
  * block than it needs, of a large one no more than that. */
-static void stripes_keep_what_is_read(void **state)
+TEST(stripes_keep_what_is_read)
 {
     struct random r = {9};
-    (void)state;
     furnish(1.0f, PROFILE_UNIFORM, 1.0f);
     struct patch *patch = accuracy_patch(&scene, 3);
     for (int round = 0; round < 3; round++) {
@@ -183,9 +179,8 @@ static void stripes_keep_what_is_read(void **state)
 }
 
 /* Any cut into blocks, with no more around them than the halo, gives the same bytes. */
-static void cuts_do_not_show(void **state)
+TEST(cuts_do_not_show)
 {
-    (void)state;
     furnish(1.0f, PROFILE_UNIFORM, 1.0f);
     const struct rect all = {0, 0, SIDE, SIDE};
     struct patch *patch = accuracy_patch(&scene, 3);
@@ -231,9 +226,8 @@ static void check_finite(const struct patch *patch)
 }
 
 /* Tiny, huge, edge-on, behind, straddling, touching: whatever a plan can hold. */
-static void hard_lights(void **state)
+TEST(hard_lights)
 {
-    (void)state;
     static const float places[][3] = {
         {0, 0, 8}, {0, 0, 1e-3f}, {0, 0, 0}, {0, 0, -1}, {0, -8, 0.2f}};
     static const float ways[][3] = {{0, 0, -1}, {0, 1, 0}, {0.1f, 0.1f, 1}, {1, 0, -1e-3f}};
@@ -252,9 +246,8 @@ static void hard_lights(void **state)
     }
 }
 
-static void hard_slopes(void **state)
+TEST(hard_slopes)
 {
-    (void)state;
     static const float slopes[] = {0, 6e-5f, 1e-3f, 1, 1e4f, 65504.0f};
     furnish(1.0f, PROFILE_UNIFORM, 1.0f);
     struct patch *patch = accuracy_patch(&scene, 3);
@@ -272,9 +265,8 @@ static void hard_slopes(void **state)
     patch_destroy(&patch);
 }
 
-static void narrow_pictures(void **state)
+TEST(narrow_pictures)
 {
-    (void)state;
     static const int32_t sides[][2] = {{1, 1}, {1, 90}, {90, 1}, {2, 3}};
     for (size_t i = 0; i < 4; i++) {
         scene_init(&scene, sides[i][0], sides[i][1], 1.0f, 3);
@@ -285,9 +277,8 @@ static void narrow_pictures(void **state)
     }
 }
 
-static void orthographic_camera(void **state)
+TEST(orthographic_camera)
 {
-    (void)state;
     struct shadow_truth truth;
     furnish(1.0f, PROFILE_UNIFORM, 1.0f);
     scene.plan.camera.type = CAMERA_ORTHOGRAPHIC;
@@ -299,9 +290,8 @@ static void orthographic_camera(void **state)
 }
 
 /* Bad requests are refused; an empty scene skips its blocks; counters add up. */
-static void counters(void **state)
+TEST(counters)
 {
-    (void)state;
     struct shadow_statistics statistics = {0};
     scene_init(&scene, 96, 96, 1.0f, 3);
     struct patch *patch = accuracy_patch(&scene, 3);
@@ -317,22 +307,4 @@ static void counters(void **state)
         shadow_filter(&scene.plan, 0, patch, (struct rect){95, 0, 97, 1}, e, NULL, &statistics),
         ERR_RANGE);
     patch_destroy(&patch);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(gaussian_light),
-        cmocka_unit_test(uniform_light),
-        cmocka_unit_test(long_light),
-        cmocka_unit_test(constants_stay),
-        cmocka_unit_test(stripes_keep_what_is_read),
-        cmocka_unit_test(cuts_do_not_show),
-        cmocka_unit_test(hard_lights),
-        cmocka_unit_test(hard_slopes),
-        cmocka_unit_test(narrow_pictures),
-        cmocka_unit_test(orthographic_camera),
-        cmocka_unit_test(counters),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,9 @@
 /* Irradiance without occlusion: Lambert's formula and quadrature against a fine midpoint rule. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include <math.h>
 
 #include "proto/plan.h"
 #include "server/reconstruct/shadow/shadow_kernels.h"
+#include "tests/unit/unit.h"
 
 #define FINE 240
 
@@ -89,26 +83,23 @@ static double worst(uint32_t profile, float half_v, float near, float most)
     return worst_error;
 }
 
-static void uniform_is_exact(void **state)
+TEST(uniform_is_exact)
 {
-    (void)state;
     /* the midpoint rule itself is that coarse where the horizon cuts the light */
     assert_true(worst(PROFILE_UNIFORM, 1.0f, 0.2f, 4.0f) < 5e-3);
     assert_true(worst(PROFILE_UNIFORM, 0.25f, 0.2f, 40.0f) < 5e-3);
 }
 
-static void gaussian_is_near(void **state)
+TEST(gaussian_is_near)
 {
-    (void)state;
     assert_true(worst(PROFILE_GAUSSIAN, 1.0f, 0.2f, 4.0f) < 2e-3);
     assert_true(worst(PROFILE_GAUSSIAN, 0.25f, 1.0f, 40.0f) < 1e-3);
 }
 
 /* Receivers that face Gaussian lights from twice their half-diagonal on, nearer and farther than
  * where few points take over. */
-static void few_points_are_enough(void **state)
+TEST(few_points_are_enough)
 {
-    (void)state;
     double worst_error = 0.0;
     for (int k = 0; k < 12 * 5 * 2; k++) {
         const struct shadow_rectangle light = rectangle(1, k % 2 ? 1.0f : 0.3f, PROFILE_GAUSSIAN);
@@ -125,9 +116,8 @@ static void few_points_are_enough(void **state)
 
 /* Where round things turn away from a light, their horizon goes through it: what is left counts,
  * however little, of what comes there itself. */
-static void horizons_cut(void **state)
+TEST(horizons_cut)
 {
-    (void)state;
     double worst_error = 0.0;
     for (uint32_t profile = PROFILE_UNIFORM; profile <= PROFILE_GAUSSIAN; profile++) {
         const struct shadow_rectangle light = rectangle(1, 0.7f, profile);
@@ -148,10 +138,9 @@ static void horizons_cut(void **state)
 
 /* Receivers beside each other, whose horizons are near an edge of the light, on either side: what
  * each gets is to the last bit what it gets alone. */
-static void neighbours_change_nothing(void **state)
+TEST(neighbours_change_nothing)
 {
     enum { MANY = 96 };
-    (void)state;
     uint32_t seed = 11;
     for (int round = 0; round < 200; round++) {
         const struct shadow_rectangle light =
@@ -181,9 +170,8 @@ static void neighbours_change_nothing(void **state)
 }
 
 /* Both formulas agree where one takes over from the other: no seam. */
-static void no_seams(void **state)
+TEST(no_seams)
 {
-    (void)state;
     const float down[3] = {0, 0, -1};
     const float edges[2] = {8.0f * 1.41421356f, 2.44948974f * 1.41421356f};
     for (uint32_t profile = 0; profile < 2; profile++) {
@@ -196,9 +184,8 @@ static void no_seams(void **state)
 }
 
 /* Analytic: a disc's worth of sky above a receiver that touches the light; far away a point. */
-static void limits(void **state)
+TEST(limits)
 {
-    (void)state;
     const float down[3] = {0, 0, -1}, up[3] = {0, 0, 1};
     const struct shadow_rectangle light = rectangle(1, 1, PROFILE_UNIFORM);
     assert_true(fabsf(closed(&light, (const float[]){0.3f, 0.2f, 1e-5f}, down) - 3.14159265f) <
@@ -217,9 +204,8 @@ static void limits(void **state)
 
 /* A lamp's own surface, and what lies beside it in its plane, gets nothing of its light, however
  * depths and normals are rounded; what faces it from near gets nearly all there is. */
-static void lamps_do_not_light_themselves(void **state)
+TEST(lamps_do_not_light_themselves)
 {
-    (void)state;
     for (uint32_t profile = PROFILE_UNIFORM; profile <= PROFILE_GAUSSIAN; profile++) {
         const struct shadow_rectangle light = rectangle(0.5f, 0.25f, profile);
         uint32_t seed = 5;
@@ -240,9 +226,8 @@ static void lamps_do_not_light_themselves(void **state)
 }
 
 /* Anything finite gives something finite in [0, pi]. */
-static void always_finite(void **state)
+TEST(always_finite)
 {
-    (void)state;
     static const float sizes[] = {1e-15f, 1e-6f, 1e-3f, 1, 1e3f, 1e8f, 1e15f};
     static const float places[] = {0, 1e-30f, -1e-20f, 1e-6f, 1, -1, 1e4f, 1e10f, -1e16f, 1e16f};
     for (size_t i = 0; i < 7 * 7 * 2; i++) {
@@ -284,9 +269,8 @@ static void tilt(const struct shadow_rectangle *light, const float p[3], const f
 
 /* Receivers above whose horizons the whole light is, some by next to nothing, go
  * another way than those alone, and than those of which some see a corner set: to the same bits. */
-static void lights_that_are_up_are_whole(void **state)
+TEST(lights_that_are_up_are_whole)
 {
-    (void)state;
     enum { COUNT = 32 };
     static const double margins[] = {2e-5, 1e-3, 0.1, -1e-3};
     uint32_t seed = 5;
@@ -314,21 +298,4 @@ static void lights_that_are_up_are_whole(void **state)
             assert_memory_equal(together, alone, sizeof alone);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(uniform_is_exact),
-        cmocka_unit_test(gaussian_is_near),
-        cmocka_unit_test(few_points_are_enough),
-        cmocka_unit_test(horizons_cut),
-        cmocka_unit_test(neighbours_change_nothing),
-        cmocka_unit_test(no_seams),
-        cmocka_unit_test(limits),
-        cmocka_unit_test(always_finite),
-        cmocka_unit_test(lamps_do_not_light_themselves),
-        cmocka_unit_test(lights_that_are_up_are_whole),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

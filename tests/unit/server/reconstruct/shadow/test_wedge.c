@@ -1,5 +1,6 @@
 /* Slope ranges, their fill, and the widths and shears that follow from them. */
 #include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
+#include "tests/unit/unit.h"
 
 #define SIDE   40
 #define CENTRE (20 * SIDE + 20)
@@ -29,9 +30,8 @@ static void finish(void)
     patch_destroy(&patch);
 }
 
-static void fills_six_pixels(void **state)
+TEST(fills_six_pixels)
 {
-    (void)state;
     struct wedges wedges;
     start(0.5f, 2.0f);
     assert_int_equal(
@@ -88,9 +88,8 @@ static struct middle shear(float least, float most, float mu)
     return m;
 }
 
-static void widths_and_shears(void **state)
+TEST(widths_and_shears)
 {
-    (void)state;
     /* kappa in [20, 100]: sigma_y / 80, which is narrower than sigma_y / 60 */
     struct middle m = shear(0.01f, 0.05f, 1.0f);
     const float top = 1.0f / (0.25f * m.pixel);
@@ -115,9 +114,8 @@ static void widths_and_shears(void **state)
         assert_true(fmaxf(fabsf(m.step[k][0]), fabsf(m.step[k][1])) == 1.0f);
 }
 
-static void coverage_is_even(void **state)
+TEST(coverage_is_even)
 {
-    (void)state;
     struct coverage coverage;
     for (uint32_t l = 1; l <= 16; l++) {
         assert_int_equal(coverage_create(l, PROFILE_GAUSSIAN, 0.6f, &coverage), 0);
@@ -133,14 +131,4 @@ static void coverage_is_even(void **state)
         }
         coverage_fini(&coverage);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fills_six_pixels),
-        cmocka_unit_test(widths_and_shears),
-        cmocka_unit_test(coverage_is_even),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

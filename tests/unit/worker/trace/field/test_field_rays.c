@@ -1,5 +1,6 @@
 /* A replayed ray of a light field, of those that bounce and of those of glossy lobes, is the traced
  * one: all of a pixel's, added up as tiles do, are what the tile's planes hold, bit by bit. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/field_bench.h"
 
 /* What the steps tell, added up in their order, is what the ray brings. */
@@ -110,9 +111,8 @@ static void expect_bounces(struct bench *b, uint32_t step, struct seen_of_rays *
 }
 
 /* Lambert and other floors under all that shines; with the sheared filter's strata, too. */
-static void bounce_rays_add_up_to_planes(void **state)
+TEST(bounce_rays_add_up_to_planes)
 {
-    (void)state;
     static const enum kind kinds[] = {LAMBERT, COATED, ASHIKHMIN};
     for (int k = 0; k < 3; k++) {
         struct bench *b = bench_new();
@@ -133,9 +133,8 @@ static void bounce_rays_add_up_to_planes(void **state)
 
 /* Light fields alone, where not every surface has a field, and some rays go below the facet:
  * emission that no light stands for belongs to bounce rays. */
-static void so_they_do_without_paths(void **state)
+TEST(so_they_do_without_paths)
 {
-    (void)state;
     struct bench *b = bench_new();
     struct seen_of_rays seen = {0};
     lit_room(b);
@@ -152,9 +151,8 @@ static void so_they_do_without_paths(void **state)
 }
 
 /* Rays that look how far they come, and bring nothing. */
-static void so_do_rays_that_only_look(void **state)
+TEST(so_do_rays_that_only_look)
 {
-    (void)state;
     struct bench *b = bench_new();
     struct seen_of_rays seen = {0};
     lit_room(b);
@@ -167,9 +165,8 @@ static void so_do_rays_that_only_look(void **state)
 }
 
 /* A mirror that the camera looks into, under a sky whose soft share fields bring. */
-static void so_they_do_behind_mirrors(void **state)
+TEST(so_they_do_behind_mirrors)
 {
-    (void)state;
     struct bench *b = bench_new();
     struct seen_of_rays seen = {0};
     const uint32_t metal = fixture_material(b->f, 0.9f, 0.8f, 0.7f);
@@ -240,9 +237,8 @@ static void glossy_room(struct bench *b, enum kind kind)
     b->plan.sub_samples = 2;
 }
 
-static void lobes_rays_add_up_to_planes(void **state)
+TEST(lobes_rays_add_up_to_planes)
 {
-    (void)state;
     static const enum kind kinds[] = {METAL, DIELECTRIC, LAMBERT};
     for (int k = 0; k < 3; k++) {
         struct bench *b = bench_new();
@@ -261,9 +257,8 @@ static void lobes_rays_add_up_to_planes(void **state)
 
 /* ---- later passes ---- */
 
-static void later_passes_are_replayed(void **state)
+TEST(later_passes_are_replayed)
 {
-    (void)state;
     struct bench *b = bench_new();
     struct seen_of_rays seen = {0};
     glossy_room(b, DIELECTRIC);
@@ -283,9 +278,8 @@ static void later_passes_are_replayed(void **state)
 }
 
 /* Each pixel has rays of its own number. */
-static void second_sets_are_replayed(void **state)
+TEST(second_sets_are_replayed)
 {
-    (void)state;
     struct bench *b = bench_new();
     struct seen_of_rays seen = {0};
     glossy_room(b, COATED);
@@ -311,15 +305,4 @@ static void second_sets_are_replayed(void **state)
     }
     assert_true(seen.bright > 0);
     bench_free(b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bounce_rays_add_up_to_planes), cmocka_unit_test(so_they_do_without_paths),
-        cmocka_unit_test(so_do_rays_that_only_look),    cmocka_unit_test(so_they_do_behind_mirrors),
-        cmocka_unit_test(lobes_rays_add_up_to_planes),  cmocka_unit_test(later_passes_are_replayed),
-        cmocka_unit_test(second_sets_are_replayed),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* The light field of glossy lobes beside that of diffuse light and paths: together they are the
  * picture that the path tracer gives alone, and surfaces without such a lobe stay with the paths.
  */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/field_room.h"
 
 static void add_lobes(struct plan *p)
@@ -56,18 +57,16 @@ static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
     free(f);
 }
 
-static void fields_and_paths_are_the_picture(void **state)
+TEST(fields_and_paths_are_the_picture)
 {
-    (void)state;
     static const uint32_t bounces[] = {1, 2, 8};
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int k = 0; k < 3; k++)
             compare((enum kind)kind, SHINES_RECT | SHINES_MESH | SHINES_SKY, bounces[k]);
 }
 
-static void whatever_shines(void **state)
+TEST(whatever_shines)
 {
-    (void)state;
     static const uint32_t lights[] = {SHINES_RECT,  SHINES_MESH,
                                       SHINES_SKY,   SHINES_MAP,
                                       SHINES_POINT, SHINES_RECT | SHINES_POINT | SHINES_MAP};
@@ -123,9 +122,8 @@ static void clear(struct scene_material *m)
     m->metallic = 0.0f;
 }
 
-static void other_lobes_stay_with_paths(void **state)
+TEST(other_lobes_stay_with_paths)
 {
-    (void)state;
     stays(sharpen);
     stays(brush);
     stays(clear);
@@ -133,9 +131,8 @@ static void other_lobes_stay_with_paths(void **state)
 
 /* What the planes say of a lobe: its roughness, its reflectance at centres and beside them, weights
  * whose mean is the reflectance, how near the rays' hits are. */
-static void planes_describe_lobes(void **state)
+TEST(planes_describe_lobes)
 {
-    (void)state;
     static const enum kind kinds[] = {DIELECTRIC, COATED, METAL};
     static const double alphas[] = {0.25, 0.0625, 0.16};
     for (int k = 0; k < 3; k++) {
@@ -163,9 +160,8 @@ static void planes_describe_lobes(void **state)
 }
 
 /* No sample depends on the tile that it is traced with. */
-static void parts_are_the_whole(void **state)
+TEST(parts_are_the_whole)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan plain = room(f, METAL, SHINES_RECT | SHINES_MAP);
     plain.environment.kind = ENVIRONMENT_CONSTANT;
@@ -221,9 +217,8 @@ static double plane_mean(const struct samples *s, enum plane_id plane, uint32_t 
 }
 
 /* Halves bring what the whole does, by other rays; one ray is its own half. */
-static void halves_bring_the_same(void **state)
+TEST(halves_bring_the_same)
 {
-    (void)state;
     static const uint32_t sides[] = {1, 3, 16};
     for (int k = 0; k < 3; k++) {
         const uint32_t l = sides[k];
@@ -251,9 +246,8 @@ static void halves_bring_the_same(void **state)
 
 /* Passes after the schedule trace lobes, too: the same light by other rays, and nothing that the
  * first has said once and for all. */
-static void later_passes_have_lobes(void **state)
+TEST(later_passes_have_lobes)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     const struct plan p = halved(f, 8);
     const uint64_t planes =
@@ -295,9 +289,8 @@ static void later_passes_have_lobes(void **state)
 
 /* A second set: each lobe's rays are its own, whatever the tile and the pixels beside it; lobes
  * without any are skipped, and what bounce rays get does not matter to them. */
-static void second_sets_are_of_each_lobe(void **state)
+TEST(second_sets_are_of_each_lobe)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, METAL, SHINES_RECT | SHINES_SKY);
     p.bounces = 2;
@@ -367,19 +360,4 @@ static void second_sets_are_of_each_lobe(void **state)
     tile_tracer_destroy(&tracer);
     render_scene_destroy(&scene);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(fields_and_paths_are_the_picture),
-        cmocka_unit_test(whatever_shines),
-        cmocka_unit_test(other_lobes_stay_with_paths),
-        cmocka_unit_test(second_sets_are_of_each_lobe),
-        cmocka_unit_test(planes_describe_lobes),
-        cmocka_unit_test(parts_are_the_whole),
-        cmocka_unit_test(halves_bring_the_same),
-        cmocka_unit_test(later_passes_have_lobes),
-    };
-    return cmocka_run_group_tests_name("glossy_field", tests, NULL, NULL);
 }

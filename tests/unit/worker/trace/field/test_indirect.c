@@ -1,4 +1,5 @@
 /* One bounce against closed forms. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "proto/half.h"
@@ -19,9 +20,8 @@ static void add_box(struct scene_fixture *f, uint32_t material)
 }
 
 /* All that a bounce can see has radiance 1: so has every sample. */
-static void test_furnace(void **state)
+TEST(test_furnace)
 {
-    (void)state;
     for (uint32_t l = 1; l <= 3; l++) {
         struct scene_fixture *f = fixture_new();
         struct plan p = floor_plan(f, 2.5f, 12);
@@ -53,9 +53,8 @@ static void test_furnace(void **state)
 }
 
 /* The same box marked as lights, whose emission is sampled elsewhere, or turned outwards: black. */
-static void test_lights_do_not_count_twice(void **state)
+TEST(test_lights_do_not_count_twice)
 {
-    (void)state;
     for (int outwards = 0; outwards < 2; outwards++) {
         struct scene_fixture *f = fixture_new();
         struct plan p = floor_plan(f, 2.5f, 8);
@@ -82,9 +81,8 @@ static void test_lights_do_not_count_twice(void **state)
 
 /* A wide ceiling lit from below at an angle, seen by a small floor: its radiance is albedo/pi * E.
  * Two suns of different power share the rays and must add up. */
-static void test_lit_ceiling(void **state)
+TEST(test_lit_ceiling)
 {
-    (void)state;
     for (int suns = 1; suns <= 2; suns++) {
         struct scene_fixture *f = fixture_new();
         struct plan p = floor_plan(f, 0.02f, 16);
@@ -122,9 +120,8 @@ static void test_lit_ceiling(void **state)
 
 /* A rectangle light behind a screen lights the wall, the wall the floor: compared with the same
  * integral by brute force over the wall. */
-static void test_wall_lit_by_rectangle(void **state)
+TEST(test_wall_lit_by_rectangle)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 0.5f, 8);
     p.camera.half_width = p.camera.half_height = 0.002f;
@@ -166,9 +163,8 @@ static void test_wall_lit_by_rectangle(void **state)
 }
 
 /* Directions are unit, in the upper half, and their mean height is that of a cosine: 2/3. */
-static void test_lambert_samples(void **state)
+TEST(test_lambert_samples)
 {
-    (void)state;
     enum { L = 256 };
     double mean = 0.0, side = 0.0;
     for (int row = 0; row < L; row++)
@@ -193,9 +189,8 @@ static void test_lambert_samples(void **state)
 }
 
 /* Those of the square's outline, too, rise above the surface, by less than anyone sees. */
-static void test_lambert_rim(void **state)
+TEST(test_lambert_rim)
 {
-    (void)state;
     static const float ends[] = {0.0f, 0.3f, 0.5f, 0x1.fffffep-1f};
     _Alignas(64) float u[LANES], v[LANES];
     struct lanes3 d;
@@ -208,9 +203,8 @@ static void test_lambert_rim(void **state)
     }
 }
 
-static void test_tangents_are_orthonormal(void **state)
+TEST(test_tangents_are_orthonormal)
 {
-    (void)state;
     struct plan p = fixture_plan(8, 8, (float[]){0, 0, 0}, 1);
     struct lanes3 n, a, b;
     for (int i = 0; i < LANES; i++) {
@@ -226,18 +220,4 @@ static void test_tangents_are_orthonormal(void **state)
         float length = a.x[i] * a.x[i] + a.y[i] * a.y[i] + a.z[i] * a.z[i];
         assert_true(fabsf(length - 1.0f) < 2e-3f);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_furnace),
-        cmocka_unit_test(test_lights_do_not_count_twice),
-        cmocka_unit_test(test_lit_ceiling),
-        cmocka_unit_test(test_wall_lit_by_rectangle),
-        cmocka_unit_test(test_lambert_samples),
-        cmocka_unit_test(test_lambert_rim),
-        cmocka_unit_test(test_tangents_are_orthonormal),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

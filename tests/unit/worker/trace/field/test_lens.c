@@ -2,6 +2,7 @@
 #include "proto/half.h"
 #include "proto/lens_pattern.h"
 #include "proto/pattern_path.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #define HALF_MAX 65504.0f
@@ -54,17 +55,15 @@ static void expect_slope(float z, double expected)
 }
 
 /* f_px = 8, A = 0.2: 1.6 pixels a unit of 1/z. */
-static void slopes_tell_the_side_of_the_focus(void **state)
+TEST(slopes_tell_the_side_of_the_focus)
 {
-    (void)state;
     expect_slope(2, 1.6 * (0.5 - 0.25));
     expect_slope(4, 0);
     expect_slope(8, 1.6 * (0.125 - 0.25));
 }
 
-static void misses_are_infinitely_far(void **state)
+TEST(misses_are_infinitely_far)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(8, 2);
     add_lamp(f, -2, 0, 4, 2, (float[]){1, 2, 3}); /* the left half, in focus */
@@ -121,9 +120,8 @@ static void expect_pattern(uint32_t blades, float z)
     free(f);
 }
 
-static void samples_lie_where_the_pattern_says(void **state)
+TEST(samples_lie_where_the_pattern_says)
 {
-    (void)state;
     expect_pattern(0, 3);
     expect_pattern(0, 6);
     expect_pattern(5, 3);
@@ -155,9 +153,8 @@ static void expect_moments(uint32_t blades, double second)
 }
 
 /* A regular polygon's second moment over its area: (2 + cos(2 pi / n)) / 12. */
-static void points_are_uniform_over_the_aperture(void **state)
+TEST(points_are_uniform_over_the_aperture)
 {
-    (void)state;
     expect_moments(0, 0.25);
     expect_moments(3, (2 + cos(2 * M_PI / 3)) / 12);
     expect_moments(6, (2 + cos(2 * M_PI / 6)) / 12);
@@ -210,10 +207,9 @@ static void picture_of_seeds(bool lens, double mean[3], double variance[3])
     free(f);
 }
 
-static void pictures_are_those_of_paths(void **state)
+TEST(pictures_are_those_of_paths)
 {
     double lens[3], paths[3], lens_variance[3], paths_variance[3];
-    (void)state;
     picture_of_seeds(true, lens, lens_variance);
     picture_of_seeds(false, paths, paths_variance);
     for (int c = 0; c < 3; c++) {
@@ -224,9 +220,8 @@ static void pictures_are_those_of_paths(void **state)
     }
 }
 
-static void tiles_do_not_matter(void **state)
+TEST(tiles_do_not_matter)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(16, 5);
     add_room(f, &p);
@@ -254,9 +249,8 @@ static void tiles_do_not_matter(void **state)
 
 /* Second sets are of the pixels that ask for them, whatever the tile, and show what the first do.
  */
-static void second_sets_are_of_pixels_that_ask(void **state)
+TEST(second_sets_are_of_pixels_that_ask)
 {
-    (void)state;
     enum { SIDE = 16, SEEDS = 24 };
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(SIDE, 3);
@@ -335,19 +329,17 @@ static void expect_finite(float radius, float focus)
     free(f);
 }
 
-static void odd_lenses_give_numbers(void **state)
+TEST(odd_lenses_give_numbers)
 {
     static const float radii[] = {1e-30f, 1e-6f, 100, 1e9f, 1e15f};
     static const float focuses[] = {1e-38f, 1e-20f, 1e-6f, 100, 1e15f};
-    (void)state;
     for (size_t i = 0; i < 5; i++)
         for (size_t k = 0; k < 5; k++) expect_finite(radii[i], focuses[k]);
 }
 
 /* What is nearly at the lens moves as far as numbers go. */
-static void slopes_are_bounded(void **state)
+TEST(slopes_are_bounded)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(8, 1);
     add_lamp(f, 0, 0, 1e-6f, 1, (float[]){1, 1, 1});
@@ -357,9 +349,8 @@ static void slopes_are_bounded(void **state)
     free(f);
 }
 
-static void many_samples_can_be_stopped(void **state)
+TEST(many_samples_can_be_stopped)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(8, 16);
     struct traced t = {0};
@@ -375,21 +366,4 @@ static void many_samples_can_be_stopped(void **state)
     assert_int_equal(count(&t, COUNTER_LENS_SAMPLES), 16 * 16); /* a batch of the first block */
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(slopes_tell_the_side_of_the_focus),
-        cmocka_unit_test(misses_are_infinitely_far),
-        cmocka_unit_test(samples_lie_where_the_pattern_says),
-        cmocka_unit_test(points_are_uniform_over_the_aperture),
-        cmocka_unit_test(pictures_are_those_of_paths),
-        cmocka_unit_test(tiles_do_not_matter),
-        cmocka_unit_test(second_sets_are_of_pixels_that_ask),
-        cmocka_unit_test(odd_lenses_give_numbers),
-        cmocka_unit_test(slopes_are_bounded),
-        cmocka_unit_test(many_samples_can_be_stopped),
-    };
-    return cmocka_run_group_tests_name("lens", tests, NULL, NULL);
 }

@@ -3,6 +3,7 @@
 #include "proto/lens_pattern.h"
 #include "proto/octahedron.h"
 #include "proto/shared_exponent.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 enum { SIDE = 48, L = 3, N = L * L };
@@ -96,9 +97,8 @@ static void expect_parts(uint32_t light)
     free(g);
 }
 
-static void samples_bring_their_light_in_parts(void **state)
+TEST(samples_bring_their_light_in_parts)
 {
-    (void)state;
     expect_parts(LENS_LIGHT_DIFFUSE);
     expect_parts(LENS_LIGHT_INDIRECT);
     expect_parts(LENS_LIGHT_SKY);
@@ -155,9 +155,8 @@ static uint32_t lobes_of(float roughness)
 }
 
 /* Those of them that are wide beside the lens. */
-static void lobes_are_left_to_fields(void **state)
+TEST(lobes_are_left_to_fields)
 {
-    (void)state;
     assert_true(lobes_of(0.5f) > N * SIDE * SIDE / 2);
     assert_int_equal(lobes_of(0.15f), 0);
 }
@@ -191,7 +190,7 @@ static struct plan mirror_plan(struct scene_fixture *f, float half, uint32_t mir
 
 /* What a mirror shows lies as far behind it as before, faces the eye and has the mirror's colour,
  * too; fields light it. */
-static void mirrors_show_their_image(void **state)
+TEST(mirrors_show_their_image)
 {
     struct scene_fixture *f = fixture_new();
     const struct plan p = mirror_plan(f, 9, 2);
@@ -199,7 +198,6 @@ static void mirrors_show_their_image(void **state)
     const float red[3] = {0.5f * 0.75f, 0.8f * 0.25f, 0.125f};
     const float slope = 0.1f * SIDE * (1.0f / 9 - 1.0f / 6);
     uint32_t lit = 0;
-    (void)state;
     for (uint32_t k = 0; k < N; k++)
         for (size_t i = 0; i < SIDE * SIDE; i++) {
             float normal[3], albedo[3], left[3], light[3];
@@ -242,11 +240,10 @@ static uint64_t rays_on(float half, uint32_t mirrors, bool bent)
 }
 
 /* Looked through, a mirror that shines would be dark. */
-static void mirrors_that_shine_are_met(void **state)
+TEST(mirrors_that_shine_are_met)
 {
     struct scene_fixture *f = fixture_new();
     const struct plan p = mirror_plan(f, 9, 2);
-    (void)state;
     for (uint32_t m = 0; m < 2; m++)
         if (f->materials[m].metallic > 0) f->materials[m].emission[1] = 3;
     struct traced t = trace_all(f, &p);
@@ -262,9 +259,8 @@ static void mirrors_that_shine_are_met(void **state)
 }
 
 /* Bent ones and what is small are not looked through, nor any without a plan for it. */
-static void only_flat_mirrors_are_looked_through(void **state)
+TEST(only_flat_mirrors_are_looked_through)
 {
-    (void)state;
     assert_true(rays_on(9, 1, false) >= (N + 1) * SIDE * SIDE);
     assert_true(rays_on(0.3f, 1, false) > 0);
     assert_int_equal(rays_on(0.1f, 1, false), 0);
@@ -273,13 +269,12 @@ static void only_flat_mirrors_are_looked_through(void **state)
 }
 
 /* Depth and normal are those of the surface, albedo its own. */
-static void samples_tell_of_their_surface(void **state)
+TEST(samples_tell_of_their_surface)
 {
     struct scene_fixture *f = fixture_new();
     struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
     struct traced t = trace_all(f, &p);
     uint32_t near = 0;
-    (void)state;
     for (uint32_t k = 0; k < N; k++)
         for (size_t i = 0; i < SIDE * SIDE; i++) {
             float normal[3], albedo[3];
@@ -299,13 +294,12 @@ static void samples_tell_of_their_surface(void **state)
 }
 
 /* A pixel's samples do not depend on the tile that holds it, whatever lies around that. */
-static void tiles_do_not_show(void **state)
+TEST(tiles_do_not_show)
 {
     struct scene_fixture *f = fixture_new(), *g = fixture_new();
     struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE), q = board_plan(g, LENS_LIGHT_DIFFUSE);
     const struct rect part = {17, 10, 31, 30};
     struct traced whole = trace_all(f, &p), tile = trace(g, &q, part);
-    (void)state;
     for (uint32_t k = 0; k < N; k++)
         for (int32_t y = part.y0; y < part.y1; y++)
             for (int32_t x = part.x0; x < part.x1; x++) {
@@ -347,10 +341,9 @@ static uint32_t board_samples(float slope, float as_it_travels, uint32_t *black)
 }
 
 /* Fields do not light what they read as too far out of focus, though it is not by a hair. */
-static void slopes_count_as_they_travel(void **state)
+TEST(slopes_count_as_they_travel)
 {
     uint32_t black;
-    (void)state;
     assert_true(board_samples(23.98f, 23.984375f, &black) > 100);
     assert_true(black > 10);
     assert_true(board_samples(23.995f, 24.0f, &black) > 100);
@@ -358,13 +351,12 @@ static void slopes_count_as_they_travel(void **state)
 }
 
 /* All samples of a surface together have its albedo, finer than a step of one. */
-static void albedos_are_right_in_the_mean(void **state)
+TEST(albedos_are_right_in_the_mean)
 {
     static const float albedo[3] = {0.7003f, 0.3001f, 0.0504f};
     struct scene_fixture *f = fixture_new();
     const uint32_t paint = fixture_material(f, albedo[0], albedo[1], albedo[2]);
     double sum[3] = {0};
-    (void)state;
     struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
     fixture_panel(f, paint, (float[]){0, 0, -1.5f}, (float[]){9, 0, 0}, (float[]){0, 9, 0});
     struct traced t = trace_all(f, &p);
@@ -404,13 +396,12 @@ static struct samples *second_set(uint32_t light, struct counters *counters)
     return out;
 }
 
-static void second_sets_are_whole_paths(void **state)
+TEST(second_sets_are_whole_paths)
 {
     static const uint32_t lights[] = {LENS_LIGHT_INDIRECT, LENS_LIGHT_DIFFUSE};
     struct counters counters = {0};
     struct samples *own = second_set(LENS_LIGHT_OWN, &counters);
     const size_t bytes = (size_t)SIDE * SIDE * sizeof(float);
-    (void)state;
     assert_true(samples_f32(own, PLANE_LENS_MORE, 0)[5 * SIDE] > 0.0f);
     for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
         counters = (struct counters){0};
@@ -423,21 +414,4 @@ static void second_sets_are_whole_paths(void **state)
         samples_destroy(&lit);
     }
     samples_destroy(&own);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(samples_bring_their_light_in_parts),
-        cmocka_unit_test(lobes_are_left_to_fields),
-        cmocka_unit_test(mirrors_show_their_image),
-        cmocka_unit_test(mirrors_that_shine_are_met),
-        cmocka_unit_test(only_flat_mirrors_are_looked_through),
-        cmocka_unit_test(samples_tell_of_their_surface),
-        cmocka_unit_test(tiles_do_not_show),
-        cmocka_unit_test(slopes_count_as_they_travel),
-        cmocka_unit_test(albedos_are_right_in_the_mean),
-        cmocka_unit_test(second_sets_are_whole_paths),
-    };
-    return cmocka_run_group_tests_name("lens_light", tests, NULL, NULL);
 }

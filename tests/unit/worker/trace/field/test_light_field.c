@@ -1,5 +1,6 @@
 /* The light field of indirect light beside the path tracer: together they are the picture that the
  * path tracer gives alone, whatever the surface, the lights and the number of bounces. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/field_room.h"
 
 static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
@@ -33,18 +34,16 @@ static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
     free(f);
 }
 
-static void field_and_paths_are_the_picture(void **state)
+TEST(field_and_paths_are_the_picture)
 {
-    (void)state;
     static const uint32_t bounces[] = {1, 2, 8};
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int k = 0; k < 3; k++)
             compare((enum kind)kind, SHINES_RECT | SHINES_MESH | SHINES_SKY, bounces[k]);
 }
 
-static void whatever_shines(void **state)
+TEST(whatever_shines)
 {
-    (void)state;
     static const uint32_t lights[] = {SHINES_RECT,  SHINES_MESH,
                                       SHINES_SKY,   SHINES_MAP,
                                       SHINES_POINT, SHINES_RECT | SHINES_POINT | SHINES_MAP};
@@ -55,9 +54,8 @@ static void whatever_shines(void **state)
 }
 
 /* A pure light field of lights alone is the path tracer's demodulated indirect light. */
-static void fields_need_no_paths(void **state)
+TEST(fields_need_no_paths)
 {
-    (void)state;
     for (uint32_t bounces = 1; bounces <= 3; bounces++) {
         struct scene_fixture *f = fixture_new();
         struct plan plain = room(f, LAMBERT, SHINES_RECT | SHINES_POINT), field;
@@ -79,9 +77,8 @@ static void fields_need_no_paths(void **state)
 }
 
 /* Samples per axis and maps of the strata change the noise, nothing else. */
-static void strata_do_not_matter(void **state)
+TEST(strata_do_not_matter)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, DIELECTRIC, SHINES_RECT | SHINES_MESH);
     p.bounces = 2;
@@ -120,9 +117,8 @@ static void strata_do_not_matter(void **state)
 
 /* The nearest of the strata's distances, and the share of those that are not nearer than the
  * occlusion's: with radiance or alone, where rays end there. */
-static void distances_are_the_first_hits(void **state)
+TEST(distances_are_the_first_hits)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, METAL, SHINES_RECT);
     p.bounces = 1;
@@ -163,9 +159,8 @@ static void distances_are_the_first_hits(void **state)
 }
 
 /* Any part of the picture has the bytes of the whole, borders within blocks or not. */
-static void tiles_do_not_matter(void **state)
+TEST(tiles_do_not_matter)
 {
-    (void)state;
     static const struct rect parts[] = {{0, 0, 5, 16}, {5, 0, 16, 7}, {5, 7, 16, 16}, {3, 3, 4, 4}};
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, COATED, SHINES_RECT | SHINES_MESH | SHINES_SKY);
@@ -203,9 +198,8 @@ static void tiles_do_not_matter(void **state)
 
 /* Sub-samples' diffuse albedo marks a pixel too: stripes of a metal and a matt colour
  * leaves no pixel without light, and none is lit that has only metal. */
-static void diffuse_albedo_decides(void **state)
+TEST(diffuse_albedo_decides)
 {
-    (void)state;
     uint8_t metal_or_not[4 * 16];
     for (int i = 0; i < 64; i++) metal_or_not[i] = i % 4 == 2 && i / 8 % 2 ? 0 : 255;
     struct scene_fixture *f = fixture_new();
@@ -234,9 +228,8 @@ static void diffuse_albedo_decides(void **state)
 }
 
 /* Radiance beyond what floats hold: black, counted, and no plane holds anything but numbers. */
-static void samples_that_are_not_finite_are_rejected(void **state)
+TEST(samples_that_are_not_finite_are_rejected)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, LAMBERT, 0);
     for (uint32_t k = 1; k < f->material_count; k++)
@@ -262,9 +255,8 @@ static void samples_that_are_not_finite_are_rejected(void **state)
 }
 
 /* A frame of one pixel, and surfaces of every size: the same, but for the unit of length. */
-static void size_does_not_matter(void **state)
+TEST(size_does_not_matter)
 {
-    (void)state;
     static const float scales[] = {1.0f, 0x1p-13f, 0x1p16f};
     uint16_t mean[3] = {0}, reflector[3] = {0};
     for (int k = 0; k < 3; k++) {
@@ -299,9 +291,8 @@ static void size_does_not_matter(void **state)
 }
 
 /* Nothing met, something at once, nothing sent. */
-static void a_hit_at_once_is_a_hit(void **state)
+TEST(a_hit_at_once_is_a_hit)
 {
-    (void)state;
     struct path_scratch *s = aligned_alloc(LANES_ALIGN, sizeof *s);
     assert_non_null(s);
     path_scratch_init(s);
@@ -323,9 +314,8 @@ static void a_hit_at_once_is_a_hit(void **state)
 
 /* Passes after the schedule: paths go on where they were, bounce rays start anew, and each brings
  * the same light on the average. */
-static void later_passes_go_on(void **state)
+TEST(later_passes_go_on)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, LAMBERT, SHINES_RECT);
     add_field(&p, 4);
@@ -395,9 +385,8 @@ static double plane_mean(const struct samples *s, enum plane_id plane)
 
 /* A second set: each pixel's rays are its own, whatever the tile and the pixels beside it; pixels
  * without any are skipped, and all bring the same light on the average as the first set. */
-static void second_sets_are_of_each_pixel(void **state)
+TEST(second_sets_are_of_each_pixel)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, COATED, SHINES_RECT | SHINES_SKY);
     add_field(&p, 4);
@@ -468,23 +457,4 @@ static void second_sets_are_of_each_pixel(void **state)
     tile_tracer_destroy(&tracer);
     render_scene_destroy(&scene);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(second_sets_are_of_each_pixel),
-        cmocka_unit_test(later_passes_go_on),
-        cmocka_unit_test(field_and_paths_are_the_picture),
-        cmocka_unit_test(whatever_shines),
-        cmocka_unit_test(fields_need_no_paths),
-        cmocka_unit_test(strata_do_not_matter),
-        cmocka_unit_test(distances_are_the_first_hits),
-        cmocka_unit_test(tiles_do_not_matter),
-        cmocka_unit_test(diffuse_albedo_decides),
-        cmocka_unit_test(samples_that_are_not_finite_are_rejected),
-        cmocka_unit_test(size_does_not_matter),
-        cmocka_unit_test(a_hit_at_once_is_a_hit),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

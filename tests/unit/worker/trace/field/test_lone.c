@@ -2,6 +2,7 @@
 #include "proto/half.h"
 #include "proto/octahedron.h"
 #include "proto/surface_match.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "worker/shade/lanes.h"
 
@@ -98,9 +99,8 @@ static bool is_listed(const struct lone_list *list, uint32_t place)
     return false;
 }
 
-static void those_that_nobody_shows_are_found(void **state)
+TEST(those_that_nobody_shows_are_found)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
     struct traced t = trace_all(f, &p);
@@ -142,10 +142,9 @@ static void expect_same(const struct samples *tile, struct rect r, const struct 
 }
 
 /* What lies beside a tile is looked at; its borders show nowhere. */
-static void tiles_do_not_matter(void **state)
+TEST(tiles_do_not_matter)
 {
     static const int32_t sides[] = {4, 8, 12, 11, 17, 31};
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
     fixture_bounces(&p, 2);
@@ -172,9 +171,8 @@ static void tiles_do_not_matter(void **state)
     free(f);
 }
 
-static void plain_surfaces_have_none(void **state)
+TEST(plain_surfaces_have_none)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
     f->instance_count = 1; /* the floor alone */
@@ -186,9 +184,8 @@ static void plain_surfaces_have_none(void **state)
 }
 
 /* Those that reflect nothing need no light. */
-static void black_ones_are_left(void **state)
+TEST(black_ones_are_left)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.0f);
     struct traced t = trace_all(f, &p);
@@ -222,9 +219,8 @@ static bool is_settled(const struct plan *p, const struct samples *s, const stru
 }
 
 /* Without all planes that tell, nothing is settled. */
-static void what_surely_shows_its_pixel_says_only_so(void **state)
+TEST(what_surely_shows_its_pixel_says_only_so)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
     uint32_t settled = 0;
@@ -243,9 +239,8 @@ static void what_surely_shows_its_pixel_says_only_so(void **state)
 }
 
 /* Without the list nothing else is traced, and with it planes stay what they are. */
-static void planes_stay_as_they_are(void **state)
+TEST(planes_stay_as_they_are)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
     struct traced with = trace_all(f, &p);
@@ -277,9 +272,8 @@ static void strip_point(const struct plan *p, uint32_t place, double out[3])
     out[2] = -(1.0 - 2.0 * (y + (double)at[1]) / SIDE) * 0.5 * 2.0;
 }
 
-static void a_bulb_lights_each_at_its_place(void **state)
+TEST(a_bulb_lights_each_at_its_place)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
     struct traced t = trace_all(f, &p);
@@ -304,9 +298,8 @@ static void a_bulb_lights_each_at_its_place(void **state)
 }
 
 /* In the shadow of a lid none is lit. */
-static void shadows_fall_on_them(void **state)
+TEST(shadows_fall_on_them)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
     fixture_panel(f, 0, (float[]){0, 4.5f, 0}, (float[]){2, 0, 0}, (float[]){0, 0, -2});
@@ -337,9 +330,8 @@ static double correlation_with_pixels(const struct samples *samples, uint32_t su
     return (n * xy - x * y) / sqrt((n * xx - x * x) * (n * yy - y * y));
 }
 
-static void noise_is_their_own(void **state)
+TEST(noise_is_their_own)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = strips_plan(f, 0.5f);
     p.light_count = 0;
@@ -391,16 +383,14 @@ static double noise(uint32_t l)
     return spread;
 }
 
-static void more_samples_have_less_noise(void **state)
+TEST(more_samples_have_less_noise)
 {
-    (void)state;
     const double one = noise(1), many = noise(6);
     if (!(many < 0.6 * one)) fail_msg("noise is %g with 1 sample and %g with 36", one, many);
 }
 
-static void stops_when_asked(void **state)
+TEST(stops_when_asked)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
     struct fault fault = {0};
@@ -418,9 +408,8 @@ static void stops_when_asked(void **state)
 
 /* Direct light alone: rows are told of before lone sub-samples are shaded, each sixteen of which
  * are progress, too. */
-static void progress_goes_on(void **state)
+TEST(progress_goes_on)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
     struct fault fault = {0};
@@ -434,23 +423,4 @@ static void progress_goes_on(void **state)
     assert_true(progress >= (uint64_t)rect_height(whole) + t.samples->lone->count / LANES);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(those_that_nobody_shows_are_found),
-        cmocka_unit_test(tiles_do_not_matter),
-        cmocka_unit_test(plain_surfaces_have_none),
-        cmocka_unit_test(black_ones_are_left),
-        cmocka_unit_test(planes_stay_as_they_are),
-        cmocka_unit_test(what_surely_shows_its_pixel_says_only_so),
-        cmocka_unit_test(a_bulb_lights_each_at_its_place),
-        cmocka_unit_test(shadows_fall_on_them),
-        cmocka_unit_test(noise_is_their_own),
-        cmocka_unit_test(more_samples_have_less_noise),
-        cmocka_unit_test(stops_when_asked),
-        cmocka_unit_test(progress_goes_on),
-    };
-    return cmocka_run_group_tests_name("lone", tests, NULL, NULL);
 }

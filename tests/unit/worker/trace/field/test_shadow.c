@@ -1,4 +1,5 @@
 /* Direct light against closed forms: irradiance, visibility, slopes. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "proto/half.h"
@@ -24,9 +25,8 @@ static double polygon_irradiance(const double corners[4][3], const double p[3])
     return fabs(0.5 * sum);
 }
 
-static void test_rectangle_irradiance(void **state)
+TEST(test_rectangle_irradiance)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 10.0f, 32);
     fixture_ceiling_light(&p, 0.3f, 2.0f, 0.2f, 0.5f, 16);
@@ -69,9 +69,8 @@ static double gaussian_irradiance(const struct plan_light *l, const double p[3])
     return sum / (N * N) * 4.0 * (double)l->half_u[0] * (double)l->half_v[2];
 }
 
-static void test_gaussian_profile(void **state)
+TEST(test_gaussian_profile)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 10.0f, 8);
     fixture_ceiling_light(&p, 0, 2, 0, 0.6f, 64)->profile = PROFILE_GAUSSIAN;
@@ -88,9 +87,8 @@ static void test_gaussian_profile(void **state)
     free(f);
 }
 
-static void test_punctual_lights(void **state)
+TEST(test_punctual_lights)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
     struct plan_light *point = fixture_light(&p, LIGHT_POINT, 1);
@@ -120,9 +118,8 @@ static void test_punctual_lights(void **state)
 }
 
 /* A blocker at half the height over half the floor: slopes are 1, as t is 1/2. */
-static void test_blocked_half(void **state)
+TEST(test_blocked_half)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
     fixture_ceiling_light(&p, 0, 2, 0, 0.01f, 3);
@@ -148,9 +145,8 @@ static void test_blocked_half(void **state)
 }
 
 /* Occlusion queries and closest-hit queries agree on who sees the light. */
-static void test_visibility_without_slopes(void **state)
+TEST(test_visibility_without_slopes)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 32);
     fixture_ceiling_light(&p, 0, 2, 0, 0.4f, 3);
@@ -169,9 +165,8 @@ static void test_visibility_without_slopes(void **state)
 }
 
 /* The emitter's own geometry stands where the light is, front and back, and hides neither. */
-static void test_lights_do_not_block_themselves(void **state)
+TEST(test_lights_do_not_block_themselves)
 {
-    (void)state;
     static const float scales[] = {1e-3f, 1.0f, 1e4f};
     for (int s = 0; s < 3; s++) {
         float k = scales[s];
@@ -199,9 +194,8 @@ static void test_lights_do_not_block_themselves(void **state)
     }
 }
 
-static void test_more_strata_than_a_byte(void **state)
+TEST(test_more_strata_than_a_byte)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 8);
     fixture_ceiling_light(&p, 0, 2, 0, 0.4f, 5);
@@ -215,9 +209,8 @@ static void test_more_strata_than_a_byte(void **state)
 /* A floor whose normals lean towards a light that stands below it: the shading normal sees the
  * light, the floor itself is in the way. The strata count as blocked, or filters would light them;
  * they say nothing of a blocker's slope. */
-static void test_facets_block_what_normals_see(void **state)
+TEST(test_facets_block_what_normals_see)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = fixture_plan(8, 8, (float[]){0, 4, 0}, 0.2f);
     fixture_look(&p, (float[]){0, -1, 0}, (float[]){0, 0, -1});
@@ -245,19 +238,4 @@ static void test_facets_block_what_normals_see(void **state)
     assert_int_equal(count(&t, COUNTER_SKIPPED_BELOW_HORIZON), 64 * 9);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rectangle_irradiance),
-        cmocka_unit_test(test_gaussian_profile),
-        cmocka_unit_test(test_punctual_lights),
-        cmocka_unit_test(test_blocked_half),
-        cmocka_unit_test(test_visibility_without_slopes),
-        cmocka_unit_test(test_lights_do_not_block_themselves),
-        cmocka_unit_test(test_facets_block_what_normals_see),
-        cmocka_unit_test(test_more_strata_than_a_byte),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,12 @@
 /* What camera rays find: geometry planes, instances, normals, masks, offsets. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 #include "proto/half.h"
 #include "proto/octahedron.h"
 
-static void test_depth_and_normal(void **state)
+TEST(test_depth_and_normal)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
     struct traced t = trace_all(f, &p);
@@ -24,9 +24,8 @@ static void test_depth_and_normal(void **state)
     free(f);
 }
 
-static void test_orthographic_camera(void **state)
+TEST(test_orthographic_camera)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 1.0f, 16);
     p.camera.type = CAMERA_ORTHOGRAPHIC;
@@ -64,9 +63,8 @@ static const float places[3][12] = {
     {-1, 0, 0, 0.3f, 0, 1, 0, -1.4f, 0, 0, 1, -0.5f}, /* mirrored */
 };
 
-static void test_instances_equal_copies(void **state)
+TEST(test_instances_equal_copies)
 {
-    (void)state;
     static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     struct scene_fixture *a = fixture_new(), *b = fixture_new();
     struct plan p = fixture_plan(64, 64, (float[]){0, 0, 4}, 0.6f);
@@ -107,9 +105,8 @@ static void test_instances_equal_copies(void **state)
 }
 
 /* Emission shows on the side that the winding faces, also through a mirroring transform. */
-static void test_emission_is_one_sided(void **state)
+TEST(test_emission_is_one_sided)
 {
-    (void)state;
     for (int mirrored = 0; mirrored < 2; mirrored++)
         for (int back = 0; back < 2; back++)
             for (int both = 0; both < 2; both++) {
@@ -132,9 +129,8 @@ static void test_emission_is_one_sided(void **state)
             }
 }
 
-static void test_smooth_normals_face_the_viewer(void **state)
+TEST(test_smooth_normals_face_the_viewer)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = fixture_plan(32, 32, (float[]){0, 0, 3}, 0.3f);
     fixture_material(f, 0.5f, 0.5f, 0.5f);
@@ -159,9 +155,8 @@ static void test_smooth_normals_face_the_viewer(void **state)
 }
 
 /* A normal map whose texels all lean 45 degrees along the tangent. */
-static void test_normal_map(void **state)
+TEST(test_normal_map)
 {
-    (void)state;
     static const uint8_t lean[4] = {218, 128, 218, 255};
     struct scene_fixture *f = fixture_new();
     struct plan p = fixture_plan(8, 8, (float[]){0, 0, 3}, 0.3f);
@@ -185,9 +180,8 @@ static void test_normal_map(void **state)
 }
 
 /* A panel whose left texel is a hole: camera and shadow rays go through it. */
-static void test_alpha_mask(void **state)
+TEST(test_alpha_mask)
 {
-    (void)state;
     static const uint8_t hole[8] = {255, 255, 255, 0, 255, 255, 255, 255};
     for (int mode = ALPHA_OPAQUE; mode <= ALPHA_BLEND; mode++) {
         struct scene_fixture *f = fixture_new();
@@ -218,9 +212,8 @@ static void test_alpha_mask(void **state)
     }
 }
 
-static void test_degenerate_triangles_are_harmless(void **state)
+TEST(test_degenerate_triangles_are_harmless)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
     uint32_t mesh = fixture_mesh(f, 0, 0);
@@ -243,9 +236,8 @@ static void test_degenerate_triangles_are_harmless(void **state)
 }
 
 /* Embree reports hits at an infinite distance where its products overflow. */
-static void test_overflowing_triangles_are_missed(void **state)
+TEST(test_overflowing_triangles_are_missed)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, 16);
     const float far = 1e14f;
@@ -261,9 +253,8 @@ static void test_overflowing_triangles_are_missed(void **state)
     free(f);
 }
 
-static void test_sub_samples(void **state)
+TEST(test_sub_samples)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 1.03f, 32); /* its edge cuts pixels */
     p.sub_samples = 3;
@@ -292,21 +283,4 @@ static void test_sub_samples(void **state)
     assert_int_equal(count(&t, COUNTER_RAYS_ANTIALIAS), 3 * 32 * 32);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_depth_and_normal),
-        cmocka_unit_test(test_orthographic_camera),
-        cmocka_unit_test(test_instances_equal_copies),
-        cmocka_unit_test(test_emission_is_one_sided),
-        cmocka_unit_test(test_smooth_normals_face_the_viewer),
-        cmocka_unit_test(test_normal_map),
-        cmocka_unit_test(test_alpha_mask),
-        cmocka_unit_test(test_degenerate_triangles_are_harmless),
-        cmocka_unit_test(test_overflowing_triangles_are_missed),
-        cmocka_unit_test(test_sub_samples),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

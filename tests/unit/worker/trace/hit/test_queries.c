@@ -1,13 +1,8 @@
 /* Questions to Embree, packet by packet, against single rays. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <unistd.h>
-/* cmocka wants those first */
-#include <cmocka.h>
 
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
 #include "worker/trace/hit/queries.h"
 
@@ -105,9 +100,8 @@ static uint32_t add_quad(struct scene_fixture *f)
     return mesh;
 }
 
-static void test_occlusion_by_triangles(void **state)
+TEST(test_occlusion_by_triangles)
 {
-    (void)state;
     struct scene_fixture *f = fixture_start();
     fixture_place(f, add_quad(f));
     struct render_scene *scene = scene_of(f);
@@ -117,9 +111,8 @@ static void test_occlusion_by_triangles(void **state)
     free(f);
 }
 
-static void test_occlusion_by_instances(void **state)
+TEST(test_occlusion_by_instances)
 {
-    (void)state;
     struct scene_fixture *f = fixture_start();
     uint32_t mesh = add_quad(f);
     for (int i = 0; i < 6; i++)
@@ -132,13 +125,4 @@ static void test_occlusion_by_instances(void **state)
     expect_as_single(scene);
     render_scene_destroy(&scene);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_occlusion_by_triangles),
-        cmocka_unit_test(test_occlusion_by_instances),
-    };
-    return cmocka_run_group_tests_name("queries", tests, NULL, NULL);
 }

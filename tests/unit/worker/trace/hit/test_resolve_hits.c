@@ -1,5 +1,6 @@
 /* What sixteen rays met: panels of several materials side by side, and nothing between them. */
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
@@ -48,6 +49,8 @@ static int close_scene(void **state)
     free(f);
     return 0;
 }
+
+ALL_TESTS(open_scene, close_scene);
 
 static void expect_color(const struct lanes3 *got, int i, float r, float g, float b)
 {
@@ -125,9 +128,8 @@ static void look(const struct hit_kernels *kernels, struct random *r, int first,
     assert_int_equal(s.any_emission, any_emission);
 }
 
-static void surfaces_are_the_panels(void **state)
+TEST(surfaces_are_the_panels)
 {
-    (void)state;
     struct random r = {1};
     for (int k = 0; k < isa_count(); k++)
         for (int round = 0; round < 40; round++) {
@@ -137,10 +139,4 @@ static void surfaces_are_the_panels(void **state)
             look(kernels, &r, UNLIT, GLOSSY);
             look(kernels, &r, SHINING, PLACED);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(surfaces_are_the_panels)};
-    return cmocka_run_group_tests(tests, open_scene, close_scene);
 }

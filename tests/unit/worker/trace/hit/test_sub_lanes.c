@@ -1,6 +1,7 @@
 /* What lanes do with anti-aliasing rays: the bits of the functions that the coordinator reads them
  * by, on every instruction set. */
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
@@ -16,9 +17,8 @@ static void block_anywhere(struct random *seed, struct block *b)
     block_init(b, x, y, 16384, 16384, (struct rect){x, y, x + 4, y + 4});
 }
 
-static void test_rays_go_where_the_pattern_says(void **state)
+TEST(test_rays_go_where_the_pattern_says)
 {
-    (void)state;
     struct random seed = {7};
     for (uint32_t round = 0; round < 600; round++) {
         const struct pattern p = {.seed = seed.state, .frame = round % 5};
@@ -42,9 +42,8 @@ static void test_rays_go_where_the_pattern_says(void **state)
 }
 
 /* Codes that no packing makes are read as well. */
-static void test_normals_are_read_as_they_are_packed(void **state)
+TEST(test_normals_are_read_as_they_are_packed)
 {
-    (void)state;
     struct random seed = {11};
     _Alignas(LANES_ALIGN) uint32_t packed[LANES];
     for (int round = 0; round < 2000; round++) {
@@ -112,9 +111,8 @@ static void check_match(const struct surface_view *view, const struct lanes_mask
     sum->lanes++;
 }
 
-static void test_matches_are_those_of_one_by_one(void **state)
+TEST(test_matches_are_those_of_one_by_one)
 {
-    (void)state;
     struct random seed = {13};
     struct matched sum = {0};
     struct lanes_mask kept;
@@ -176,9 +174,8 @@ static void check_stored(const struct surface *centre, const struct surface *sub
     assert_int_equal(stored[3], (uint16_t)(int32_t)(sub->albedo.x[i] * 65535.0f + 0.5f));
 }
 
-static void test_what_is_met_is_stored(void **state)
+TEST(test_what_is_met_is_stored)
 {
-    (void)state;
     struct random seed = {17};
     const float length_unit = 0.7f;
     const float miss = half_to_float(half_from_float(SUB_DEPTH_MISS));
@@ -203,9 +200,8 @@ static void test_what_is_met_is_stored(void **state)
 }
 
 /* Every plane of every sub-sample at its place. */
-static void test_planes_are_looked_up_once(void **state)
+TEST(test_planes_are_looked_up_once)
 {
-    (void)state;
     struct plan plan = fixture_plan(8, 8, (float[]){1, 2, 3}, 0.8f);
     struct samples_layout layout;
     struct geometry_planes planes;
@@ -225,16 +221,4 @@ static void test_planes_are_looked_up_once(void **state)
             assert_ptr_equal(planes.sub[k].albedo[c], samples_u16(s, PLANE_SUB_ALBEDO, 3 * k + c));
     }
     samples_destroy(&s);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rays_go_where_the_pattern_says),
-        cmocka_unit_test(test_normals_are_read_as_they_are_packed),
-        cmocka_unit_test(test_matches_are_those_of_one_by_one),
-        cmocka_unit_test(test_what_is_met_is_stored),
-        cmocka_unit_test(test_planes_are_looked_up_once),
-    };
-    return cmocka_run_group_tests_name("sub_lanes", tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* Layers in lanes bring the bits of the models one by one, on every instruction set. */
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/field/glossy_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
@@ -135,9 +136,8 @@ static bool check_scattered(const struct path_vertex *v, int i, float choice, co
     return true;
 }
 
-static void test_scatter(void **state)
+TEST(test_scatter)
 {
-    (void)state;
     static struct path_vertex v;
     static struct path_scattering s;
     struct random seed = {3};
@@ -209,9 +209,8 @@ static void random_samples(struct random *r, struct path_light *l, float probabi
     }
 }
 
-static void test_light(void **state)
+TEST(test_light)
 {
-    (void)state;
     static struct path_vertex v;
     static struct path_light l;
     struct random seed = {4};
@@ -236,9 +235,8 @@ static void test_light(void **state)
     }
 }
 
-static void test_diffuse(void **state)
+TEST(test_diffuse)
 {
-    (void)state;
     static struct path_vertex v;
     struct random seed = {5};
     for (int round = 0; round < 1500; round++) {
@@ -270,9 +268,8 @@ static void test_diffuse(void **state)
 }
 
 /* Of the isotropic ones; pairs of numbers are those of path_pair. */
-static void test_gloss(void **state)
+TEST(test_gloss)
 {
-    (void)state;
     static struct path_vertex v;
     struct random seed = {6};
     for (int round = 0; round < 1500; round++) {
@@ -305,15 +302,4 @@ static void test_gloss(void **state)
             }
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scatter),
-        cmocka_unit_test(test_light),
-        cmocka_unit_test(test_diffuse),
-        cmocka_unit_test(test_gloss),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* Paths: what they must agree on whatever the tiles and passes, and what their parts add up to.
  * Closed forms are in tests/golden. */
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
 static void assert_near(double a, double b, double tolerance)
@@ -51,9 +52,8 @@ static double mean(const struct traced *t, enum plane_id id, uint32_t c, uint32_
     return sum / area / spp;
 }
 
-static void tiles_do_not_matter(void **state)
+TEST(tiles_do_not_matter)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     struct traced whole = trace_all(f, &p);
@@ -80,9 +80,8 @@ static struct samples *trace_pass(struct traced *t, const struct plan *p, uint32
 }
 
 /* Pass 0 of many is the whole of a short job; the passes of a long one are different samples. */
-static void passes_continue_each_other(void **state)
+TEST(passes_continue_each_other)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f), longer = p;
     struct traced t = trace_all(f, &p);
@@ -99,9 +98,8 @@ static void passes_continue_each_other(void **state)
     free(f);
 }
 
-static void parts_add_up(void **state)
+TEST(parts_add_up)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     struct traced t = trace_all(f, &p);
@@ -121,9 +119,8 @@ static void parts_add_up(void **state)
 }
 
 /* On a scene of one Lambert material its albedo times the demodulated light is the light. */
-static void demodulation_divides_by_albedo(void **state)
+TEST(demodulation_divides_by_albedo)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = floor_plan(f, 2.5f, SIDE_PX);
     f->materials[0].base_color[2] = 0.25f;
@@ -150,9 +147,8 @@ static void demodulation_divides_by_albedo(void **state)
     free(f);
 }
 
-static void no_bounce_means_no_indirect_light(void **state)
+TEST(no_bounce_means_no_indirect_light)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     p.bounces = 0;
@@ -164,9 +160,8 @@ static void no_bounce_means_no_indirect_light(void **state)
 }
 
 /* A point light cannot be met: without bounces no ray looks for it. */
-static void last_rays_that_meet_nothing_are_skipped(void **state)
+TEST(last_rays_that_meet_nothing_are_skipped)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     p.bounces = 0;
@@ -182,9 +177,8 @@ static void last_rays_that_meet_nothing_are_skipped(void **state)
 /* The same light counted by light samples alone and by both ways: with a rough metal both matter.
  * A rectangle without bounces, once found by scattering only (its power is hidden behind a stronger
  * light that reaches nothing). */
-static void both_ways_agree_with_one(void **state)
+TEST(both_ways_agree_with_one)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     p.bounces = 0;
@@ -206,9 +200,8 @@ static void both_ways_agree_with_one(void **state)
     free(f);
 }
 
-static void spread_is_the_samples_own(void **state)
+TEST(spread_is_the_samples_own)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     p.paths.spp = 1;
@@ -221,9 +214,8 @@ static void spread_is_the_samples_own(void **state)
 
 /* A panel that ends at a pixel's edge: with a box the next pixel does not see it, with a tent an
  * eighth of it does, since that much of the tent lies beyond the edge. */
-static void tents_reach_into_the_next_pixel(void **state)
+TEST(tents_reach_into_the_next_pixel)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     uint32_t grey = fixture_material(f, 0.5f, 0.5f, 0.5f);
     fixture_panel(f, grey, (float[]){-10, 0, 0}, (float[]){10, 0, 0}, (float[]){0, 10, 0});
@@ -256,9 +248,8 @@ static void tents_reach_into_the_next_pixel(void **state)
     free(f);
 }
 
-static void passes_and_maps_are_checked(void **state)
+TEST(passes_and_maps_are_checked)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f);
     struct traced t = trace_all(f, &p);
@@ -277,9 +268,8 @@ static void passes_and_maps_are_checked(void **state)
 
 /* In a closed room every path ends somewhere, and a counter says how: on black, by chance, or below
  * the surface that sends it on. */
-static void every_path_ends_once(void **state)
+TEST(every_path_ends_once)
 {
-    (void)state;
     struct scene_fixture *f = fixture_new();
     struct plan p = fixture_plan(SIDE_PX, SIDE_PX, (float[]){0, 0, 0}, 0.8f);
     const uint32_t grey = fixture_material(f, 0.6f, 0.5f, 0.4f);
@@ -309,22 +299,4 @@ static void every_path_ends_once(void **state)
     assert_int_equal(black_ends + chance + below, paths);
     traced_fini(&t);
     free(f);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_path_ends_once),
-        cmocka_unit_test(tiles_do_not_matter),
-        cmocka_unit_test(passes_continue_each_other),
-        cmocka_unit_test(parts_add_up),
-        cmocka_unit_test(demodulation_divides_by_albedo),
-        cmocka_unit_test(no_bounce_means_no_indirect_light),
-        cmocka_unit_test(last_rays_that_meet_nothing_are_skipped),
-        cmocka_unit_test(both_ways_agree_with_one),
-        cmocka_unit_test(spread_is_the_samples_own),
-        cmocka_unit_test(tents_reach_into_the_next_pixel),
-        cmocka_unit_test(passes_and_maps_are_checked),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

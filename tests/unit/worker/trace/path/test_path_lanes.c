@@ -1,5 +1,6 @@
 /* Steps of sixteen paths at once: as of one after the other, on every instruction set. */
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
@@ -21,9 +22,8 @@ static float most_of(const float c[3])
 
 /* A path stays with the probability of what its brightest channel carries, 0.98 at most, and then
  * carries so much more. */
-static void segments_make_up_for_those_that_end(void **state)
+TEST(segments_make_up_for_those_that_end)
 {
-    (void)state;
     static struct path_packet p;
     static struct path_scattering s;
     struct random seed = {1};
@@ -62,9 +62,8 @@ static void segments_make_up_for_those_that_end(void **state)
 }
 
 /* What is off adds nothing, whatever its numbers and its slot's share are. */
-static void harvest_takes_what_is_on(void **state)
+TEST(harvest_takes_what_is_on)
 {
-    (void)state;
     static struct path_harvest h, one;
     struct random seed = {2};
     for (int round = 0; round < 64; round++) {
@@ -93,9 +92,8 @@ static void harvest_takes_what_is_on(void **state)
 }
 
 /* Where paths came from, in the frames of what they met. */
-static void back_is_in_the_shading_frame(void **state)
+TEST(back_is_in_the_shading_frame)
 {
-    (void)state;
     static struct path_vertex v;
     static struct RTCRay16 r;
     struct random seed = {3};
@@ -119,9 +117,8 @@ static void back_is_in_the_shading_frame(void **state)
 }
 
 /* One number that is not finite, wherever it is, takes its sample's light with it, and no other. */
-static void odd_samples_count_as_black(void **state)
+TEST(odd_samples_count_as_black)
 {
-    (void)state;
     static struct path_harvest h;
     static struct path_sums sums;
     struct path_rgb *const planes[] = {&h.emission, &h.direct, &h.indirect, &h.diffuse_direct,
@@ -148,13 +145,4 @@ static void odd_samples_count_as_black(void **state)
             assert_true(sums.diffuse_indirect.x[i] == samples);
         }
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(segments_make_up_for_those_that_end),
-                                       cmocka_unit_test(harvest_takes_what_is_on),
-                                       cmocka_unit_test(back_is_in_the_shading_frame),
-                                       cmocka_unit_test(odd_samples_count_as_black)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

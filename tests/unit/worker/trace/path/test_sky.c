@@ -1,6 +1,7 @@
 /* Skies in lanes: the bits of one direction at a time, on every instruction set, and a direction
  * lies in the texel that it was placed in. */
 #include "tests/random.h"
+#include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 
@@ -36,6 +37,8 @@ static int close_sky(void **state)
     return 0;
 }
 
+ALL_TESTS(open_sky, close_sky);
+
 static float random_signed(struct random *r)
 {
     return (float)(int32_t)(uint32_t)random_bits(r) * 0x1p-31f;
@@ -53,9 +56,8 @@ static void random_directions(struct random *r, struct lanes3 *d)
     }
 }
 
-static void test_find(void **state)
+TEST(test_find)
 {
-    (void)state;
     struct random r = {2};
     for (int round = 0; round < 500; round++) {
         struct lanes3 d;
@@ -76,9 +78,8 @@ static void test_find(void **state)
     }
 }
 
-static void test_place(void **state)
+TEST(test_place)
 {
-    (void)state;
     struct random r = {3};
     for (int round = 0; round < 500; round++) {
         _Alignas(64) float u[LANES], v[LANES];
@@ -111,9 +112,8 @@ static void test_place(void **state)
 
 /* A path's samples of the sky: lanes that chose it have the ray, cosine over density and radiance
  * of their direction, but where that lies below the surface or the map is black. */
-static void test_path_samples(void **state)
+TEST(test_path_samples)
 {
-    (void)state;
     static struct path_vertex v;
     struct random r = {4};
     struct queries q;
@@ -159,11 +159,4 @@ static void test_path_samples(void **state)
         }
     }
     assert_true(traced > 500);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_find), cmocka_unit_test(test_place),
-                                       cmocka_unit_test(test_path_samples)};
-    return cmocka_run_group_tests(tests, open_sky, close_sky);
 }
