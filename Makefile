@@ -328,7 +328,7 @@ $(B)/tests/fake/fake_worker: $(call obj,tests/fake/fake_worker.c $(fake_worker_s
 $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
-$(B)/tests/bench/bench_brute $(B)/tests/bench/bench_lens_brute $(B)/tests/bench/bench_v_plane $(B)/tests/bench/bench_roofline: $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libserver.a $(B)/libproto.a
+$(B)/tests/bench/bench_brute $(B)/tests/bench/bench_lens_brute $(B)/tests/bench/bench_v_plane: $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
 $(B)/tests/bench/exr_%: $(B)/obj/tests/bench/exr_%.o $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a

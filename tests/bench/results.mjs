@@ -31,7 +31,6 @@ export function figuresOf(lines) {
     ...ofPart(lines, "triangles").map((l) => ({ is: "triangles", triangles: l.triangles, side_px: l.side_px, import_s: three(l.cpu_s.import), build_s: three(l.cpu_s.build), trace_s: three(l.cpu_s.trace), worker_mb: three(l.peak_rss_bytes.worker / 1e6),
       ...(l.apart ? { apart_build_s: three(l.apart.cpu_s.build), apart_wall: three(l.apart.wall.total / l.wall.total), apart_cpu: three(l.apart.cpu_s.total / l.cpu_s.total), apart_mb: three(l.apart.workers * l.apart.peak_rss_bytes.worker / 1e6) } : {}) })),
     ...ofPart(lines, "links").map((l) => ({ is: "link", kind: l.kind, link: l.link_kind, width: l.width, height: l.height, bytes: l.link.received_bytes + l.link.sent_bytes, cpu: three(l.over_unix.cpu), loop: three(l.over_unix.coordinate) })),
-    ...ofPart(lines, "roofline").map((l) => l.machine_limits ? { is: "roof", ...l.machine_limits } : { is: "kernel", kernel: l.kernel, operations: three(l.operations), bytes: l.bytes, ns: three(l.ns), goperations_s: l.goperations_s, roof_ns: three(l.roof_ns), limit: l.limit, over_roof: l.over_roof, over_beyond: l.over_beyond, slots: l.slots }),
     ...ofPart(lines, "real").map((l) => ({ is: "real", scene: l.scene, method: l.method, spp: l.spp, psnr_db: three(l.psnr_db), rmse01: three(l.rmse01), relmse999: three(l.relmse999), flip: three(l.flip),
       ...(l.runs ? { trace_over_none: three(l.trace_over_none), filters_s_per_megapixel: three(l.filters_s_per_megapixel), trace_s: three(l.cpu_least_s.trace), cpu_s: three(l.cpu_least_s.total) } : {}) })),
     ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
@@ -78,18 +77,6 @@ function costs(figures) {
   const links = of(figures, "link");
   if (links.length > 0) parts.push(`Links of local workers, ${links[0].width}×${links[0].height} (CPU time over that of a Unix socket's frames; loop: the coordinator's, which reads and writes links):\n\n${table(["picture", "link", "MB", "CPU", "loop"], links.map((l) => [l.kind, l.link, three(l.bytes / 1e6), `${l.cpu}×`, `${l.loop}×`]))}`);
   return parts.join("\n");
-}
-
-function roofs(figures) {
-  const [roof] = of(figures, "roof"), kernels = of(figures, "kernel");
-  if (!roof || kernels.length === 0) return "";
-  // Not in lines of before they were counted.
-  const said = roof.gslots_s !== undefined, first = roof.gloads_s !== undefined;
-  const whole = said ? `${roof.gwhole_s} on whole numbers, ` : "", slots = said ? `, ${roof.gslots_s} vector instructions` : "";
-  const beyond = first ? `; beyond L1: over the longest limit but those of L1, within twice of which ${kernels.filter((k) => k.over_beyond <= 2).length} are` : "";
-  return `One core, ${roof.instructions}: ${roof.goperations_s} billion additions and multiplications a second (${roof.fused_goperations_s} fused), ${whole}${roof.gdivisions_s} divisions, ${roof.groots_s} square roots${slots}; ${first ? `${roof.gloads_s} billion lines read from L1, ${roof.gstores_s} vectors of a line and ${roof.gnarrow_s} narrower ones written there; ` : ""}${roof.l2_gb_s} GB/s from L2, ${roof.l3_gb_s} from L3, ${roof.memory_gb_s} from memory. Of one output of each kernel${said ? ` (slots: of the vector instructions that could begin meanwhile, how many it has${beyond})` : ""}:
-
-${table(["kernel", "operations", "bytes", "ns", "billion operations/s", "roof, ns", "limit", "over the roof", ...(first ? ["beyond L1"] : []), ...(said ? ["slots"] : [])], kernels.map((k) => [k.kernel, k.operations, k.bytes, k.ns, k.goperations_s, k.roof_ns, k.limit, `${k.over_roof}×`, ...(first ? [`${k.over_beyond}×`] : []), ...(said ? [`${Math.round(100 * k.slots)} %`] : [])]))}`;
 }
 
 // Decibels by scene and count, each method in a column of its own.
@@ -149,7 +136,6 @@ ${table(["figure", "measured", "bound", ""], bounds.map((b) => [`${title(b.effec
   realScenes(figures) ? `## Real scenes\n\n${realScenes(figures)}` : "",
   of(figures, "rate").some(isBeside) ? `## Filters beside brute force\n\n${rateTable(figures, isBeside)}` : "",
   costs(figures) ? `## Costs\n\n${costs(figures)}` : "",
-  roofs(figures) ? `## Kernels beside their roofs\n\n${roofs(figures)}` : "",
   skips.length > 0 ? `## What skipping saves
 
 Pairs of frames of ${skips[0].side_px}×${skips[0].side_px} pixels that differ in one need; counters say that the skip is what did it.

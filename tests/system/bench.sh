@@ -165,23 +165,6 @@ check "the axes: ticks lie where their values are" node --input-type=module -e '
     assert.deepEqual(y.ticks.map(([v]) => v), [0, 10, 20, 30, 40]);
     assert.deepEqual([1234, 12345, 0.001, 0.00001, 2e6].map(short), ["1234", "12.3k", "0.001", "1e−5", "2M"]);'
 check "RESULTS.md and the figures in README.md are what results.jsonl gives" node tests/bench/results.mjs check
-check "instructions of every length are counted as what they are" "$build/tests/bench/bench_roofline" check
-check "kernels beside their roofs are kept and shown" node --input-type=module -e '
-    import assert from "node:assert/strict";
-    import { roofSection } from "./tests/bench/report/costs.mjs";
-    import { figuresOf, page } from "./tests/bench/results.mjs";
-    const limits = { instructions: "avx2", goperations_s: 60, fused_goperations_s: 61, gwhole_s: 80, gslots_s: 12, gdivisions_s: 5, groots_s: 3, gloads_s: 8, gstores_s: 4, gnarrow_s: 8, l2_gb_s: 90, l3_gb_s: 40, memory_gb_s: 20 };
-    const kernel = (name, over) => ({ part: "roofline", key: name, time: "2026-01-01T00:00:00Z", kernel: name, operations: 100, divisions: 1, roots: 0, instructions: 20, bytes: 48, intensity: 2.1, ns: 5 * over, goperations_s: 20, roof_ns: 5, limit: "arithmetic", over_roof: over, over_beyond: 2 * over, loads: 3, stores: 1, slots: 0.5 });
-    const lines = [{ part: "machine", key: "", time: "2026-01-01T00:00:00Z", memory_bytes: 1e9, load_before: 1, build: "b", cpu: "c", cores: 2, instructions: "avx2" },
-      { part: "roofline", key: "one core", time: "2026-01-01T00:00:00Z", machine_limits: limits }, kernel("near", 1.5), kernel("far", 7)];
-    const figures = figuresOf(lines), text = page(figures);
-    assert.deepEqual(figures.filter((f) => f.is === "kernel").map((f) => [f.kernel, f.over_roof, f.over_beyond, f.limit, f.slots]), [["near", 1.5, 3, "arithmetic", 0.5], ["far", 7, 14, "arithmetic", 0.5]]);
-    assert.match(text, /## Kernels beside their roofs/);
-    assert.match(text, /\| far \| 100 \| 48 \| 35 \| 20 \| 5 \| arithmetic \| 7× \| 14× \|/);
-    assert.match(text, /within twice of which 0 are/);
-    const html = roofSection(lines).html;
-    assert.ok(html.indexOf("far") < html.indexOf("near"), "the farthest first");
-    assert.equal(roofSection([]), null);'
 # What fails at last leaves lines of what did not: the part is not whole.
 half_measured() {
     local folder=$tmp/half printed

@@ -69,16 +69,6 @@ ${table("Cost of links", ["kind", "link", "bytes", "CPU s", "of it the coordinat
     found.map((l) => [escape(l.kind), LINK_NAMES[l.link_kind], bytes(l.link.received_bytes + l.link.sent_bytes), number(l.cpu_least_s.total), number(l.cpu_least_s.coordinate), times(l.over_unix.cpu), times(l.over_unix.coordinate), times(l.over_unix.wall)]))}`;
 }
 
-// What a kernel's outputs cost beside the least that the machine could take for them.
-export function roofSection(all) {
-  const found = ofPart(all, "roofline"), roof = found.find((l) => l.machine_limits)?.machine_limits, kernels = found.filter((l) => l.kernel);
-  if (!roof || kernels.length === 0) return null;
-  return { id: "roofs", title: "Kernels beside their roofs", html: `<p>One core, ${escape(roof.instructions)}: ${number(roof.goperations_s)} billion additions and multiplications a second (${number(roof.fused_goperations_s)} fused), ${number(roof.gwhole_s)} on whole numbers, ${number(roof.gdivisions_s)} divisions, ${number(roof.groots_s)} square roots, ${number(roof.gslots_s)} vector instructions; ${number(roof.gloads_s)} billion lines read from L1, ${number(roof.gstores_s)} billion vectors of a line and ${number(roof.gnarrow_s)} narrower ones written there; ${number(roof.l2_gb_s)} GB/s from L2, ${number(roof.l3_gb_s)} from L3, ${number(roof.memory_gb_s)} from memory.
-The roof is the longest of what operations, divisions, roots, bytes and accesses of the first cache take of an output at these rates. Operations and accesses are counted as they run, instruction by instruction, lanes that a mask throws away included, the stack left out; bytes are of each array once.</p>
-${table("Kernels, of one output", ["kernel", "instructions", "operations", "on whole numbers", "divisions", "bytes", "operations a byte", "ns", "billion operations/s", "lines read", "vectors written", "roof, ns", "limit", "over the roof", "over the rest but L1", "slots taken"],
-    kernels.slice().sort((a, b) => b.over_roof - a.over_roof).map((l) => [escape(l.kernel), number(l.instructions), number(l.operations), number(l.whole), number(l.divisions), number(l.bytes), number(l.intensity), number(l.ns), number(l.goperations_s), number(l.loads), number(l.stores), number(l.roof_ns), escape(l.limit), verdict(l.over_roof <= 2, times(l.over_roof)), times(l.over_beyond), number(l.slots)]))}` };
-}
-
 export function costSection(o, all) {
   const html = [farms(o, all), resolutions(o, all), hills(o, all), late(all), wires(all)].join("\n");
   return html.trim() ? { id: "costs", title: "What frames cost as they grow", html } : null;

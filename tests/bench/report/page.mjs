@@ -5,7 +5,7 @@ import { KINDS, sentence } from "../gate.mjs";
 import { effectBounds, headlines, JUDGED_SIDE_PX, ofPart, rowsOf, sidesOf } from "../judged.mjs";
 import { scenes } from "../scenes/scenes.mjs";
 import { accuracySections } from "./accuracy.mjs";
-import { costSection, roofSection, skipSection } from "./costs.mjs";
+import { costSection, skipSection } from "./costs.mjs";
 import { bytes, details, escape, number, STYLE, table, times, verdict } from "./html.mjs";
 import { realSection } from "./real.mjs";
 
@@ -66,7 +66,7 @@ export function writeReport(o, lines, gate) {
   rmSync(folder, { recursive: true, force: true });
   mkdirSync(`${folder}/plots`, { recursive: true });
   if (existsSync(`${o.out}/lines.jsonl`)) copyFileSync(`${o.out}/lines.jsonl`, `${folder}/lines.jsonl`);
-  const sections = [boundSection(o, lines, rows), gateSection(gate), ...accuracySections(o, rows, scenes), realSection(o, lines), costSection(o, lines), roofSection(lines), skipSection(o, lines), howSection(o, lines)].filter(Boolean);
+  const sections = [boundSection(o, lines, rows), gateSection(gate), ...accuracySections(o, rows, scenes), realSection(o, lines), costSection(o, lines), skipSection(o, lines), howSection(o, lines)].filter(Boolean);
   const shown = [...rows, ...ofPart(lines, "real").filter((l) => l.runs)];
   const sides = sidesOf(rows), day = lines.map((l) => l.time).sort().at(-1)?.slice(0, 10) ?? "";
   writeFileSync(`${folder}/index.html`, `<!doctype html>
