@@ -1,6 +1,7 @@
 # TAP for system tests, and the processes they start. Source it; end with tap_done.
 #   check TEXT COMMAND...     one test: passes when the command does
 #   skip TEXT REASON          one test that cannot run here
+#   has_scene FILE TEXT       whether the folder of scenes, $scenes, has a file; else the test is skipped
 #   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
 #   serve_stop [SIGNAL]
 #   worker_port DATA          the port for workers of the coordinator that was started last, on stdout
@@ -55,6 +56,17 @@ check() {
     fi
 }
 skip() { tap_n=$((tap_n + 1)); echo "ok $tap_n - $1 # SKIP $2"; }
+# Without that folder one line of the script says so, for all its tests of it.
+scenes=$(realpath -m "${SHEARWATER_SCENES:-scenes}") scenes_missed=
+has_scene() {
+    [ ! -e "$scenes/$1" ] || return 0
+    if [ -d "$scenes" ]; then skip "$2" "$1 is not in $scenes"
+    elif [ -z "$scenes_missed" ]; then
+        scenes_missed=1
+        skip "scenes that are not shipped" "\$SHEARWATER_SCENES names no folder of them: tests/golden/README.md"
+    fi
+    return 1
+}
 tap_done() { echo "1..$tap_n"; [ "$tap_failed" -eq 0 ]; exit; }
 
 serve_start() {

@@ -10,6 +10,7 @@ import { spawnSync } from "node:child_process";
 import { resolve } from "node:path";
 import { pathsJob } from "./accuracy/job.mjs";
 import { programs } from "./accuracy/programs.mjs";
+import { scenesFolder } from "./folders.mjs";
 import { indirect } from "./scenes/indirect.mjs";
 
 process.chdir(new URL("../..", import.meta.url).pathname);
@@ -19,7 +20,7 @@ if (!build || words.some((w) => !/^(side|reference|spp|mu)=/.test(w))) {
   process.exit(2);
 }
 const given = Object.fromEntries(words.map((w) => w.split("=")));
-const o = { side: Number(given.side ?? 384), shared: resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes") };
+const o = { side: Number(given.side ?? 384), shared: scenesFolder() };
 const HALF = Number(given.reference ?? 1024), SEED = 7, FLOOR = "id,0.5,1.5"; // the scene's first instance
 const COUNTS = (given.spp ?? "4,16,64").split(",").map(Number);
 const MUS = (given.mu ?? "0.5,1,2").split(",").map(Number);

@@ -8,12 +8,13 @@ import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { resolve } from "node:path";
 import { pathsJob } from "./accuracy/job.mjs";
 import { programs } from "./accuracy/programs.mjs";
+import { scenesFolder } from "./folders.mjs";
 import { indirect } from "./scenes/indirect.mjs";
 
 process.chdir(new URL("../..", import.meta.url).pathname);
 const [build, ...words] = process.argv.slice(2);
 const given = Object.fromEntries(words.map((w) => w.split(/=(.*)/s).slice(0, 2)));
-const o = { side: Number(given.side ?? 256), shared: resolve(process.env.SHEARWATER_SCENES ?? "../shared/scenes") };
+const o = { side: Number(given.side ?? 256), shared: scenesFolder() };
 const REFERENCE = Number(given.reference ?? 1024), SEED = 7, FIRST = 9;
 // Errors that pictures of some dozens of samples have.
 const TARGETS = { box: 0.01, box_4: 0.01, living_room: 0.1, reflector: 0.015, glossy_floor: 0.015, helmet: 0.015 };

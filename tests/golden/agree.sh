@@ -4,15 +4,13 @@
 # short: small and noisy, for every run of the tests; long: as large as the references and, as they
 # are, under a tent over the pixel: where the Cornell box's lamp, a hundred times as bright as what
 # surrounds it, ends on the edge of an 8 x 8 box, a box shows.
-# Scenes come from $SHEARWATER_SCENES (MANIFEST.md says what they are). $GOLDEN_SPP in place of each
-# scene's own samples per pixel. What fails leaves its picture, and a picture of the difference, in
+# README.md says where scenes come from. $GOLDEN_SPP in place of each scene's own samples per pixel. What fails leaves its picture, and a picture of the difference, in
 # BUILD_DIR/golden. README.md says why each bound stands where it does.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/golden/agree.sh BUILD_DIR [short | long] [NAME]}
 form=${2:-short} only=${3:-}
 . tests/tap.bash
-scenes=$(realpath -m "${SHEARWATER_SCENES:-../shared/scenes}")
 kept=$build/golden
 mkdir -p "$kept"
 
@@ -65,9 +63,10 @@ broken() { check "$1 renders" eval "cat '$tmp/$1.log' >&2; false"; }
 # wanted NAME FOLDER: whether to run it and its files are there.
 wanted() {
     [[ $1 == *"$only"* ]] || return 1
-    [ -e "$scenes/glb/$2/job.json" ] && [ -e "$scenes/$2/TungstenRender.exr" ] && return 0
-    skip "$1 agrees with its author's picture" "no shared scenes here"
-    return 1
+    local file
+    for file in "glb/$2/job.json" "$2/TungstenRender.exr"; do
+        has_scene "$file" "$1 agrees with its author's picture" || return 1
+    done
 }
 
 cornell() {

@@ -4,7 +4,6 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/import.sh BUILD_DIR}
 . tests/tap.bash
-scenes=$(realpath -m "${SHEARWATER_SCENES:-../shared/scenes}")
 blob=$tmp/scene.blob line=$tmp/line.json
 
 # Imports FILE with its own folder as the root.
@@ -43,8 +42,7 @@ refuses() { # FILE CODE POINTER
     jq -e --arg code "$2" --arg pointer "$3" '.code == $code and .pointer == $pointer' "$line"
 }
 with_scene() { # FILE TEXT FILTER
-    if [ -e "$scenes/$1" ]; then check "$2" import_is "$scenes/$1" "$3"
-    else skip "$2" "no shared scenes here"; fi
+    has_scene "$1" "$2" && check "$2" import_is "$scenes/$1" "$3"
 }
 placed() { with_scene "$1" "$1 has $2 triangles" ".placed_triangles == $2 and \$l.placed_triangles == $2"; }
 
@@ -142,10 +140,9 @@ check "an OBJ's library outside its folder is refused" refuses "$room/inner/a.ob
 head -c 100000 /dev/urandom >"$room/noise"
 cp "$room/noise" "$room/noise.obj"; cp "$room/noise" "$room/noise.glb"
 check "noise ends cleanly" all_end_cleanly < <(ls "$room"/noise*)
-if [ -d "$scenes/malformed-gltf-validator" ]; then
-    check "all malformed files end cleanly" all_end_cleanly < <(
-        find "$scenes/malformed-gltf-validator" -name '*.gltf' -o -name '*.glb')
-else skip "all malformed files end cleanly" "no shared scenes here"; fi
+text="all malformed files end cleanly"
+has_scene malformed-gltf-validator "$text" && check "$text" all_end_cleanly < <(
+    find "$scenes/malformed-gltf-validator" -name '*.gltf' -o -name '*.glb')
 
 # --- environment maps
 sky=$room/sky
@@ -176,9 +173,8 @@ check "noise behind the mark of OpenEXR ends cleanly" ends_cleanly "$room/noise.
 for map in hdr/park.hdr:1024:512 hdr/venice.hdr:1024:512 hdr/studio.hdr:1024:512 \
            'living-room/textures/Sky 19.exr:2048:1024'; do
     IFS=: read -r name width height <<<"$map"
-    if [ -e "$scenes/$name" ]; then
-        check "$name is a map of $width x $height" map_is "$scenes/$name" "$width" "$height" 0
-    else skip "$name is a map of $width x $height" "no shared scenes here"; fi
+    text="$name is a map of $width x $height"
+    has_scene "$name" "$text" && check "$text" map_is "$scenes/$name" "$width" "$height" 0
 done
 
 # --- real scenes
@@ -278,7 +274,7 @@ with_scene gltf/BoxInterleaved/glTF/BoxInterleaved.gltf "strides are honoured" \
     'near(.bounds_min; [-0.5, -0.5, -0.5]) and near(.bounds_max; [0.5, 0.5, 0.5])'
 for name in glb/living-room/living-room.glb gltf/playcanvas/ClearCoatTest.glb \
             cornell-box-mcguire/CornellBox-Water.obj; do
-    if [ -e "$scenes/$name" ]; then check "$name gives the same bytes twice" deterministic "$scenes/$name"
-    else skip "$name gives the same bytes twice" "no shared scenes here"; fi
+    has_scene "$name" "$name gives the same bytes twice" &&
+        check "$name gives the same bytes twice" deterministic "$scenes/$name"
 done
 tap_done

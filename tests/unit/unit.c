@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static struct {
     struct unit_test *first;
@@ -33,6 +34,13 @@ void unit_all(CMFixtureFunction set_up, CMFixtureFunction tear_down)
 {
     unit.all_set_up = set_up;
     unit.all_tear_down = tear_down;
+}
+
+void scene_path(const char *name, char path[UNIT_PATH_BYTES])
+{
+    const char *folder = getenv("SHEARWATER_SCENES");
+    snprintf(path, UNIT_PATH_BYTES, "%s/%s", folder ? folder : "scenes", name);
+    if (access(path, R_OK) != 0) skip();
 }
 
 int ignore_broken_pipes(void **state)

@@ -30,6 +30,12 @@ void unit_all(CMFixtureFunction set_up, CMFixtureFunction tear_down);
  * more than once needs it. */
 int unit_run(const char *group);
 
+enum { UNIT_PATH_BYTES = 4096 };
+
+/* Writes the path of a file of the folder of scenes, $SHEARWATER_SCENES, or skips the test where
+ * there is none (tests/golden/README.md). */
+void scene_path(const char *name, char path[UNIT_PATH_BYTES]);
+
 /* Makes writes to a closed pipe fail with an error instead of ending the process, for ALL_TESTS. */
 int ignore_broken_pipes(void **state);
 

@@ -1,5 +1,5 @@
 // Indirect light: boxes and rooms under lights of the job, one bounce or several, Lambert and not. The
-// shapes are made here (CC0); the living room and the helmet come from the shared scenes.
+// shapes are made here (CC0); the living room and the helmet are not shipped.
 import { readFileSync } from "node:fs";
 import { join as path } from "node:path";
 import { glbOf, gltfBase } from "./glb.mjs";

@@ -1,6 +1,6 @@
 // Depth of field: through a thin lens, under lights without area, so that samples of the lens differ
 // by what they see and hardly by how it is lit. Posts, fence and room are made here (CC0); the
-// circuit board and the ball come from the shared scenes.
+// circuit board and the ball are not shipped.
 import { readFileSync } from "node:fs";
 import { join as path } from "node:path";
 import { glbOf, glbWithout } from "./glb.mjs";

@@ -2,7 +2,7 @@
 //   name, about, effect: which of accuracy/effects.mjs it shows
 //   crop: [x, y, w, h] of a 512 x 512 picture, for people
 //   camera (the file's own without one), lights: as in a job document
-//   glb(shared): the scene file's bytes, `shared` being the folder of the shared scenes
+//   glb(shared): the scene file's bytes, `shared` being the folder of scenes that are not shipped (tests/golden/README.md)
 import { combined } from "./combined.mjs";
 import { indirect } from "./indirect.mjs";
 import { lens } from "./lens.mjs";

@@ -1,5 +1,5 @@
 // Soft shadows: pure Lambert, lit by rectangles alone, so that light fields cover them. The shapes
-// are made here (CC0); gazebo and fence come from the shared scenes.
+// are made here (CC0); gazebo and fence are not shipped.
 import { readFileSync } from "node:fs";
 import { join as path } from "node:path";
 import { glbOf, lambertOf } from "./glb.mjs";

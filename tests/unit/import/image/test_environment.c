@@ -233,19 +233,26 @@ TEST(bright_texels_are_brought_down)
     environment_unmap(&map);
 }
 
+/* Imports a file of the folder of scenes from a copy in the room. */
+static void import_copy(const char *name, char path[UNIT_PATH_BYTES])
+{
+    const char *base = strrchr(name, '/') + 1;
+    char command[2 * UNIT_PATH_BYTES];
+    scene_path(name, path);
+    snprintf(command, sizeof command, "cp '%s' '%s'", path, room);
+    assert_int_equal(system(command), 0);
+    must_import(base);
+}
+
 TEST(real_skies_are_read_as_others_read_them)
 {
-    static const char *const names[] = {"park.hdr", "venice.hdr", "studio.hdr"};
-    const char *scenes = getenv("SHEARWATER_SCENES");
+    static const char *const names[] = {"hdr/park.hdr", "hdr/venice.hdr", "hdr/studio.hdr"};
     for (int i = 0; i < 3; i++) {
-        char path[512], command[1200];
+        char path[UNIT_PATH_BYTES];
         int width, height, channels;
-        snprintf(path, sizeof path, "%s/hdr/%s", scenes ? scenes : "../shared/scenes", names[i]);
+        import_copy(names[i], path);
         float *expected = stbi_loadf(path, &width, &height, &channels, 3);
-        if (!expected) skip();
-        snprintf(command, sizeof command, "cp '%s' '%s'", path, room);
-        assert_int_equal(system(command), 0);
-        must_import(names[i]);
+        assert_non_null(expected);
         assert_int_equal(map.header->width_px, width);
         assert_int_equal(map.header->height_px, height);
         assert_memory_equal(map.texels, expected, 12 * (size_t)width * (size_t)height);
@@ -495,14 +502,8 @@ TEST(damaged_exr_files_end_cleanly)
 
 TEST(the_living_rooms_sky_is_read)
 {
-    const char *scenes = getenv("SHEARWATER_SCENES");
-    char path[512], command[1200];
-    snprintf(path, sizeof path, "%s/living-room/textures/Sky 19.exr",
-             scenes ? scenes : "../shared/scenes");
-    if (access(path, R_OK) != 0) skip();
-    snprintf(command, sizeof command, "cp '%s' '%s/sky.exr'", path, room);
-    assert_int_equal(system(command), 0);
-    must_import("sky.exr");
+    char path[UNIT_PATH_BYTES];
+    import_copy("living-room/textures/Sky 19.exr", path);
     assert_int_equal(map.header->width_px, 2048);
     assert_int_equal(map.header->height_px, 1024);
     print_message("# mean %g %g %g\n", (double)map.header->mean[0], (double)map.header->mean[1],

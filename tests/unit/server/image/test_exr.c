@@ -361,11 +361,8 @@ TEST(files_of_other_programs_are_read)
 
 TEST(a_reference_picture_is_read)
 {
-    const char *scenes = getenv("SHEARWATER_SCENES");
-    char path[4096];
-    snprintf(path, sizeof path, "%s/cornell-box-bitterli/TungstenRender.exr",
-             scenes ? scenes : "../shared/scenes");
-    if (access(path, R_OK)) skip();
+    char path[UNIT_PATH_BYTES];
+    scene_path("cornell-box-bitterli/TungstenRender.exr", path);
     struct image *image = read_back(path);
     const struct plane *rgb[3];
     assert_true(image->width_px >= 100 && image->height_px >= 100);
