@@ -38,6 +38,10 @@ import_src := $(filter-out server/import/main.c,$(sort $(shell find server/impor
 worker_src := $(filter-out worker/main.c,$(sort $(shell find worker -name '*.c')))
 unit_src   := $(sort $(shell find tests/unit -name 'test_*.c'))
 unit_main  := tests/unit/unit.c
+unit_rooms := proto server import worker
+# What several tests of a room share.
+fixture_src = $(sort $(shell find tests/unit/$(1) -name '*.c' -not -name 'test_*.c'))
+fixtures    = $(call obj,$(unit_main)) $(patsubst %,$(B)/libfixtures_%.a,$(1) proto)
 fuzz_src   := $(wildcard tests/fuzz/fuzz_*.c)
 shim_src   := $(wildcard tests/fake/preload_*.c)
 fake_src   := $(filter-out $(shim_src),$(wildcard tests/fake/*.c))
@@ -46,12 +50,12 @@ load_src   := $(wildcard tests/load/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
 check_src  := $(wildcard tests/kernel/check_*.c)
-reference_src := $(wildcard tests/kernel/reference_*.c)
+reference_src := $(wildcard tests/kernel/reference_*.c) tests/kernel/kernel_field.c
 analytic_src := $(wildcard tests/golden/analytic*.c)
 property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(foreach room,$(unit_rooms),$(call fixture_src,$(room))) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 # Kernels (proto/runtime/kernels.h) are compiled once for each instruction set.
@@ -274,6 +278,7 @@ $(B)/libserver.a: $(call obj,$(server_src))
 $(B)/libimport.a: $(call obj,$(import_src))
 $(B)/libworker.a: $(call obj,$(worker_src))
 $(B)/libreference.a: $(call obj,$(reference_src))
+$(foreach room,$(unit_rooms),$(eval $(B)/libfixtures_$(room).a: $(call obj,$(call fixture_src,$(room)))))
 $(B)/lib%.a:
 	@rm -f $@
 	@ar rcs $@ $^
@@ -291,29 +296,29 @@ $(B)/tests/kernel/check_kernels: $(B)/obj/tests/kernel/check_kernels.o $(B)/libr
 $(B)/tests/kernel/%: $(B)/obj/tests/kernel/%.o $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
-$(B)/tests/golden/analytic: $(call obj,$(analytic_src)) $(B)/libworker.a $(B)/libproto.a
+$(B)/tests/golden/analytic: $(call obj,$(analytic_src)) $(B)/libfixtures_worker.a $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(worker_libs)
-$(B)/tests/property/properties: $(call obj,$(property_src)) $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
+$(B)/tests/property/properties: $(call obj,$(property_src)) $(B)/libfixtures_worker.a $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(server_libs) -lembree3
 $(B)/tests/golden/%: $(B)/obj/tests/golden/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
 
-$(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(call obj,$(unit_main)) $(B)/libproto.a
+$(B)/tests/unit/proto/%: $(B)/obj/tests/unit/proto/%.o $(call fixtures,) $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka -luv $(proto_libs)
-$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(call obj,$(unit_main)) $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
+$(B)/tests/unit/server/%: $(B)/obj/tests/unit/server/%.o $(call fixtures,server) $(B)/libreference.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
 # Tests from which memory is taken away (tests/unit/server/lean_memory.h).
 lean := $(addprefix $(B)/tests/unit/server/,job/prepare/test_imports store/test_spools)
 $(lean): private CFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup)
-$(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(call obj,$(unit_main)) $(B)/libimport.a $(B)/libproto.a
+$(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(call fixtures,import) $(B)/libimport.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(import_libs)
-$(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(call obj,$(unit_main)) $(B)/libworker.a $(B)/libproto.a
+$(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(call fixtures,worker) $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(worker_libs)
 $(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a
@@ -328,7 +333,7 @@ $(B)/tests/fake/fake_worker: $(call obj,tests/fake/fake_worker.c $(fake_worker_s
 $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
-$(B)/tests/bench/bench_brute $(B)/tests/bench/bench_lens_brute $(B)/tests/bench/bench_v_plane: $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libserver.a $(B)/libproto.a
+$(B)/tests/bench/bench_brute $(B)/tests/bench/bench_lens_brute $(B)/tests/bench/bench_v_plane: $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libfixtures_server.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
 $(B)/tests/bench/exr_%: $(B)/obj/tests/bench/exr_%.o $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a

@@ -9,6 +9,7 @@
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <time.h>
 
 enum { REPETITIONS = 5, SPP_MOST = 256 };

@@ -1,3 +1,4 @@
+// sources: tests/unit/proto/plan_case.c
 /* The sample buffer, for a plan with every plane. Input: the tile's width and height less one as
  * bytes (modulo 16; the highest bit of the width's asks for a later pass, that of the height's for
  * small packing), then the packed samples. What unpacks must pack and unpack to the same data. */

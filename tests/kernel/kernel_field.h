@@ -1,9 +1,8 @@
 #pragma once
 /* Random fields for the kernels of the shadow filters, made to meet every branch: surfaces that end
  * and bend, pixels that show nothing, have no wedge, walk nowhere, refuse or are refused. */
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
+#include <stdbool.h>
+#include <stdint.h>
 
 #include "proto/plan.h"
 #include "server/reconstruct/shadow/coverage.h"
@@ -30,15 +29,10 @@ enum kernel {
     KERNEL_COUNT,
 };
 
-static const char *const kernel_names[KERNEL_COUNT] = {
-    "unoccluded",   "place_receivers", "shear_receivers", "mark_walks", "project_columns",
-    "walk_columns", "project_rows",    "walk_rows",       "blur x",     "blur y",
-    "estimate",     "filter_edges",    "sum_slopes"};
+extern const char *const kernel_names[KERNEL_COUNT];
 
-#define FIELD_FLOATS 22 /* of a pixel: struct shadow_pixels; then what is whole */
 #define FIELD_PIXEL  28
 #define FIELD_PLANES 3 /* of struct shadow_blur beside pixels but its reach: seen first */
-#define FIELD_ROWS   7 /* of weights */
 
 struct kernel_field {
     struct shadow_field field; /* everything in it owned */
@@ -67,527 +61,36 @@ static inline bool field_once_in(struct random *r, int n)
     return random_unit(r) * (float)n < 1.0f;
 }
 
-static inline void *field_memory(size_t bytes)
-{
-    void *memory = aligned_alloc(64, (bytes + 127) / 64 * 64);
-    if (!memory) abort();
-    memset(memory, 0, (bytes + 127) / 64 * 64);
-    return memory;
-}
-
-static inline float *field_numbers(struct random *r, size_t count, float least, float most)
-{
-    float *out = field_memory((count + 1) * sizeof *out);
-    for (size_t i = 0; i <= count; i++) out[i] = field_between(r, least, most);
-    return out;
-}
+void *field_memory(size_t bytes);
+float *field_numbers(struct random *r, size_t count, float least, float most);
 
 /* Planes of `stride` numbers in one piece of memory, in an order of our own. */
-static inline void field_pixels(struct shadow_pixels *p, size_t stride)
-{
-    float *memory = field_memory(FIELD_PIXEL * stride * sizeof *memory);
-    struct shadow_walk *a = &p->walk[0], *b = &p->walk[1];
-    float **const floats[FIELD_FLOATS] = {
-        &p->point[0],  &p->point[1],    &p->point[2],       &p->normal[0], &p->normal[1],
-        &p->normal[2], &p->u[0],        &p->u[1],           &p->eta,       &p->spread,
-        &p->distance,  &p->plane_least, &p->distance_most2, &p->gamma[0],  &p->gamma[1],
-        &a->step[0],   &a->step[1],     &a->falloff,        &b->step[0],   &b->step[1],
-        &b->falloff,   &p->width_px};
-    int32_t **const whole[FIELD_PIXEL - FIELD_FLOATS] = {&p->slot,       &p->phase, &p->weights[0],
-                                                         &p->weights[1], &a->reach, &b->reach};
-    for (int k = 0; k < FIELD_FLOATS; k++, memory += stride) *floats[k] = memory;
-    for (int k = 0; k < FIELD_PIXEL - FIELD_FLOATS; k++, memory += stride)
-        *whole[k] = (int32_t *)(void *)memory;
-}
-
-/* What a pixel shows. `wild`: as odd as it gets; else a bent floor in penumbra, as pictures have.
- */
-static inline void field_source(struct random *r, bool wild, uint32_t phases, int32_t x, int32_t y,
-                                struct shadow_pixels *p, size_t i)
-{
-    const float bend = wild ? 0.5f : 0.02f;
-    float n[3] = {field_between(r, -bend, bend), field_between(r, -bend, bend), 1.0f};
-    const float length = sqrtf(n[0] * n[0] + n[1] * n[1] + 1.0f);
-    const bool lit = !wild || !field_once_in(r, 9);
-    p->point[0][i] = 0.01f * (float)x;
-    p->point[1][i] = 0.01f * (float)y;
-    p->point[2][i] = field_between(r, 0.0f, wild ? 0.03f : 0.001f);
-    if (wild && field_once_in(r, 40)) p->point[2][i] += 1.0f;
-    for (int k = 0; k < 3; k++) p->normal[k][i] = lit ? n[k] / length : 0.0f;
-    for (int k = 0; k < 2; k++)
-        p->u[k][i] = 0.2f * p->point[k][i] + (wild ? field_between(r, 0.0f, 0.01f) : 0.0f);
-    const bool wedge = !wild || !field_once_in(r, 5);
-    p->eta[i] = wedge ? field_between(r, 1.0f, wild ? 9.0f : 1.2f) : 0.0f;
-    p->spread[i] = wedge ? field_between(r, 0.0f, wild ? 2.0f : 0.2f) : SHADOW_NO_SPREAD;
-    p->phase[i] = (int32_t)(random_bits(r) % phases);
-}
-
-static inline void field_walk(struct random *r, bool wild, int axis, const struct shadow_walk *w,
-                              size_t i)
-{
-    const float other = wild ? field_between(r, -1.0f, 1.0f) : 0.2f;
-    const bool turned = wild ? field_once_in(r, 2) : axis == 1;
-    w->step[turned ? 1 : 0][i] = wild && field_once_in(r, 2) ? -1.0f : 1.0f;
-    w->step[turned ? 0 : 1][i] = wild && field_once_in(r, 5) ? 0.0f : other;
-    w->reach[i] = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
-    w->falloff[i] = wild && field_once_in(r, 20) ? 1e30f : 300.0f;
-    if (w->reach[i] == 0 && wild) w->step[0][i] = w->step[1][i] = 0.0f;
-}
-
-/* What it gathers with. */
-static inline void field_target(struct random *r, bool wild, const struct shadow_pixels *p,
-                                size_t i)
-{
-    p->distance[i] = 5.0f;
-    p->plane_least[i] = 0.02f;
-    p->distance_most2[i] = wild ? field_between(r, 0.0f, 0.06f) : 1.44f;
-    for (int k = 0; k < 2; k++) {
-        p->gamma[k][i] = field_between(r, -0.95f, 0.95f);
-        p->weights[k][i] = (int32_t)(random_bits(r) % FIELD_ROWS);
-        field_walk(r, wild, k, &p->walk[k], i);
-    }
-}
-
-static inline void field_tables(struct random *r, struct kernel_field *out)
-{
-    struct shadow_field *f = &out->field;
-    const size_t nodes = shadow_nodes(f);
-    out->weights = field_memory(sizeof(float) * FIELD_ROWS * (SHADOW_PHASES + 1) * f->window);
-    for (size_t i = 0; i < FIELD_ROWS * (SHADOW_PHASES + 1); i++) {
-        for (size_t k = 0; k < f->scale; k++)
-            out->weights[i * f->window + k] = field_between(r, 0.8f, 2.0f);
-    }
-    f->weights = out->weights;
-    f->columns = field_memory(out->slots * nodes * f->lanes * sizeof(float));
-    f->rows = field_memory(out->slots * nodes * 2 * sizeof(float));
-    for (size_t i = 0; i < out->slots * nodes; i++) {
-        const bool last = i % nodes == nodes - 1;
-        for (uint32_t b = 0; b <= f->strata; b++)
-            f->columns[i * f->lanes + b] = last ? 0.0f : random_unit(r);
-        for (uint32_t b = 0; b < 2; b++) f->rows[2 * i + b] = last ? 0.0f : random_unit(r);
-    }
-}
-
-/* What the blur reads beside pixels, at random. In the left half all pixels are seen alike. */
-static inline void field_planes(struct random *r, bool wild, struct kernel_field *out)
-{
-    const struct shadow_field *f = &out->field;
-    const size_t area = (size_t)f->width * (size_t)f->height, stride = area + SHADOW_PLANE_PAD;
-    for (int k = 0; k < FIELD_PLANES; k++)
-        out->planes[k] = field_memory(stride * sizeof *out->planes[k]);
-    out->reach = field_memory(stride * sizeof *out->reach);
-    for (size_t i = 0; i < area; i++) {
-        const bool left = i % (size_t)f->width < (size_t)f->width / 2;
-        out->planes[0][i] = wild && left ? 1.0f : random_unit(r);
-        out->planes[1][i] = wild ? field_between(r, 0.0f, 0.04f) : 1.0f;
-        out->planes[2][i] = wild ? field_between(r, 20.0f, 800.0f) : 150.0f;
-        if (wild && field_once_in(r, 30)) out->planes[2][i] = 1e30f;
-        if (out->shown.slot[i] < 0) continue; /* no room to walk */
-        out->reach[i] = wild ? (int32_t)(random_bits(r) % (SHADOW_REACH_PX + 1)) : 12;
-        if (wild && field_once_in(r, 3)) out->reach[i] = 0;
-    }
-}
-
-/* Strata of runs of pixels: all seen, none, or any. */
-static inline void field_bits(struct random *r, bool wild, struct kernel_field *out)
-{
-    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
-    out->bits = field_memory((area + 1) * STRATA_WORDS * sizeof *out->bits);
-    for (size_t i = 0; i < (area + 1) * STRATA_WORDS; i++) {
-        const uint64_t run = wild ? i / 50 * UINT64_C(0x9e3779b97f4a7c15) >> 62 : 2;
-        const uint32_t any = (uint32_t)random_bits(r);
-        out->bits[i] = run == 0 ? 0 : run == 1 ? 0xffffffffu : any;
-    }
-}
-
-/* Receivers on the light, in its plane, behind it, far off; slopes of nothing and of all. */
-static inline void field_degenerate(struct random *r, struct kernel_field *out)
-{
-    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
-    const float *centre = out->light.rectangle.centre;
-    for (size_t i = 0; i <= area; i++) {
-        const uint64_t kind = random_bits(r) % 24;
-        for (int k = 0; k < 3; k++) {
-            if (kind == 0) out->normal[k][i] = 0.0f;
-            if (kind == 1) out->point[k][i] = centre[k];
-            if (kind == 2) out->point[k][i] *= 1e16f;
-            if (kind == 3) out->point[k][i] *= 1e-20f;
-            if (kind == 4 && k == 2) out->point[k][i] = centre[k];
-            if (kind == 5) out->point[k][i] = centre[k] + 1e-6f * out->point[k][i];
-        }
-        if (kind == 6) out->depth[i] = 0.0f;
-        if (kind == 7) out->depth[i] = 1e16f;
-        if (kind == 8) out->a[i] = out->b[i] = 0.0f;
-        if (kind == 9) out->a[i] = out->b[i] = 1e4f;
-        if (kind == 10) out->a[i] = 1e37f;
-        if (kind == 11) out->sigma_px[i] = 0.0f;
-    }
-}
-
-/* Two chunks of unoccluded_lanes.h under the light, which is above the horizon of all: their own
- * path, which chunks with others among them do not take. */
-static inline void field_facing(struct random *r, struct kernel_field *out)
-{
-    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
-    for (size_t i = 65; i < 129 && i <= area; i++) {
-        const float x = field_between(r, -0.3f, 0.3f), y = field_between(r, -0.3f, 0.3f);
-        const float length = sqrtf(x * x + y * y + 1.0f);
-        const float normal[3] = {x / length, y / length, 1.0f / length};
-        for (int k = 0; k < 3; k++) {
-            out->normal[k][i] = normal[k];
-            out->point[k][i] = field_between(r, -1.0f, 1.0f);
-        }
-    }
-}
-
-/* What is written by kernels that write receivers, and 1/slope from 0 on. */
-static inline void field_copies(struct kernel_field *out)
-{
-    const size_t area = (size_t)out->field.width * (size_t)out->field.height;
-    const size_t stride = area + SHADOW_PLANE_PAD;
-    field_pixels(&out->placed, stride);
-    field_pixels(&out->sheared, stride);
-    memcpy(out->sheared.point[0], out->shown.point[0],
-           FIELD_PIXEL * stride * sizeof *out->shown.point[0]);
-    out->most = field_memory(area * sizeof *out->most);
-    out->least = field_memory(area * sizeof *out->least);
-    for (size_t i = 0; i < area; i++) {
-        out->least[i] = fminf(fabsf(out->a[i]), out->b[i]);
-        out->most[i] = fmaxf(fabsf(out->a[i]), out->b[i]);
-    }
-}
-
-static inline void field_inputs(struct random *r, bool wild, struct kernel_field *out)
-{
-    const struct shadow_field *f = &out->field;
-    const size_t area = (size_t)f->width * (size_t)f->height, l = f->strata;
-    for (int k = 0; k < 2; k++) out->jitter[k] = field_numbers(r, area, 0.0f, 0.999f);
-    out->cells = field_numbers(r, out->count * (size_t)f->scale * 4, 0.0f, 3.0f);
-    out->a = field_numbers(r, area + SHADOW_PLANE_PAD, -1.0f, 3.0f);
-    out->b = field_numbers(r, area + SHADOW_PLANE_PAD, 0.0f, 3.0f);
-    out->sigma_px = field_numbers(r, area, 0.2f, 1.5f);
-    out->depth = field_numbers(r, area, 0.5f, 9.0f);
-    for (int k = 0; k < 3; k++) {
-        out->point[k] = field_numbers(r, area, -3.0f, 3.0f);
-        out->normal[k] = field_numbers(r, area, -0.57f, 0.57f);
-    }
-    out->seen = field_memory((area * l + 1) * sizeof *out->seen);
-    for (size_t i = 0; i <= area * l; i++)
-        out->seen[i] = ((uint32_t)random_bits(r) & ((1u << l) - 1)) | 1u << l;
-    field_planes(r, wild, out);
-    field_bits(r, wild, out);
-    if (wild) field_degenerate(r, out);
-    field_facing(r, out);
-    field_copies(out);
-}
-
-/* A light above the field and a camera that has all of it in front. */
-static inline void field_light(uint64_t seed, struct kernel_field *out)
-{
-    struct plan_camera *c = &out->plan.camera;
-    *c = (struct plan_camera){.type = seed & 2u ? CAMERA_ORTHOGRAPHIC : CAMERA_PERSPECTIVE,
-                              .right = {0.8f, 0, -0.6f},
-                              .up = {0, 1, 0},
-                              .forward = {0.6f, 0, 0.8f},
-                              .half_width = 0.5f,
-                              .half_height = 0.4f};
-    out->plan.width_px = out->field.width;
-    out->plan.height_px = out->field.height;
-    out->plan.mu = 1.0f;
-    out->light = (struct receiver_light){
-        .plan = &out->plan,
-        .strata = out->field.strata,
-        .rectangle = {.centre = {0, 0, 3},
-                      .axis = {{1, 0, 0}, {0, 1, 0}},
-                      .half = {0.5f, 1.0f},
-                      .normal = {0, 0, -1},
-                      .area = 2,
-                      .profile = seed & 1u ? PROFILE_GAUSSIAN : PROFILE_UNIFORM},
-        .sigma_y = {0.3f, 0.6f}};
-    surface_view_init(&out->light.view, &out->plan);
-}
+void field_pixels(struct shadow_pixels *p, size_t stride);
 
 /* A field of width x height pixels beyond the margin. */
-static inline void field_init(struct kernel_field *out, uint32_t l, int32_t width, int32_t height,
-                              uint64_t seed, bool wild)
-{
-    struct random r = {seed};
-    const int32_t margin = SHADOW_REACH_PX;
-    *out = (struct kernel_field){0};
-    struct shadow_field *f = &out->field;
-    f->width = width + 2 * margin;
-    f->height = height + 2 * margin;
-    f->strata = l;
-    f->scale = coverage_scale(l);
-    f->window = (f->scale + 7) / 8 * 8;
-    f->lanes = (l + 4) / 4 * 4;
-    f->phases = shadow_phases(l, f->scale);
-    for (int i = 0; i < 2; i++) {
-        f->nodes_per_length[i] = 0.5f * (float)f->scale;
-        f->refusal[i] = 0.5f;
-    }
-    const size_t area = (size_t)f->width * (size_t)f->height;
-    field_pixels(&out->shown, area + SHADOW_PLANE_PAD);
-    out->pixels = field_memory((area + 1) * sizeof *out->pixels);
-    for (int32_t i = 0; i < (int32_t)area; i++) {
-        const int32_t x = i % f->width, y = i / f->width;
-        const bool room = x >= margin && y >= margin && x < f->width - margin &&
-                          y < f->height - margin; /* nothing is shown beyond */
-        out->shown.slot[i] = -1;
-        if (!room) continue;
-        field_source(&r, wild, f->phases, x, y, &out->shown, (size_t)i);
-        field_target(&r, wild, &out->shown, (size_t)i);
-        if (!(out->shown.normal[2][i] > 0.0f)) continue;
-        out->shown.slot[i] = (int32_t)out->slots++;
-        out->pixels[1 + out->count++] = (uint32_t)i;
-    }
-    field_light(seed, out);
-    field_tables(&r, out);
-    field_inputs(&r, wild, out);
-}
+void field_init(struct kernel_field *out, uint32_t l, int32_t width, int32_t height, uint64_t seed,
+                bool wild);
 
-static inline void field_fini(struct kernel_field *k)
-{
-    void *const all[] = {k->shown.point[0],
-                         k->placed.point[0],
-                         k->sheared.point[0],
-                         k->weights,
-                         k->field.columns,
-                         k->field.rows,
-                         k->pixels,
-                         k->jitter[0],
-                         k->jitter[1],
-                         k->cells,
-                         k->a,
-                         k->b,
-                         k->sigma_px,
-                         k->depth,
-                         k->seen,
-                         k->bits,
-                         k->most,
-                         k->least,
-                         k->reach,
-                         k->point[0],
-                         k->point[1],
-                         k->point[2],
-                         k->normal[0],
-                         k->normal[1],
-                         k->normal[2]};
-    for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
-    for (int i = 0; i < FIELD_PLANES; i++) free(k->planes[i]);
-}
+void field_fini(struct kernel_field *k);
 
 /* Numbers that `kernel` writes for `count` pixels, or for all slots. */
-static inline size_t field_output(const struct kernel_field *k, enum kernel kernel, uint32_t count)
-{
-    const size_t nodes = shadow_nodes(&k->field);
-    switch (kernel) {
-    case KERNEL_MARK_WALKS:
-        return (size_t)k->field.width * (size_t)k->field.height;
-    case KERNEL_PROJECT_COLUMNS:
-        return k->slots * nodes * k->field.lanes;
-    case KERNEL_PROJECT_ROWS:
-        return k->slots * nodes * 2;
-    case KERNEL_WALK_COLUMNS:
-        return (size_t)count * 4 * k->field.scale;
-    case KERNEL_WALK_ROWS:
-        return (size_t)count * 2;
-    case KERNEL_SUM_SLOPES:
-        return (size_t)count * 3;
-    case KERNEL_PLACE_RECEIVERS:
-    case KERNEL_SHEAR_RECEIVERS:
-        return (size_t)count * FIELD_PIXEL;
-    default:
-        return count;
-    }
-}
-
-/* Marks of both axes, as numbers. */
-static inline void field_mark(const struct shadow_field *f, const struct shadow_kernels *kernels,
-                              const uint32_t *pixels, uint32_t count, float *out)
-{
-    const size_t area = (size_t)f->width * (size_t)f->height;
-    uint8_t *marks = field_memory(2 * area);
-    for (uint32_t axis = 0; axis < 2; axis++)
-        kernels->mark_walks(f, axis, pixels, count, marks + axis * area);
-    for (size_t i = 0; i < area; i++) out[i] = (float)(marks[i] + 2 * marks[area + i]);
-    free(marks);
-}
-
-/* All numbers of pixel i. */
-static inline float *field_print(const struct shadow_pixels *p, size_t stride, size_t i, float *out)
-{
-    for (size_t k = 0; k < FIELD_FLOATS; k++) *out++ = p->point[0][k * stride + i];
-    for (size_t k = 0; k < FIELD_PIXEL - FIELD_FLOATS; k++) *out++ = (float)p->slot[k * stride + i];
-    return out;
-}
+size_t field_output(const struct kernel_field *k, enum kernel kernel, uint32_t count);
 
 static inline size_t field_stride(const struct kernel_field *k)
 {
     return (size_t)k->field.width * (size_t)k->field.height + SHADOW_PLANE_PAD;
 }
 
-/* Receivers of the inputs, from the second number on, to the planes from there on. */
-static inline void field_place(const struct kernel_field *k, const struct shadow_kernels *kernels,
-                               uint32_t count, float *out)
-{
-    for (int i = 0; i < 3; i++) {
-        memcpy(k->placed.point[i] + 1, k->point[i] + 1, count * sizeof *k->point[i]);
-        memcpy(k->placed.normal[i] + 1, k->normal[i] + 1, count * sizeof *k->normal[i]);
-    }
-    kernels->place_receivers(&k->light, count, k->depth + 1, 1, &k->placed);
-    for (uint32_t i = 0; i < count; i++) out = field_print(&k->placed, field_stride(k), 1 + i, out);
-}
-
-/* Those of the field, with 1/slope from 0 on. */
-static inline void field_shear(const struct kernel_field *k, const struct shadow_kernels *kernels,
-                               const uint32_t *pixels, uint32_t count, float *out)
-{
-    const struct wedge_shear shear = {&k->light, 1.0f, 3.5f, 0.6f};
-    kernels->shear_receivers(&shear, pixels, count, k->most, k->least, &k->sheared);
-    for (uint32_t i = 0; i < count; i++)
-        out = field_print(&k->sheared, field_stride(k), pixels[i], out);
-}
-
-/* Row by row, from number `first` of the listed pixels on: one run to the end of its row at most.
- */
-static inline void field_blur(const struct kernel_field *k, const struct shadow_kernels *kernels,
-                              int32_t step, const uint32_t *pixels, uint32_t count, float *out)
-{
-    float *const *p = k->planes;
-    const struct shadow_blur planes = {
-        .pixels = &k->shown, .seen = p[0], .refusal = p[1], .falloff = p[2], .reach = k->reach};
-    const uint32_t width = (uint32_t)k->field.width;
-    for (uint32_t i = 0, run; i < count; i += run) {
-        for (run = 1; i + run < count && pixels[i + run] / width == pixels[i] / width; run++) {
-        }
-        const uint32_t span = pixels[i + run - 1] - pixels[i] + 1;
-        float *row = field_memory((span + 1) * sizeof *row);
-        kernels->blur(&planes, step, pixels[i], span, row);
-        for (uint32_t j = 0; j < run; j++) out[i + j] = row[pixels[i + j] - pixels[i]];
-        free(row);
-    }
-}
-
-static inline void field_edges(const struct kernel_field *k, const struct shadow_kernels *kernels,
-                               const uint32_t *pixels, uint32_t count, float *out)
-{
-    const struct edge_field edges = {.light = &k->light,
-                                     .width = k->field.width,
-                                     .scale = 1.0f,
-                                     .pixels = &k->shown,
-                                     .seen = k->planes[0],
-                                     .jitter = {k->jitter[0], k->jitter[1]},
-                                     .bits = k->bits,
-                                     .stride = (size_t)k->field.width * (size_t)k->field.height};
-    kernels->filter_edges(&edges, pixels, k->sigma_px + 1, count, out);
-}
-
 /* The kernel over `count` pixels from number `first` on, into `out`. */
-static inline void field_run(const struct kernel_field *k, const struct shadow_kernels *kernels,
-                             enum kernel kernel, uint32_t first, uint32_t count, float *out)
-{
-    struct shadow_field f = k->field;
-    f.pixels = &k->shown;
-    const uint32_t *pixels = k->pixels + 1 + first;
-    const float *const point[3] = {k->point[0] + 1, k->point[1] + 1, k->point[2] + 1};
-    const float *const normal[3] = {k->normal[0] + 1, k->normal[1] + 1, k->normal[2] + 1};
-    const float *const jitter[2] = {k->jitter[0] + 1, k->jitter[1] + 1};
-    switch (kernel) {
-    case KERNEL_UNOCCLUDED:
-        kernels->unoccluded(&k->light.rectangle, count, point, normal, out);
-        break;
-    case KERNEL_PLACE_RECEIVERS:
-        field_place(k, kernels, count, out);
-        break;
-    case KERNEL_SHEAR_RECEIVERS:
-        field_shear(k, kernels, pixels, count, out);
-        break;
-    case KERNEL_MARK_WALKS:
-        field_mark(&f, kernels, pixels, count, out);
-        break;
-    case KERNEL_PROJECT_COLUMNS:
-        f.columns = out;
-        kernels->project_columns(&f, pixels, count, k->jitter[0] + 1, k->seen + 1);
-        break;
-    case KERNEL_WALK_COLUMNS:
-        kernels->walk_columns(&f, pixels, count, out);
-        break;
-    case KERNEL_PROJECT_ROWS:
-        f.rows = out;
-        kernels->project_rows(&f, pixels, count, k->cells + 1);
-        break;
-    case KERNEL_WALK_ROWS:
-        kernels->walk_rows(&f, pixels, count, out);
-        break;
-    case KERNEL_BLUR_X:
-        field_blur(k, kernels, 1, pixels, count, out);
-        break;
-    case KERNEL_BLUR_Y:
-        field_blur(k, kernels, f.width, pixels, count, out);
-        break;
-    case KERNEL_ESTIMATE:
-        kernels->estimate(&k->light.rectangle, f.strata, count, point, normal, jitter, k->bits + 1,
-                          (size_t)f.width * (size_t)f.height, out);
-        break;
-    case KERNEL_FILTER_EDGES:
-        field_edges(k, kernels, pixels, count, out);
-        break;
-    default:
-        kernels->sum_slopes(&f, pixels, count, k->a, k->b, out);
-        break;
-    }
-}
-
-/* Greatest difference from the reference, over its greatest number or `least`; infinite where bits
- * differ in what is not finite. */
-static inline float field_difference_over(const float *a, const float *b, size_t count, float least)
-{
-    float most = 0.0f, size = least;
-    for (size_t i = 0; i < count; i++) {
-        if (isfinite(a[i])) size = fmaxf(size, fabsf(a[i]));
-        if (memcmp(&a[i], &b[i], sizeof a[i]) == 0 && isfinite(a[i])) continue;
-        if (!isfinite(a[i]) || !isfinite(b[i])) return INFINITY;
-        most = fmaxf(most, fmaxf(fabsf(a[i] - b[i]), 1e-37f)); /* -0 is not 0 */
-    }
-    return most / size;
-}
+void field_run(const struct kernel_field *k, const struct shadow_kernels *kernels,
+               enum kernel kernel, uint32_t first, uint32_t count, float *out);
 
 /* How far a kernel that rounds products may be off. Some have none to round; edges' windows are
  * chosen by angles that small tensors hardly tell. */
-static inline float field_rounding(enum kernel kernel)
-{
-    switch (kernel) {
-    case KERNEL_PLACE_RECEIVERS:
-    case KERNEL_SHEAR_RECEIVERS:
-    case KERNEL_MARK_WALKS:
-        return 0.0f;
-    case KERNEL_FILTER_EDGES:
-        return 2e-5f;
-    default:
-        return REFERENCE_ROUNDING;
-    }
-}
+float field_rounding(enum kernel kernel);
 
-static inline float field_difference(const float *a, const float *b, size_t count)
-{
-    return field_difference_over(a, b, count, 1e-30f);
-}
+float field_difference(const float *a, const float *b, size_t count);
 
 /* The same of one kernel over `count` pixels from `first` on. */
-static inline float field_compare(const struct kernel_field *k, const struct shadow_kernels *tested,
-                                  enum kernel kernel, uint32_t first, uint32_t count)
-{
-    const size_t size = field_output(k, kernel, count);
-    const bool aligned = kernel == KERNEL_PROJECT_COLUMNS || kernel == KERNEL_PROJECT_ROWS;
-    float *a = field_memory((size + 1) * sizeof *a), *b = field_memory((size + 1) * sizeof *b);
-    const size_t start = aligned ? 0 : 1;
-    field_run(k, &shadow_kernels_reference, kernel, first, count, a + start);
-    field_run(k, tested, kernel, first, count, b + start);
-    /* fields in which all receivers see the light from its side have nothing but rounding */
-    const float least = kernel == KERNEL_UNOCCLUDED ? 0.05f : 1e-30f;
-    const float difference = field_difference_over(a, b, size + start, least);
-    free(a);
-    free(b);
-    return difference;
-}
+float field_compare(const struct kernel_field *k, const struct shadow_kernels *tested,
+                    enum kernel kernel, uint32_t first, uint32_t count);

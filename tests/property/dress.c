@@ -1,6 +1,7 @@
 #include "tests/property/dress.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { TEXELS = CASE_TEXELS * CASE_TEXELS, BRIGHT_ONE_IN = 6 };
 #define LEAN 0.4f /* of normals, over the half sides' directions */

@@ -1,29 +1,15 @@
 #pragma once
 /* Plans on the wire, there and back; what a change of the plan of plan_case.h is refused with, and
  * changes that several tests need. */
-#include <stdlib.h>
+#include <string.h>
 
 #include "tests/unit/proto/plan_case.h"
 #include "tests/unit/unit.h"
 
-static inline void encode(const struct plan *plan, struct bytes_writer *w)
-{
-    bytes_writer_init(w);
-    plan_encode(w, plan);
-    assert_false(w->failed);
-}
+void encode(const struct plan *plan, struct bytes_writer *w);
 
 /* Memory of exactly the size, so that a sanitizer sees a read beyond. */
-static inline int decode(const uint8_t *data, size_t size_bytes, struct plan *out,
-                         struct fault *fault)
-{
-    uint8_t *exact = malloc(size_bytes + (size_bytes == 0));
-    assert_non_null(exact);
-    memcpy(exact, data, size_bytes);
-    const int error = plan_decode(exact, size_bytes, out, fault);
-    free(exact);
-    return error;
-}
+int decode(const uint8_t *data, size_t size_bytes, struct plan *out, struct fault *fault);
 
 /* Changes one thing in the plan and expects a fault, or none for ERR_OK. */
 #define EXPECT(change, expected, place)                                                            \
@@ -42,12 +28,7 @@ static inline int decode(const uint8_t *data, size_t size_bytes, struct plan *ou
         bytes_writer_fini(&w);                                                                     \
     } while (0)
 
-static inline void without_lens(struct plan *plan)
-{
-    plan->camera.aperture_radius = 0;
-    plan->planes &= ~PLANES_LENS;
-    plan->lens_strata_per_axis = plan->lens_light = 0;
-}
+void without_lens(struct plan *plan);
 
 #define RATE                                                                                       \
     (plan.indirect_filter = INDIRECT_FILTER_RATE, plan.rate.mu = 1.5f, plan.rate.rays_most = 100,  \

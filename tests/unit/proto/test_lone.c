@@ -1,5 +1,6 @@
 /* Lists of lone sub-samples: as they travel beside a tile's planes, and what is refused. */
 #include <math.h>
+#include <string.h>
 
 #include "tests/unit/proto/samples_case.h"
 #include "tests/unit/unit.h"

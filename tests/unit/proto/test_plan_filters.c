@@ -1,5 +1,6 @@
 /* The filters of a plan: of shadows, indirect light and glossy lobes. They need their planes. */
 #include <math.h>
+#include <string.h>
 
 #include "tests/unit/proto/plan_wire.h"
 #include "tests/unit/unit.h"

@@ -1,5 +1,6 @@
 /* The lens of a plan: its shape, its samples with their light, mirrors and second sets. */
 #include <math.h>
+#include <string.h>
 
 #include "tests/unit/proto/plan_wire.h"
 #include "tests/unit/unit.h"

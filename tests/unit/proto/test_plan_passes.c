@@ -1,6 +1,7 @@
 /* The passes of a plan: those of its schedule cover all samples once, and those that follow, for a
  * target of error or as second sets, are checked. */
 #include <math.h>
+#include <string.h>
 
 #include "tests/unit/proto/plan_wire.h"
 #include "tests/unit/unit.h"

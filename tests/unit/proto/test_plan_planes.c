@@ -1,6 +1,7 @@
 /* The planes of a plan, and how many samples they hold: what paths and lone sub-samples need of
  * them, and which ones lights have. */
 #include <math.h>
+#include <string.h>
 
 #include "tests/unit/proto/plan_wire.h"
 #include "tests/unit/unit.h"

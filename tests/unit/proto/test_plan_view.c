@@ -1,6 +1,7 @@
 /* What a plan looks at: pictures, cameras, environments and lights that are unsafe to trace do not
  * come back, and rays go where the camera looks. */
 #include <math.h>
+#include <string.h>
 
 #include "tests/unit/proto/plan_wire.h"
 #include "tests/unit/unit.h"

@@ -1,5 +1,8 @@
 /* glTF documents, small enough to read: what becomes of them, and what they are refused for. */
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "proto/plan.h"
 #include "tests/unit/import/scene_room.h"

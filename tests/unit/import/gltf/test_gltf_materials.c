@@ -1,6 +1,7 @@
 /* glTF's material extensions and our extras: what becomes of them, what they are refused for. */
 #include <float.h>
 #include <math.h>
+#include <stdio.h>
 
 #include "tests/unit/import/scene_room.h"
 #include "tests/unit/unit.h"

@@ -1,6 +1,7 @@
 /* Textures: decoding, sRGB flags, samplers and transforms; faults in images. */
 #include <math.h>
 #include <png.h>
+#include <string.h>
 #include <turbojpeg.h>
 
 #include "server/import/image/image_decoder.h"

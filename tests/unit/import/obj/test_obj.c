@@ -1,4 +1,7 @@
 /* OBJ with MTL, through assimp and our own file access. */
+#include <stdio.h>
+#include <string.h>
+
 #include "tests/unit/import/scene_room.h"
 #include "tests/unit/unit.h"
 

@@ -1,6 +1,7 @@
 /* What blocks write into layers: what their names say, nothing for the background, finite numbers
  * from any samples. */
 #include <math.h>
+#include <string.h>
 
 #include "proto/job/job.h"
 #include "tests/unit/server/reconstruct/block_scene.h"

@@ -1,4 +1,6 @@
 /* Streams within their share of CPU time: readers whose every byte is dear, as a socket's are. */
+#include <time.h>
+
 #include "tests/unit/server/stream/fake_feed.h"
 #include "tests/unit/unit.h"
 

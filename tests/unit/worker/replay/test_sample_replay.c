@@ -1,4 +1,6 @@
 /* A replayed sample is the traced one, bit by bit, and its steps add up to it. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 #include "worker/replay/sample_replay.h"

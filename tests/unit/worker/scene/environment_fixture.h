@@ -1,8 +1,5 @@
 #pragma once
 /* Environment maps in memory. */
-#include <stdlib.h>
-#include <string.h>
-
 #include "tests/unit/unit.h"
 #include "worker/scene/environment.h"
 
@@ -12,58 +9,16 @@ struct environment_fixture {
 };
 
 /* A map of 3 * width * height texels, which are copied. */
-static inline void environment_fixture_open(struct environment_fixture *f, uint32_t width,
-                                            uint32_t height, const float *texels)
-{
-    struct environment_header header;
-    struct fault fault = {0};
-    void *memory = NULL;
-    const size_t texel_bytes = 3 * sizeof(float) * width * height;
-    if (environment_describe(width, height, texels, &header, &fault))
-        fail_msg("%s: %s", fault.pointer, fault.detail);
-    assert_int_equal(posix_memalign(&memory, 64, sizeof header + texel_bytes), 0);
-    memcpy(memory, &header, sizeof header);
-    memcpy((char *)memory + sizeof header, texels, texel_bytes);
-    if (environment_open(memory, sizeof header + texel_bytes, &f->blob, &fault))
-        fail_msg("%s: %s", fault.pointer, fault.detail);
-    assert_int_equal(environment_create(&f->blob, &f->map), 0);
-}
+void environment_fixture_open(struct environment_fixture *f, uint32_t width, uint32_t height,
+                              const float *texels);
 
-static inline void environment_fixture_close(struct environment_fixture *f)
-{
-    environment_destroy(&f->map);
-    assert_null(f->map);
-    free((void *)(uintptr_t)f->blob.blob);
-}
+void environment_fixture_close(struct environment_fixture *f);
 
 /* -- the steps of worker/scene/environment.h, one direction at a time -- */
 
-static inline struct environment_spot environment_spot_of(const struct environment *e,
-                                                          const float direction[3])
-{
-    float width, height;
-    environment_size(e, &width, &height);
-    return environment_find(direction, width, height);
-}
-
-static inline void environment_lookup(const struct environment *e, const float direction[3],
-                                      float radiance[3])
-{
-    environment_read(e, environment_spot_of(e, direction), radiance);
-}
-
-static inline float environment_pdf(const struct environment *e, const float direction[3])
-{
-    return environment_density(e, direction, environment_spot_of(e, direction));
-}
+void environment_lookup(const struct environment *e, const float direction[3], float radiance[3]);
+float environment_pdf(const struct environment *e, const float direction[3]);
 
 /* 0: a black map, no sample. */
-static inline void environment_sample(const struct environment *e, float choice, const float u[2],
-                                      float direction[3], float *pdf)
-{
-    float width, height;
-    const struct environment_texel t = environment_texel_of(e, environment_choose(e, choice, u));
-    environment_size(e, &width, &height);
-    environment_place(t, width, u, direction);
-    *pdf = t.density;
-}
+void environment_sample(const struct environment *e, float choice, const float u[2],
+                        float direction[3], float *pdf);

@@ -1,6 +1,7 @@
 /* Surfaces that are partly there: through Embree in every width, and the numbers behind it. */
 #include <embree3/rtcore.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"

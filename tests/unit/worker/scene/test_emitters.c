@@ -1,6 +1,7 @@
 /* Shining meshes: which triangles are chosen and how densely, where points lie, what leaves them.
  */
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/random.h"
 #include "tests/unit/unit.h"

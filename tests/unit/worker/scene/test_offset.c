@@ -1,4 +1,6 @@
 /* No surface shadows itself, at any scale, distance from the origin or angle. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 

@@ -1,4 +1,6 @@
 /* Texture look-ups: wrap modes, filters, decoding, transforms; materials that use them. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 

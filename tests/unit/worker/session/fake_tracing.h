@@ -1,113 +1,23 @@
 #pragma once
 /* Tracing without rays, for tests of what stands around it: it costs nothing, waits or hangs when
  * it is told to, and counts what it is asked for. */
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <stdbool.h>
 
 #include "proto/scene/environment.h"
 #include "tests/unit/unit.h"
 #include "worker/session/tracing.h"
 
-static _Atomic bool hold;        /* tiles wait, and end when they are stopped */
-static _Atomic unsigned tracing; /* tiles that a thread has begun */
-static _Atomic unsigned loads, unloads;
-static _Atomic uint32_t traced_pass;
-static _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
-static _Atomic uint32_t traced_lobes;
-static _Atomic uint32_t load_steps; /* that the next load makes, one each LOAD_STEP_MS */
-static _Atomic bool load_hangs;     /* until it is set to false */
-static _Atomic bool load_spins;     /* meanwhile it uses a CPU */
 #define LOAD_STEP_MS 20
-static _Atomic bool traced_map; /* the last tile had an environment */
 
-static inline const char *embree_version(void *ctx)
-{
-    (void)ctx;
-    return "3.13.5";
-}
+extern _Atomic bool hold;        /* tiles wait, and end when they are stopped */
+extern _Atomic unsigned tracing; /* tiles that a thread has begun */
+extern _Atomic unsigned loads, unloads;
+extern _Atomic uint32_t traced_pass;
+extern _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
+extern _Atomic uint32_t traced_lobes;
+extern _Atomic uint32_t load_steps; /* that the next load makes, one each LOAD_STEP_MS */
+extern _Atomic bool load_hangs;     /* until it is set to false */
+extern _Atomic bool load_spins;     /* meanwhile it uses a CPU */
+extern _Atomic bool traced_map;     /* the last tile had an environment */
 
-/* What is loaded is its kind; a map is told by its first bytes. */
-static inline int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
-                       void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us,
-                       struct fault *fault)
-{
-    (void)ctx;
-    (void)threads;
-    for (uint32_t i = 0; i < load_steps || load_hangs; i++) {
-        if (!load_spins) usleep(1000 * LOAD_STEP_MS);
-        if (!load_hangs) (*steps)++;
-    }
-    struct stat st;
-    char magic[8] = "";
-    if (stat(path, &st) != 0) return fault_set(fault, ERR_IO, path, "is not there");
-    FILE *file = fopen(path, "rb");
-    if (!file || fread(magic, 1, sizeof magic, file) != sizeof magic) abort();
-    fclose(file);
-    *kind = memcmp(magic, ENVIRONMENT_MAGIC, 8) == 0 ? TRACING_ENVIRONMENT : TRACING_SCENE;
-    *loaded = malloc(sizeof *kind);
-    memcpy(*loaded, kind, sizeof *kind);
-    *bytes = (uint64_t)st.st_size;
-    *cpu_us = 1000;
-    loads++;
-    return 0;
-}
-
-static inline void unload(void *ctx, void **scene)
-{
-    (void)ctx;
-    free(*scene);
-    *scene = NULL;
-    unloads++;
-}
-
-static inline int tracer_create(void *ctx, void **tracer)
-{
-    (void)ctx;
-    *tracer = malloc(1);
-    return 0;
-}
-
-static inline void tracer_destroy(void *ctx, void **tracer)
-{
-    (void)ctx;
-    free(*tracer);
-    *tracer = NULL;
-}
-
-static inline int trace(void *ctx, void *tracer, const void *scene, const void *environment,
-                        const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                        _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
-                        struct bytes_writer *packed, struct counters *counters)
-{
-    (void)ctx;
-    (void)packing;
-    assert_true(tracer && scene && plan->width_px == 720);
-    assert_int_equal(*(const enum tracing_kind *)scene, TRACING_SCENE);
-    assert_int_equal(environment != NULL, plan->environment.kind == ENVIRONMENT_MAP);
-    if (environment) assert_int_equal(*(const enum tracing_kind *)environment, TRACING_ENVIRONMENT);
-    traced_pass = pass->number;
-    uint32_t sides = 0;
-    for (int64_t i = 0; pass->sides && i < rect_area(rect); i++) sides += pass->sides[i];
-    traced_sides = sides;
-    sides = 0;
-    for (int64_t i = 0; pass->lobes && i < rect_area(rect); i++) sides += pass->lobes[i];
-    traced_lobes = sides;
-    traced_map = environment != NULL;
-    tracing++;
-    while (hold && !*stop) usleep(1000);
-    *progress += (uint64_t)rect_height(rect);
-    counters->value[COUNTER_RAYS_PRIMARY] = (uint64_t)rect_area(rect);
-    bytes_write_u32(packed, (uint32_t)rect.x0);
-    return *stop ? ERR_STATE : 0;
-}
-
-static const struct tracing fake_tracing = {.capabilities = CAPABILITY_DIRECT,
-                                            .embree_version = embree_version,
-                                            .load = load,
-                                            .unload = unload,
-                                            .tracer_create = tracer_create,
-                                            .tracer_destroy = tracer_destroy,
-                                            .trace = trace};
+extern const struct tracing fake_tracing;

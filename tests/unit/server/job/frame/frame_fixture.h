@@ -94,7 +94,7 @@ static inline void on_failed(void *ctx, struct frame *frame, const struct fault 
     frame_drop(&b->frame);
 }
 
-static inline int set_up(void **state)
+static inline int bench_set_up(void **state)
 {
     struct bench *b = calloc(1, sizeof *b);
     *state = b;
@@ -110,7 +110,7 @@ static inline int remove_entry(const char *path, const struct stat *info, int ki
     return remove(path);
 }
 
-static inline int tear_down(void **state)
+static inline int bench_tear_down(void **state)
 {
     struct bench *b = *state;
     thread_pool_destroy(&b->pool);

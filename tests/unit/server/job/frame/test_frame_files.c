@@ -10,7 +10,7 @@ static bool is_nobodys(void *ctx, const struct digest *d)
     return true;
 }
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(bench_set_up, bench_tear_down);
 
 TEST(files_are_held_by_who_is_told_of_them)
 {

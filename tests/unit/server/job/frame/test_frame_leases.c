@@ -5,7 +5,7 @@
 #include "tests/unit/server/job/frame/frame_fixture.h"
 #include "tests/unit/unit.h"
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(bench_set_up, bench_tear_down);
 
 /* Only a tile that nobody else has, and that has not landed, waits again. */
 TEST(a_return_tells_whether_the_tile_waits)

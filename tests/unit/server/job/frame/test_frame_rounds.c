@@ -36,7 +36,7 @@ static void render_target(struct bench *b, bool badly, int32_t tile_px)
     assert_int_equal(b->traced, 1);
 }
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(bench_set_up, bench_tear_down);
 
 TEST(targets_take_rounds)
 {

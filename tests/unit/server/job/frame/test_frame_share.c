@@ -3,7 +3,7 @@
 #include "tests/unit/server/job/frame/frame_fixture.h"
 #include "tests/unit/unit.h"
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(bench_set_up, bench_tear_down);
 
 /* Bounce rays belong to the first pass. */
 TEST(the_share_counts_bounce_rays)

@@ -6,7 +6,7 @@
 #include "tests/unit/server/job/plan/plan_stage.h"
 #include "tests/unit/unit.h"
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(stage_set_up, stage_tear_down);
 
 TEST(layers_bring_their_planes)
 {

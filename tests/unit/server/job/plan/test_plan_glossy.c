@@ -1,4 +1,6 @@
 /* When glossy lobes have a light field, and which filter it takes. */
+#include <string.h>
+
 #include "tests/unit/server/job/plan/plan_stage.h"
 #include "tests/unit/unit.h"
 
@@ -40,7 +42,7 @@ static void expect_none(struct stage *s, const char *why)
     assert_string_equal(s->report.glossy_filter_why, why);
 }
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(stage_set_up, stage_tear_down);
 
 TEST(lobes_have_a_field)
 {

@@ -1,5 +1,7 @@
 /* What a plan decides about indirect light and occlusion: who brings them, their planes and their
  * filter, and why. */
+#include <string.h>
+
 #include "proto/link/message.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
@@ -17,7 +19,7 @@ static void must_make(struct stage *s)
     assert_int_equal(plan_check(&s->plan, &s->fault), 0);
 }
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(stage_set_up, stage_tear_down);
 
 TEST(light_fields_bounce_often)
 {

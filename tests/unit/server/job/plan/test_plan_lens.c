@@ -1,5 +1,6 @@
 /* Plans with a lens: when its light field makes the picture, and with which filter. */
 #include <math.h>
+#include <string.h>
 
 #include "proto/link/message.h"
 #include "proto/samples.h"
@@ -14,14 +15,14 @@
 
 static int set_up_lens(void **state)
 {
-    set_up(state);
+    stage_set_up(state);
     struct stage *s = *state;
     s->job.aperture_radius = 0.1f;
     s->job.focus_distance = 4;
     return 0;
 }
 
-EACH_TEST(set_up_lens, tear_down);
+EACH_TEST(set_up_lens, stage_tear_down);
 
 static void must_make(struct stage *s)
 {

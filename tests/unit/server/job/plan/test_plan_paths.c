@@ -8,7 +8,7 @@
 
 #define BIT(plane) PLANE_BIT(plane)
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(stage_set_up, stage_tear_down);
 
 TEST(none_is_paths)
 {

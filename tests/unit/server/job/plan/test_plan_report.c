@@ -4,7 +4,7 @@
 #include "tests/unit/server/job/plan/plan_stage.h"
 #include "tests/unit/unit.h"
 
-EACH_TEST(set_up, tear_down);
+EACH_TEST(stage_set_up, stage_tear_down);
 
 TEST(names_of_materials_stay_ascii)
 {

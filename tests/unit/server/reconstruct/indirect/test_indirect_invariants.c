@@ -1,5 +1,7 @@
 /* What the axis-aligned filters of indirect light keep exactly, and that nothing hangs on how a
  * picture is cut or on the unit of length. */
+#include <string.h>
+
 #include "tests/unit/server/reconstruct/indirect/indirect_picture.h"
 #include "tests/unit/unit.h"
 

@@ -1,6 +1,7 @@
 /* Indirect light of pixels that have no neighbours of their surface: a board of facets, each a
  * pixel wide, that face eight ways. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "server/reconstruct/indirect/indirect.h"

@@ -1,5 +1,7 @@
 /* The sheared filter of indirect light: against brute force, the plain average and filtering
  * without shear on scenes of formulas; constants; cuts; odd pictures and odd numbers. */
+#include <string.h>
+
 #include "tests/unit/server/reconstruct/indirect/v_plane_accuracy.h"
 #include "tests/unit/unit.h"
 

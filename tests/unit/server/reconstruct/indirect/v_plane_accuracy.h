@@ -1,6 +1,9 @@
 #pragma once
 /* The sheared filter's error on scenes of formulas, and brute-force 4D filtering as the truth for
  * its factorisation. */
+#include <stdlib.h>
+#include <string.h>
+
 #include "server/reconstruct/indirect/v_plane_filter.h"
 #include "server/reconstruct/indirect/v_plane_slopes.h"
 #include "tests/unit/server/reconstruct/indirect/v_plane_scene.h"

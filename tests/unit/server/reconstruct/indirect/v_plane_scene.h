@@ -2,6 +2,9 @@
 /* Scenes of formulas for the sheared filter of indirect light, traced here in the manner of the
  * worker: one ray a pixel, l x l strata of the v-plane by the pattern, one bounce. References have
  * neither pattern nor map in common with what the filter gets. */
+#include <stdlib.h>
+#include <string.h>
+
 #include "proto/v_plane.h"
 #include "tests/random.h"
 #include "tests/unit/server/reconstruct/indirect/indirect_scene.h"

@@ -1,4 +1,6 @@
 /* What the filters of lens samples must do whatever they are given. */
+#include <stdlib.h>
+
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
 #include "tests/unit/unit.h"
 

@@ -1,6 +1,7 @@
 /* Errors of the filters of lens samples against dense averages: how much lower than those of the
  * plain average of the same samples, and lower with every sample. Prints a table. */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"

@@ -1,4 +1,6 @@
 /* Second sets of paths through the lens: who needs them, and what they do to the picture. */
+#include <stdlib.h>
+
 #include "server/reconstruct/lens/lens_extra.h"
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
 #include "tests/unit/unit.h"

@@ -1,6 +1,7 @@
 /* What shadow filters make of blocks: no cut of the image changes a bit, lights without area keep
  * their irradiance, and counters say what ran. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "server/film/film.h"
 #include "server/image/image.h"

@@ -1,5 +1,7 @@
 #pragma once
 /* Pictures whose fields' samples are replayed one by one, and rooms for them. */
+#include <stdlib.h>
+
 #include "tests/unit/worker/trace/field/field_room.h"
 #include "worker/replay/field_replay.h"
 

@@ -1,6 +1,9 @@
 /* The light field of glossy lobes beside that of diffuse light and paths: together they are the
  * picture that the path tracer gives alone, and surfaces without such a lobe stay with the paths.
  */
+#include <stdio.h>
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/field_room.h"
 

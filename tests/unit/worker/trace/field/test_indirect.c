@@ -1,4 +1,6 @@
 /* One bounce against closed forms. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 

@@ -1,4 +1,6 @@
 /* The light field of the lens: what each of its samples sees, and how that moves. */
+#include <stdlib.h>
+
 #include "proto/half.h"
 #include "proto/lens_pattern.h"
 #include "proto/pattern_path.h"

@@ -1,4 +1,6 @@
 /* Lens samples that light fields light: what they tell, and what their paths leave out. */
+#include <stdlib.h>
+
 #include "proto/half.h"
 #include "proto/lens_pattern.h"
 #include "proto/octahedron.h"

@@ -1,5 +1,8 @@
 /* The light field of indirect light beside the path tracer: together they are the picture that the
  * path tracer gives alone, whatever the surface, the lights and the number of bounces. */
+#include <stdio.h>
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/trace/field/field_room.h"
 

@@ -1,4 +1,6 @@
 /* Lone sub-samples: which they are, and their light. */
+#include <stdlib.h>
+
 #include "proto/half.h"
 #include "proto/octahedron.h"
 #include "proto/surface_match.h"

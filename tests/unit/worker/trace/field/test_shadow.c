@@ -1,4 +1,6 @@
 /* Direct light against closed forms: irradiance, visibility, slopes. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 

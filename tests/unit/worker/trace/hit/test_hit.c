@@ -1,4 +1,6 @@
 /* What camera rays find: geometry planes, instances, normals, masks, offsets. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 

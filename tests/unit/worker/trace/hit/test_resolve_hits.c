@@ -1,4 +1,6 @@
 /* What sixteen rays met: panels of several materials side by side, and nothing between them. */
+#include <stdlib.h>
+
 #include "tests/random.h"
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"

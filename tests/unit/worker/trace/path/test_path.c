@@ -1,5 +1,7 @@
 /* Paths: what they must agree on whatever the tiles and passes, and what their parts add up to.
  * Closed forms are in tests/golden. */
+#include <stdlib.h>
+
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
