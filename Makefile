@@ -80,7 +80,7 @@ checks   := $(patsubst tests/kernel/%.c,$(B)/tests/kernel/%,$(check_src))
 properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
-.PHONY: all deps deps-browser deps-dev deps-fuzz demo test check unit system browser soak determinism golden check-shade check-kernels bench \
+.PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
         bench-accuracy bench-quick bench-accept bench-results picture screenshot property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
@@ -106,12 +106,9 @@ test:
 	@deploy/install-deps.sh --browser $(if $(fuzzed),--fuzz)
 	@$(MAKE) --no-print-directory -j$$(nproc) all $(unit) $(fakes) $(loads) $(benches) $(pictures) $(checks) $(goldens) $(properties) $(if $(fuzzed),$(fuzzers))
 	@FUZZ_SECONDS=$(fuzz_seconds) tests/run $(B)
-## check: unit tests and include arrows, the inner loop of development
+## check: unit tests, include arrows and links of pages, in a minute and a half
 check: all $(unit)
 	@tests/run $(B) unit arrows
-## unit: the unit tests alone
-unit: all $(unit)
-	@tests/run $(B) unit
 ## system: the tests of real processes alone
 system: all $(fakes) $(loads) $(benches) $(pictures) $(goldens) $(properties)
 	@tests/run $(B) system
