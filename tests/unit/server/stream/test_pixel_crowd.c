@@ -1,4 +1,6 @@
 /* Many who read one picture: what is made for all, who waits for a turn, who is cut. */
+#include <time.h>
+
 #include "tests/unit/server/stream/fake_feed.h"
 #include "tests/unit/unit.h"
 

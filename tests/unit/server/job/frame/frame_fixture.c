@@ -69,7 +69,7 @@ int bench_set_up(void **state)
     *state = b;
     strcpy(b->dir, "/tmp/shearwater-frame-XXXXXX");
     return !mkdtemp(b->dir) || objects_open(&b->objects, b->dir, false) || uv_loop_init(&b->loop) ||
-           team_create(&b->loop, "test", 3, &b->team);
+           thread_pool_create(&b->loop, "test", 3, NULL, &b->pool);
 }
 
 static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *where)
@@ -81,7 +81,7 @@ static int remove_entry(const char *path, const struct stat *info, int kind, str
 int bench_tear_down(void **state)
 {
     struct bench *b = *state;
-    team_destroy(&b->team);
+    thread_pool_destroy(&b->pool);
     uv_run(&b->loop, UV_RUN_DEFAULT);
     int error = uv_loop_close(&b->loop);
     nftw(b->dir, remove_entry, 8, FTW_DEPTH | FTW_PHYS);
@@ -115,7 +115,7 @@ void begin(struct bench *b, int32_t tile_px)
                   (b->path_spp && !b->beside ? LAYER_ERROR : 0),
         .metadata = {.job = "feed", .build = "test", .spp = 9},
         .plan = &b->plan,
-        .team = b->team,
+        .pool = b->pool,
         .scratch = b->scratch,
         .objects = &b->objects,
         .events = {.ctx = b,
@@ -183,6 +183,11 @@ uint32_t send_tile(struct bench *b, uint64_t worker, const struct fleet_tile *ti
     uint32_t verdict = frame_result(b->frame, worker, &result, &w.data, (uint32_t)w.size_bytes);
     free(w.data);
     return verdict;
+}
+
+void run(struct bench *b)
+{
+    uv_run(&b->loop, UV_RUN_DEFAULT);
 }
 
 bool lease(struct bench *b, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
