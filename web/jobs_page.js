@@ -33,7 +33,7 @@ function show({ jobs, next }) {
   rows.show(jobs);
   const sum = jobs.length === 1 ? "1 job" : `${jobs.length} jobs`;
   $("count").textContent = jobs.length > 0 ? `${sum} on this page${next ? ", older ones follow" : ""}.`
-    : filtered ? "No job is like that." : cursor ? "There are no older jobs." : "No jobs yet.";
+    : filtered ? "No job matches." : cursor ? "There are no older jobs." : "No jobs yet.";
   $("older").hidden = !next;
   if (next) $("older").href = address({ state, text, cursor: next });
   $("newest").hidden = !cursor;

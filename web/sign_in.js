@@ -17,7 +17,7 @@ function makeDialog() {
   const button = make("button", { type: "submit" }, "Sign in");
   const form = make("form", { method: "dialog" },
     make("h2", { id: "sign-in-title" }, "Sign in"),
-    make("p", {}, "This server asks for a token. Whoever runs it makes one with “shearwater token”."),
+    make("p", {}, "This server needs an access token. Its operator creates one with “shearwater token”."),
     make("p", {}, make("label", { for: "sign-in-token" }, "Token "), token), problem, make("div", { class: "bar" }, button));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -38,7 +38,7 @@ function makeDialog() {
 
 async function signIn(token) {
   // Headers hold no other letters, and fetch would refuse them in words of its own.
-  if (!/^[\w.~+/=-]{20,256}$/.test(token)) throw new Error("That is no token: it has at least 20 letters and digits.");
+  if (!/^[\w.~+/=-]{20,256}$/.test(token)) throw new Error("This is not a token: a token has at least 20 letters and digits.");
   const response = await fetch("/v1/session", { method: "POST", headers: { Authorization: `Bearer ${token}` }, cache: "no-store" });
   if (response.status === 401) throw new Error("The server does not know this token.");
   if (!response.ok) throw new Error(`The server answered ${response.status}.`);

@@ -81,7 +81,7 @@ function judge({ plan, fault, trouble }) {
   if (trouble) { say(`Not checked: ${trouble}. Trying again.`); return; }
   serverFault = fault ?? null;
   const count = showFaults();
-  say(fault ? `${count === 1 ? "One thing is" : `${count} things are`} to be put right.` : "The server would take this job. Its plan:");
+  say(fault ? `${count === 1 ? "1 problem" : `${count} problems`} to fix.` : "The job is valid. Its plan:");
   $("submit").toggleAttribute("data-ready", !fault);
   showPlan(fault ? null : plan);
   if (plan) form.takePlan(plan);
@@ -103,7 +103,7 @@ const kindOf = (name) => /\.(glb|gltf|obj)$/i.test(name) ? "scene" : /\.(hdr|exr
 // Files are told apart by their names; those beside a scene are named as it names them.
 async function takeFiles(files, pointer = null) {
   const scene = files.filter(({ name }) => kindOf(name) === "scene"), map = files.filter(({ name }) => kindOf(name) === "environment");
-  if (scene.length > 1 || map.length > 1) { say("One scene and one environment at a time."); return; }
+  if (scene.length > 1 || map.length > 1) { say("Choose one scene and one environment at a time."); return; }
   for (const file of files) {
     const kind = pointer === "/environment/asset" ? "environment" : kindOf(file.name);
     const place = { scene: "/scene/asset", environment: "/environment/asset", beside: "/scene/asset" }[kind];
@@ -115,7 +115,7 @@ async function takeFiles(files, pointer = null) {
     else form.document.scene = { ...form.document.scene, files: { ...form.document.scene?.files, [file.name]: digest } };
     if (kind === "environment") delete form.document.environment.radiance;
     form.show(form.document);
-    tell(place, `${file.name} is here.`);
+    tell(place, `${file.name} is uploaded.`);
   }
   changed("form");
 }
@@ -139,7 +139,7 @@ async function send(file, place) {
     });
   } catch (error) {
     tell(place, `${file.name}: ${error.message}`);
-    $("upload-said").textContent = `${file.name} was not sent: ${error.message}`;
+    $("upload-said").textContent = `${file.name} could not be uploaded: ${error.message}`;
     return null;
   } finally {
     sending--;
@@ -160,7 +160,7 @@ const newKey = () => `page-${[...crypto.getRandomValues(new Uint8Array(16))].map
 
 $("form").addEventListener("submit", async (event) => {
   event.preventDefault();
-  if (sending > 0) { say("A file is still on its way."); return; }
+  if (sending > 0) { say("A file is still being uploaded."); return; }
   if (jsonFault) { showFaults(); $("summary").focus(); return; }
   $("submit").disabled = true;
   key ??= newKey(); // the same as long as the document is: pressed twice, it is one job
@@ -184,7 +184,7 @@ async function begin() {
   const id = new URLSearchParams(location.search).get("job");
   if (id && /^[0-9a-z]{26}$/.test(id)) {
     document.title = "Edit job · Shearwater";
-    $("title").textContent = `Like job ${id.slice(-8)}`;
+    $("title").textContent = `Copy of job ${id.slice(-8)}`;
     try {
       form.show((await getJob(id)).document);
       changed("form");

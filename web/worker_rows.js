@@ -61,7 +61,7 @@ function fill(row, worker) {
   setText(row.state, worker.state);
   row.state.dataset.state = worker.state;
   const { quarantine } = worker, action = isSetAside(worker) ? "Take back" : "Drain";
-  setText(row.reason, quarantine ? `It ${quarantine.reason}. It gets no tiles for ${Math.ceil(quarantine.seconds_left / 60)} min more, unless it is taken back.` : "");
+  setText(row.reason, quarantine ? `It ${quarantine.reason}. It gets no tiles for ${Math.ceil(quarantine.seconds_left / 60)} more min, unless it is taken back.` : "");
   row.reason.hidden = !quarantine;
   setText(row.button, action);
   row.button.setAttribute("aria-label", `${action} ${worker.name}`);

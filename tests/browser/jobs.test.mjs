@@ -87,7 +87,7 @@ await runAll(async () => {
     await page.goto(`${url}/jobs.html?text=${special.slice(-8).toUpperCase()}`);
     await until("found by its id", () => row(special).count());
     await page.goto(`${url}/jobs.html?text=${encodeURIComponent("no such thing % _ &")}`);
-    await until("none", async () => (await text(page, "count")) === "No job is like that.");
+    await until("none", async () => (await text(page, "count")) === "No job matches.");
   });
 
   await test("an address by hand that the server refuses is told so", async () => {

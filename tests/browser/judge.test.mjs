@@ -116,7 +116,7 @@ await runAll(async () => {
     await until("the legend to go", () => page.isHidden("#legend"));
     await page.selectOption("#layer", "depth");
     await page.selectOption("#compare", "wipe");
-    await until("that depths are no pictures", async () => /looked at as pictures/.test(await text(page, "alike")));
+    await until("that depths are no pictures", async () => /shown as pictures/.test(await text(page, "alike")));
     await page.selectOption("#layer", "beauty");
   });
 

@@ -198,7 +198,7 @@ await runAll(async () => {
   await test("a number that cannot be is said where it is", async () => {
     await page.fill("#camera-distance", "0");
     await page.keyboard.press("Tab");
-    await until("the sentence", async () => /sharp/.test(await text(page, "live-problem")));
+    await until("the sentence", async () => /focus distance/.test(await text(page, "live-problem")));
   });
 
   await test("the mode ends by its key, and axe has no complaint in it", async () => {

@@ -295,7 +295,7 @@ await runAll(async () => {
       window.taken = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
       window.taken.loseContext();
     });
-    await until("the word of it", async () => (await page.isVisible("#canvas-note")) && /taken the picture's graphics away/.test(await text(page, "canvas-note")));
+    await until("the word of it", async () => (await page.isVisible("#canvas-note")) && /lost the picture's graphics/.test(await text(page, "canvas-note")));
     await press(page, "l"); // what is asked for meanwhile is drawn then
     await settle(page);
     expect(await page.isVisible("#canvas-note"), "another layer hides it");
@@ -355,7 +355,7 @@ await runAll(async () => {
     await save(page, "filtered-unfiltered");
     await page.fill("#other-job", "nonsense");
     await page.press("#other-job", "Tab");
-    await until("the fault", async () => /no job/.test(await text(page, "other-problem")));
+    await until("the fault", async () => /not a job/.test(await text(page, "other-problem")));
     await page.selectOption("#compare", "off");
   });
 
@@ -472,7 +472,7 @@ await runAll(async () => {
     await some.goto(`${url}/#/jobs/${id}`);
     await until("the picture", async () => (await look(some)).lit > 0.8);
     await some.selectOption("#layer", "normal");
-    await until("that it says so", async () => /layer normal: gone for the test/.test(await text(some, "canvas-note")));
+    await until("that it says so", async () => /layer normal cannot be shown: gone for the test/.test(await text(some, "canvas-note")));
     await some.waitForTimeout(1000);
     expect(asked === 2, `asked ${asked} times`);
     await some.selectOption("#layer", "beauty");

@@ -29,6 +29,7 @@ await runAll(async () => {
   await finished(/RMSE.*in sight$/);
   await until("all jobs' ends", async () => await page.locator("#jobs .state[data-state=finished]").count() === 4);
   for (const id of ["#actual", "#zoom-in"]) await page.click(id); // whole pixels: 200 %
+  await page.mouse.move(0, 0); // no button is lit
   await page.evaluate(() => { document.activeElement.blur(); scrollTo(0, 0); });
   await settle(page, 500);
   mkdirSync(dirname(OUT), { recursive: true });

@@ -33,7 +33,7 @@ await runAll(async () => {
 
   await test("a wrong token is refused in words", async () => {
     await enter("short");
-    await until("the words", async () => /no token/.test(await text(page, "sign-in-problem")), 5);
+    await until("the words", async () => /not a token/.test(await text(page, "sign-in-problem")), 5);
     await enter(`sw_${"0".repeat(64)}`);
     await until("other words", async () => /does not know/.test(await text(page, "sign-in-problem")), 5);
     expect(await dialog.isVisible(), "the question is gone");

@@ -93,12 +93,12 @@ await runAll(async () => {
     await press("f");
     for (let i = 0; i < 2; i++) await press("+");
     await press("v");
-    await said("go first");
+    await said("Rendering first");
     const { region } = await get(long);
     const [zoom, left, top] = (await viewText(page)).split(" ").map(Number);
     expect(region.x === Math.max(0, Math.floor(left)) && region.y === Math.max(0, Math.floor(top)) && region.width < 512 && zoom > 1, JSON.stringify(region));
     await press("Shift+V");
-    await said("Nothing goes first");
+    await said("No area goes first");
     expect((await get(long)).region === null, "it stays");
     await page.click("#first-seen");
     await until("a region", async () => (await get(long)).region !== null);
@@ -120,7 +120,7 @@ await runAll(async () => {
     await page.screenshot({ path: join(shots, "steer-drawing.png") });
     await page.mouse.move(to.x, to.y);
     await page.mouse.up();
-    await said("go first");
+    await said("Rendering first");
     const { region } = await get(long);
     expect(Math.abs(region.x - 384) <= 2 && Math.abs(region.y - 400) <= 2 && Math.abs(region.width - 96) <= 3 && Math.abs(region.height - 96) <= 3, JSON.stringify(region));
     expect(await page.getAttribute("#first-draw", "aria-pressed") === "false", "it draws on");
@@ -135,7 +135,7 @@ await runAll(async () => {
     expect(inside >= 5, JSON.stringify(tiles));
     await page.screenshot({ path: join(shots, "steer-region.png") });
     await press("Shift+V");
-    await said("Nothing goes first");
+    await said("No area goes first");
   });
 
   await test("what is near the mouse goes first while that is on", async () => {
@@ -266,7 +266,7 @@ await runAll(async () => {
   await test("the sheet of keys has them", async () => {
     await press("?");
     const sheet = await text(page, "keys-list");
-    for (const words of ["pause or resume", "priority", "what I see first", "near the mouse", "more samples", "cancel the job"])
+    for (const words of ["pause or resume", "priority", "the visible part first", "near the mouse", "more samples", "cancel the job"])
       expect(sheet.includes(words), words);
     // Keys pressed with Shift are lines of their own: the same arrows without it do something else.
     const keys = await page.$$eval("#keys-list dt", (terms) => terms.flatMap((term) => {

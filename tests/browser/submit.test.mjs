@@ -33,7 +33,7 @@ await runAll(async () => {
   const shot = (name) => join(shots, `submit-${name}.png`);
   const get = async (path) => (await page.request.get(url + path)).json();
   const id = (pointer) => `#f${pointer.replaceAll("/", "-")}`;
-  const planned = () => until("the plan", async () => await page.locator("#checking").isHidden() && /would take this job/.test(await text(page, "said")));
+  const planned = () => until("the plan", async () => await page.locator("#checking").isHidden() && /The job is valid/.test(await text(page, "said")));
   const documentNow = async () => JSON.parse(await page.inputValue("#json"));
   const faultAt = (pointer) => page.textContent(`${id(pointer)}-fault`);
 
@@ -140,7 +140,7 @@ await runAll(async () => {
     await page.fill(id("/sampling/spp"), "many");
     await until("two lines", async () => (await page.locator("#faults li").count()) === 2);
     const lines = (await page.locator("#faults a").allTextContents()).sort();
-    expect(/Samples a pixel: /.test(lines[0]) && /Width.*: 0 is below 1/.test(lines[1]), lines.join("; "));
+    expect(/Samples per pixel: /.test(lines[0]) && /Width.*: 0 is below 1/.test(lines[1]), lines.join("; "));
     await page.click("#submit");
     await until("the focus on the summary", () => page.evaluate(() => document.activeElement.id === "summary"));
     await page.fill(id("/image/width"), "96");
@@ -262,7 +262,7 @@ await runAll(async () => {
     await until("the sentence", async () => /hashes files only for pages from https, 127\.0\.0\.1 or localhost/.test(await other.textContent("#insecure")));
     expect(await other.locator(`${id("/scene/asset")}-file`).isDisabled(), "files can be chosen");
     await other.fill(id("/scene/asset"), digest);
-    await until("the plan", async () => /would take this job/.test(await other.textContent("#said")));
+    await until("the plan", async () => /The job is valid/.test(await other.textContent("#said")));
     await clean(other, "the form without hashing");
     await other.close();
   });

@@ -101,7 +101,7 @@ export class LiveView {
   }
 
   setFocusing(on) {
-    if (on && !this.hasDepth) { this.at.problem.textContent = "Focus is picked in the layer depth, which this job does not have."; return; }
+    if (on && !this.hasDepth) { this.at.problem.textContent = "Picking focus needs the layer depth, which this job does not have."; return; }
     this.focusing = on;
     this.at.focus.setAttribute("aria-pressed", String(on));
     if (on) this.followDepth();
@@ -215,7 +215,7 @@ export class LiveView {
     const distance = shortest(distanceAlongView(depth, px, py, { width, height }, live.camera.yfov_deg));
     at.distance.value = String(distance);
     this.setFocusing(false);
-    this.picture.say(`focus at ${Number(distance.toPrecision(4))}${live.lens ? "" : ": give the lens an aperture"}`);
+    this.picture.say(`focus at ${Number(distance.toPrecision(4))}${live.lens ? "" : ": set an aperture to use it"}`);
     if (live.lens) this.setLens();
   }
 
@@ -223,7 +223,7 @@ export class LiveView {
     const { at, live } = this, radius = Number(at.aperture.value), distance = Number(at.distance.value);
     if (!live.camera) return;
     if (!(radius > 0)) { if (live.lens) this.change({ lens: null }); return; }
-    if (!(distance > 0)) { at.problem.textContent = "Give the distance at which the lens is sharp, or pick it."; return; }
+    if (!(distance > 0)) { at.problem.textContent = "Enter a focus distance, or pick focus in the picture."; return; }
     this.change({ lens: { blades: live.lens?.blades ?? 0, blade_rotation_deg: live.lens?.blade_rotation_deg ?? 0, aperture_radius: radius, focus_distance: distance } });
   }
 
@@ -235,7 +235,7 @@ export class LiveView {
       await navigator.clipboard.writeText(text);
       this.picture.say("camera copied");
     } catch {
-      this.at.problem.textContent = `The browser gives no clipboard. The camera: ${text}`;
+      this.at.problem.textContent = `The browser allows no clipboard. The camera: ${text}`;
     }
   }
 

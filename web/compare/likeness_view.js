@@ -44,14 +44,14 @@ export class LikenessView {
     const { at, judgement } = this;
     at.legend.hidden = !compare.judge || !judgement.found;
     if (compare.judge) ENDS[compare.judge].forEach((text, i) => { at.legendEnds[i].textContent = text; });
-    at.alike.textContent = compare.mode === "off" ? "" : unfit ? "SSIM and FLIP are for layers that are looked at as pictures." : this.figures(live);
+    at.alike.textContent = compare.mode === "off" ? "" : unfit ? "SSIM and FLIP need layers that are shown as pictures." : this.figures(live);
   }
 
   figures(live) {
     const { found, current, tooMany, failed, wanted } = this.judgement;
-    if (failed) return "SSIM and FLIP could not be found.";
-    if (tooMany) return "SSIM and FLIP are for up to four million pixels in sight: zoom in.";
-    if (!found || (!current && !live)) return wanted ? "SSIM, FLIP: at work" : "";
+    if (failed) return "SSIM and FLIP could not be computed.";
+    if (tooMany) return "SSIM and FLIP take at most four million pixels in sight: zoom in.";
+    if (!found || (!current && !live)) return wanted ? "SSIM, FLIP: computing" : "";
     const { ssim, flip, count } = found, said = (v) => v.toFixed(4);
     return `SSIM ${said(ssim)}, FLIP ${said(flip.mean)} (weighted quartiles ${flip.quartiles.map(said).join(", ")}) as shown over ${count} pixels${live ? " so far" : ""}`;
   }

@@ -8,7 +8,7 @@ const entries = (object, show = count) =>
     .map(([name, value]) => `${words(name)} ${show(value)}`).join(", ");
 
 const INTEGRATORS = { paths: "path tracing", light_field: "light fields",
-  paths_and_light_field: "path tracing and light fields", lens_field: "a light field of the lens" };
+  paths_and_light_field: "path tracing and light fields", lens_field: "light field of the lens" };
 const filter = (name, why) => name && (why ? `${words(name)}: ${why}` : words(name));
 const known = (rows) => rows.filter(([, value]) => value);
 
@@ -24,7 +24,7 @@ export function documentRows(document) {
   const { image, sampling } = document ?? {};
   return known([
     ["Image", image && `${image.width} × ${image.height}`],
-    ["Samples", sampling && `${sampling.spp} a pixel, seed ${sampling.seed}`],
+    ["Samples", sampling && `${sampling.spp} per pixel, seed ${sampling.seed}`],
   ]);
 }
 
@@ -35,9 +35,9 @@ export function planRows(plan) {
     ["Integrator", INTEGRATORS[plan.integrator]],
     ["Camera", plan.camera && cameraText(plan.camera)],
     ["Lights", (plan.lights ?? []).map(lightText).join("; ") || "none"],
-    ["Environment", environment && (environment.type === "map" ? "a map" : "the same from everywhere")],
+    ["Environment", environment && (environment.type === "map" ? "a map" : "constant")],
     ["Effects", (plan.effects ?? []).map(words).join(", ")],
-    ["Rays a pixel", entries(plan.samples)],
+    ["Rays per pixel", entries(plan.samples)],
     ["Tiles", tiles && `${tiles.count} of ${tiles.side_px} px`],
     ["Shadow filter", filter(plan.filter, plan.filter_why)],
     ["Indirect filter", filter(plan.indirect_filter, plan.indirect_filter_why)],
@@ -56,8 +56,8 @@ export function statisticsRows(statistics) {
     ["Not traced", entries(statistics.skipped)],
     ["Wall time", statistics.wall_s && `${statistics.wall_s.toFixed(2)} s`],
     ["CPU time", statistics.cpu_s?.total && `${statistics.cpu_s.total.toFixed(2)} s`],
-    ["Tiles", tiles && `${tiles.done} done, ${tiles.reissued} given out again`],
-    ["Results refused", results && (results.dropped || results.corrupt) && `${results.dropped} late or double, ${results.corrupt} damaged`],
+    ["Tiles", tiles && `${tiles.done} done, ${tiles.reissued} reissued`],
+    ["Rejected results", results && (results.dropped || results.corrupt) && `${results.dropped} late or duplicate, ${results.corrupt} damaged`],
     ["Received", statistics.bytes_received && size(statistics.bytes_received)],
     ["Peak memory", entries(statistics.peak_rss_bytes, size)],
   ]);

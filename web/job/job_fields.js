@@ -20,7 +20,7 @@ export const LIGHTS = {
     fields: [vector("/center", "Centre"), vector("/half_u", "Half side u"), vector("/half_v", "Half side v"),
       color("/radiance", "Radiance"),
       { at: "/profile", label: "Profile", kind: "choice", of: ["uniform", "gaussian"], otherwise: "uniform" }],
-    hint: "Emits to the side of u × v.",
+    hint: "The light emits to the side of u × v.",
   },
   point: {
     value: { type: "point", position: [0, 2, 0], intensity: [10, 10, 10] },
@@ -35,7 +35,7 @@ export const LIGHTS = {
   directional: {
     value: { type: "directional", direction: [0, -1, 0], irradiance: [3, 3, 3] },
     fields: [vector("/direction", "Direction"), color("/irradiance", "Irradiance")],
-    hint: "Direction is the way the light travels.",
+    hint: "The light travels along the direction.",
   },
 };
 
@@ -50,7 +50,7 @@ export const GROUPS = [
   { title: "Image", fields: [
     { at: "/image/width", label: "Width", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
     { at: "/image/height", label: "Height", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
-    { at: "/image/pixel_type", label: "Numbers of the EXR", kind: "choice", of: ["float", "half"], otherwise: "float" },
+    { at: "/image/pixel_type", label: "EXR pixel type", kind: "choice", of: ["float", "half"], otherwise: "float" },
     { at: "/image/pixel_filter", label: "Pixel filter", kind: "choice", of: ["box", "tent"], otherwise: "box" }] },
   { title: "Lights", fields: [
     { at: "/scene/lights", label: "Use the scene's own lights", kind: "flag", otherwise: true },
@@ -61,7 +61,7 @@ export const GROUPS = [
       { at: "/asset", label: "Map", kind: "digest", accept: ".hdr,.exr" },
       { at: "/intensity", label: "Intensity", kind: "number", min: 0, max: RADIANCE, otherwise: 1 },
       { at: "/rotation_deg", label: "Rotation", unit: "°", kind: "number", min: -360, max: 360, otherwise: 0 }] },
-    { label: "the same from everywhere", value: { radiance: [1, 1, 1] }, is: (value) => isObject(value) && "radiance" in value,
+    { label: "constant", value: { radiance: [1, 1, 1] }, is: (value) => isObject(value) && "radiance" in value,
       fields: [color("/radiance", "Radiance")] }] }] },
   { title: "Lens", fields: [{ at: "/lens", label: "Lens", kind: "variant", of: [
     { label: "pinhole", value: null, is: (value) => !isObject(value), fields: [] },
@@ -69,7 +69,7 @@ export const GROUPS = [
       { at: "/aperture_radius", label: "Aperture radius", kind: "number", min: 0, max: COORDINATE },
       { at: "/focus_distance", label: "Focus distance", kind: "number", min: 0, max: COORDINATE },
       { at: "/blades", label: "Blades", kind: "integer", min: 0, max: 32, otherwise: 0 },
-      { at: "/blade_rotation_deg", label: "Rotation of the blades", unit: "°", kind: "number", min: -360, max: 360, otherwise: 0 }] }] }] },
+      { at: "/blade_rotation_deg", label: "Blade rotation", unit: "°", kind: "number", min: -360, max: 360, otherwise: 0 }] }] }] },
   { title: "Effects", fields: [
     { at: "/effects/indirect_bounces", label: "Indirect bounces", kind: "integer", min: 0, max: 64, otherwise: 1 },
     { at: "/effects/ambient_occlusion", label: "Ambient occlusion", kind: "variant", of: [
@@ -77,28 +77,28 @@ export const GROUPS = [
       { label: "within a distance", value: { distance: 1 }, is: isObject,
         fields: [{ at: "/distance", label: "Distance", kind: "number", above: 0, max: COORDINATE }] }] }] },
   { title: "Sampling", fields: [
-    { at: "/sampling/spp", label: "Samples a pixel", kind: "integer", min: 1, max: 65536, otherwise: 9 },
+    { at: "/sampling/spp", label: "Samples per pixel", kind: "integer", min: 1, max: 65536, otherwise: 9 },
     { at: "/sampling/seed", label: "Seed", kind: "integer", min: 0, max: 9007199254740992, otherwise: 1 },
     { at: "/sampling/target_error", label: "Target error (0: none)", kind: "number", min: 0, max: 1000, otherwise: 0 },
-    { at: "/sampling/max_spp", label: "Most samples for it", kind: "integer", min: 0, max: 65536, otherwise: 0 }],
+    { at: "/sampling/max_spp", label: "Most samples for the target", kind: "integer", min: 0, max: 65536, otherwise: 0 }],
     more: [
-    { at: "/sampling/light_spp", label: "Samples a light (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
+    { at: "/sampling/light_spp", label: "Samples per light (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
     { at: "/sampling/indirect_spp", label: "Bounce rays (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
     { at: "/sampling/lens_spp", label: "Lens samples (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
-    { at: "/sampling/lens_extra", label: "Second lens samples", kind: "integer", min: 0, max: 36, otherwise: 0 },
-    { at: "/sampling/tile_px", label: "Side of a tile", unit: "px", kind: "integer", min: 8, max: 256, otherwise: 64 }] },
+    { at: "/sampling/lens_extra", label: "Extra lens samples", kind: "integer", min: 0, max: 36, otherwise: 0 },
+    { at: "/sampling/tile_px", label: "Tile size", unit: "px", kind: "integer", min: 8, max: 256, otherwise: 64 }] },
   { title: "Filter", fields: [
-    { at: "/filter/method", label: "Method", kind: "choice", of: ["auto", "sheared", "axis_aligned", "average", "none"], otherwise: "auto" },
-    { at: "/filter/mu", label: "Width factor", kind: "number", above: 0, max: 100, otherwise: 1 }],
+    { at: "/filter/method", label: "Method (soft shadows)", kind: "choice", of: ["auto", "sheared", "axis_aligned", "average", "none"], otherwise: "auto" },
+    { at: "/filter/mu", label: "Width factor (mu)", kind: "number", above: 0, max: 100, otherwise: 1 }],
     more: [
-    { at: "/filter/indirect", label: "Of indirect light", kind: "choice", otherwise: "auto",
+    { at: "/filter/indirect", label: "Indirect light", kind: "choice", otherwise: "auto",
       of: ["auto", "average", "constant", "linear", "blend", "adaptive", "sheared"] },
-    { at: "/filter/glossy", label: "Of glossy light", kind: "choice", of: ["auto", "average", "virtual_hit", "bandlimit"], otherwise: "auto" },
-    { at: "/filter/lens", label: "Of lens samples", kind: "choice", of: ["auto", "average", "axis_aligned", "sheared"], otherwise: "auto" }] },
+    { at: "/filter/glossy", label: "Glossy reflections", kind: "choice", of: ["auto", "average", "virtual_hit", "bandlimit"], otherwise: "auto" },
+    { at: "/filter/lens", label: "Depth of field", kind: "choice", of: ["auto", "average", "axis_aligned", "sheared"], otherwise: "auto" }] },
   { title: "Layers", fields: [{ at: "/layers", label: "Layers", kind: "several", of: LAYERS, otherwise: ["beauty"] }] },
   { title: "Frames and priority", fields: [
     { at: "/frames/first", label: "First frame", kind: "integer", min: 0, max: 1073741824, otherwise: 1 },
     { at: "/frames/last", label: "Last frame", kind: "integer", min: 0, max: 1073741824 },
     { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 },
-    { at: "/live", label: "Live: its camera is moved while it is open", kind: "flag", otherwise: false }] },
+    { at: "/live", label: "Live: the camera can be moved", kind: "flag", otherwise: false }] },
 ];

@@ -11,7 +11,7 @@ const more = (n) => Math.min(MOST, 4 * n);
 // aims at half of it, which takes four times the samples.
 export function withMoreSamples(document) {
   const { sampling } = document;
-  if (!(sampling.spp < MOST)) throw new Error(`This job has ${sampling.spp} samples a pixel: there cannot be more.`);
+  if (!(sampling.spp < MOST)) throw new Error(`This job has ${sampling.spp} samples per pixel, which is the most.`);
   const changed = {};
   for (const name of ["light_spp", "indirect_spp", "lens_spp", "lens_extra", "max_spp"])
     if (sampling[name] > 0) changed[name] = Math.min(more(sampling[name]), name === "lens_extra" ? EXTRA_MOST : MOST);
@@ -31,5 +31,5 @@ export async function submitMore(job) {
     if (state !== "failed" && state !== "cancelled") return { id, document };
     key = `more-${id}`;
   }
-  throw new Error("Every job with more samples was called off or failed.");
+  throw new Error("Every job with more samples was cancelled or failed.");
 }

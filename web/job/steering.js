@@ -46,14 +46,14 @@ export class Steering {
   keys() {
     return [
       { keys: ["p"], name: "pause or resume the job", run: () => this.pause() },
-      { keys: ["."], name: "let the job go sooner: raise its priority by ten", run: () => this.rank(STEP) },
-      { keys: [","], name: "let it go later", run: () => this.rank(-STEP) },
-      { keys: ["v"], name: "render what I see first", run: () => this.firstSeen() },
-      { keys: ["Shift+v"], shown: ["Shift+V"], name: "render nothing first", run: () => this.first(null) },
-      { keys: ["a"], name: "draw an area to be rendered first, with the mouse (Escape: do not)", run: () => this.draw(!this.region.active) },
+      { keys: ["."], name: "raise the job's priority by ten", run: () => this.rank(STEP) },
+      { keys: [","], name: "lower it by ten", run: () => this.rank(-STEP) },
+      { keys: ["v"], name: "render the visible part first", run: () => this.firstSeen() },
+      { keys: ["Shift+v"], shown: ["Shift+V"], name: "render no area first", run: () => this.first(null) },
+      { keys: ["a"], name: "draw an area with the mouse that is rendered first (Escape: cancel)", run: () => this.draw(!this.region.active) },
       { keys: ["Escape"], run: () => this.draw(false) },
-      { keys: ["n"], name: "render what is near the mouse, or the pixel pointed at, first", run: () => this.follow(!this.following) },
-      { keys: ["s"], name: "more samples: the same job with four times as many, over this picture", run: () => this.more() },
+      { keys: ["n"], name: "render what is near the mouse, or near the selected pixel, first", run: () => this.follow(!this.following) },
+      { keys: ["s"], name: "more samples: render the job again with four times as many, over this picture", run: () => this.more() },
       { keys: ["Delete"], name: "cancel the job (asks first)", run: () => this.askCancel() },
     ];
   }
@@ -126,7 +126,7 @@ export class Steering {
   }
 
   first(region) {
-    return this.steer({ region }, (job) => job.region ? `${asText(job.region)} go first` : "Nothing goes first");
+    return this.steer({ region }, (job) => job.region ? `Rendering first: ${asText(job.region)}` : "No area goes first");
   }
 
   firstSeen() {
@@ -151,7 +151,7 @@ export class Steering {
     this.at.follow.setAttribute("aria-pressed", String(following));
     if (following) {
       this.told = undefined;
-      this.picture.say("What is near the mouse goes first.");
+      this.picture.say("Rendering near the mouse first.");
       this.pointed(this.picture.probe.point);
     } else if (this.told) {
       this.told = null;
@@ -202,7 +202,7 @@ export class Steering {
       if (this.id !== id) return;
       this.picture.keepUnder(job.id);
       location.hash = `#/jobs/${job.id}`;
-      this.picture.say(`The job with ${job.document.sampling.target_error > 0 ? "half the error" : `${job.document.sampling.spp} samples a pixel`}, over the picture of the one before.`);
+      this.picture.say(`The job with ${job.document.sampling.target_error > 0 ? "half the error" : `${job.document.sampling.spp} samples per pixel`}, over the previous picture.`);
     } catch (error) {
       if (this.id === id) this.problem(error.message);
     } finally {

@@ -4,8 +4,8 @@ import { ApiError, assetUrl, hasAsset } from "../api.js";
 // Browsers hash only for pages that nobody on the way can have changed.
 export const canHash = () => globalThis.isSecureContext === true && Boolean(globalThis.crypto?.subtle);
 export const WHY_NOT = () => `Files cannot be chosen here: this browser hashes files only for pages from https, 127.0.0.1 or localhost, ` +
-  `and this one came from ${location.origin}. Open it at http://127.0.0.1${location.port ? `:${location.port}` : ""} on the machine of the server, ` +
-  `send the file with “shearwater submit”, or give the digest of a file that the server has.`;
+  `and this page came from ${location.origin}. Open it at http://127.0.0.1${location.port ? `:${location.port}` : ""} on the server's machine, ` +
+  `upload the file with “shearwater submit”, or give the digest of a file that the server has.`;
 
 const hex = (bytes) => [...new Uint8Array(bytes)].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 

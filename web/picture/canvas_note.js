@@ -1,6 +1,6 @@
 // What is said in place of a picture, or over it: why there is none. Several things may be wrong at
 // once; the heaviest is said, and the others when it is over.
-const LOST = "The browser has taken the picture's graphics away. The picture comes back with them; if it does not, reload the page.";
+const LOST = "The browser has lost the picture's graphics. The picture comes back with them; if it does not, reload the page.";
 
 export class CanvasNote {
   constructor(element) {

@@ -39,8 +39,8 @@ async function read(buffer) {
 }
 
 function readHeader(view) {
-  if (view.byteLength < 8 || view.getUint32(0, true) !== 20000630) throw new Error("This is no EXR file.");
-  if (view.getUint32(4, true) & 0x1a00) throw new Error("EXR files of tiles, of several parts or deep ones cannot be read here.");
+  if (view.byteLength < 8 || view.getUint32(0, true) !== 20000630) throw new Error("This is not an EXR file.");
+  if (view.getUint32(4, true) & 0x1a00) throw new Error("Tiled, multi-part and deep EXR files are not supported.");
   let at = 8;
   const text = () => {
     let s = "";
@@ -60,17 +60,17 @@ function readHeader(view) {
   const offsets = at, [left, top, right, bottom] = [0, 4, 8, 12].map((i) => view.getInt32(found.dataWindow + i, true));
   const width = right - left + 1, height = bottom - top + 1, compression = view.getUint8(found.compression);
   if (width < 1 || height < 1 || width * height > MOST_PIXELS) throw new Error("The EXR file's size is out of range.");
-  if (!LINES[compression]) throw new Error(`EXR files of compression ${NAMES[compression] ?? compression} cannot be read here; ZIP can.`);
+  if (!LINES[compression]) throw new Error(`EXR files of compression ${NAMES[compression] ?? compression} are not supported; those of ZIP are.`);
   const channels = [];
   at = found.channels;
   for (let name; (name = text()) !== "";) {
     const type = view.getInt32(at, true), sampling = view.getInt32(at + 8, true) * view.getInt32(at + 12, true);
-    if (!BYTES[type] || sampling !== 1) throw new Error(`The EXR file's channel ${name} cannot be read here.`);
+    if (!BYTES[type] || sampling !== 1) throw new Error(`The EXR file's channel ${name} is not supported.`);
     channels.push({ name, type });
     at += 16;
   }
   if (width * height * channels.length > MOST_NUMBERS)
-    throw new Error(`The EXR file has ${channels.length} channels of ${width} x ${height} pixels: more than can be held here.`);
+    throw new Error(`The EXR file has ${channels.length} channels of ${width} x ${height} pixels, which is too much for this page.`);
   if (offsets + 8 * Math.ceil(height / LINES[compression]) > view.byteLength) throw new Error("The EXR file is cut off.");
   return { width, height, channels, compression, top, offsets };
 }

@@ -216,7 +216,7 @@ export class PictureView {
     this.at.otherFile.value = "";
     if (text) {
       try {
-        if (!ID.test(id)) throw new Error("That is no job's id.");
+        if (!ID.test(id)) throw new Error("This is not a job's id.");
         layers = (await getJob(id)).document?.layers ?? ["beauty"];
         this.otherJob = id;
       } catch (error) { problem = error.status === 404 ? "There is no such job." : error.message; }
@@ -374,6 +374,6 @@ export class PictureView {
   say(text) { this.at.said.textContent = text; }
 
   noteRefused({ layer }, error) {
-    this.note.set({ refusal: `There are no pixels of the layer ${layer.replaceAll("_", " ")}: ${error.message}` });
+    this.note.set({ refusal: `The layer ${layer.replaceAll("_", " ")} cannot be shown: ${error.message}` });
   }
 }

@@ -61,7 +61,7 @@ function readHeader(bytes) {
     revision: view.getBigUint64(24, true), numbers: NUMBERS[view.getUint16(6, true)], channels: CHANNELS[view.getUint16(6, true)],
   };
   if (view.getUint32(0, true) !== MAGIC || view.getUint16(4, true) !== 1 || !header.numbers)
-    throw new Error("the pixel feed speaks another format: reload the page");
+    throw new Error("the pixel feed has another format: reload the page");
   if (header.x > MAX_SIDE || header.y > MAX_SIDE || header.w * header.h > MAX_BLOCK_PIXELS)
     throw new Error("the pixel feed names a block that is too large");
   return header;

@@ -88,7 +88,7 @@ export class Probe {
   show(first, other, scalar) {
     const { point } = this;
     const inside = point && point.x >= 0 && point.y >= 0 && point.x < first.width && point.y < first.height;
-    setText(this.readout, inside ? this.describe(point, first, other, scalar) : "Point at the picture, or press Shift and an arrow.");
+    setText(this.readout, inside ? this.describe(point, first, other, scalar) : "Point at the picture, or press Shift and an arrow key.");
     this.pins.forEach((pin, i) => {
       setText(this.list.children[i].firstElementChild, `${i + 1}. ${this.describe(pin, first, other, scalar)}`);
     });
