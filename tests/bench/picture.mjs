@@ -48,7 +48,7 @@ async function draw({ exr, step }, rgb, left, width) {
 
 function captionOf(drawn) {
   const error = ({ exr }) => apart(drawn.at(-1).exr, exr, { layer: "beauty", relative: true });
-  const said = drawn.map((p) => `${p.title} (${p.cpu_s < 10 ? p.cpu_s.toPrecision(2) : Math.round(p.cpu_s)} CPU seconds${p.runs > 1 ? `, error ${(100 * error(p)).toPrecision(2)} %` : ""})`);
+  const said = drawn.map((p) => `${p.title} (${p.cpu_s < 10 ? p.cpu_s.toPrecision(2) : Math.round(p.cpu_s)} CPU seconds${p.runs > 1 ? `, RMSE ${(100 * error(p)).toPrecision(2)} %` : ""})`);
   return `*Left to right: ${said.join("; ")}. Soft shadows and four bounces of indirect light. \`make picture\` renders it.*`;
 }
 
