@@ -8,7 +8,6 @@
 
 #include "proto/json.h"
 #include "proto/runtime/secret_file.h"
-#include "server/store/asset_owners.h"
 
 #define TOKEN_RANDOM_BYTES 32u
 #define TOKEN_PREFIX       "sw_"
@@ -49,11 +48,17 @@ static int read_name(struct json_cursor *at, const struct json_member *m, const 
     return 0;
 }
 
+bool tokens_is_tenant(const char *text)
+{
+    const size_t n = strspn(text, "abcdefghijklmnopqrstuvwxyz0123456789-_");
+    return n > 0 && n < JOB_OWNER_BYTES && text[n] == '\0';
+}
+
 static int read_tenant(struct json_cursor *at, const struct json_member *m, const json_t *v,
                        void *o)
 {
     const char *text = json_string_value(v);
-    if (!text || !asset_owners_is_name(text))
+    if (!text || !tokens_is_tenant(text))
         return json_cursor_refuse(at, ERR_RANGE, "a tenant has 1 to 64 of a-z, 0-9, - and _");
     memcpy((char *)o + m->offset, text, strlen(text) + 1);
     return 0;

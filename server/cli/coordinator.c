@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 #include <uv.h>
@@ -20,7 +21,6 @@ struct coordinator {
     uv_timer_t farewell;
     struct objects objects;
     struct job_store *store;
-    struct asset_usage *asset_usage;
     struct spools *spools;
     struct thread_pool *pool;
     struct streams *streams;
@@ -40,6 +40,7 @@ static void close_rooms(struct coordinator *c)
     if (c->closed) return;
     c->closed = true;
     if (c->jobs) jobs_stop(c->jobs);
+    if (c->http) http_stop(c->http);
     thread_pool_destroy(&c->pool);
     spools_destroy(&c->spools);
     job_store_close(&c->store);
@@ -98,16 +99,30 @@ static void init_loop(struct coordinator *c)
     uv_unref((uv_handle_t *)&c->hangup);
 }
 
+/* Builds before 0.1.0 kept what is in the tables asset_owners and removals as files of these
+ * folders. */
+static void tell_of_old_folders(const struct coordinator_options *options)
+{
+    static const char *const names[] = {"owners", "removals"};
+    char path[PLACES_PATH_BYTES + 16];
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        snprintf(path, sizeof path, "%s/%s", options->places->data, names[i]);
+        const struct log_field field = {"detail", path, 0};
+        if (access(path, F_OK) == 0)
+            log_write(options->log, LOG_WARNING, "not read: an older build's folder", NULL, &field,
+                      1);
+    }
+}
+
 static int open_store(struct coordinator *c, const struct coordinator_options *options,
                       struct fault *fault)
 {
     const char *data = options->places->data;
     int error = objects_open(&c->objects, data, options->ephemeral);
-    const uint64_t most_bytes = (uint64_t)options->tenant_assets_mib << 20;
-    if (!error && most_bytes) error = asset_usage_create(&c->objects, most_bytes, &c->asset_usage);
     if (!error) error = job_store_open(&c->loop, data, options->ephemeral, &c->store);
     if (!error) {
-        job_store_set_assets(c->store, &c->objects, c->asset_usage);
+        tell_of_old_folders(options);
+        job_store_set_assets(c->store, &c->objects, (uint64_t)options->tenant_assets_mib << 20);
         job_store_resume_removals(c->store);
     }
     if (!error) error = spools_create(&c->loop, data, &c->spools);
@@ -182,7 +197,6 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
                                 .objects = &c->objects,
                                 .store = c->store,
                                 .spools = c->spools,
-                                .asset_usage = c->asset_usage,
                                 .pool = c->pool,
                                 .jobs = c->jobs,
                                 .fleet = c->fleet,
@@ -245,7 +259,6 @@ void coordinator_destroy(struct coordinator **coordinator)
     uv_run(&c->loop, UV_RUN_DEFAULT);
     jobs_destroy(&c->jobs);
     streams_destroy(&c->streams);
-    asset_usage_destroy(&c->asset_usage);
     int error = uv_loop_close(&c->loop);
     assert(error == 0);
     free(c);

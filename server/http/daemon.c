@@ -324,6 +324,11 @@ void http_drain(struct http *http)
     http_kick(http);
 }
 
+void http_stop(struct http *http)
+{
+    http->options.pool = NULL;
+}
+
 void http_release(struct http *http)
 {
     if (--http->open_handles == 0) free(http);

@@ -5,7 +5,6 @@
 #include "proto/log/log.h"
 #include "server/fleet/fleet.h"
 #include "server/job/jobs.h"
-#include "server/store/asset_usage.h"
 #include "server/store/objects.h"
 #include "server/stream/stream.h"
 
@@ -20,10 +19,9 @@ struct http_options {
     const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
     const struct objects *objects;
-    struct job_store *store;         /* for assets that go, and for metrics */
-    const struct spools *spools;     /* for metrics */
-    struct asset_usage *asset_usage; /* of tenants; NULL: no quota */
-    struct thread_pool *pool;        /* hashing uploads, encoding pictures */
+    struct job_store *store;     /* for assets, and for metrics */
+    const struct spools *spools; /* for metrics */
+    struct thread_pool *pool;    /* hashing uploads, encoding pictures; NULL: after http_stop */
     struct jobs *jobs;
     struct fleet *fleet;
     struct streams *streams;
@@ -46,4 +44,6 @@ void http_drain(struct http *http);
 unsigned http_in_work(const struct http *http);
 /* Connections that are open, or were closed and wait for their clients to read (lingering.h). */
 unsigned http_connections(const struct http *http);
+/* Begins no more work for the pool, which goes before the rest. */
+void http_stop(struct http *http);
 void http_destroy(struct http **http);

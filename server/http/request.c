@@ -240,8 +240,8 @@ static enum MHD_Result queue(struct request *r)
 /* What never waits is answered whoever else does. */
 static bool may_wait(enum route_id id)
 {
-    return strncmp(route_of(id)->path, "/v1/jobs", 8) == 0 || id == ROUTE_ASSET_PUT ||
-           id == ROUTE_ASSET_DELETE;
+    const char *path = route_of(id)->path;
+    return strncmp(path, "/v1/jobs", 8) == 0 || strncmp(path, "/v1/assets", 10) == 0;
 }
 
 /* From now on held.h looks at how long it takes. */

@@ -6,36 +6,36 @@
 
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
-#include "server/store/asset_owners.h"
 
-/* Somebody else's asset is not there. */
-static int check_asset(const struct objects *objects, const struct asker *asker,
-                       const struct digest *asset, const char *pointer, struct fault *fault)
+/* All that the job names: the scene, its files, the map. Owned by the caller. */
+static struct digest *list_assets(const struct job *job, size_t *count)
 {
-    char hex[DIGEST_HEX_BYTES];
-    if (objects_have(objects, asset, NULL) &&
-        (asker->sees_all || asset_owners_have(objects, asker->owner, asset)))
-        return 0;
-    digest_to_hex(asset, hex);
-    return fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
+    struct digest *list = calloc((size_t)job->file_count + 2, sizeof *list);
+    if (!list) return NULL;
+    list[0] = job->scene;
+    for (uint32_t i = 0; i < job->file_count; i++) list[i + 1] = job->files[i].asset;
+    *count = (size_t)job->file_count + 1;
+    if (job->environment.kind == ENVIRONMENT_MAP) list[(*count)++] = job->environment.asset;
+    return list;
 }
 
-static int check_assets(const struct objects *objects, const struct asker *asker,
-                        const struct job *job, struct fault *fault)
+/* The one at that place of the list. */
+static void set_missing(struct fault *fault, const struct job *job, size_t at)
 {
-    char pointer[LIMIT_POINTER_BYTES];
-    int error = check_asset(objects, asker, &job->scene, "/scene/asset", fault);
-    for (uint32_t i = 0; !error && i < job->file_count; i++) {
-        snprintf(pointer, sizeof pointer, "/scene/files/%.200s", job->files[i].path);
-        error = check_asset(objects, asker, &job->files[i].asset, pointer, fault);
+    char hex[DIGEST_HEX_BYTES], pointer[LIMIT_POINTER_BYTES] = "/scene/asset";
+    const struct digest *asset = &job->scene;
+    if (at > job->file_count) {
+        asset = &job->environment.asset;
+        strcpy(pointer, "/environment/asset");
+    } else if (at > 0) {
+        asset = &job->files[at - 1].asset;
+        snprintf(pointer, sizeof pointer, "/scene/files/%.200s", job->files[at - 1].path);
     }
-    if (!error && job->environment.kind == ENVIRONMENT_MAP)
-        error = check_asset(objects, asker, &job->environment.asset, "/environment/asset", fault);
-    return error;
+    digest_to_hex(asset, hex);
+    fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
 }
 
-static int check_new(const struct jobs *jobs, const struct asker *asker, const struct job *job,
-                     struct fault *fault)
+static int check_new(const struct jobs *jobs, const struct job *job, struct fault *fault)
 {
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
     if (jobs->count >= LIMIT_JOBS_WAITING)
@@ -44,7 +44,7 @@ static int check_new(const struct jobs *jobs, const struct asker *asker, const s
     if (job->live && live >= LIVE_MOST)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
                          live);
-    return check_assets(jobs->options.objects, asker, job, fault);
+    return 0;
 }
 
 /* A place in the tenant's quota. Those whom nobody can tell apart have none. */
@@ -63,9 +63,17 @@ static int take_place(struct jobs *jobs, const struct asker *asker, struct fault
 struct submission {
     struct jobs *jobs;
     struct live_job *job; /* made beforehand: a durable job must not fail for want of memory */
+    struct job asked;     /* owned */
+    size_t missing;       /* of its assets */
     jobs_submitted done;
     void *ctx;
 };
+
+static void free_submission(struct submission *s)
+{
+    job_fini(&s->asked);
+    free(s);
+}
 
 static void take_in(struct submission *s)
 {
@@ -94,22 +102,21 @@ static void on_inserted(void *ctx, int error, const char *existing)
     s->jobs->coming--;
     if (!error) {
         take_in(s);
-        free(s);
+        free_submission(s);
         return;
     }
     live_job_release(s->job);
-    if (error == ERR_EXISTS) {
-        s->done(s->ctx, NULL, existing, true);
-    } else if (error == ERR_NOT_FOUND) {
-        fault_set(&fault, error, "/scene", "an asset that it names was removed meanwhile");
-        s->done(s->ctx, &fault, NULL, false);
-    } else {
+    if (error == ERR_NOT_FOUND)
+        set_missing(&fault, &s->asked, s->missing);
+    else
         fault_set(&fault, error, "",
                   error == ERR_MISMATCH ? "this Idempotency-Key came with another body before"
                                         : "the job could not be stored");
+    if (error == ERR_EXISTS)
+        s->done(s->ctx, NULL, existing, true);
+    else
         s->done(s->ctx, &fault, NULL, false);
-    }
-    free(s);
+    free_submission(s);
 }
 
 /* Who would be refused a new job may ask for one that it has. */
@@ -142,22 +149,11 @@ static bool look_up_key(struct jobs *jobs, const struct asker *asker, const char
     return true;
 }
 
-/* All that the job names: the scene, its files, the map. Owned by the caller. */
-static struct digest *list_assets(const struct job *job, size_t *count)
+static int insert(struct jobs *jobs, const struct asker *asker, const char *key,
+                  const struct digest *body, struct submission *s)
 {
-    struct digest *list = calloc((size_t)job->file_count + 2, sizeof *list);
-    if (!list) return NULL;
-    list[0] = job->scene;
-    for (uint32_t i = 0; i < job->file_count; i++) list[i + 1] = job->files[i].asset;
-    *count = (size_t)job->file_count + 1;
-    if (job->environment.kind == ENVIRONMENT_MAP) list[(*count)++] = job->environment.asset;
-    return list;
-}
-
-static int insert(struct jobs *jobs, const struct asker *asker, const struct job *job,
-                  const char *key, const struct digest *body, struct submission *s)
-{
-    struct job_assets assets = {.sees_all = asker->sees_all};
+    const struct job *job = &s->asked;
+    struct job_assets assets = {.sees_all = asker->sees_all, .missing = &s->missing};
     struct digest *list = list_assets(job, &assets.count);
     json_t *document = list ? job_write(job) : NULL;
     char *text = json_text(document, JSON_COMPACT);
@@ -183,13 +179,13 @@ static int insert(struct jobs *jobs, const struct asker *asker, const struct job
     return 0;
 }
 
-static int submit(struct jobs *jobs, const struct asker *asker, const struct job *job,
-                  const char *key, const struct digest *body, jobs_submitted done, void *ctx,
-                  struct fault *fault)
+/* Takes the job, unless it is refused. */
+static int submit(struct jobs *jobs, const struct asker *asker, struct job *job, const char *key,
+                  const struct digest *body, jobs_submitted done, void *ctx, struct fault *fault)
 {
     char id[JOB_ID_BYTES];
     int64_t now_ms = jobs_time_ms();
-    int error = check_new(jobs, asker, job, fault);
+    int error = check_new(jobs, job, fault);
     if (error) return error;
     if (job_id_next(&jobs->ids, (uint64_t)now_ms, id) != 0)
         return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
@@ -206,8 +202,11 @@ static int submit(struct jobs *jobs, const struct asker *asker, const struct job
     }
     if (live) live->counted = asker->owner[0] != '\0';
     if (s && live && jobs_table_reserve(jobs) == 0) {
-        *s = (struct submission){.jobs = jobs, .job = live, .done = done, .ctx = ctx};
-        if (insert(jobs, asker, job, key, body, s) == 0) return 0;
+        *s =
+            (struct submission){.jobs = jobs, .job = live, .asked = *job, .done = done, .ctx = ctx};
+        *job = (struct job){0};
+        if (insert(jobs, asker, key, body, s) == 0) return 0;
+        job_fini(&s->asked);
     }
     free(s);
     if (live) live_job_release(live);
@@ -220,8 +219,7 @@ void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
 {
     struct refusal refused = {.done = done, .ctx = ctx};
     int error = submit(jobs, asker, job, idempotency_key, body, done, ctx, &refused.fault);
-    /* An asset may have gone since. */
-    const bool passes = error == ERR_QUOTA || error == ERR_FULL || error == ERR_NOT_FOUND;
+    const bool passes = error == ERR_QUOTA || error == ERR_FULL;
     job_fini(job);
     if (passes && idempotency_key && look_up_key(jobs, asker, idempotency_key, body, &refused))
         return;
@@ -251,27 +249,60 @@ static void on_dry_prepared(void *ctx, const struct fault *fault, struct prepare
     free(run);
 }
 
+/* Nothing was begun. */
+static void refuse_dry_run(struct dry_run *run, const struct fault *fault)
+{
+    run->done(run->ctx, fault, NULL, NULL);
+    job_fini(&run->job);
+    free(run);
+}
+
+static void on_assets_found(void *ctx, int error)
+{
+    struct dry_run *run = ctx;
+    struct jobs *jobs = run->jobs;
+    struct fault fault;
+    if (error == ERR_NOT_FOUND)
+        set_missing(&fault, &run->job, run->missing);
+    else if (error)
+        fault_set(&fault, error, "", "its assets could not be looked up");
+    else
+        error = check_new(jobs, &run->job, &fault);
+    if (error) {
+        refuse_dry_run(run, &fault);
+        return;
+    }
+    run->next = jobs->dry_runs;
+    jobs->dry_runs = run;
+    error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &run->job,
+                              on_dry_prepared, run, &run->preparation);
+    if (!error) return;
+    unlink_dry_run(run);
+    fault_set(&fault, error, "", "no memory to plan");
+    refuse_dry_run(run, &fault);
+}
+
 void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job, jobs_planned done,
                   void *ctx)
 {
     struct fault fault;
-    int error = check_new(jobs, asker, job, &fault);
+    struct job_assets assets = {.sees_all = asker->sees_all};
+    int error = check_new(jobs, job, &fault);
     struct dry_run *run = error ? NULL : calloc(1, sizeof *run);
-    if (!run) {
+    struct digest *list = run ? list_assets(job, &assets.count) : NULL;
+    if (!list) {
         job_fini(job);
+        free(run);
         if (!error) fault_set(&fault, ERR_MEMORY, "", "no memory to plan");
         done(ctx, &fault, NULL, NULL);
         return;
     }
-    *run = (struct dry_run){.next = jobs->dry_runs, .jobs = jobs, .done = done, .ctx = ctx};
-    jobs->dry_runs = run;
-    error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, job,
-                              on_dry_prepared, run, &run->preparation);
-    if (!error) return;
-    unlink_dry_run(run);
-    free(run);
-    fault_set(&fault, error, "", "no memory to plan");
-    done(ctx, &fault, NULL, NULL);
+    *run = (struct dry_run){.jobs = jobs, .job = *job, .done = done, .ctx = ctx};
+    *job = (struct job){0};
+    assets.items = list;
+    assets.missing = &run->missing;
+    job_store_find_assets(jobs->options.store, asker->owner, &assets, on_assets_found, run);
+    free(list);
 }
 
 /* A cancellation that ends in a removal, or of a job that is not in the table. */

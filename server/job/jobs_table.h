@@ -32,7 +32,9 @@ struct open_frame {
 struct dry_run {
     struct dry_run *next;
     struct jobs *jobs;
-    struct preparation *preparation;
+    struct job job;                  /* owned, until it is prepared */
+    size_t missing;                  /* of its assets */
+    struct preparation *preparation; /* NULL: its assets are looked up */
     jobs_planned done;
     void *ctx;
 };

@@ -46,9 +46,9 @@ static void fail_changes(struct job_request *batch, int error)
 
 /* What is asked for comes after the changes: it sees what is durable, and is answered on a disk
  * that takes nothing, too. 0 when the changes are durable. */
-static int perform_batch(struct job_batches *b, bool writes)
+static int perform_batch(struct job_batches *b, bool writes, bool lone_writes)
 {
-    int error = job_database_refresh(b->db, writes);
+    int error = job_database_refresh(b->db, writes || lone_writes);
     const bool is_open = job_database_is_open(b->db);
     if (!error && writes) error = commit_changes(b);
     if (error) fail_changes(b->batch, error);
@@ -61,9 +61,12 @@ static void run_batch(struct pool_task *task)
 {
     struct job_batches *b = (struct job_batches *)task;
     const uint64_t began_ns = uv_hrtime();
-    bool writes = false;
-    for (struct job_request *r = b->batch; r; r = r->next) writes |= job_request_is_write(r);
-    b->commit_failed = perform_batch(b, writes) != 0;
+    bool writes = false, lone_writes = false;
+    for (struct job_request *r = b->batch; r; r = r->next) {
+        writes |= job_request_is_write(r);
+        lone_writes |= job_request_is_lone_write(r);
+    }
+    b->commit_failed = perform_batch(b, writes, lone_writes) != 0;
     b->commit_us = writes ? (uv_hrtime() - began_ns) / 1000 + 1 : 0;
 }
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "proto/runtime/clock.h"
-#include "server/store/asset_uses.h"
+#include "server/store/asset_tables.h"
 #include "server/store/job_schema.h"
 
 /* Prepared when first needed, kept until the end. */
@@ -142,10 +142,20 @@ bool job_database_is_open(const struct job_database *db)
     return db->db != NULL;
 }
 
+sqlite3 *job_database_connection(struct job_database *db)
+{
+    return db->db;
+}
+
+void job_database_note(struct job_database *db, int error)
+{
+    if (error == ERR_IO) db->suspect = true;
+}
+
 static int error_of(struct job_database *db, int code)
 {
     const int error = job_schema_error(code);
-    if (error == ERR_IO) db->suspect = true;
+    job_database_note(db, error);
     return error;
 }
 
@@ -376,30 +386,7 @@ int job_database_remember_blob(struct job_database *db, const struct digest *sou
     sqlite3_bind_blob(s, 1, source->bytes, DIGEST_BYTES, SQLITE_STATIC);
     sqlite3_bind_blob(s, 2, blob->bytes, DIGEST_BYTES, SQLITE_STATIC);
     const int error = finish(db, s);
-    return error ? error : asset_uses_note_import(db->db, source, assets, asset_count);
-}
-
-int job_database_remove_asset(struct job_database *db, const struct asset_room *room,
-                              const struct asset_claim *claim, struct asset_users *users)
-{
-    return asset_removal_run(db->db, room, claim, users);
-}
-
-void job_database_resume_removals(struct job_database *db, const struct asset_room *room)
-{
-    asset_removal_resume(db->db, room);
-}
-
-void job_database_pass_removals(struct job_database *db, const struct asset_room *room,
-                                struct removal_pass *pass)
-{
-    asset_removal_pass(db->db, room, pass);
-}
-
-int job_database_check_import(struct job_database *db, const struct asset_room *room,
-                              const struct digest *assets, size_t count, const struct digest *blob)
-{
-    return asset_removal_check_import(db->db, room, assets, count, blob);
+    return error ? error : asset_imports_add(db->db, source, assets, asset_count);
 }
 
 int job_database_find_blob(struct job_database *db, const struct digest *source,

@@ -1,7 +1,6 @@
 #pragma once
 /* The queries of the job store, blocking. One connection, one thread at a time. job_store.h says
  * what they mean; job_store.c runs them elsewhere than on the loop. */
-#include "server/store/asset_removal.h"
 #include "server/store/job_record.h"
 
 struct job_database;
@@ -16,6 +15,9 @@ void job_database_close(struct job_database **db);
  * for if job_database_is_open. */
 int job_database_refresh(struct job_database *db, bool to_write);
 bool job_database_is_open(const struct job_database *db);
+/* For what is asked elsewhere: borrowed until the next refresh. What comes of it is told here. */
+sqlite3 *job_database_connection(struct job_database *db);
+void job_database_note(struct job_database *db, int error);
 
 /* A batch of changes that becomes durable as one. Inside it, mark/unmark frame one change, so that
  * a failed one leaves nothing behind. */
@@ -45,15 +47,6 @@ int job_database_remember_blob(struct job_database *db, const struct digest *sou
                                size_t asset_count);
 int job_database_find_blob(struct job_database *db, const struct digest *source,
                            struct digest *blob);
-
-/* asset_removal.h, on this connection. */
-int job_database_remove_asset(struct job_database *db, const struct asset_room *room,
-                              const struct asset_claim *claim, struct asset_users *users);
-void job_database_resume_removals(struct job_database *db, const struct asset_room *room);
-void job_database_pass_removals(struct job_database *db, const struct asset_room *room,
-                                struct removal_pass *pass);
-int job_database_check_import(struct job_database *db, const struct asset_room *room,
-                              const struct digest *assets, size_t count, const struct digest *blob);
 
 /* Each fills an empty *out; job_records_fini in any case. */
 int job_database_get(struct job_database *db, const char *id, struct job_records *out);

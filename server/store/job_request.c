@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/asset_owners.h"
+#include "server/store/asset_tables.h"
 
 struct job_request *job_request_create(enum request_kind kind, const char *id, void *ctx)
 {
@@ -67,21 +67,25 @@ bool job_request_is_write(const struct job_request *r)
     return r->kind <= REQUEST_REMEMBER_BLOB;
 }
 
-bool job_request_may_wait(const struct job_request *r)
+bool job_request_is_lone_write(const struct job_request *r)
 {
-    return r->kind == REQUEST_REMOVE_ASSET || (r->kind == REQUEST_REMEMBER_BLOB && r->error);
+    return r->kind == REQUEST_REMOVE_ASSET || r->kind == REQUEST_PASS_REMOVALS;
 }
 
-/* Who submitted it was asked before; since then an asset may have gone. From now on it cannot: the
- * row that names it is there. */
-static int check_assets(const struct job_request *r)
+bool job_request_may_wait(const struct job_request *r)
 {
-    const struct objects *objects = r->room.objects;
-    for (size_t i = 0; i < r->asset_count; i++)
-        if (!objects_have(objects, &r->assets[i], NULL) ||
-            !(r->claim.sees_all || asset_owners_have(objects, r->owner, &r->assets[i])))
-            return ERR_NOT_FOUND;
-    return 0;
+    return r->kind == REQUEST_REMOVE_ASSET || r->kind == REQUEST_NOTE_REMOVAL || r->gone;
+}
+
+/* Those of a row that is being inserted cannot go from now on. */
+static int find_assets(struct job_request *r, sqlite3 *db)
+{
+    int error = 0;
+    for (r->missing = 0; r->missing < r->asset_count; r->missing++) {
+        r->claim.asset = r->assets[r->missing];
+        if ((error = asset_room_find(db, &r->room, &r->claim)) != 0) break;
+    }
+    return error;
 }
 
 static int perform_insert(struct job_database *db, struct job_request *r)
@@ -98,15 +102,18 @@ static int perform_insert(struct job_database *db, struct job_request *r)
     memcpy(row.owner, r->owner, sizeof row.owner);
     memcpy(row.trace, r->trace, sizeof row.trace);
     const int error = job_database_insert(db, &row, r->key, &r->body, r->existing);
-    return error ? error : check_assets(r); /* the row is undone then */
+    if (error || !r->asset_count) return error;
+    return find_assets(r, job_database_connection(db)); /* the row is undone then */
 }
 
 static int perform_remember_blob(struct job_database *db, struct job_request *r)
 {
-    const int error = !r->room.objects ? 0
-                                       : job_database_check_import(db, &r->room, r->assets,
-                                                                   r->asset_count, &r->blob);
-    if (error) return error;
+    const int error =
+        !r->room.objects
+            ? 0
+            : asset_removal_check_import(job_database_connection(db), &r->room, r->assets,
+                                         r->asset_count, &r->blob, &r->gone);
+    if (error || r->gone) return error;
     return job_database_remember_blob(db, &r->source, &r->blob, r->assets, r->asset_count);
 }
 
@@ -118,7 +125,24 @@ static int perform_update_frame(struct job_database *db, struct job_request *r)
     return error || !r->report ? error : job_database_update(db, r->id, NULL, NULL, r->report);
 }
 
-int job_request_perform(struct job_request *r, struct job_database *db)
+static int perform_of_assets(struct job_request *r, sqlite3 *db)
+{
+    switch (r->kind) {
+    case REQUEST_KEEP_ASSET:
+        return asset_room_keep(db, &r->room, &r->claim, r->size_bytes, &r->existed);
+    case REQUEST_NOTE_REMOVAL:
+        return asset_removals_add(db, &r->claim.asset);
+    case REQUEST_FIND_ASSETS:
+        return find_assets(r, db);
+    case REQUEST_REMOVE_ASSET:
+        return asset_removal_run(db, &r->room, &r->claim, &r->users);
+    default:
+        asset_removal_pass(db, &r->room, &r->pass);
+        return 0;
+    }
+}
+
+static int perform(struct job_request *r, struct job_database *db)
 {
     switch (r->kind) {
     case REQUEST_INSERT:
@@ -150,13 +174,21 @@ int job_request_perform(struct job_request *r, struct job_database *db)
                                  &r->records);
     case REQUEST_FIND_BLOB:
         return job_database_find_blob(db, &r->source, &r->blob);
+    case REQUEST_KEEP_ASSET:
+    case REQUEST_NOTE_REMOVAL:
+    case REQUEST_FIND_ASSETS:
     case REQUEST_REMOVE_ASSET:
-        return job_database_remove_asset(db, &r->room, &r->claim, &r->users);
     case REQUEST_PASS_REMOVALS:
-        job_database_pass_removals(db, &r->room, &r->pass);
-        return 0;
+        return perform_of_assets(r, job_database_connection(db));
     }
     return ERR_STATE;
+}
+
+int job_request_perform(struct job_request *r, struct job_database *db)
+{
+    const int error = perform(r, db);
+    job_database_note(db, error);
+    return error;
 }
 
 static void answer_found(const struct job_request *r)
@@ -187,6 +219,7 @@ static void answer_blob(const struct job_request *r)
 
 void job_request_answer(const struct job_request *r)
 {
+    if (r->tell_missing) *r->tell_missing = r->missing;
     switch (r->kind) {
     case REQUEST_INSERT:
     case REQUEST_FIND_KEY:
@@ -198,8 +231,15 @@ void job_request_answer(const struct job_request *r)
     case REQUEST_UPDATE_FRAME:
     case REQUEST_UPDATE_DOCUMENT:
     case REQUEST_REMOVE:
-    case REQUEST_REMEMBER_BLOB:
+    case REQUEST_NOTE_REMOVAL:
+    case REQUEST_FIND_ASSETS:
         if (r->call.done) r->call.done(r->ctx, r->error);
+        break;
+    case REQUEST_REMEMBER_BLOB:
+        if (r->call.done) r->call.done(r->ctx, r->error || !r->gone ? r->error : ERR_NOT_FOUND);
+        break;
+    case REQUEST_KEEP_ASSET:
+        r->call.kept(r->ctx, r->error, r->existed);
         break;
     case REQUEST_GET:
         answer_found(r);

@@ -1,5 +1,6 @@
 #pragma once
 /* One request to the job store on its way: from the loop's thread to the store's and back. */
+#include "server/store/asset_removal.h"
 #include "server/store/job_database.h"
 
 enum request_kind {
@@ -9,13 +10,16 @@ enum request_kind {
     REQUEST_UPDATE_FRAME,
     REQUEST_UPDATE_DOCUMENT,
     REQUEST_REMOVE,
+    REQUEST_KEEP_ASSET,
+    REQUEST_NOTE_REMOVAL,
     REQUEST_REMEMBER_BLOB, /* the last that writes */
     REQUEST_FIND_KEY,
     REQUEST_GET,
     REQUEST_LIST,
     REQUEST_FIND_BLOB,
-    REQUEST_REMOVE_ASSET, /* after the batch's changes; what it changes itself is durable at once */
-    REQUEST_PASS_REMOVALS, /* so do these */
+    REQUEST_FIND_ASSETS,
+    REQUEST_REMOVE_ASSET,  /* after the batch's changes, in transactions of its own */
+    REQUEST_PASS_REMOVALS, /* the same */
 };
 
 typedef void (*job_store_passed)(void *ctx, int error, const struct removal_pass *pass);
@@ -35,11 +39,15 @@ struct job_request {
     bool paused, has_priority, has_paused; /* REQUEST_STEER sets what it has */
     struct frame_row frame;                /* its state is `state` */
     struct digest body, source, blob;
-    struct digest *assets; /* owned; of REQUEST_INSERT and REQUEST_REMEMBER_BLOB */
+    struct digest *assets; /* owned; of what has several */
     size_t asset_count;
-    struct asset_room room;   /* of what looks at stored files; REQUEST_INSERT: if it has assets */
-    struct asset_claim claim; /* of REQUEST_REMOVE_ASSET; `sees_all` of REQUEST_INSERT, too */
-    struct removal_pass pass; /* of REQUEST_PASS_REMOVALS: the last one, then this one */
+    size_t missing, *tell_missing; /* the first of them that is not there; NULL: not asked */
+    bool gone;                     /* REQUEST_REMEMBER_BLOB: one is not, and the blob is noted */
+    struct asset_room room;        /* of what looks at stored files */
+    struct asset_claim claim;      /* on one asset, or on all of `assets` */
+    uint64_t size_bytes;           /* of that one */
+    bool existed;                  /* REQUEST_KEEP_ASSET */
+    struct removal_pass pass;      /* of REQUEST_PASS_REMOVALS: the last one, then this one */
     struct asset_users users;
     size_t limit;
     char existing[JOB_ID_BYTES];
@@ -50,6 +58,7 @@ struct job_request {
         job_store_found found;
         job_store_listed listed;
         job_store_blob blob;
+        job_store_kept kept;
         job_store_gave_up gave_up;
         job_store_passed passed;
     } call;
@@ -68,7 +77,10 @@ int job_request_take_assets(struct job_request *r, const struct digest *assets, 
 /* Puts those texts that a newer request of its kind has in place of its own. */
 void job_request_take_texts(struct job_request *r, struct job_request *newer);
 
+/* In the batch's transaction. */
 bool job_request_is_write(const struct job_request *r);
+/* In one of its own. */
+bool job_request_is_lone_write(const struct job_request *r);
 /* Performed, it may have left a removal that waits. */
 bool job_request_may_wait(const struct job_request *r);
 

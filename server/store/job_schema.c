@@ -52,6 +52,12 @@ static const char *const migrations[] = {
     "CREATE INDEX blobs_by_blob ON blobs (blob);"
     "CREATE INDEX frames_by_exr ON frames (exr);"
     "CREATE INDEX frames_by_png ON frames (png);",
+    "CREATE TABLE asset_owners ("
+    "  owner TEXT NOT NULL,"
+    "  asset BLOB NOT NULL,"
+    "  bytes INTEGER NOT NULL,"
+    "  PRIMARY KEY (owner, asset)) WITHOUT ROWID;"
+    "CREATE TABLE removals (object BLOB PRIMARY KEY) WITHOUT ROWID;",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

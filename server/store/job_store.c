@@ -22,12 +22,17 @@ struct job_store {
     struct removal_pass pass; /* the last one */
 };
 
+static void look_at_removals(struct job_store *s)
+{
+    if (s->room.objects) removal_timer_soon(&s->removals);
+}
+
 /* What a request was about may be due again. */
 static void on_performed(void *ctx, const struct job_request *r)
 {
     struct job_store *store = ctx;
     if (r->text) store->searching = false;
-    if (job_request_may_wait(r)) job_store_look_at_removals(store);
+    if (job_request_may_wait(r)) look_at_removals(store);
 }
 
 void job_store_totals(const struct job_store *s, struct job_store_totals *out)
@@ -41,6 +46,16 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
                       const struct digest *body, job_store_inserted done, void *ctx)
 {
     job_store_submit(s, row, idempotency_key, body, NULL, done, ctx);
+}
+
+static int claim_assets(struct job_store *s, struct job_request *r, const char *owner,
+                        const struct job_assets *assets)
+{
+    r->room = s->room;
+    snprintf(r->claim.owner, sizeof r->claim.owner, "%s", owner);
+    r->claim.sees_all = assets->sees_all;
+    r->tell_missing = assets->missing;
+    return job_request_take_assets(r, assets->items, assets->count);
 }
 
 void job_store_submit(struct job_store *s, const struct job_row *row, const char *idempotency_key,
@@ -65,11 +80,7 @@ void job_store_submit(struct job_store *s, const struct job_row *row, const char
     memcpy(r->owner, row->owner, sizeof r->owner);
     memcpy(r->trace, row->trace, sizeof r->trace);
     if (body) r->body = *body;
-    if (assets) {
-        r->room = s->room;
-        r->claim.sees_all = assets->sees_all;
-        if (!error) error = job_request_take_assets(r, assets->items, assets->count);
-    }
+    if (assets && !error) error = claim_assets(s, r, row->owner, assets);
     r->call.inserted = done;
     job_batches_submit(&s->batches, r, error);
 }
@@ -241,35 +252,71 @@ int job_store_unfinished(struct job_store *s,
     return error;
 }
 
-void job_store_set_assets(struct job_store *s, const struct objects *objects,
-                          struct asset_usage *usage)
+void job_store_set_assets(struct job_store *s, const struct objects *objects, uint64_t tenant_bytes)
 {
-    s->room = (struct asset_room){.objects = objects, .usage = usage};
+    s->room = (struct asset_room){.objects = objects, .tenant_bytes = tenant_bytes};
+}
+
+/* NULL on failed allocation. */
+static struct job_request *create_claim(const struct job_store *s, enum request_kind kind,
+                                        const struct asset_claim *claim, void *ctx)
+{
+    struct job_request *r = job_request_create(kind, NULL, ctx);
+    if (!r) return NULL;
+    r->room = s->room;
+    r->claim = *claim;
+    return r;
+}
+
+void job_store_keep_asset(struct job_store *s, const struct asset_claim *claim, uint64_t size_bytes,
+                          job_store_kept done, void *ctx)
+{
+    struct job_request *r = create_claim(s, REQUEST_KEEP_ASSET, claim, ctx);
+    if (!r) {
+        done(ctx, ERR_MEMORY, false);
+        return;
+    }
+    r->size_bytes = size_bytes;
+    r->call.kept = done;
+    job_batches_submit(&s->batches, r, 0);
+}
+
+/* Without memory, or when it fails, the next start finds it. */
+void job_store_doubt_asset(struct job_store *s, const struct digest *asset)
+{
+    const struct asset_claim claim = {.asset = *asset};
+    struct job_request *r = create_claim(s, REQUEST_NOTE_REMOVAL, &claim, NULL);
+    if (r) job_batches_submit(&s->batches, r, 0);
+}
+
+void job_store_find_assets(struct job_store *s, const char *owner, const struct job_assets *assets,
+                           job_store_done done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_FIND_ASSETS, NULL, ctx);
+    if (!r) {
+        done(ctx, ERR_MEMORY);
+        return;
+    }
+    r->call.done = done;
+    job_batches_submit(&s->batches, r, claim_assets(s, r, owner, assets));
 }
 
 void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim,
                             job_store_gave_up done, void *ctx)
 {
-    struct job_request *r = job_request_create(REQUEST_REMOVE_ASSET, NULL, ctx);
+    struct job_request *r = create_claim(s, REQUEST_REMOVE_ASSET, claim, ctx);
     if (!r) {
         done(ctx, ERR_MEMORY, &(struct asset_users){0});
         return;
     }
-    r->room = s->room;
-    r->claim = *claim;
     r->call.gave_up = done;
     job_batches_submit(&s->batches, r, 0);
 }
 
 void job_store_resume_removals(struct job_store *s)
 {
-    job_database_resume_removals(s->db, &s->room);
-    job_store_look_at_removals(s);
-}
-
-void job_store_look_at_removals(struct job_store *s)
-{
-    if (s->room.objects) removal_timer_soon(&s->removals);
+    asset_removal_resume(job_database_connection(s->db), &s->room);
+    look_at_removals(s);
 }
 
 /* On a disk that fails the round is left, and comes again. */

@@ -65,12 +65,13 @@ typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx);
 
-/* The same for a job whose assets must be there when it is: ERR_NOT_FOUND when one of them is not
- * (any more), or not the owner's, who needs no mark of his if he sees_all. They are copied. */
+/* The same for a job whose assets must be there, for its owner (asset_room_find): ERR_NOT_FOUND
+ * when one of them is not. They are copied. */
 struct job_assets {
     const struct digest *items;
     size_t count;
     bool sees_all;
+    size_t *missing; /* may be NULL; with ERR_NOT_FOUND the first that is not there */
 };
 void job_store_submit(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, const struct job_assets *assets,
@@ -134,18 +135,28 @@ typedef void (*job_store_blob)(void *ctx, int error, const struct digest *blob);
 void job_store_find_blob(struct job_store *s, const struct digest *source, job_store_blob done,
                          void *ctx);
 
-/* Where the assets of jobs are: for what is below, and for job_store_submit. objects and usage
- * (NULL: no quota) are borrowed. Before the loop runs. */
-struct asset_usage;
+/* Where assets are, for job_store_submit and for what is below. objects is borrowed; tenant_bytes
+ * is the quota of each tenant (0: none). Before the loop runs. */
 void job_store_set_assets(struct job_store *s, const struct objects *objects,
-                          struct asset_usage *usage);
+                          uint64_t tenant_bytes);
 
-/* Who gives up what. */
+/* Who claims what. */
 struct asset_claim {
     struct digest asset;
-    char owner[JOB_OWNER_BYTES]; /* "": nobody can be told apart */
+    char owner[JOB_OWNER_BYTES]; /* "": nothing tells askers apart */
     bool sees_all;
 };
+
+/* Puts an upload's owner on record, before its file is placed (asset_room.h). */
+typedef void (*job_store_kept)(void *ctx, int error, bool existed);
+void job_store_keep_asset(struct job_store *s, const struct asset_claim *claim, uint64_t size_bytes,
+                          job_store_kept done, void *ctx);
+/* It could not be placed: soon, when nothing holds it, it is nobody's unless its file is there. */
+void job_store_doubt_asset(struct job_store *s, const struct digest *asset);
+
+/* Are all of these there for the owner? As job_store_submit asks. */
+void job_store_find_assets(struct job_store *s, const char *owner, const struct job_assets *assets,
+                           job_store_done done, void *ctx);
 
 /* The jobs that keep an asset. */
 #define ASSET_USERS_NAMED 4
@@ -162,6 +173,3 @@ void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim
 
 /* Start-up, blocking: ends removals that a crash has cut off. */
 void job_store_resume_removals(struct job_store *s);
-
-/* Somebody else has left a note of a removal (removal_notes.h): it is looked at in a second. */
-void job_store_look_at_removals(struct job_store *s);

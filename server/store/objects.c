@@ -1,5 +1,6 @@
 #include "server/store/objects.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
@@ -39,7 +40,8 @@ static int sync_dir(const struct objects *o, const char *path)
     return o->ephemeral ? 0 : sync_folder(path);
 }
 
-int objects_sync_parent(const char *path)
+/* The entry of `path` in its folder is on the disk. */
+static int sync_parent(const char *path)
 {
     char parent[OBJECTS_PATH_BYTES];
     const char *slash = strrchr(path, '/');
@@ -93,12 +95,20 @@ static void tmp_path(const struct objects *o, char out[OBJECTS_PATH_BYTES], cons
     snprintf(out, OBJECTS_PATH_BYTES, "%s/tmp/%s", o->dir, name);
 }
 
+static void init_holds(struct object_holds *h)
+{
+    for (int i = 0; i < OBJECT_STRIPES; i++) {
+        pthread_mutex_init(&h->locks[i], NULL);
+        atomic_init(&h->counts[i], 0);
+    }
+}
+
 int objects_open(struct objects *o, const char *dir, bool ephemeral)
 {
     if (snprintf(o->dir, sizeof o->dir, "%s", dir) >= (int)sizeof o->dir) return ERR_LIMIT;
     o->holds = &o->own_holds;
     o->ephemeral = ephemeral;
-    object_holds_init(o->holds);
+    init_holds(o->holds);
     char path[OBJECTS_PATH_BYTES];
     snprintf(path, sizeof path, "%s/objects", o->dir);
     int error = make_dirs(path);
@@ -125,6 +135,14 @@ bool objects_have(const struct objects *o, const struct digest *d, uint64_t *siz
     if (stat(path, &st) || !S_ISREG(st.st_mode)) return false;
     if (size_bytes) *size_bytes = (uint64_t)st.st_size;
     return true;
+}
+
+bool objects_lack(const struct objects *o, const struct digest *d)
+{
+    char path[OBJECTS_PATH_BYTES];
+    struct stat st;
+    objects_path(o, d, path);
+    return stat(path, &st) != 0 && errno == ENOENT;
 }
 
 /* The folder of a digest's file; made when it is missing. */
@@ -171,35 +189,47 @@ static int place_locked(const struct objects *o, const char *from, const struct 
 /* Held before somebody else may remove it. */
 static int place(const struct objects *o, const char *from, const struct digest *d, bool *existed)
 {
-    object_holds_lock(o->holds, d);
+    pthread_mutex_lock(&o->holds->locks[d->bytes[0]]);
     const int error = place_locked(o, from, d, existed);
-    if (!error) object_holds_add(o->holds, d);
-    object_holds_unlock(o->holds, d);
+    if (!error) objects_hold(o, d);
+    pthread_mutex_unlock(&o->holds->locks[d->bytes[0]]);
     return error;
+}
+
+void objects_hold(const struct objects *o, const struct digest *d)
+{
+    atomic_fetch_add(&o->holds->counts[d->bytes[0]], 1);
 }
 
 void objects_release(const struct objects *o, const struct digest *d)
 {
-    object_holds_release(o->holds, d);
+    const unsigned before = atomic_fetch_sub(&o->holds->counts[d->bytes[0]], 1);
+    assert(before > 0);
+}
+
+bool objects_is_held(const struct objects *o, const struct digest *d)
+{
+    return atomic_load(&o->holds->counts[d->bytes[0]]) > 0;
 }
 
 static int remove_locked(const struct objects *o, const struct digest *d, objects_is_free is_free,
                          void *ctx)
 {
     char path[OBJECTS_PATH_BYTES];
-    if (object_holds_any(o->holds, d)) return ERR_STATE;
+    if (objects_is_held(o, d)) return ERR_STATE;
     if (!is_free(ctx, d)) return ERR_EXISTS;
     objects_path(o, d, path);
-    if (unlink(path) == 0) return o->ephemeral ? 0 : objects_sync_parent(path);
+    if (unlink(path) == 0) return o->ephemeral ? 0 : sync_parent(path);
     return errno == ENOENT ? 0 : error_of_errno(errno);
 }
 
 int objects_remove(const struct objects *o, const struct digest *d, objects_is_free is_free,
                    void *ctx)
 {
-    object_holds_lock(o->holds, d);
+    if (objects_is_held(o, d)) return ERR_STATE; /* without waiting for who places it */
+    pthread_mutex_lock(&o->holds->locks[d->bytes[0]]);
     const int error = remove_locked(o, d, is_free, ctx);
-    object_holds_unlock(o->holds, d);
+    pthread_mutex_unlock(&o->holds->locks[d->bytes[0]]);
     return error;
 }
 
@@ -315,18 +345,30 @@ static int writer_seal(struct object_writer *w, struct digest *out)
     return sync_file(w->objects, w->fd);
 }
 
-int object_writer_finish(struct object_writer **writer, const struct digest *expected,
+int object_writer_seal(struct object_writer *w, const struct digest *expected, struct digest *out)
+{
+    *out = (struct digest){0};
+    const int error = writer_seal(w, out);
+    return error || !expected || digest_equal(expected, out) ? error : ERR_MISMATCH;
+}
+
+int object_writer_place(struct object_writer **w, const struct digest *d, bool *existed)
+{
+    bool there = false;
+    const int error = place((*w)->objects, (*w)->path, d, &there);
+    if (error) unlink((*w)->path);
+    if (existed) *existed = there;
+    writer_free(w);
+    return error;
+}
+
+int object_writer_finish(struct object_writer **w, const struct digest *expected,
                          struct digest *out, bool *existed)
 {
-    struct object_writer *w = *writer;
-    bool there = false;
-    *out = (struct digest){0};
-    int error = writer_seal(w, out);
-    if (!error && expected && !digest_equal(expected, out)) error = ERR_MISMATCH;
-    if (!error) error = place(w->objects, w->path, out, &there);
-    if (error) unlink(w->path);
-    if (existed) *existed = there;
-    writer_free(writer);
+    const int error = object_writer_seal(*w, expected, out);
+    if (!error) return object_writer_place(w, out, existed);
+    if (existed) *existed = false;
+    object_writer_abort(w);
     return error;
 }
 

@@ -7,15 +7,25 @@
  * Plain blocking calls: any thread may use one struct objects. What finish and adopt have placed is
  * held until objects_release: so long that whatever refers to it is on record, and objects_remove
  * leaves it meanwhile. */
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "proto/digest.h"
 #include "proto/error.h"
-#include "server/store/object_holds.h"
 
 #define OBJECTS_PATH_BYTES 4352
+#define OBJECT_STRIPES     256
+
+/* Digests share a stripe by their first byte, so that a hold costs no memory: a file beside a held
+ * one waits with it. A stripe's lock is taken while its files are placed and removed, by threads
+ * that may wait for the disk. Holds are counted without it. */
+struct object_holds {
+    pthread_mutex_t locks[OBJECT_STRIPES];
+    atomic_uint counts[OBJECT_STRIPES];
+};
 
 struct objects {
     char dir[4096];
@@ -27,10 +37,15 @@ struct objects {
 /* Makes the folders, sweeps tmp. The struct stays where it is from then on. */
 int objects_open(struct objects *o, const char *dir, bool ephemeral);
 bool objects_have(const struct objects *o, const struct digest *d, uint64_t *size_bytes);
+/* Is it certain that there is no such file? */
+bool objects_lack(const struct objects *o, const struct digest *d);
 void objects_path(const struct objects *o, const struct digest *d, char out[OBJECTS_PATH_BYTES]);
 
-/* Lets go of what finish or adopt gave. Waits for nothing. */
+/* Holds a file that may come, and lets go of what this, finish or adopt holds. Any thread; they
+ * wait for nothing. */
+void objects_hold(const struct objects *o, const struct digest *d);
 void objects_release(const struct objects *o, const struct digest *d);
+bool objects_is_held(const struct objects *o, const struct digest *d);
 
 /* Removes a file that nothing holds and of which is_free, which is asked while nobody places it,
  * says that nothing else has it. 0, also when there is none: then it is durably gone. ERR_STATE:
@@ -39,9 +54,6 @@ typedef bool (*objects_is_free)(void *ctx, const struct digest *d);
 int objects_remove(const struct objects *o, const struct digest *d, objects_is_free is_free,
                    void *ctx);
 
-/* The entry of `path` in its folder is on the disk. */
-int objects_sync_parent(const char *path);
-
 /* A file being written. Owned by the caller; finish and abort free it and null the pointer. */
 struct object_writer;
 int object_writer_begin(const struct objects *o, struct object_writer **out);
@@ -49,6 +61,13 @@ int object_writer_append(struct object_writer *w, const void *data, size_t size_
 
 /* The file's name while it is being written, for a library that opens files itself. */
 const char *object_writer_path(const struct object_writer *w);
+
+/* The first half of finish: syncs. With `expected`, ERR_MISMATCH when the bytes' digest is another.
+ * *out is the digest in any case. */
+int object_writer_seal(struct object_writer *w, const struct digest *expected, struct digest *out);
+/* The second half, of a file that is sealed as d: renames, or drops it where it is there already.
+ */
+int object_writer_place(struct object_writer **w, const struct digest *d, bool *existed);
 
 /* Syncs and renames. With `expected`, ERR_MISMATCH (and nothing kept) when the bytes' digest is
  * another. *out is the digest in any case. A file that is already there is kept and this one

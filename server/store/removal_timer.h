@@ -1,7 +1,7 @@
 #pragma once
 /* When removals that had to wait are looked at again (asset_removal_pass): a second after something
  * may have begun to wait, then less and less often while something does. Of a round that is cut
- * into passes each rests for twenty times as long as it took: others want the store, too.
+ * into passes each is followed by a rest of twenty times as long: others want the store, too.
  *
  * On the loop's thread. It does not keep the loop alive. */
 #include <stdbool.h>

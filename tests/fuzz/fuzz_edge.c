@@ -115,7 +115,7 @@ static void open_rooms(void)
 {
     must(objects_open(&edge.objects, edge.dir, false) == 0);
     must(job_store_open(&edge.loop, edge.dir, false, &edge.store) == 0);
-    job_store_set_assets(edge.store, &edge.objects, NULL);
+    job_store_set_assets(edge.store, &edge.objects, 0);
     must(spools_create(&edge.loop, edge.dir, &edge.spools) == 0);
     must(thread_pool_create(&edge.loop, "pool", 1, NULL, &edge.pool) == 0);
     must(streams_create(&edge.streams) == 0);

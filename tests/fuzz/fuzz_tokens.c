@@ -1,5 +1,4 @@
-// sources: server/access/tokens.c server/store/asset_owners.c server/store/objects.c
-// sources: server/store/marks.c server/store/object_holds.c
+// sources: server/access/tokens.c
 /* The file of tokens, and texts that claim to be one (what is behind a NUL). What is refused says
  * why; what is taken has names, tenants, roles and weights of the right kind, each token is found
  * by its hash, and one more can be added without the others changing. */
@@ -13,7 +12,6 @@
 
 #include "proto/limits.h"
 #include "server/access/tokens.h"
-#include "server/store/asset_owners.h"
 
 static char path[64];
 
@@ -43,7 +41,7 @@ static void check(const struct tokens *tokens)
     must(tokens->count <= LIMIT_TOKENS);
     for (size_t i = 0; i < tokens->count; i++) {
         const struct token *t = &tokens->list[i];
-        must(t->name[0] && asset_owners_is_name(t->tenant));
+        must(t->name[0] && tokens_is_tenant(t->tenant));
         must(t->role > ROLE_NONE && t->role < ROLE_COUNT);
         must(t->weight >= 1 && t->weight <= TENANT_WEIGHT_MOST);
         must(tokens_find_hash(tokens, &t->hash) == t);

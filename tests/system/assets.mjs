@@ -1,11 +1,11 @@
 // Assets that are given up, for tests/system/assets.sh: assets.mjs BUILD_DIR. TAP.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync } from "node:fs";
+import { existsSync } from "node:fs";
 import { request } from "node:http";
 import { resolve } from "node:path";
-import { Control, ENOSPC } from "../load/fault_life.mjs";
+import { Control, EIO, ENOSPC } from "../load/fault_life.mjs";
 import { Tenant, begin, make_tokens, scene_bytes } from "../load/parts/clients.mjs";
-import { Service, check, done, folder, join, marked_scene, readFileSync, readdirSync, sha256, skip, sleep, slower, until, writeFileSync } from "../load/service.mjs";
+import { Service, check, done, folder, join, marked_scene, readFileSync, readdirSync, sha256, skip, sleep, slower, until } from "../load/service.mjs";
 
 const build = process.argv[2];
 const box = scene_bytes(), scene = (mark) => marked_scene(box, mark);
@@ -18,7 +18,9 @@ const is = (a, status, kind) => a.status === status && (!kind || slug(a) === kin
 // What is on the disk.
 const in_folders = (path) => existsSync(path) ? readdirSync(path).flatMap((two) => readdirSync(join(path, two)).map((rest) => two + rest)) : [];
 const objects_of = (service) => in_folders(join(service.data, "objects"));
-const notes_of = (service) => in_folders(join(service.data, "removals"));
+const query = (service, sql, ...options) => execFileSync("sqlite3", ["-cmd", ".timeout 10000", ...options, join(service.data, "jobs.sqlite"), sql], { encoding: "utf8" }).split("\n").filter(Boolean);
+const notes_of = (service) => query(service, "SELECT lower(hex(object)) FROM removals", "-readonly");
+const note = (service, digest) => query(service, `INSERT OR IGNORE INTO removals VALUES (x'${digest}')`);
 const has_object = (service, digest) => existsSync(join(service.data, "objects", digest.slice(0, 2), digest.slice(2)));
 const remove = (t, digest) => t.ask("DELETE", `/v1/assets/${digest}`);
 const head = async (t, digest) => (await t.ask("HEAD", `/v1/assets/${digest}`)).status;
@@ -174,7 +176,7 @@ const quota = async (service) => {
 
 // A submission passes the loop while a removal is on the store's thread, and the other way around.
 const submitting = async (service) => {
-    const { a } = all_of(service), wrong = [], count = { accepted: 0, early: 0, late: 0, removed: 0, kept: 0 };
+    const { a } = all_of(service), wrong = [], count = { accepted: 0, missing: 0, removed: 0, kept: 0 };
     const one = async (i) => {
         const bytes = scene(`raced ${i % 8}`), digest = sha256(bytes);
         await put(a, bytes);
@@ -182,7 +184,7 @@ const submitting = async (service) => {
         for (const answer of answers) {
             if (answer.status === 204) count.removed++;
             else if (is(answer, 409, "asset-in-use")) count.kept++;
-            else if (is(answer, 422, "missing-asset")) count[JSON.parse(answer.body).pointer === "/scene" ? "late" : "early"]++;
+            else if (is(answer, 422, "missing-asset") && JSON.parse(answer.body).pointer === "/scene/asset") count.missing++;
             else if (answer.status !== 202 && !is(answer, 404, "not-found")) wrong.push(shown(answer));
         }
         const ids = answers.filter((x) => x.status === 202).map(id_of);
@@ -192,8 +194,8 @@ const submitting = async (service) => {
         return digest;
     };
     for (let i = 0; i < 160; i++) await remove(a, await one(i));
-    check(`submissions beside removals: ${count.accepted} accepted and drawn, ${count.early} refused before the store and ${count.late} in it; ${count.removed} removals, ${count.kept} refused`,
-        wrong.length === 0 && count.accepted > 0 && count.removed > 0 && count.early + count.late > 0, wrong.join("\n"));
+    check(`submissions beside removals: ${count.accepted} accepted and drawn, ${count.missing} refused; ${count.removed} removals, ${count.kept} refused`,
+        wrong.length === 0 && count.accepted > 0 && count.removed > 0 && count.missing > 0, wrong.join("\n"));
     check("... and nothing is left of them", Array.from({ length: 8 }, (_, i) => sha256(scene(`raced ${i}`))).every((digest) => !has_object(service, digest)));
 };
 
@@ -256,35 +258,36 @@ const unreliable = (name, environment = {}) => {
     return { control, faulty, service };
 };
 
-// Each fsync of a removal hangs once, and the server is killed there: every step is the last one once.
-const killed_at_each_step = async () => {
-    const { control, faulty, service } = unreliable("assets-killed"), { a } = all_of(service), states = [], wrong = [];
+// Each fsync of a removal, and every third write, hangs once, and the server is killed there: every step is the last one once.
+const killed_at_each_step = async (kind, stride, least) => {
+    const { control, faulty, service } = unreliable(`assets-killed-${kind}`), { a } = all_of(service), states = [], wrong = [];
     let steps = 0;
-    for (let k = 1; k < 40; k++) {
+    for (let k = 1; k < 60; k += stride) {
         await service.start(faulty);
-        const bytes = scene(`step ${k}`), digest = sha256(bytes), before = new Set(objects_of(service));
+        const bytes = scene(`${kind} ${k}`), digest = sha256(bytes), before = new Set(objects_of(service));
         await put(a, bytes);
         const drawn = id_of(await job(a, digest));
         await ended(a, drawn);
         await a.ask("DELETE", `/v1/jobs/${drawn}?purge=1`);
         await sleep(100);
-        const from = control.calls("fsync");
-        control.fail("fsync", from + k, 1e9, 0);
+        const from = control.calls(kind);
+        control.fail(kind, from + k, 1e9, 0);
         const answer = remove(a, digest).catch(() => null);
-        const hung = await Promise.race([answer.then(() => false), until(10, () => control.calls("fsync") >= from + k, 5)]);
+        const hung = await Promise.race([answer.then(() => false), until(10, () => control.calls(kind) >= from + k, 5)]);
         await service.kill();
         await answer;
         control.heal();
         await service.start();
-        if (hung) steps = k;
-        states.push(await settled(service, a, digest, `step ${k}`, wrong) ? "there" : "gone");
+        steps += Boolean(hung);
+        states.push(await settled(service, a, digest, `${kind} ${k}`, wrong) ? "there" : "gone");
         const blobs = objects_of(service).filter((one) => !before.has(one) && one !== digest && readFileSync(join(service.data, "objects", one.slice(0, 2), one.slice(2))).subarray(0, 4).toString("latin1") !== "\x76\x2f\x31\x01" &&
             readFileSync(join(service.data, "objects", one.slice(0, 2), one.slice(2))).subarray(1, 4).toString() !== "PNG");
-        if (blobs.length) wrong.push(`step ${k}: blobs are left: ${blobs}`);
+        if (blobs.length) wrong.push(`${kind} ${k}: blobs are left: ${blobs}`);
         await service.kill();
         if (!hung) break;
     }
-    check(`killed at each of ${steps} steps: after a restart it is there whole or gone whole (${states.join(" ")})`, wrong.length === 0 && steps >= 4 && states.includes("there") && states.at(-1) === "gone", wrong.join("\n"));
+    check(`killed at ${steps} calls of ${kind}: after a restart it is there whole or gone whole (${states.join(" ")})`, wrong.length === 0 && steps >= least && states.at(-1) === "gone", wrong.join("\n"));
+    return states;
 };
 
 // A full disk is when files are given up; one that hangs is waited for by nobody.
@@ -297,6 +300,12 @@ const bad_disks = async () => {
     const full = await remove(a, digest);
     check("on a full disk: 204, and the file goes", full.status === 204 && await head(a, digest) === 404 && !has_object(service, digest), shown(full));
     control.heal();
+    await put(a, bytes);
+    control.from_now("write", ENOSPC);
+    const fuller = await remove(a, digest);
+    check("on one that is full to the last byte: 507, and the file goes all the same", is(fuller, 507, "disk-full") && await head(a, digest) === 404 && !has_object(service, digest), shown(fuller));
+    control.heal();
+    check("... and there is room again: 204, once", is(await remove(a, digest), 204) && is(await remove(a, digest), 404) && notes_of(service).length === 0);
     await put(a, bytes);
     control.hang("fsync");
     const begun = performance.now(), late = remove(a, digest);
@@ -324,12 +333,12 @@ const beside = (bytes, mark) => {
         if (sha256(other).startsWith(first)) return other;
     }
 };
-// One fsync hangs, the nth from now, and what `work` begins with it.
-const hung_at = async (control, n, work) => {
-    const from = control.calls("fsync");
-    control.fail("fsync", from + n, 1, 0);
+// The next call hangs, and what `work` begins with it.
+const hung_at = async (control, kind, work) => {
+    const from = control.calls(kind);
+    control.fail(kind, from + 1, 1, 0);
     const answer = work();
-    if (!await until(10, () => control.calls("fsync") >= from + n, 5)) throw new Error(`no fsync number ${n}`);
+    if (!await until(10, () => control.calls(kind) > from, 5)) throw new Error(`no ${kind}`);
     return answer;
 };
 const goes = (service, digest) => until(30, () => !has_object(service, digest) && notes_of(service).length === 0);
@@ -339,16 +348,16 @@ const what_waits = async () => {
     const { control, faulty, service } = unreliable("assets-waits"), { a, root } = all_of(service);
     await service.start(faulty);
     const bytes = scene("waits"), digest = sha256(bytes), other = beside(bytes, "beside it");
-    await put(a, bytes); // so that all folders are there: of the other the third fsync is the mark's
-    const { answer } = await hung_at(control, 3, () => ({ answer: put(a, other) }));
-    control.from_now("make", ENOSPC);
+    await put(a, bytes);
+    const { answer } = await hung_at(control, "rename", () => ({ answer: put(a, other) }));
+    control.from_now("write", ENOSPC);
     const full = await remove(a, digest);
-    check("what must wait, without room for its note: 507", is(full, 507, "disk-full") && await head(a, digest) === 200, shown(full));
-    control.fail("make", 0, 0, 0);
+    check("what must wait, without room to note it: 507", is(full, 507, "disk-full") && await head(a, digest) === 200, shown(full));
+    control.fail("write", 0, 0, 0);
     const gone = await remove(a, digest);
     check("beside a file that is being stored: 204", is(gone, 204) && await head(a, digest) === 404, shown(gone));
     await sleep(2500);
-    check("... and it waits", has_object(service, digest) && notes_of(service).join() === digest);
+    check("... and it waits", has_object(service, digest) && notes_of(service).includes(digest));
     control.heal();
     check("... that is stored, and it goes, without a restart", (await answer).status === 201 && await goes(service, digest) && await head(a, sha256(other)) === 200);
     await put(a, bytes);
@@ -359,18 +368,16 @@ const what_waits = async () => {
     await root.ask("DELETE", `/v1/jobs/${running}`);
     check("... and goes after the job", await goes(service, digest));
     await service.kill();
-    // Without tokens: nothing but the file itself says that it is there.
+    // Without tokens, too.
     service.args = [];
     await service.start(faulty);
-    await sleep(2000); // what a start looks for is over
     const t = new Tenant(service);
     await put(t, bytes);
-    writeFileSync(join(service.data, "removals", sha256(other).slice(0, 2), sha256(other).slice(2)), "");
-    const late = await hung_at(control, 3, () => ({ answer: put(t, other) })), no = await remove(t, digest);
-    check("without tokens it is refused, and told why", is(no, 503, "busy") && String(no.body).includes("beside it") && await head(t, digest) === 200, shown(no));
+    const again = beside(bytes, "beside it again"), late = await hung_at(control, "rename", () => ({ answer: put(t, again) })), soon = await remove(t, digest);
+    check("without tokens: 204, too, and nobody has it", is(soon, 204) && await head(t, digest) === 404 && is(await job(t, digest), 422, "missing-asset"), shown(soon));
+    check("... and it waits", has_object(service, digest));
     control.heal();
-    await late.answer;
-    check("... that is stored, and it may go", is(await remove(t, digest), 204) && !has_object(service, digest));
+    check("... that is stored, and it goes", (await late.answer).status === 201 && await goes(service, digest) && await head(t, sha256(again)) === 200);
     await service.kill();
 };
 
@@ -380,16 +387,31 @@ const failed_uploads = async () => {
     await service.start(faulty);
     const bytes = block(1), digest = sha256(bytes);
     await put(a, bytes);
-    const again = await hung_at(control, 1, () => ({ answer: put(a, bytes) }));
+    const again = await hung_at(control, "fsync", () => ({ answer: put(a, bytes) }));
     const removed = await remove(a, digest), second = await put(a, block(2));
     control.heal();
     const answer = await again.answer;
     check("brought again, given up meanwhile, and the room is taken: 429", is(removed, 204) && second.status === 201 && is(answer, 429, "quota-exceeded"), `${shown(removed)} ${shown(second)} ${shown(answer)}`);
     check("... it does not stay", await goes(service, digest) && await head(a, digest) === 404);
-    const odd = Buffer.from("of a mark that cannot be made"), place = join(service.data, "owners", "a", sha256(odd).slice(0, 2));
-    writeFileSync(place, ""); // where its folder would be
-    const failed = await put(a, odd);
-    check("its mark cannot be made: 5xx, and it does not stay", failed.status >= 500 && await goes(service, sha256(odd)), shown(failed));
+    await remove(a, sha256(block(2)));
+    const synced = await hung_at(control, "fsync", () => ({ answer: put(a, bytes) }));
+    control.from_now("write", ENOSPC);
+    control.fail("fsync", 0, 0, 0);
+    const failed = await synced.answer;
+    control.heal();
+    check("its owner cannot be put on record: 507, and it does not stay", is(failed, 507, "disk-full") && await head(a, digest) === 404 && await goes(service, digest), shown(failed));
+    control.fail("rename", control.calls("rename") + 1, 1, EIO);
+    const lost = await put(a, bytes);
+    check("it cannot be placed: 500, and it is not there", is(lost, 500, "internal") || is(lost, 503, "storage-failed") ? await head(a, digest) === 404 : false, shown(lost));
+    check("... nor does it take room for long", await until(20, async () => (await put(a, block(2))).status === 201) && notes_of(service).length === 0);
+    await remove(a, sha256(block(2)));
+    const begun = await hung_at(control, "rename", () => ({ answer: put(a, bytes).catch(() => null) }));
+    const owned = query(service, "SELECT owner FROM asset_owners", "-readonly").join();
+    await service.kill();
+    await begun.answer;
+    control.heal();
+    await service.start();
+    check("killed while it is placed: it had an owner, and has none after the next start", owned === "a" && await head(a, digest) === 404 && !has_object(service, digest) && query(service, "SELECT owner FROM asset_owners", "-readonly").length === 0);
     await service.kill();
 };
 
@@ -436,8 +458,7 @@ const everybody = async () => {
     check("... ended, it may go", await until(10, async () => (await remove(t, digest)).status === 204) && !has_object(service, digest) && is(await remove(t, digest), 404));
     // What an earlier removal has noted, of the same bytes, is no word on what was brought since.
     await put(t, bytes);
-    mkdirSync(join(service.data, "removals", digest.slice(0, 2)), { recursive: true });
-    writeFileSync(join(service.data, "removals", digest.slice(0, 2), digest.slice(2)), "");
+    note(service, digest);
     await put(t, bytes);
     await service.kill();
     await service.start();
@@ -466,7 +487,8 @@ const main = async () => {
     check("it is the same process all the time, but where it was killed", service.is_up && service.starts === 2);
     await service.kill();
     if (can_preload()) {
-        await killed_at_each_step();
+        await killed_at_each_step("fsync", 1, 5);
+        check("... killed at its first write it is there", (await killed_at_each_step("write", 3, 4))[0] === "there");
         await bad_disks();
         await what_waits();
         await failed_uploads();

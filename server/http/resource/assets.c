@@ -4,73 +4,21 @@
 
 #include "server/http/etag.h"
 #include "server/http/request.h"
-#include "server/store/asset_owners.h"
-#include "server/store/asset_usage.h"
-#include "server/store/removal_notes.h"
 
-/* Syncing and renaming wait for the disk: the pool does it while the connection sleeps. */
-struct asset_finish {
+/* An upload that has arrived: sealed by the pool, kept by the store, placed by the pool
+ * (asset_room.h), while the connection sleeps. */
+struct asset_upload {
     struct pool_task task;
     struct request *request;
-    struct object_writer *writer; /* owned */
-    uint64_t size_bytes;
-    struct asset_usage *usage; /* NULL: no quota */
+    struct object_writer *writer; /* owned; NULL when it was placed */
     const struct objects *objects;
     struct job_store *store;
-    char owner[JOB_OWNER_BYTES]; /* "": nobody's */
-    struct digest expected, found;
+    struct asset_claim claim;
+    uint64_t size_bytes;
+    struct digest found;
     int error;
     bool existed;
-    bool is_noted; /* the file is left to asset_removal.h */
 };
-
-static void note_unkept(struct asset_finish *f)
-{
-    f->is_noted = removal_notes_add(f->objects, &f->expected) == 0;
-}
-
-/* What is placed is held until the mark says whose it is, or a note that it may be nobody's. A mark
- * that was there, so that it was not counted, may have been taken away meanwhile: then this one
- * counts. */
-static void keep(struct asset_finish *f, bool is_new, bool *counted)
-{
-    f->error = asset_owners_add(f->objects, f->owner, &f->expected, &f->existed);
-    if (f->error && is_new) note_unkept(f);
-    if (f->error || f->existed || !f->usage || *counted) return;
-    f->error = asset_usage_take(f->usage, f->owner, f->size_bytes);
-    *counted = !f->error;
-    if (!f->error) return;
-    note_unkept(f);
-    (void)asset_owners_remove(f->objects, f->owner, &f->expected);
-}
-
-static void finish_run(struct pool_task *task)
-{
-    struct asset_finish *f = (struct asset_finish *)task;
-    const bool is_owned = f->owner[0] != '\0';
-    bool counted = false;
-    if (is_owned && f->usage) {
-        f->error = asset_usage_learn(f->usage, f->owner);
-        /* What he has is counted already. */
-        counted = !f->error && !asset_owners_have(f->objects, f->owner, &f->expected);
-        if (counted) f->error = asset_usage_take(f->usage, f->owner, f->size_bytes);
-    }
-    if (f->error) {
-        object_writer_abort(&f->writer);
-        return;
-    }
-    f->error = object_writer_finish(&f->writer, &f->expected, &f->found, &f->existed);
-    const bool is_held = !f->error;
-    if (is_owned) {
-        const bool is_new = !f->existed;
-        f->existed = false; /* that somebody else has it is not this one's to know */
-        if (is_held) keep(f, is_new, &counted);
-        if (counted && (f->error || f->existed))
-            asset_usage_give(f->usage, f->owner, f->size_bytes);
-    }
-    if (is_held && !is_owned) removal_notes_forget(f->objects, &f->expected);
-    if (is_held) objects_release(f->objects, &f->expected);
-}
 
 static void answer_mismatch(struct request *r, const struct digest *found)
 {
@@ -92,53 +40,113 @@ static void answer_stored(struct request *r, const struct digest *digest, bool e
     request_answer(r, existed ? 200 : 201, response);
 }
 
-static void finish_done(struct pool_task *task)
+static void answer(struct request *r, const struct asset_upload *u, int error)
 {
-    struct asset_finish *f = (struct asset_finish *)task;
-    struct request *r = f->request;
-    if (f->is_noted) job_store_look_at_removals(f->store);
-    if (request_back(r)) {
-        if (f->error == ERR_MISMATCH)
-            answer_mismatch(r, &f->found);
-        else if (f->error == ERR_QUOTA)
-            request_problem(r, PROBLEM_QUOTA,
-                            "the tenant's assets would have more bytes than they may", NULL);
-        else if (f->error)
-            request_trouble(r, f->error, "the file could not be stored");
-        else
-            answer_stored(r, &f->found, f->existed);
+    if (error == ERR_MISMATCH)
+        answer_mismatch(r, &u->found);
+    else if (error == ERR_QUOTA)
+        request_problem(r, PROBLEM_QUOTA, "the tenant's assets would have more bytes than they may",
+                        NULL);
+    else if (error == ERR_STATE)
+        request_problem(r, PROBLEM_DRAINING, "the server has stopped", NULL);
+    else if (error)
+        request_trouble(r, error, "the file could not be stored");
+    else
+        answer_stored(r, &u->found, u->existed);
+}
+
+static void finish(struct asset_upload *u, int error)
+{
+    object_writer_abort(&u->writer);
+    if (request_back(u->request)) answer(u->request, u, error);
+    free(u);
+}
+
+static void place_run(struct pool_task *task)
+{
+    struct asset_upload *u = (struct asset_upload *)task;
+    u->error = object_writer_place(&u->writer, &u->found, NULL);
+    if (!u->error) objects_release(u->objects, &u->found); /* it is held as well since before */
+}
+
+static void place_done(struct pool_task *task)
+{
+    struct asset_upload *u = (struct asset_upload *)task;
+    objects_release(u->objects, &u->found);
+    if (u->error) job_store_doubt_asset(u->store, &u->found);
+    finish(u, u->error);
+}
+
+static void on_kept(void *ctx, int error, bool existed)
+{
+    struct asset_upload *u = ctx;
+    struct thread_pool *pool = u->request->home->options.pool;
+    u->existed = existed;
+    if (!error && pool) {
+        u->task = (struct pool_task){.run = place_run, .done = place_done};
+        thread_pool_submit(pool, &u->task);
+        return;
     }
-    free(f);
+    objects_release(u->objects, &u->found);
+    finish(u, error ? error : ERR_STATE);
+}
+
+static void seal_run(struct pool_task *task)
+{
+    struct asset_upload *u = (struct asset_upload *)task;
+    u->error = object_writer_seal(u->writer, &u->claim.asset, &u->found);
+}
+
+static void seal_done(struct pool_task *task)
+{
+    struct asset_upload *u = (struct asset_upload *)task;
+    if (u->error) {
+        finish(u, u->error);
+        return;
+    }
+    objects_hold(u->objects, &u->found);
+    job_store_keep_asset(u->store, &u->claim, u->size_bytes, on_kept, u);
+}
+
+static struct asset_claim claim_of(const struct request *r)
+{
+    struct asset_claim claim = {.asset = r->match.sha256, .sees_all = r->asker.sees_all};
+    memcpy(claim.owner, r->asker.owner, sizeof claim.owner);
+    return claim;
 }
 
 void route_asset_put(struct request *r)
 {
-    struct asset_finish *f = calloc(1, sizeof *f);
-    if (!f) {
+    struct asset_upload *u = calloc(1, sizeof *u);
+    if (!u) {
         request_trouble(r, ERR_MEMORY, NULL);
         return;
     }
-    f->task = (struct pool_task){.run = finish_run, .done = finish_done};
-    f->request = r;
-    f->expected = r->match.sha256;
-    f->objects = r->http->options.objects;
-    f->store = r->http->options.store;
-    f->size_bytes = r->file_bytes;
-    f->usage = r->http->options.asset_usage;
-    memcpy(f->owner, r->asker.owner, sizeof f->owner);
-    f->writer = upload_take_writer(r->upload);
+    *u = (struct asset_upload){.task = {.run = seal_run, .done = seal_done},
+                               .request = r,
+                               .writer = upload_take_writer(r->upload),
+                               .objects = r->http->options.objects,
+                               .store = r->http->options.store,
+                               .claim = claim_of(r),
+                               .size_bytes = r->file_bytes};
     request_hold(r);
-    thread_pool_submit(r->http->options.pool, &f->task);
+    thread_pool_submit(r->http->options.pool, &u->task);
 }
 
-void route_asset_head(struct request *r)
+static void on_found(void *ctx, int error)
 {
+    struct request *r = ctx;
     uint64_t size_bytes = 0;
     char etag[ETAG_BYTES];
-    const struct objects *objects = r->http->options.objects;
-    if (!objects_have(objects, &r->match.sha256, &size_bytes) ||
-        !(r->asker.sees_all || asset_owners_have(objects, r->asker.owner, &r->match.sha256))) {
+    if (!request_back(r)) return;
+    if (!error && !objects_have(r->http->options.objects, &r->match.sha256, &size_bytes))
+        error = ERR_NOT_FOUND;
+    if (error == ERR_NOT_FOUND) {
         request_problem(r, PROBLEM_NOT_FOUND, "there is no such asset", NULL);
+        return;
+    }
+    if (error) {
+        request_trouble(r, error, NULL);
         return;
     }
     struct MHD_Response *response = response_of_length(size_bytes);
@@ -147,6 +155,14 @@ void route_asset_head(struct request *r)
         response_header(response, "ETag", etag);
     }
     request_answer(r, 200, response);
+}
+
+void route_asset_head(struct request *r)
+{
+    const struct job_assets assets = {
+        .items = &r->match.sha256, .count = 1, .sees_all = r->asker.sees_all};
+    request_hold(r);
+    job_store_find_assets(r->http->options.store, r->asker.owner, &assets, on_found, r);
 }
 
 /* Which jobs keep it: a few of them, and how many more there are. */
@@ -175,9 +191,6 @@ static void on_given_up(void *ctx, int error, const struct asset_users *users)
     else if (error == ERR_EXISTS)
         request_problem(r, PROBLEM_ASSET_IN_USE,
                         "it is a tenant's, a job's picture, or what became of another asset", NULL);
-    else if (error == ERR_FULL)
-        request_problem(r, PROBLEM_BUSY,
-                        "it, or a file that is kept beside it, is being written just now", NULL);
     else if (error)
         request_trouble(r, error, "the asset could not be removed");
     else
@@ -186,8 +199,7 @@ static void on_given_up(void *ctx, int error, const struct asset_users *users)
 
 void route_asset_delete(struct request *r)
 {
-    struct asset_claim claim = {.asset = r->match.sha256, .sees_all = r->asker.sees_all};
-    memcpy(claim.owner, r->asker.owner, sizeof claim.owner);
+    const struct asset_claim claim = claim_of(r);
     request_hold(r);
     job_store_remove_asset(r->http->options.store, &claim, on_given_up, r);
 }

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/store/asset_owners.h"
-#include "server/store/job_store.h"
-#include "server/store/marks.h"
+#include "server/store/asset_removal.h"
+#include "server/store/asset_tables.h"
+#include "server/store/job_schema.h"
 #include "tests/unit/unit.h"
 
 struct fixture {
@@ -14,6 +14,8 @@ struct fixture {
     uv_timer_t pause;
     struct objects objects;
     struct job_store *store;
+    struct asset_room room;
+    sqlite3 *db; /* beside the store's */
 };
 
 static int setup(void **state)
@@ -25,13 +27,17 @@ static int setup(void **state)
     *state = f;
     if (uv_timer_init(&f->loop, &f->pause)) return -1;
     if (job_store_open(&f->loop, f->dir, false, &f->store)) return -1;
-    job_store_set_assets(f->store, &f->objects, NULL);
-    return 0;
+    job_store_set_assets(f->store, &f->objects, 0);
+    f->room.objects = &f->objects;
+    char path[96];
+    snprintf(path, sizeof path, "%s/jobs.sqlite", f->dir);
+    return job_schema_open(path, false, &f->db);
 }
 
 static int teardown(void **state)
 {
     struct fixture *f = *state;
+    sqlite3_close(f->db);
     job_store_close(&f->store);
     uv_close((uv_handle_t *)&f->pause, NULL);
     uv_run(&f->loop, UV_RUN_DEFAULT);
@@ -61,8 +67,10 @@ static struct digest store(struct fixture *f, const char *text)
 
 static void own(struct fixture *f, const char *owner, const struct digest *d)
 {
+    uint64_t size_bytes = 0;
     bool existed;
-    assert_int_equal(asset_owners_add(&f->objects, owner, d, &existed), 0);
+    (void)objects_have(&f->objects, d, &size_bytes);
+    assert_int_equal(asset_owners_add(f->db, owner, d, size_bytes, &existed), 0);
 }
 
 static struct digest bring(struct fixture *f, const char *owner, const char *text)
@@ -80,7 +88,12 @@ static bool is_there(const struct fixture *f, const struct digest *d)
 
 static bool is_noted(const struct fixture *f, const struct digest *d)
 {
-    return marks_have(&f->objects, "removals", d);
+    return asset_removals_find(f->db, d) == 0;
+}
+
+static bool has(const struct fixture *f, const char *owner, const struct digest *d)
+{
+    return asset_owners_find(f->db, owner, d) == 0;
 }
 
 struct outcome {
@@ -155,13 +168,25 @@ static bool goes(struct fixture *f, const struct digest *d)
     return !is_there(f, d) && !is_noted(f, d);
 }
 
+/* A round over what is noted, here and now. Returns how many passes it took. */
+static size_t pass(struct fixture *f)
+{
+    struct removal_pass pass = {0};
+    size_t count = 0;
+    do {
+        asset_removal_pass(f->db, &f->room, &pass);
+        count++;
+    } while (pass.is_cut);
+    return count;
+}
+
 TEST(what_is_held_goes_when_it_is_not)
 {
     struct fixture *f = *state;
     const struct digest d = store(f, "held");
     own(f, "a", &d);
     assert_int_equal(give_up(f, "a", &d), 0);
-    let_pass(f, 1500);
+    pass(f);
     assert_true(is_there(f, &d) && is_noted(f, &d));
     objects_release(&f->objects, &d);
     assert_true(goes(f, &d));
@@ -180,7 +205,7 @@ TEST(what_anothers_job_names_goes_when_that_has_ended)
     snprintf(text, sizeof text, "{\"scene\":{\"asset\":\"%s\"}}", hex);
     job_store_insert(f->store, &row, NULL, NULL, on_inserted, &inserted);
     assert_int_equal(give_up(f, "b", &d), 0);
-    let_pass(f, 1500);
+    pass(f);
     assert_int_equal(inserted, 0);
     assert_true(is_there(f, &d) && is_noted(f, &d));
     job_store_update(f->store, row.id, "finished", NULL, NULL, on_done, &ended);
@@ -188,46 +213,63 @@ TEST(what_anothers_job_names_goes_when_that_has_ended)
     assert_int_equal(ended, 0);
 }
 
-/* More than one pass has time for, and some of them have to wait. */
+/* More than one pass takes, and some of them have to wait. */
 TEST(a_round_comes_to_all)
 {
-    enum { COUNT = 300 };
+    enum { COUNT = 3 * REMOVAL_PASS_FILES + 1, APART = REMOVAL_PASS_FILES };
     struct fixture *f = *state;
-    static struct digest all[COUNT];
-    bool existed;
+    struct digest all[COUNT];
+    size_t left = 0, kept = 0;
+    char text[32];
+    assert_int_equal(asset_tables_begin(f->db), 0);
+    for (int i = 0; i < COUNT; i++) {
+        snprintf(text, sizeof text, "one of many: %d", i);
+        all[i] = store(f, text);
+        if (i % APART != 0) objects_release(&f->objects, &all[i]);
+        assert_int_equal(asset_removals_add(f->db, &all[i]), 0);
+    }
+    assert_int_equal(asset_tables_end(f->db, 0), 0);
+    assert_int_equal(pass(f), 4);
+    for (int i = 0; i < COUNT; i++) {
+        const bool waits = objects_is_held(&f->objects, &all[i]); /* or is beside one that is */
+        kept += waits;
+        assert_true(is_there(f, &all[i]) == waits && is_noted(f, &all[i]) == waits);
+    }
+    assert_int_equal(asset_removals_count(f->db, &left), 0);
+    assert_true(left == kept && kept >= 4 && kept < COUNT);
+    for (int k = 0; k < COUNT; k += APART) objects_release(&f->objects, &all[k]);
+    (void)pass(f);
+    for (int i = 0; i < COUNT; i++) assert_false(is_there(f, &all[i]) || is_noted(f, &all[i]));
+}
+
+/* The same by the timer, of as many as one pass takes and one more. */
+TEST(the_store_looks_at_all_in_time)
+{
+    enum { COUNT = REMOVAL_PASS_FILES + 1 };
+    struct fixture *f = *state;
+    struct digest all[COUNT];
     char text[32];
     for (int i = 0; i < COUNT; i++) {
         snprintf(text, sizeof text, "one of many: %d", i);
         all[i] = store(f, text);
-        if (i % 100 != 0) objects_release(&f->objects, &all[i]);
-        assert_int_equal(marks_add(&f->objects, "removals", &all[i], &existed), 0);
-    }
-    job_store_look_at_removals(f->store);
-    for (int i = 0; i < COUNT; i++) {
-        bool is_beside = false;
-        for (int k = 0; k < COUNT; k += 100) is_beside |= all[i].bytes[0] == all[k].bytes[0];
-        if (!is_beside) assert_true(goes(f, &all[i]));
-    }
-    for (int k = 0; k < COUNT; k += 100) {
-        assert_true(is_there(f, &all[k]) && is_noted(f, &all[k]));
-        objects_release(&f->objects, &all[k]);
+        objects_release(&f->objects, &all[i]);
+        job_store_doubt_asset(f->store, &all[i]);
     }
     for (int i = 0; i < COUNT; i++) assert_true(goes(f, &all[i]));
 }
 
-/* An upload that fails leaves a note before its mark goes, and holds the file until then. */
-TEST(a_note_of_who_holds_it_stays)
+/* An upload that is under way relies on its note. */
+TEST(a_note_of_what_is_held_stays)
 {
     struct fixture *f = *state;
     const struct digest d = store(f, "uploaded");
-    bool existed;
     own(f, "a", &d);
-    assert_int_equal(marks_add(&f->objects, "removals", &d, &existed), 0);
+    assert_int_equal(asset_removals_add(f->db, &d), 0);
     job_store_resume_removals(f->store);
     assert_true(is_noted(f, &d));
-    assert_int_equal(asset_owners_remove(&f->objects, "a", &d), 0);
     objects_release(&f->objects, &d);
-    assert_true(goes(f, &d));
+    (void)pass(f);
+    assert_true(is_there(f, &d) && !is_noted(f, &d));
 }
 
 TEST(what_is_held_goes_with_the_next_start)
@@ -236,7 +278,7 @@ TEST(what_is_held_goes_with_the_next_start)
     const struct digest d = store(f, "held");
     own(f, "a", &d);
     assert_int_equal(give_up(f, "a", &d), 0);
-    assert_false(asset_owners_have(&f->objects, "a", &d));
+    assert_false(has(f, "a", &d));
     assert_true(is_there(f, &d) && is_noted(f, &d));
     objects_release(&f->objects, &d);
     job_store_resume_removals(f->store);
@@ -251,10 +293,10 @@ TEST(the_last_owner_takes_it_along)
     assert_int_equal(give_up(f, "c", &d), ERR_NOT_FOUND);
     assert_int_equal(give_up(f, "a", &d), 0);
     assert_int_equal(give_up(f, "a", &d), ERR_NOT_FOUND);
-    assert_true(is_there(f, &d) && asset_owners_have(&f->objects, "b", &d));
+    assert_true(is_there(f, &d) && has(f, "b", &d));
     assert_false(is_noted(f, &d));
     assert_int_equal(give_up(f, "b", &d), 0);
-    assert_false(is_there(f, &d) || asset_owners_any(&f->objects, &d));
+    assert_false(is_there(f, &d) || has(f, "b", &d));
 }
 
 /* Both at once, in either order: one of them is refused. */
@@ -359,8 +401,8 @@ TEST(a_held_blob_goes_after_its_asset)
     assert_true(goes(f, &blob));
 }
 
-/* The file went, and the machine died before the record forgot what it was imported to. */
-TEST(a_start_finds_blobs_without_their_asset)
+/* The file went, and the process died before that was on record. */
+TEST(a_start_finds_owners_without_their_asset)
 {
     struct fixture *f = *state;
     char path[OBJECTS_PATH_BYTES];
@@ -371,7 +413,60 @@ TEST(a_start_finds_blobs_without_their_asset)
     objects_path(&f->objects, &asset, path);
     assert_int_equal(remove(path), 0);
     job_store_resume_removals(f->store);
-    assert_false(is_there(f, &blob));
+    assert_false(is_there(f, &blob) || has(f, "a", &asset));
+    assert_false(is_noted(f, &asset) || is_noted(f, &blob));
+}
+
+/* The same after the note: what is left are the file or its imports. */
+TEST(a_start_goes_on_with_what_is_noted)
+{
+    struct fixture *f = *state;
+    const struct digest asset = bring(f, "a", "scene"), blob = store(f, "blob");
+    remember(f, "import", &blob, &asset, 1);
+    assert_int_equal(asset_owners_drop(f->db, "a", &asset), 0);
+    assert_int_equal(asset_removals_add(f->db, &asset), 0);
+    job_store_resume_removals(f->store);
+    assert_false(is_there(f, &asset) || is_there(f, &blob));
+    assert_false(is_noted(f, &asset) || is_noted(f, &blob));
+}
+
+static int set_most_pages(struct fixture *f, int count)
+{
+    char text[64];
+    snprintf(text, sizeof text, "PRAGMA max_page_count = %d", count);
+    return sqlite3_exec(f->db, text, NULL, NULL, NULL);
+}
+
+/* Notes fill their page, and there is no other one. */
+static void fill_database(struct fixture *f)
+{
+    struct digest d;
+    int error = set_most_pages(f, 1); /* none beyond those that there are */
+    for (int i = 0; i < 1000 && !error; i++) {
+        digest_of(&i, sizeof i, &d);
+        error = asset_removals_add(f->db, &d);
+    }
+    assert_int_equal(error, ERR_NO_SPACE);
+}
+
+TEST(a_full_disk_keeps_no_file_that_need_not_wait)
+{
+    struct fixture *f = *state;
+    struct asset_users users;
+    const struct digest d = bring(f, "a", "large"), held = store(f, "held");
+    const struct asset_claim claim = {.asset = d, .owner = "a"},
+                             waits = {.asset = held, .owner = "a"};
+    own(f, "a", &held);
+    fill_database(f);
+    assert_int_equal(asset_removal_run(f->db, &f->room, &waits, &users), ERR_NO_SPACE);
+    assert_true(is_there(f, &held) && asset_room_find(f->db, &f->room, &waits) == 0);
+    assert_int_equal(asset_removal_run(f->db, &f->room, &claim, &users), ERR_NO_SPACE);
+    assert_false(is_there(f, &d));
+    assert_int_equal(asset_room_find(f->db, &f->room, &claim), ERR_NOT_FOUND);
+    assert_int_equal(set_most_pages(f, 1000000), SQLITE_OK);
+    assert_int_equal(asset_removal_run(f->db, &f->room, &claim, &users), 0);
+    assert_false(has(f, "a", &d) || is_noted(f, &d));
+    objects_release(&f->objects, &held);
 }
 
 TEST(a_picture_is_kept)
@@ -387,7 +482,7 @@ TEST(a_picture_is_kept)
     assert_int_equal(inserted, 0);
     assert_int_equal(recorded, 0);
     assert_int_equal(give_up(f, "a", &picture), 0);
-    assert_false(asset_owners_any(&f->objects, &picture));
+    assert_false(has(f, "a", &picture));
     assert_true(is_there(f, &picture));
     job_store_resume_removals(f->store);
     assert_true(is_there(f, &picture));

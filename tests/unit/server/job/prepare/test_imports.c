@@ -128,7 +128,7 @@ static void expect_blob(const struct bench *b, const struct answer *answer)
 static void expect_no_hold(const struct bench *b)
 {
     for (unsigned i = 0; i < OBJECT_STRIPES; i++)
-        assert_false(object_holds_any(b->objects.holds, &(struct digest){{(uint8_t)i}}));
+        assert_false(objects_is_held(&b->objects, &(struct digest){{(uint8_t)i}}));
 }
 
 TEST(one_run_is_for_all_who_ask)
