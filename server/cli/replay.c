@@ -10,7 +10,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "proto/plan.h"
 #include "server/cli/cli.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
@@ -19,8 +18,7 @@
 
 struct replay_options {
     struct job_changes changes;
-    long frame, pass, side;
-    const char *field;
+    long frame;
     bool json;
 };
 
@@ -43,13 +41,6 @@ static int parse(int argc, char **argv, struct replay_options *o)
     const struct option_line lines[] = {
         {"frame", 'f', OPTION_NUMBER, "N", "the frame (default: the job's first)", 0, INT32_MAX,
          &o->frame},
-        {"field", 0, OPTION_TEXT, "FIELD",
-         "sample of a light field of pixel centres: light:N, light:NAME, indirect or glossy", 0, 0,
-         &o->field},
-        {"pass", 0, OPTION_NUMBER, "N", "a later pass of the field's rays", 1, LIMIT_PASSES - 1,
-         &o->pass},
-        {"side", 0, OPTION_NUMBER, "L", "the pixel's L x L rays in that pass", 1, PLAN_SIDE_MOST,
-         &o->side},
         {"json", 'j', OPTION_FLAG, NULL, "print JSON", 0, 0, &o->json},
         JOB_CHANGES_OPTIONS(&o->changes),
     };
@@ -57,8 +48,7 @@ static int parse(int argc, char **argv, struct replay_options *o)
         .usage = "shearwater replay JOB.json X,Y SAMPLE [options]",
         .summary =
             "Traces one sample of a job again and prints every step: path number SAMPLE, from "
-            "0, of the pixel in column X and row Y, from the top left. With --field it is a "
-            "stratum of a light, a bounce ray or a ray of a glossy lobe.",
+            "0, of the pixel in column X and row Y, from the top left.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 3,
@@ -98,27 +88,13 @@ static int save_plan(const char *path, const struct replay_options *o, struct re
     return error;
 }
 
-#define ARGUMENTS_MOST 18
-
-/* As text, where it was said: the worker reads it again. */
-static char *digits(long number, char out[24])
-{
-    snprintf(out, 24, "%ld", number);
-    return out;
-}
-
 /* The worker says by itself what is wrong. */
 static int run_worker(struct replayed *r, char **arguments, const struct replay_options *o,
                       int *status, struct fault *fault)
 {
-    char pass[24], side[24];
-    char *argv[ARGUMENTS_MOST] = {r->worker, "--replay", r->plan,   arguments[0],      arguments[1],
-                                  "--blobs", r->blobs,   "--cache", r->server.data_dir};
-    int n = 9;
-    if (o->field) argv[n++] = "--field", argv[n++] = (char *)(uintptr_t)o->field;
-    if (o->pass > 0) argv[n++] = "--pass", argv[n++] = digits(o->pass, pass);
-    if (o->side > 0) argv[n++] = "--side", argv[n++] = digits(o->side, side);
-    if (o->json) argv[n++] = "--json";
+    char *argv[] = {r->worker, "--replay", r->plan,   arguments[0],       arguments[1],
+                    "--blobs", r->blobs,   "--cache", r->server.data_dir, o->json ? "--json" : NULL,
+                    NULL};
     const pid_t pid = fork();
     int ended;
     if (pid == 0) {

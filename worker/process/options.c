@@ -17,8 +17,7 @@
 
 static const char *const usages[] = {
     "shearwater-worker --connect unix:PATH|HOST:PORT [options]",
-    "shearwater-worker --replay PLAN X,Y SAMPLE [--field FIELD] [--json] [--blobs DIR] "
-    "[--cache DIR]",
+    "shearwater-worker --replay PLAN X,Y SAMPLE [--json] [--blobs DIR] [--cache DIR]",
 };
 static const char summary[] = "Traces tiles for a Shearwater coordinator until it is told to stop. "
                               "With --replay it traces one "
@@ -80,12 +79,6 @@ static const struct option_row rows[] = {
     ROW("--replay", "PLAN", OPTION_TEXT, replay, 0,
         "print every step of one sample of a plan: path number SAMPLE, from 0, of the pixel X,Y. "
         "Scene and environment are looked for in --blobs and --cache"),
-    ROW("--field", "FIELD", OPTION_TEXT, field, 0,
-        "print a sample of a light field of pixel centres instead: light:N or light:NAME (a "
-        "stratum "
-        "of that light), indirect (a bounce ray), glossy (a ray of the glossy lobe)"),
-    ROW("--pass", "N", OPTION_COUNT, pass, LIMIT_PASSES - 1, "a later pass of the field's rays"),
-    ROW("--side", "L", OPTION_COUNT, side, PLAN_SIDE_MOST, "the pixel's L x L rays in that pass"),
     ROW("--json", NULL, OPTION_FLAG, json, 0, "print JSON"),
     ROW("--help", NULL, OPTION_FLAG, help, 0, "print this text"),
     ROW("--version", NULL, OPTION_FLAG, version, 0, "print the build"),
@@ -195,10 +188,6 @@ static int check_arguments(const struct options *o, struct fault *fault)
         return fault_set(fault, ERR_UNKNOWN_MEMBER, o->arguments[0],
                          "there is no such option; --help lists them");
     if (o->json && !o->replay) return fault_set(fault, ERR_MISSING, "--json", "needs --replay");
-    if (o->field && !o->replay) return fault_set(fault, ERR_MISSING, "--field", "needs --replay");
-    if ((o->pass || o->side) && !o->field)
-        return fault_set(fault, ERR_MISSING, o->pass ? "--pass" : "--side",
-                         "needs --field: paths of all passes have consecutive numbers");
     if (!o->replay || o->argument_count == 2) return 0;
     return fault_set(fault, ERR_MISSING, "--replay",
                      "a pixel X,Y and a sample's number must follow");

@@ -26,9 +26,6 @@ struct options {
     const char *replay;       /* a plan's file: print a sample of it instead of all that */
     const char *arguments[2]; /* then the pixel, "X,Y", and the sample's number */
     uint32_t argument_count;
-    const char *field; /* of a light field of pixel centres (field_choice.h); NULL: of paths */
-    uint32_t pass;     /* that has it; 0: the first */
-    uint32_t side;     /* rays that the pixel got in a later pass: side * side; 0: not said */
     bool json;
     bool help, version, dump;
     uint32_t loading_ms; /* not given on the command line; 0: SESSION_LOADING_MS */

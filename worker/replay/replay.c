@@ -20,7 +20,6 @@ struct loaded {
     struct environment_blob map;
     struct environment *environment;
     struct path_record *record;
-    struct field_held held;
 };
 
 static void unload(struct loaded *l)
@@ -102,20 +101,6 @@ static int read_arguments(const struct options *o, struct replay_sheet *sheet, s
     return 0;
 }
 
-static int trace(const struct options *o, struct loaded *l, struct replay_sheet *sheet,
-                 struct fault *fault)
-{
-    struct field_choice choice = {.pass = o->pass, .side = o->side};
-    if (!o->field)
-        return sample_replay(l->scene, l->environment, &l->plan, sheet->x, sheet->y, sheet->sample,
-                             l->record, fault);
-    const int e = field_choice_read(o->field, &l->plan, &l->blob, &choice, fault);
-    sheet->held = &l->held;
-    return e ? e
-             : field_replay(l->scene, l->environment, &l->plan, &choice, sheet->x, sheet->y,
-                            sheet->sample, l->record, &l->held, fault);
-}
-
 int replay_print(const struct options *options, FILE *out, struct fault *fault)
 {
     struct replay_sheet sheet = {0};
@@ -128,7 +113,9 @@ int replay_print(const struct options *options, FILE *out, struct fault *fault)
     int e = read_arguments(options, &sheet, fault);
     if (!e) e = load_plan(options->replay, &l->plan, fault);
     if (!e) e = load_blobs(options, l, fault);
-    if (!e) e = trace(options, l, &sheet, fault);
+    if (!e)
+        e = sample_replay(l->scene, l->environment, &l->plan, sheet.x, sheet.y, sheet.sample,
+                          l->record, fault);
     if (!e) {
         sheet.plan = &l->plan;
         sheet.scene = &l->blob;
@@ -148,9 +135,7 @@ int replay_print(const struct options *options, FILE *out, struct fault *fault)
 
 const char *replay_kind(const struct path_record *record)
 {
-    static const char *const kinds[] = {
-        "path",          "lens sample", "lens sample of a second set",
-        "light stratum", "bounce ray",  "glossy ray"};
+    static const char *const kinds[] = {"path", "lens sample", "lens sample of a second set"};
     return kinds[record->kind];
 }
 
@@ -177,21 +162,6 @@ const char *replay_skip(const struct path_record_light *light)
     return light->skip ? reasons[light->skip] : "nothing of it would be sent on";
 }
 
-const char *replay_untraced(const struct path_record *record)
-{
-    const struct path_record_field *f = &record->field;
-    const struct path_record_vertex *v = &record->vertices[0];
-    const bool light = record->kind == PATH_RECORD_LIGHT;
-    if (!v->hit) return "the pixel's centre shows no surface";
-    if (light && f->hidden) return "the light is out of sight of all of the pixel's block";
-    if (!f->drawn && record->kind == PATH_RECORD_GLOSSY)
-        return "the surface has no glossy lobe that is wide enough";
-    if (!f->drawn) return "the surface reflects nothing diffusely";
-    if (light) return replay_skip(&v->light);
-    if (!f->aimed) return "the lobe reflects nothing along that facet";
-    return f->below ? "below the geometric normal's horizon" : "";
-}
-
 const char *replay_end(const struct replay_sheet *sheet)
 {
     const struct path_record *r = sheet->record;
@@ -200,8 +170,7 @@ const char *replay_end(const struct replay_sheet *sheet)
     if (!v->hit) return "nothing is hit";
     if (!v->active) return "the surface sends nothing on";
     if (v->left || s->left_out) return "light fields bring all that would come";
-    if (r->count - 1 + r->field.mirrored > sheet->plan->bounces)
-        return "that many bounces are asked for";
+    if (r->count - 1 > sheet->plan->bounces) return "that many bounces are asked for";
     if (!s->tried && v->last) return "its light sample stands for all direct light";
     if (!s->tried) return "nothing shines that a last ray could meet";
     if (!s->on) return "absorbed, or scattered to the wrong side of the surface";
@@ -217,6 +186,26 @@ struct replay_names replay_names(const struct scene *scene, uint32_t instance)
     const uint32_t material = scene->materials[mesh->material].name;
     return (struct replay_names){scene_name(scene, placed->name), scene_name(scene, mesh->name),
                                  scene_name(scene, material)};
+}
+
+static bool is_same(const float a[3], const float b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+const char *replay_light_name(const struct plan *plan, const struct scene *scene, uint32_t light)
+{
+    const struct plan_light *p = &plan->lights[light];
+    for (uint64_t i = 0; i < scene->count[SCENE_LIGHTS]; i++) {
+        const struct scene_light *s = &scene->lights[i];
+        /* The plan turns a rectangle's direction into its normal, and leaves the rest alone. */
+        const bool turned = p->type == LIGHT_RECTANGLE;
+        if (s->type == p->type && is_same(s->position, p->position) &&
+            is_same(s->half_u, p->half_u) && is_same(s->half_v, p->half_v) &&
+            is_same(s->color, p->color) && (turned || is_same(s->direction, p->direction)))
+            return scene_name(scene, s->name);
+    }
+    return "";
 }
 
 const char *replay_light(const struct plan *plan, uint32_t light)

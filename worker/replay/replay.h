@@ -4,7 +4,6 @@
 
 #include "proto/plan.h"
 #include "worker/process/options.h"
-#include "worker/replay/field_replay.h"
 #include "worker/scene/render_scene.h"
 #include "worker/trace/path/path_record.h"
 
@@ -16,7 +15,6 @@ struct replay_sheet {
     int32_t x, y;
     uint32_t sample;
     const struct path_record *record;
-    const struct field_held *held; /* NULL: of no field of pixel centres */
 };
 
 /* Reads the plan and its blobs, traces options->arguments, prints to `out`. *fault names what is
@@ -37,12 +35,12 @@ const char *replay_model(const struct path_record_vertex *v);
 const char *replay_skip(const struct path_record_light *light);
 /* Why the path ended at its last vertex. */
 const char *replay_end(const struct replay_sheet *sheet);
-/* Why a field's sample was not traced; "" for one that was. */
-const char *replay_untraced(const struct path_record *record);
 /* Names of an instance (index + 1), of its mesh and of its material; "" for none. */
 struct replay_names {
     const char *instance, *mesh, *material;
 };
 struct replay_names replay_names(const struct scene *scene, uint32_t instance);
+/* What the scene calls a light of the plan; "" for those of the job. */
+const char *replay_light_name(const struct plan *plan, const struct scene *scene, uint32_t light);
 /* "rectangle", ...; "surface" and "environment" for what has no number. */
 const char *replay_light(const struct plan *plan, uint32_t light);

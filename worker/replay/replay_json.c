@@ -34,7 +34,7 @@ static json_t *instance(const struct replay_sheet *s, uint32_t id)
 
 static json_t *light(const struct replay_sheet *s, uint32_t k)
 {
-    const char *name = k < LIMIT_LIGHTS ? field_choice_name(s->plan, s->scene, k) : "";
+    const char *name = k < LIMIT_LIGHTS ? replay_light_name(s->plan, s->scene, k) : "";
     return json_pack("{s:s, s:o, s:o}", "type", replay_light(s->plan, k), "index",
                      k < LIMIT_LIGHTS ? json_integer(k) : json_null(), "name", text_or_null(name));
 }
@@ -122,126 +122,35 @@ static json_t *vertices(const struct replay_sheet *s)
     for (uint32_t k = 0; k < s->record->count; k++) {
         const struct path_record_vertex *v = &s->record->vertices[k];
         json_array_append_new(
-            all,
-            json_pack("{s:{s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o}", "ray", "origin",
-                      vector(v->origin), "direction", vector(v->direction), "density",
-                      number(v->pdf), "throughput", vector(v->throughput), "hits", surface(s, v),
-                      "meets", mets(s, v), "left_to_light_fields",
-                      v->left      ? json_string("all")
-                      : v->is_kept ? vector(v->kept)
-                                   : json_null(),
-                      "light_sample", s->held && k == 0 ? json_null() : light_sample(s, &v->light),
-                      "scatters", scatter(&v->scatter)));
+            all, json_pack("{s:{s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o}", "ray", "origin",
+                           vector(v->origin), "direction", vector(v->direction), "density",
+                           number(v->pdf), "throughput", vector(v->throughput), "hits",
+                           surface(s, v), "meets", mets(s, v), "left_to_light_fields",
+                           v->left      ? json_string("all")
+                           : v->is_kept ? vector(v->kept)
+                                        : json_null(),
+                           "light_sample", light_sample(s, &v->light), "scatters",
+                           scatter(&v->scatter)));
     }
     return all;
-}
-
-/* ---- light fields of pixel centres ---- */
-
-static json_t *pair(const float v[2])
-{
-    return json_pack("[o, o]", number(v[0]), number(v[1]));
-}
-
-static void set_shadow_ray(const struct replay_sheet *s, json_t *out)
-{
-    const struct path_record_field *f = &s->record->field;
-    const struct path_record_light *l = &s->record->vertices[0].light;
-    if (!l->traced) return;
-    json_object_update_new(out, json_pack("{s:o, s:o, s:o, s:b}", "origin", vector(l->origin),
-                                          "direction", vector(l->direction), "distance",
-                                          number(l->distance), "visible", (int)!l->blocked));
-    if (!l->blocked) return;
-    json_object_set_new(out, "blocked_by", instance(s, l->blocker));
-    json_object_set_new(out, "blocked_at", number(l->blocked_at));
-    if (f->blocked) json_object_set_new(out, "slope", number(f->slope));
-}
-
-static json_t *stratum(const struct replay_sheet *s)
-{
-    const struct path_record_field *f = &s->record->field;
-    const uint32_t planes = s->held->planes;
-    json_t *out = json_pack(
-        "{s:o, s:o, s:o, s:o, s:b, s:o, s:o, s:o}", "light", light(s, f->light), "point",
-        f->drawn && f->has_point ? vector(f->point) : json_null(), "irradiance",
-        number(f->irradiance), "adds", number(f->arrives), "counts_as_seen", (int)f->seen, "color",
-        vector(s->plan->lights[f->light].color), "pixel_irradiance",
-        planes >> LIGHT_PLANE_IRRADIANCE & 1 ? number(s->held->irradiance) : json_null(),
-        "pixel_slopes", planes >> LIGHT_PLANE_SLOPES & 1 ? pair(s->held->slope) : json_null());
-    set_shadow_ray(s, out);
-    return out;
-}
-
-static json_t *ray(const struct replay_sheet *s)
-{
-    const struct path_record *r = s->record;
-    const struct path_record_field *f = &r->field;
-    const bool glossy = r->kind == PATH_RECORD_GLOSSY;
-    const struct field_held *h = s->held;
-    json_t *out =
-        json_pack("{s:o, s:o, s:o, s:o, s:b, s:b, s:o, s:o}", "direction",
-                  f->aimed ? vector(f->direction) : json_null(), "density",
-                  f->density > 0.0f ? number(f->density) : json_null(), "weight",
-                  glossy         ? f->aimed ? vector(f->weight) : json_null()
-                          : r->count > 1 ? vector(f->weight)
-                                 : json_null(),
-                  "distance", f->distance > 0.0f ? number(f->distance) : json_null(), "met",
-                  (int)(f->distance > 0.0f && f->distance < INFINITY), "of_second_half",
-                  (int)f->half, "pixel_mean", h->mean_count > 0 ? vector(h->mean) : json_null(),
-                  "plane", h->has_slot ? vector(h->slot) : json_null());
-    if (!glossy) return out;
-    json_object_set_new(out, "reflectance", vector(f->reflectance));
-    json_object_set_new(out, "whole_weight", f->aimed ? number(f->whole) : json_null());
-    json_object_set_new(out, "pixel_weight", number(h->mean[3]));
-    return out;
-}
-
-static json_t *field(const struct replay_sheet *s)
-{
-    const struct path_record *r = s->record;
-    const struct path_record_field *f = &r->field;
-    if (!s->held) return json_null();
-    const bool strata = f->drawn && r->kind != PATH_RECORD_GLOSSY;
-    json_t *out = json_pack("{s:I, s:I, s:o, s:o, s:o, s:I, s:o}", "pass", (json_int_t)f->pass,
-                            "side", (json_int_t)f->side, "stratum",
-                            strata ? json_pack("[I, I]", (json_int_t)(f->sample % f->side),
-                                               (json_int_t)(f->sample / f->side))
-                                   : json_null(),
-                            "jitter", strata ? pair(f->jitter) : json_null(), "at",
-                            f->drawn ? pair(f->u) : json_null(), "mirrors", (json_int_t)f->mirrored,
-                            "not_traced_for", text_or_null(replay_untraced(r)));
-    json_object_update_new(out, r->kind == PATH_RECORD_LIGHT ? stratum(s) : ray(s));
-    return out;
-}
-
-/* What paths bring; strata of lights know irradiance alone. */
-static json_t *light_of(const struct path_record *r, const float v[3])
-{
-    return r->kind == PATH_RECORD_LIGHT ? json_null() : vector(v);
-}
-
-/* A field's ray that was not traced never began. */
-static const char *end_of(const struct replay_sheet *s)
-{
-    return s->held && s->record->count < 2 ? "" : replay_end(s);
 }
 
 int replay_print_json(const struct replay_sheet *s, FILE *out)
 {
     const struct path_record *r = s->record;
     const struct plan *p = s->plan;
-    const bool lens = p->camera.aperture_radius > 0.0f && !s->held;
+    const bool lens = p->camera.aperture_radius > 0.0f;
     json_t *all = json_pack(
         "{s:[i, i], s:s, s:I, s:[I, I], s:I, s:I, s:s, s:[o, o], s:o}", "pixel", s->x, s->y, "kind",
         replay_kind(r), "sample", (json_int_t)s->sample, "samples", (json_int_t)r->first,
         (json_int_t)r->last, "frame", (json_int_t)p->pattern.frame, "seed",
         (json_int_t)p->pattern.seed, "kernels", s->isa, "image_point", number(r->pixel[0]),
         number(r->pixel[1]), "lens_point", lens ? vector(r->vertices[0].origin) : json_null());
-    json_t *rest = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:b}", "field", field(s),
-                             "path", vertices(s), "ends", text_or_null(end_of(s)), "emission",
-                             light_of(r, r->emission), "direct", light_of(r, r->direct), "indirect",
-                             light_of(r, r->indirect), "radiance", light_of(r, r->radiance),
-                             "stored", light_of(r, r->stored), "rejected", (int)r->rejected);
+    json_t *rest =
+        json_pack("{s:o, s:s, s:o, s:o, s:o, s:o, s:o, s:b}", "path", vertices(s), "ends",
+                  replay_end(s), "emission", vector(r->emission), "direct", vector(r->direct),
+                  "indirect", vector(r->indirect), "radiance", vector(r->radiance), "stored",
+                  vector(r->stored), "rejected", (int)r->rejected);
     if (all && rest) json_object_update(all, rest);
     if (!rest) json_decref(all), all = NULL;
     json_decref(rest);

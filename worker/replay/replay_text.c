@@ -35,7 +35,7 @@ static void light(FILE *out, const struct replay_sheet *s, uint32_t k)
 {
     if (k < LIMIT_LIGHTS) {
         fprintf(out, "light %u", k);
-        name(out, " ", field_choice_name(s->plan, s->scene, k));
+        name(out, " ", replay_light_name(s->plan, s->scene, k));
         fputs(", a ", out);
     }
     fputs(replay_light(s->plan, k), out);
@@ -50,9 +50,9 @@ static void head(FILE *out, const struct replay_sheet *s)
             s->y, p->width_px, p->height_px, replay_kind(r), s->sample, r->first, r->last,
             p->pattern.frame, (unsigned long long)p->pattern.seed, s->isa);
     fprintf(out, "through image point %.9g, %.9g", (double)r->pixel[0], (double)r->pixel[1]);
-    if (c->aperture_radius > 0.0f && !s->held) vector(out, ", lens point ", r->vertices[0].origin);
+    if (c->aperture_radius > 0.0f) vector(out, ", lens point ", r->vertices[0].origin);
     fputc('\n', out);
-    if (p->paths.without_diffuse_indirect && !s->held)
+    if (p->paths.without_diffuse_indirect)
         fprintf(out,
                 "light fields bring indirect light of the first surface's diffuse%s lobe: it is "
                 "left out here\n",
@@ -153,137 +153,14 @@ static void vertex(FILE *out, const struct replay_sheet *s, uint32_t k)
         vector(out, "    what light fields bring is left out: throughput ", v->kept);
         fputc('\n', out);
     }
-    if (v->light.tried && !(s->held && k == 0)) light_sample(out, s, &v->light);
+    if (v->light.tried) light_sample(out, s, &v->light);
     if (v->scatter.tried && v->scatter.on) scatter(out, &v->scatter);
-}
-
-/* ---- light fields of pixel centres ---- */
-
-static void numbers(FILE *out, const struct path_record *r)
-{
-    const struct path_record_field *f = &r->field;
-    fprintf(out, "%s %u", replay_kind(r), f->sample);
-    if (f->pass > 0) fprintf(out, " of pass %u", f->pass);
-    if (f->drawn && r->kind != PATH_RECORD_GLOSSY)
-        fprintf(out, ": stratum column %u, row %u of %u x %u, jitter (%.9g, %.9g)",
-                f->sample % f->side, f->sample / f->side, f->side, f->side, (double)f->jitter[0],
-                (double)f->jitter[1]);
-    if (f->drawn) fprintf(out, ", at (%.9g, %.9g)", (double)f->u[0], (double)f->u[1]);
-    fputc('\n', out);
-}
-
-static void shadow_ray(FILE *out, const struct replay_sheet *s)
-{
-    const struct path_record_field *f = &s->record->field;
-    const struct path_record_light *l = &s->record->vertices[0].light;
-    if (!l->traced) {
-        fprintf(out, "    no ray: %s\n", replay_untraced(s->record));
-        return;
-    }
-    vector(out, "    towards ", l->direction);
-    fprintf(out, ", distance %.9g: %s", (double)l->distance,
-            l->blocked ? "blocked by " : "visible");
-    if (l->blocked) instance(out, s, l->blocker);
-    if (l->blocked) fprintf(out, " at %.9g", (double)l->blocked_at);
-    if (f->blocked) fprintf(out, ", slope %.9g", (double)f->slope);
-    fputc('\n', out);
-}
-
-static void stratum(FILE *out, const struct replay_sheet *s)
-{
-    const struct path_record_field *f = &s->record->field;
-    const uint32_t planes = s->held->planes;
-    fputs("    of ", out);
-    light(out, s, f->light);
-    if (f->drawn && f->has_point) vector(out, ", point ", f->point);
-    fputc('\n', out);
-    shadow_ray(out, s);
-    fprintf(out, "brings E %.9g of %.9g, one of %u; counts as %s\n", (double)f->arrives,
-            (double)f->irradiance, s->record->last + 1, f->seen ? "seen" : "hidden");
-    if (planes >> LIGHT_PLANE_IRRADIANCE & 1)
-        fprintf(out, "the pixel's E, their mean: %.9g", (double)s->held->irradiance);
-    else
-        fputs("a filter makes the pixel's E of what is seen", out);
-    vector(out, "; irradiance is E times ", s->plan->lights[f->light].color);
-    if (planes >> LIGHT_PLANE_SLOPES & 1)
-        fprintf(out, "; slopes %.9g to %.9g", (double)s->held->slope[0], (double)s->held->slope[1]);
-    fputc('\n', out);
-}
-
-/* How the ray leaves the pixel's surface. */
-static void ray(FILE *out, const struct path_record *r)
-{
-    const struct path_record_field *f = &r->field;
-    if (f->aimed) vector(out, "    towards ", f->direction);
-    if (f->density > 0.0f) fprintf(out, ", density %.9g", (double)f->density);
-    if (r->count > 1) vector(out, ", weight ", f->weight);
-    if (r->kind == PATH_RECORD_GLOSSY && f->aimed) {
-        vector(out, " over reflectance ", f->reflectance);
-        fprintf(out, ", %.9g in all", (double)f->whole);
-    }
-    if (replay_untraced(r)[0])
-        fprintf(out, "%s no ray: %s\n", f->aimed ? ";" : "   ", replay_untraced(r));
-    else
-        fputc('\n', out);
-}
-
-static void ray_brings(FILE *out, const struct replay_sheet *s)
-{
-    const struct path_record *r = s->record;
-    const struct path_record_field *f = &r->field;
-    const bool glossy = r->kind == PATH_RECORD_GLOSSY;
-    if (!f->drawn) {
-        fputs("brings nothing\n", out);
-        return;
-    }
-    vector(out, "brings ", r->stored);
-    if (r->rejected) fputs(" (rejected: it is not finite, and counts as nothing)", out);
-    fprintf(out, ", one of %u, ", r->last + 1);
-    if (f->distance > 0.0f && f->distance < INFINITY)
-        fprintf(out, "distance %.9g", (double)f->distance);
-    else
-        fputs(f->distance > 0.0f ? "meets nothing" : "counts as blocked", out);
-    if (glossy)
-        fprintf(out, "; %s of the pixel's half", f->half ? "one" : "none");
-    else
-        fprintf(out, "; of the %s half", f->half ? "odd" : "even");
-    if (s->held->has_slot) vector(out, "\nthe plane holds ", s->held->slot);
-    const char *const all =
-        f->pass > 0 ? "\nthe pixel's mean of that pass: " : "\nthe pixel's mean of all: ";
-    if (s->held->mean_count > 0)
-        vector(out, s->held->is_half ? "\nthe half's mean: " : all, s->held->mean);
-    if (s->held->mean_count > 3) fprintf(out, ", of weights %.9g", (double)s->held->mean[3]);
-    fputs(glossy ? "; the picture has it times the lobe's reflectance\n"
-                 : "; the picture has it times the albedo\n",
-          out);
-}
-
-static void field(FILE *out, const struct replay_sheet *s)
-{
-    const struct path_record *r = s->record;
-    vertex(out, s, 0);
-    if (r->field.mirrored > 0)
-        fprintf(out, "    seen in %u mirror%s\n", r->field.mirrored,
-                r->field.mirrored > 1 ? "s" : "");
-    numbers(out, r);
-    if (r->kind == PATH_RECORD_LIGHT) {
-        stratum(out, s);
-        return;
-    }
-    ray(out, r);
-    for (uint32_t k = 1; k < r->count; k++) vertex(out, s, k);
-    if (r->count > 1) fprintf(out, "ends: %s\n", replay_end(s));
-    ray_brings(out, s);
 }
 
 void replay_print_text(const struct replay_sheet *s, FILE *out)
 {
     const struct path_record *r = s->record;
     head(out, s);
-    if (s->held) {
-        field(out, s);
-        return;
-    }
     for (uint32_t k = 0; k < r->count; k++) vertex(out, s, k);
     fprintf(out, "ends: %s\n", replay_end(s));
     vector(out, "radiance ", r->radiance);

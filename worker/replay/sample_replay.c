@@ -6,7 +6,6 @@
 #include <xmmintrin.h>
 
 #include "proto/pattern_path.h"
-#include "worker/replay/field_choice.h"
 #include "worker/tile/stages.h"
 #include "worker/trace/field/lens.h"
 #include "worker/trace/field/lens_more.h"
@@ -46,21 +45,13 @@ static void find_kind(const struct plan *plan, uint32_t sample, struct path_reco
     record->last = LENS_MORE_FIRST + PLAN_LENS_SIDE * PLAN_LENS_SIDE - 1;
 }
 
-static int refuse_fields(const struct plan *plan, const struct scene *scene, struct fault *fault)
-{
-    char list[FIELD_CHOICE_TEXT];
-    return fault_set(fault, ERR_UNSUPPORTED, "",
-                     "the plan has no paths: light fields make its picture. Ask for samples of "
-                     "these with --field: %s",
-                     field_choice_list(plan, scene, list));
-}
-
-static int check(const struct plan *plan, const struct scene *scene,
-                 const struct environment *environment, int32_t x, int32_t y, uint32_t sample,
-                 const struct path_record *record, struct fault *fault)
+static int check(const struct plan *plan, const struct environment *environment, int32_t x,
+                 int32_t y, uint32_t sample, const struct path_record *record, struct fault *fault)
 {
     if (plan->paths.spp == 0 && plan->lens_strata_per_axis == 0)
-        return refuse_fields(plan, scene, fault);
+        return fault_set(fault, ERR_UNSUPPORTED, "",
+                         "the plan has no paths: light fields make its picture; filter.method "
+                         "\"none\" asks for paths");
     if (x < 0 || y < 0 || x >= plan->width_px || y >= plan->height_px)
         return fault_set(fault, ERR_RANGE, "pixel", "%d,%d is outside the image of %dx%d", x, y,
                          plan->width_px, plan->height_px);
@@ -183,7 +174,7 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
 {
     memset(record, 0, sizeof *record);
     find_kind(plan, sample, record);
-    int e = check(plan, scene->blob, environment, x, y, sample, record, fault);
+    int e = check(plan, environment, x, y, sample, record, fault);
     if (e) return e;
     struct replay *t = aligned_alloc(LANES_ALIGN, sizeof *t);
     if (!t) return fault_set(fault, ERR_MEMORY, "", "%s", error_text(ERR_MEMORY));

@@ -1,7 +1,6 @@
 #include "worker/tile/stages.h"
 
 #include "proto/samples.h"
-#include "worker/trace/path/path_record.h"
 
 static bool has_rectangles(const struct plan *plan)
 {
@@ -97,14 +96,4 @@ void stages_init(const struct path_context *parts, struct lens_centres *centres,
     if (out->through_lens.leaves_sky)
         out->through_lens.shines_beside = shines_beside(scene, plan) || parts->sky->hard;
     if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = centres;
-}
-
-void stages_record(struct path_record *record, struct stages *out)
-{
-    out->lights &= record->kind == PATH_RECORD_LIGHT;
-    out->bounces &= record->kind == PATH_RECORD_INDIRECT;
-    out->lens = out->more = false;
-    out->count = 0;
-    out->through_lens.centres = NULL;
-    out->field.record = record;
 }

@@ -23,7 +23,3 @@ struct stages {
  * which are borrowed, as are `centres`, which paths through the lens ask what fields will light. */
 void stages_init(const struct path_context *parts, struct lens_centres *centres,
                  const struct plan_pass *pass, struct stages *out);
-
-/* Leaves of the stages the field that the record is of (path_record.h: from PATH_RECORD_LIGHT on),
- * whose one sample it is to be told. */
-void stages_record(struct path_record *record, struct stages *out);

@@ -6,7 +6,6 @@
 
 #include "proto/runtime/clock.h"
 #include "worker/tile/tile_work.h"
-#include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/light/light_kernels.h"
 #include "worker/trace/path/path_kernels.h"
@@ -39,11 +38,6 @@ void tile_tracer_destroy(struct tile_tracer **tracer)
 struct queries *tile_tracer_queries(struct tile_tracer *tracer)
 {
     return &tracer->queries;
-}
-
-void tile_tracer_record(struct tile_tracer *tracer, struct path_record *record)
-{
-    tracer->point.record = record;
 }
 
 static bool is_stopped(const _Atomic bool *stop)
@@ -84,13 +78,11 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages, const 
     return 0;
 }
 
-/* When all planes are there: sub-samples that none of the pixels around them shows. They are no
- * samples of the field that a replay asks for. */
+/* When all planes are there: sub-samples that none of the pixels around them shows. */
 static int trace_lone(struct tile_tracer *t, const struct stages *stages, struct rect rect,
                       struct samples *samples)
 {
     const struct lone_tools tools = {&t->shadow, &t->indirect, &t->glossy, &t->path};
-    if (t->point.record) return 0;
     if (samples->layout.lone_parts > 0)
         return lone_trace(&stages->field, &tools, rect, &t->lone, samples);
     lone_settle(&stages->field, rect, &t->lone, samples);
@@ -138,7 +130,6 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
                                        .counters = counters};
     tracer->point.kernels = parts.light_kernels;
     stages_init(&parts, &tracer->centres, pass, &stages);
-    if (tracer->point.record) stages_record(tracer->point.record, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
     if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;

@@ -13,7 +13,6 @@
 #include "worker/scene/environment.h"
 #include "worker/scene/render_scene.h"
 
-struct path_record;
 struct queries;
 
 /* Scratch of one tracing thread. */
@@ -26,11 +25,6 @@ void tile_tracer_destroy(struct tile_tracer **tracer);
 
 /* What the tracer asks Embree through; a benchmark hangs its recorder on it. Borrowed. */
 struct queries *tile_tracer_queries(struct tile_tracer *tracer);
-
-/* From now on tiles are single pixels, of which only the sample is traced that *record says (kind,
- * and light and sample of its field), and told there: their planes mean nothing, but those of the
- * record's light. Borrowed; NULL: tiles as ever. */
-void tile_tracer_record(struct tile_tracer *tracer, struct path_record *record);
 
 /* Traces a pass of `rect` of the plan's image: samples of samples_layout_init for its number.
  * `environment` is the plan's map, NULL when it has none. *progress (may be NULL) grows by the rows

@@ -1,6 +1,5 @@
 /* What is traced of a block of pixels, stage by stage. */
 #include "worker/tile/tile_work.h"
-#include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
@@ -56,13 +55,12 @@ static void mark_all_lit(struct tile_tracer *t)
  * reflect diffusely. */
 static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 {
-    if (!stages->vertices && !t->point.record) {
+    if (!stages->vertices) {
         hit_diffuse_albedo(&t->queries, t->seen, &t->centre.surface);
         return;
     }
     t->centre.active = t->centre.surface.hit;
     path_resolve(&stages->field, t->seen, &t->centre);
-    if (t->point.record) field_record_centre(t->point.record, &t->block, t->seen, &t->centre);
 }
 
 /* Surfaces that light is lent to by their lobes alone: metals. What pixels lend has to be whole, as

@@ -6,7 +6,6 @@
 #include "proto/pattern_path.h"
 #include "worker/shade/direction.h"
 #include "worker/shade/glossy.h"
-#include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/path/path_kernels.h"
@@ -118,16 +117,13 @@ static bool is_half(const struct gloss *g, uint32_t sample, int i)
 static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
                        uint32_t slot, int i, struct glossy_sums *sums, struct path_pool *pool)
 {
-    const struct lanes3 *w = &lobe->weight, *d = &lobe->local;
+    const struct lanes3 *w = &lobe->weight;
     /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
     const float whole = (w->x[i] + w->y[i] + w->z[i]) * g->whole[i];
     const float weight[3] = {w->x[i] * g->inverse.x[i], w->y[i] * g->inverse.y[i],
                              w->z[i] * g->inverse.z[i]};
     sums->weight[i] += whole;
     sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
-    if (g->context->record)
-        field_record_lobe(g->context->record, g->from, (float[]){d->x[i], d->y[i], d->z[i]}, weight,
-                          whole);
     if (lobe->above.on[i])
         path_pool_begin(pool,
                         &(struct path_start){.origin = &g->from->surface.origin,
@@ -155,7 +151,6 @@ static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
     kernels->layers_gloss(g->from, &g->layers, u, w, &lobe);
     for (int i = 0; i < LANES; i++) {
         if (!g->on.on[i] || sample >= g->rays[i]) continue;
-        if (g->context->record) field_record_draw(g->context->record, (float[]){u[i], w[i]});
         if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot, i, sums, pool);
     }
 }
@@ -251,18 +246,6 @@ static void store_span(const struct gloss *g, const struct glossy_sums *sums,
     block_store_positive_half(g->block, far, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 1));
 }
 
-/* The sample that is asked for, alone. */
-PATH_RECORD_COLD static void trace_one(const struct gloss *g, struct glossy_scratch *scratch,
-                                       struct path_scratch *paths)
-{
-    struct path_record *record = g->context->record;
-    const uint32_t sample = record->field.sample;
-    if (record->kind != PATH_RECORD_GLOSSY || sample >= g->most) return;
-    trace_batch(g, sample, 1, &scratch->sums, paths);
-    field_record_radiance(record, &paths->harvest);
-    field_record_shone(record, scratch, is_half(g, sample, (int)record->field.lane));
-}
-
 void glossy_trace(const struct path_context *c, const struct block *block,
                   const struct path_vertex *from, struct glossy_scratch *scratch,
                   struct path_scratch *paths, struct samples *samples)
@@ -271,10 +254,6 @@ void glossy_trace(const struct path_context *c, const struct block *block,
     gloss_init(c, block, from, &scratch->lobes, &g);
     memset(&scratch->sums, 0, sizeof scratch->sums);
     for (int i = 0; i < LANES; i++) scratch->sums.nearest[i] = INFINITY;
-    if (c->record) {
-        trace_one(&g, scratch, paths);
-        return;
-    }
     for (uint32_t done = 0; done < g.most;) {
         const uint32_t left = g.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;

@@ -7,7 +7,6 @@
 #include "proto/pattern_path.h"
 #include "proto/v_plane.h"
 #include "worker/shade/lambert.h"
-#include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/path/path_kernels.h"
 
@@ -159,8 +158,6 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
     valid = asked;
     sample_directions(b, s, sample, &local);
     turn_directions(b, &local, &valid, &direction);
-    if (b->context->record)
-        field_record_bounce(b->context, b->block, b->from, &s->strata, &valid, &direction);
     b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
         lanes_count(&asked) - lanes_count(&valid);
     if (!b->from->any_general && pool->count % LANES == 0 && lanes_count(&valid) == LANES) {
@@ -369,7 +366,6 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
         path_trace_field(b->context, paths);
     else
         look_around(b, pool, h);
-    if (b->context->record) field_record_radiance(b->context->record, h);
     for (uint32_t k = 0; k < count; k++) {
         reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
         add_sample(h, k * LANES, plan->occlusion_distance, field_of(s->strata.l, first + k),
@@ -378,27 +374,12 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
     }
 }
 
-/* The sample that is asked for, alone. */
-PATH_RECORD_COLD static void trace_one(const struct bounce *b, struct indirect_scratch *s,
-                                       struct path_scratch *paths, struct samples *samples)
-{
-    struct path_record *record = b->context->record;
-    const uint32_t sample = record->field.sample;
-    if (record->kind != PATH_RECORD_INDIRECT || sample >= b->most) return;
-    trace_batch(b, sample, 1, s, paths, samples);
-    field_record_bounced(record, &s->sums, field_of(s->strata.l, sample) & 1);
-}
-
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
                     struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
 {
     struct bounce b;
     bounce_init(c, block, from, lit, s, &b);
-    if (c->record) {
-        trace_one(&b, s, paths, samples);
-        return;
-    }
     for (uint32_t done = 0; done < b.most;) {
         uint32_t left = b.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;

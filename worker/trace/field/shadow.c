@@ -1,6 +1,5 @@
 #include "worker/trace/field/shadow.h"
 
-#include "worker/trace/field/field_record.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/light/light_kernels.h"
 
@@ -96,9 +95,7 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     uint32_t l = light->plan->strata_per_axis, count = l * l;
     bool slopes = plan_light_planes(p->plan, index) >> LIGHT_PLANE_SLOPES & 1;
     struct shadow_sums *sums = &scratch->sums;
-    struct path_record *record = p->record && p->record->field.light == index ? p->record : NULL;
     if (hidden(light, count, p, &scratch->batch[0], counters)) {
-        if (record) field_record_hidden(record, &scratch->batch[0]);
         shadow_store_unlit(index, p, samples);
         return;
     }
@@ -112,7 +109,6 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
             trace_whole_batch(q, slopes, p, scratch->batch, n, counters);
         else
             trace_batch(q, slopes, p, scratch->batch, n, counters);
-        if (record) field_record_strata(p, q, light, slopes, scratch, first, n);
         add_batch(index, p, scratch->batch, first, n, sums, samples);
         for (uint32_t k = 0; slopes && k < n; k++) kernels->add_slopes(&scratch->batch[k], sums);
     }

@@ -6,7 +6,6 @@
 #include "worker/trace/light/strata.h"
 
 struct light_kernels;
-struct path_record;
 
 /* What one block is given: shared by all effects. */
 struct shading_point {
@@ -17,7 +16,6 @@ struct shading_point {
     struct lanes_mask lit;     /* lanes inside the image with a surface that reflects something */
     struct lanes_mask counted; /* of these, the tile's own */
     uint32_t lit_count;
-    struct path_record *record; /* of a stratum of one of the lights (field_record.h); or NULL */
 };
 
 /* Scratch; the packets' rays as queries_init_rays left them. */

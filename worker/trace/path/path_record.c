@@ -13,47 +13,33 @@ static struct path_record_vertex *current(const struct path_context *c)
     return &c->record->vertices[c->record->count - 1];
 }
 
-static void take_lane(const struct lanes3 *from, int lane, float out[3])
-{
-    out[0] = from->x[lane];
-    out[1] = from->y[lane];
-    out[2] = from->z[lane];
-}
-
 static void take(const struct lanes3 *from, float out[3])
 {
-    take_lane(from, 0, out);
+    out[0] = from->x[0];
+    out[1] = from->y[0];
+    out[2] = from->z[0];
 }
 
-void path_record_hit(const struct RTCRayHit16 *rays, const struct path_vertex *v, int lane,
+/* The ray, and what it met; all else is zero. */
+static void take_hit(const struct RTCRayHit16 *rays, const struct path_vertex *v,
                      struct path_record_vertex *to)
 {
     const struct surface *s = &v->surface;
     const struct RTCRay16 *r = &rays->ray;
-    const int i = lane;
     memset(to, 0, sizeof *to);
-    memcpy(to->origin, (float[]){r->org_x[i], r->org_y[i], r->org_z[i]}, sizeof to->origin);
-    memcpy(to->direction, (float[]){r->dir_x[i], r->dir_y[i], r->dir_z[i]}, sizeof to->direction);
-    to->hit = s->hit.on[i];
+    memcpy(to->origin, (float[]){r->org_x[0], r->org_y[0], r->org_z[0]}, sizeof to->origin);
+    memcpy(to->direction, (float[]){r->dir_x[0], r->dir_y[0], r->dir_z[0]}, sizeof to->direction);
+    to->hit = s->hit.on[0];
     if (!to->hit) return;
-    to->distance = s->distance[i];
-    take_lane(&s->position, i, to->position);
-    take_lane(&s->normal, i, to->normal);
-    take_lane(&s->facet, i, to->facet);
-    to->instance = s->id[i];
-    to->triangle = rays->hit.primID[i];
-    to->u = rays->hit.u[i];
-    to->v = rays->hit.v[i];
-    to->behind = s->behind.on[i];
-}
-
-void path_record_reflect(const struct path_vertex *v, int lane, struct path_record_vertex *to)
-{
-    if (!to->hit) return;
-    to->active = v->active.on[lane];
-    to->lambert = v->surface.mesh[lane]->material->lambert;
-    take_lane(&v->surface.albedo, lane, to->albedo);
-    if (!to->lambert) to->bsdf = v->bsdf[lane];
+    to->distance = s->distance[0];
+    take(&s->position, to->position);
+    take(&s->normal, to->normal);
+    take(&s->facet, to->facet);
+    to->instance = s->id[0];
+    to->triangle = rays->hit.primID[0];
+    to->u = rays->hit.u[0];
+    to->v = rays->hit.v[0];
+    to->behind = s->behind.on[0];
 }
 
 void path_record_arrive(const struct path_context *c, const struct path_packet *p,
@@ -61,7 +47,7 @@ void path_record_arrive(const struct path_context *c, const struct path_packet *
 {
     if (c->record->count == PATH_RECORD_VERTICES) return; /* LIMIT_INDIRECT_BOUNCES forbids it */
     struct path_record_vertex *to = &c->record->vertices[c->record->count++];
-    path_record_hit(&p->rays, v, 0, to);
+    take_hit(&p->rays, v, to);
     to->pdf = p->pdf[0];
     take(&p->throughput, to->throughput);
 }
@@ -83,7 +69,12 @@ void path_record_meet(const struct path_context *c, const struct path_packet *p,
 
 void path_record_surface(const struct path_context *c, const struct path_vertex *v)
 {
-    path_record_reflect(v, 0, current(c));
+    struct path_record_vertex *to = current(c);
+    if (!to->hit) return;
+    to->active = v->active.on[0];
+    to->lambert = v->surface.mesh[0]->material->lambert;
+    take(&v->surface.albedo, to->albedo);
+    if (!to->lambert) to->bsdf = v->bsdf[0];
 }
 
 void path_record_leave(const struct path_context *c, const struct path_packet *p,
@@ -136,8 +127,8 @@ void path_record_light(const struct path_context *c, const struct path_vertex *v
     to->weight = 1.0f / (1.0f + ratio * ratio);
 }
 
-/* Looks again: nothing but the record hears of it. */
-void path_record_blocker(struct queries *q, const struct RTCRay16 *ray, int lane,
+/* What the ray meets first within to->distance. Looks again: nothing but the record hears of it. */
+static void find_blocker(struct queries *q, const struct RTCRay16 *ray,
                          struct path_record_light *to)
 {
     struct RTCRayHit16 rays;
@@ -145,15 +136,15 @@ void path_record_blocker(struct queries *q, const struct RTCRay16 *ray, int lane
     queries_init_rays(&rays);
     rays.ray = *ray;
     memset(&one, 0, sizeof one);
-    one.on[lane] = -1;
-    const float x = ray->dir_x[lane], y = ray->dir_y[lane], z = ray->dir_z[lane];
+    one.on[0] = -1;
+    const float x = ray->dir_x[0], y = ray->dir_y[0], z = ray->dir_z[0];
     const float length = sqrtf(x * x + y * y + z * z);
-    rays.ray.tfar[lane] = to->distance / length;
+    rays.ray.tfar[0] = to->distance / length;
     queries_closest(q, QUERY_BLOCKER, &one, &rays);
-    if (rays.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) return;
-    const uint32_t placed = rays.hit.instID[0][lane];
-    to->blocker = 1 + (placed != RTC_INVALID_GEOMETRY_ID ? placed : rays.hit.geomID[lane]);
-    to->blocked_at = rays.ray.tfar[lane] * length;
+    if (rays.hit.geomID[0] == RTC_INVALID_GEOMETRY_ID) return;
+    const uint32_t placed = rays.hit.instID[0][0];
+    to->blocker = 1 + (placed != RTC_INVALID_GEOMETRY_ID ? placed : rays.hit.geomID[0]);
+    to->blocked_at = rays.ray.tfar[0] * length;
 }
 
 void path_record_shadow(const struct path_context *c, const struct path_packet *p,
@@ -164,7 +155,7 @@ void path_record_shadow(const struct path_context *c, const struct path_packet *
     if (!to->traced) return;
     to->blocked = l->rays.ray.tfar[0] < 0.0f;
     if (to->blocked) {
-        path_record_blocker(c->queries, &l->rays.ray, 0, to);
+        find_blocker(c->queries, &l->rays.ray, to);
         return;
     }
     take(&p->throughput, throughput);

@@ -10,13 +10,10 @@
 #include "proto/limits.h"
 #include "worker/shade/bsdf.h"
 
-struct RTCRay16;
-struct RTCRayHit16;
 struct light_packet;
 struct path_context;
 struct path_packet;
 struct path_vertex;
-struct queries;
 
 /* Camera, LIMIT_INDIRECT_BOUNCES after the first scattering, and what the last segment meets. */
 #define PATH_RECORD_VERTICES (LIMIT_INDIRECT_BOUNCES + 3)
@@ -91,46 +88,9 @@ struct path_record_vertex {
 
 /* Whose sample it is. */
 enum path_record_kind {
-    PATH_RECORD_PATHS,     /* the path tracer's */
-    PATH_RECORD_LENS,      /* of the lens's light field */
-    PATH_RECORD_LENS_MORE, /* of a second set through the lens */
-    /* Of light fields of pixel centres; vertex 0 is what the camera sees there. */
-    PATH_RECORD_LIGHT,    /* a stratum of a light of the plan */
-    PATH_RECORD_INDIRECT, /* a bounce ray */
-    PATH_RECORD_GLOSSY    /* a ray of the glossy lobe */
-};
-
-/* What samples of fields have beside a path; field_record.h fills it in. */
-struct path_record_field {
-    uint32_t light;    /* of the plan; PATH_RECORD_LIGHT */
-    uint32_t sample;   /* stratum sample % side, sample / side */
-    uint32_t side;     /* the pixel's l: it has l * l samples */
-    uint32_t pass;     /* that they belong to */
-    uint32_t lane;     /* of the pixel in its block */
-    uint32_t mirrored; /* reflections between the camera and the surface */
-    bool drawn;        /* the surface asks for light: the sample was begun */
-    float jitter[2];   /* of the pixel's strata; of a lobe's ray there is none */
-    float u[2];        /* in the unit square */
-    /* Of a light's stratum. */
-    bool hidden;    /* nothing of the block can see any of the light: its strata are skipped */
-    bool has_point; /* on the light; not of directional ones */
-    float point[3];
-    float irradiance; /* the scalar E of proto/plan.h that it brings, visible or not */
-    float arrives;    /* of it; 0 where it is blocked or not traced */
-    bool seen;        /* its bit of the plane of visibility */
-    bool blocked;     /* with slopes: */
-    float slope;      /* t / (1 - t) of the blocker */
-    /* Of a ray. */
-    bool aimed;         /* it has a direction; lobes may send nothing along u */
-    bool below;         /* which lies below the facet: not traced, brings nothing */
-    float direction[3]; /* unit */
-    float density;      /* per solid angle; 0 of a lobe's: glossy_sample says its weight alone */
-    float weight[3];    /* what the surface sends on of light along it: of a white diffuse lobe, or
-                           of the glossy one over its reflectance of that channel */
-    float whole;        /* the latter's weight over the reflectance, both summed over channels */
-    float reflectance[3];
-    float distance; /* to its first hit; INFINITY: a miss; 0: not traced */
-    bool half;      /* odd ones; of a lobe's rays: it is in the pixel's half (GLOSSY_HALF) */
+    PATH_RECORD_PATHS,    /* the path tracer's */
+    PATH_RECORD_LENS,     /* of the lens's light field */
+    PATH_RECORD_LENS_MORE /* of a second set through the lens */
 };
 
 struct path_record {
@@ -144,7 +104,6 @@ struct path_record {
     float stored[3]; /* what a tile holds of it: radiance, without what light fields light through
                         the lens */
     bool rejected;   /* it was not finite, and counts as nothing */
-    struct path_record_field field; /* from PATH_RECORD_LIGHT on */
 };
 
 /* The steps, where path_*.c take them; cold: nobody looks while pictures are made. */
@@ -172,13 +131,3 @@ PATH_RECORD_COLD void path_record_shadow(const struct path_context *c, const str
 PATH_RECORD_COLD void path_record_scatter(const struct path_context *c, const struct path_packet *p,
                                           const struct path_vertex *v,
                                           const struct path_record_scatter *scatter);
-
-/* For records of what comes before paths. The ray of a lane, and what it met; all else is zero. */
-PATH_RECORD_COLD void path_record_hit(const struct RTCRayHit16 *rays, const struct path_vertex *v,
-                                      int lane, struct path_record_vertex *to);
-/* What a lane's surface does to light. */
-PATH_RECORD_COLD void path_record_reflect(const struct path_vertex *v, int lane,
-                                          struct path_record_vertex *to);
-/* What the lane's ray meets first within to->distance, into `to`. */
-PATH_RECORD_COLD void path_record_blocker(struct queries *q, const struct RTCRay16 *ray, int lane,
-                                          struct path_record_light *to);
