@@ -108,10 +108,12 @@ static float brute_cover(float y, float rho, float delta)
            (2.0f * gaussian_phi(a / rho) - 1.0f);
 }
 
-/* What the filter by brute force reads of a pixel. */
+/* What the filter by brute force reads of a pixel; strata are those of pixels in the picture. */
 struct brute_pixel {
     float point[3], normal[3], u[2], eta, spread;
     float distance, plane_least, distance_most2, gamma[2], falloff[2];
+    float jitter[2];
+    uint32_t columns[SHADOW_STRATA_MAX];
 };
 
 static struct brute_pixel brute_pixel_of(const struct shadow_pixels *p, size_t i)
@@ -151,18 +153,12 @@ static bool brute_compatible(const struct brute_pixel *p, const struct brute_pix
            off <= fmaxf(p->plane_least, SHADOW_PLANE_SHARE * sqrtf(d2));
 }
 
-/* What neighbour (x, y) of the image adds to the sums of p. */
+/* What neighbour q adds to the sums of p. */
 static void brute_add(const struct brute *b, const struct brute_pixel *p,
-                      const struct brute_pixel *q, int32_t x, int32_t y, double *numerator,
-                      double *denominator)
+                      const struct brute_pixel *q, double *numerator, double *denominator)
 {
     const uint32_t l = b->light->strata;
-    const size_t i = (size_t)(y - b->patch->rect.y0) * (size_t)rect_width(b->patch->rect) +
-                     (size_t)(x - b->patch->rect.x0);
-    float w[2][SHADOW_STRATA_MAX], jitter[2], exponent = 0.0f;
-    uint32_t columns[SHADOW_STRATA_MAX];
-    strata_jitters(b->light, &x, &y, 1, &jitter[0], &jitter[1]);
-    strata_columns(b->light, b->patch, i, columns);
+    float w[2][SHADOW_STRATA_MAX], exponent = 0.0f;
     for (int axis = 0; axis < 2; axis++) {
         const float delta = p->distance * (q->u[axis] - p->u[axis]);
         if (fabsf(delta) * (fabsf(q->eta - p->eta) + q->spread) > 1.5f * b->light->sigma_y[axis])
@@ -170,7 +166,7 @@ static void brute_add(const struct brute *b, const struct brute_pixel *p,
         exponent += delta * delta * p->falloff[axis];
         for (uint32_t a = 0; a < l; a++)
             w[axis][a] = brute_weight(b, p, axis,
-                                      2.0f * pattern_axis(jitter[axis], l, a) - 1.0f +
+                                      2.0f * pattern_axis(q->jitter[axis], l, a) - 1.0f +
                                           p->eta * delta / b->light->rectangle.half[axis]);
     }
     const double weight = exp(-(double)exponent);
@@ -178,43 +174,62 @@ static void brute_add(const struct brute *b, const struct brute_pixel *p,
         for (uint32_t c = 0; c < l; c++) {
             const double v = weight * (double)w[0][a] * (double)w[1][c];
             *denominator += v;
-            if (columns[a] >> c & 1u) *numerator += v;
+            if (q->columns[a] >> c & 1u) *numerator += v;
         }
     }
+}
+
+/* All pixels that receivers are known of. Owned by the caller. */
+static struct brute_pixel *brute_pixels(const struct brute *b)
+{
+    const struct rect rect = b->receivers->rect, image = b->patch->rect;
+    struct brute_pixel *all = calloc((size_t)rect_area(rect), sizeof *all), *out = all;
+    assert_non_null(all);
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        for (int32_t x = rect.x0; x < rect.x1; x++, out++) {
+            *out = brute_pixel_of(&b->receivers->pixels, (size_t)(out - all));
+            if (x < image.x0 || x >= image.x1 || y < image.y0 || y >= image.y1) continue;
+            strata_jitters(b->light, &x, &y, 1, &out->jitter[0], &out->jitter[1]);
+            strata_columns(b->light, b->patch, patch_pixel(b->patch, x, y), out->columns);
+        }
+    }
+    return all;
+}
+
+/* The share of the light that p sees: sums over all pixels around it. */
+static float brute_share(struct brute *b, const struct brute_pixel *p, const float steps[2],
+                         int32_t width, float otherwise)
+{
+    double numerator = 0.0, denominator = 0.0;
+    for (int k = 0; k < 2; k++) {
+        const float half = b->light->rectangle.half[k];
+        b->rho[k] = p->eta * sqrtf(0.5f / p->falloff[k]) / half;
+        b->delta[k] = fminf(2.0f, 0.5f * p->eta / half / steps[k]);
+    }
+    for (int32_t v = -BRUTE_REACH_PX; v <= BRUTE_REACH_PX; v++) {
+        for (int32_t u = -BRUTE_REACH_PX; u <= BRUTE_REACH_PX; u++) {
+            const struct brute_pixel *q = p + (ptrdiff_t)v * width + u;
+            if (brute_compatible(p, q)) brute_add(b, p, q, &numerator, &denominator);
+        }
+    }
+    return denominator > 1e-12 ? (float)(numerator / denominator) : otherwise;
 }
 
 /* Brute-force 4D filtering of the receivers that have a wedge; others keep what is in e.
  * steps: the longer of |e_i.x|, |e_i.y| of each receiver and axis. */
 static void brute_filter(struct brute *b, const float *steps, float *e)
 {
-    const struct rect rect = b->receivers->rect;
+    const struct rect rect = b->receivers->rect, image = b->patch->rect;
     const int32_t width = rect_width(rect);
-    const struct rect image = b->patch->rect;
+    struct brute_pixel *all = brute_pixels(b);
     for (int32_t y = image.y0; y < image.y1; y++) {
         for (int32_t x = image.x0; x < image.x1; x++) {
             const size_t at = (size_t)(y - rect.y0) * (size_t)width + (size_t)(x - rect.x0);
-            const struct brute_pixel p = brute_pixel_of(&b->receivers->pixels, at);
-            if (p.spread < 0.0f) continue;
-            for (int k = 0; k < 2; k++) {
-                const float half = b->light->rectangle.half[k];
-                b->rho[k] = p.eta * sqrtf(0.5f / p.falloff[k]) / half;
-                b->delta[k] = fminf(2.0f, 0.5f * p.eta / half / steps[2 * at + (size_t)k]);
-            }
-            double numerator = 0.0, denominator = 0.0;
-            for (int32_t v = -BRUTE_REACH_PX; v <= BRUTE_REACH_PX; v++) {
-                for (int32_t u = -BRUTE_REACH_PX; u <= BRUTE_REACH_PX; u++) {
-                    const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)v * width + u);
-                    const struct brute_pixel q = brute_pixel_of(&b->receivers->pixels, to);
-                    if (brute_compatible(&p, &q))
-                        brute_add(b, &p, &q, x + u, y + v, &numerator, &denominator);
-                }
-            }
-            if (!(denominator > 1e-12)) continue;
-            const size_t to =
-                (size_t)(y - image.y0) * (size_t)rect_width(image) + (size_t)(x - image.x0);
-            e[to] *= (float)(numerator / denominator);
+            if (all[at].spread < 0.0f) continue;
+            e[patch_pixel(b->patch, x, y)] *= brute_share(b, &all[at], &steps[2 * at], width, 1.0f);
         }
     }
+    free(all);
 }
 
 static float accuracy_unoccluded(const struct receiver_light *light, const struct shadow_pixels *s,
