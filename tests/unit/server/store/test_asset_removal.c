@@ -21,7 +21,9 @@ struct fixture {
 static int setup(void **state)
 {
     struct fixture *f = calloc(1, sizeof *f);
-    strcpy(f->dir, "/tmp/shearwater-removal-XXXXXX");
+    /* In memory: passes rest in proportion to what they took, minutes where a disk is busy. */
+    strcpy(f->dir, access("/dev/shm", W_OK) == 0 ? "/dev/shm/shearwater-removal-XXXXXX"
+                                                 : "/tmp/shearwater-removal-XXXXXX");
     if (!mkdtemp(f->dir) || uv_loop_init(&f->loop) || objects_open(&f->objects, f->dir, false))
         return -1;
     *state = f;
