@@ -23,26 +23,26 @@ int64_t jobs_time_ms(void)
     return (int64_t)(clock_us(CLOCK_REALTIME) / 1000);
 }
 
-void jobs_set_state(struct jobs *jobs, struct live_job *job, enum job_state state)
+void jobs_set_state(struct jobs *jobs, struct active_job *job, enum job_state state)
 {
     jobs->in_state[job->state]--;
     job_state_go(&job->state, state);
     jobs->in_state[state]++;
 }
 
-void jobs_event(struct live_job *job, const char *name, json_t *data, bool final)
+void jobs_event(struct active_job *job, const char *name, json_t *data, bool final)
 {
     if (data && !job->jobs->stopping)
         stream_event(job->jobs->options.streams, job->id, name, data, final);
     json_decref(data);
 }
 
-void jobs_event_state(struct live_job *job)
+void jobs_event_state(struct active_job *job)
 {
     jobs_event(job, "state",
                json_pack("{s:s,s:b,s:i,s:I,s:o}", "state", job_state_name(job->state), "paused",
-                         (int)live_job_is_paused(job), "priority", (int)job->priority, "revision",
-                         (json_int_t)job->revision, "progress", live_job_progress(job)),
+                         (int)active_job_is_paused(job), "priority", (int)job->priority, "revision",
+                         (json_int_t)job->revision, "progress", active_job_progress(job)),
                job_state_is_final(job->state));
 }
 
@@ -54,7 +54,7 @@ void jobs_remember_ended(struct jobs *jobs, const char *id)
 }
 
 /* A job whose results were refused. */
-static struct live_job *first_refused(const struct jobs *jobs)
+static struct active_job *first_refused(const struct jobs *jobs)
 {
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (frame_refusal(jobs->open[i].frame->work)->code) return jobs->open[i].job;
@@ -67,9 +67,9 @@ static struct live_job *first_refused(const struct jobs *jobs)
 static void on_abandoned(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
-    struct live_job *job;
+    struct active_job *job;
     if (jobs->stopping || !jobs->fleet || fleet_count(jobs->fleet) > 0) return;
-    while ((job = first_refused(jobs))) live_job_fail(job, &jobs->refusal);
+    while ((job = first_refused(jobs))) active_job_fail(job, &jobs->refusal);
     fleet_forgive(jobs->fleet);
     jobs_advance_soon(jobs);
 }
@@ -96,7 +96,7 @@ void jobs_advance_soon(struct jobs *jobs)
     if (!jobs->stopping) uv_timer_start(&jobs->advance, on_advance, 0, 0);
 }
 
-static void tell_tile(struct live_job *job)
+static void tell_tile(struct active_job *job)
 {
     struct rect r = job->last_tile;
     job->last_tile = (struct rect){0};
@@ -108,13 +108,13 @@ static void tell_tile(struct live_job *job)
                false);
 }
 
-static void tell_progress(struct live_job *job)
+static void tell_progress(struct active_job *job)
 {
     job->progress_due = false;
     if (job_state_is_final(job->state)) return;
     tell_tile(job);
-    live_job_keep_log(job);
-    json_t *progress = live_job_progress(job);
+    active_job_keep_log(job);
+    json_t *progress = active_job_progress(job);
     if (progress)
         json_object_set_new(progress, "revision", json_integer((json_int_t)job->revision));
     jobs_event(job, "progress", progress, false);
@@ -142,7 +142,7 @@ static void on_progress(uv_timer_t *timer)
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (jobs->open[i].job->progress_due) tell_progress(jobs->open[i].job);
     /* Of the others only the first few in order have been begun. */
-    for (struct live_job *job = jobs->first; job && quiet < 4 * OPEN_MOST; job = job->after) {
+    for (struct active_job *job = jobs->first; job && quiet < 4 * OPEN_MOST; job = job->after) {
         if (job->progress_due)
             tell_progress(job);
         else if (!job->paused)
@@ -150,7 +150,7 @@ static void on_progress(uv_timer_t *timer)
     }
 }
 
-void jobs_progress_soon(struct jobs *jobs, struct live_job *job)
+void jobs_progress_soon(struct jobs *jobs, struct active_job *job)
 {
     job->revision++;
     job->progress_due = true;
@@ -224,8 +224,8 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     struct resumption *resumption = ctx;
     (void)frames, (void)frame_count;
     if (resumption->error) return;
-    struct live_job *job =
-        live_job_create(resumption->jobs, row->id, row->owner, row->priority, row->created_ms);
+    struct active_job *job =
+        active_job_create(resumption->jobs, row->id, row->owner, row->priority, row->created_ms);
     if (job) {
         job->live = is_live(row);
         job->paused = row->paused;
@@ -234,7 +234,7 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     struct job_counts *counts = &resumption->jobs->counts;
     if (job && row->owner[0]) job->counted = job_counts_take(counts, row->owner, 0) == 0;
     if (!job || jobs_table_add(resumption->jobs, job) != 0) {
-        if (job) live_job_release(job);
+        if (job) active_job_release(job);
         resumption->error = ERR_MEMORY;
     }
 }
@@ -280,7 +280,7 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->unused, NULL);
     for (size_t i = 0; i < jobs->count; i++) {
         live_view_keep(jobs->by_id[i]);
-        live_job_drop(jobs->by_id[i]);
+        active_job_drop(jobs->by_id[i]);
     }
     stop_dry_runs(jobs);
     imports_stop(jobs->imports);
@@ -294,7 +294,7 @@ void jobs_destroy(struct jobs **jobs_)
     assert(jobs->stopping && jobs->open_count == 0);
     for (size_t i = 0; i < jobs->count; i++) {
         assert(jobs->by_id[i]->holds == 0);
-        live_job_release(jobs->by_id[i]);
+        active_job_release(jobs->by_id[i]);
     }
     imports_destroy(&jobs->imports);
     fair_share_fini(&jobs->share);

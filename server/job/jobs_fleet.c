@@ -72,15 +72,15 @@ static const char *worker_name(const struct jobs *jobs, uint64_t worker)
 }
 
 /* A line counts all tiles that come back at once. */
-static void log_returned(struct live_job *job, uint64_t worker)
+static void log_returned(struct active_job *job, uint64_t worker)
 {
     const struct jobs *jobs = job->jobs;
     const char *name = worker_name(jobs, worker);
     if (jobs->fleet && fleet_worker_is_here(jobs->fleet, worker))
-        live_job_log(job, "tiles", "%s did not do a tile that it held: it is given out again",
-                     name);
+        active_job_log(job, "tiles", "%s did not do a tile that it held: it is given out again",
+                       name);
     else
-        live_job_log(job, "worker", "%s has left: a tile that it held is given out again", name);
+        active_job_log(job, "worker", "%s has left: a tile that it held is given out again", name);
 }
 
 static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile,
@@ -89,7 +89,7 @@ static void returned(void *ctx, uint64_t worker, const struct fleet_tile *tile,
     struct jobs *jobs = ctx;
     struct open_frame *open = jobs_table_frame(jobs, tile->frame_id);
     if (!open) return;
-    struct live_job *job = open->job;
+    struct active_job *job = open->job;
     if (frame_returned(open->frame->work, worker, tile, why)) log_returned(job, worker);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }
@@ -107,8 +107,8 @@ static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault 
     struct open_frame *open = jobs_table_frame(jobs, fault->frame_id);
     if (!open) return;
     struct frame *work = open->frame->work;
-    live_job_log(open->job, "tiles", "%s cannot trace a tile: %.200s", worker_name(jobs, worker),
-                 fault->text);
+    active_job_log(open->job, "tiles", "%s cannot trace a tile: %.200s", worker_name(jobs, worker),
+                   fault->text);
     frame_faulted(work, worker, fault);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }

@@ -15,7 +15,7 @@ struct move {
 };
 
 /* {id, view, camera, lens}: what the job has now. */
-static json_t *answer_of(const struct live_job *job)
+static json_t *answer_of(const struct active_job *job)
 {
     const struct job *document = &job->prepared->job;
     return json_pack("{s:s,s:o,s:o,s:o}", "id", job->id, "view", live_view_json(job), "camera",
@@ -57,7 +57,7 @@ void jobs_move(struct jobs *jobs, const struct asker *asker, const char *id, con
                size_t size_bytes, jobs_moved done, void *ctx)
 {
     struct fault fault = {0};
-    struct live_job *job = jobs_table_find(jobs, id);
+    struct active_job *job = jobs_table_find(jobs, id);
     if (!job || !asker_sees(asker, job->owner) || jobs->stopping) {
         look_up(jobs, asker, id, done, ctx);
         return;
@@ -76,7 +76,7 @@ static void on_idle(uv_timer_t *timer)
     struct jobs *jobs = timer->data;
     const uint64_t now_us = jobs_clock_us();
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        struct live_job *job = jobs->open[i].job;
+        struct active_job *job = jobs->open[i].job;
         if (!job->view || job->state != JOB_RESTING) continue;
         if (jobs->open[i].frame->state != FRAME_RENDERING ||
             frame_state(jobs->open[i].frame->work) != FRAME_RENDERING)
@@ -95,7 +95,7 @@ void jobs_watch_idle(struct jobs *jobs)
 void jobs_complete_views(struct jobs *jobs)
 {
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        struct live_job *job = jobs->open[i].job;
+        struct active_job *job = jobs->open[i].job;
         struct frame *work = jobs->open[i].frame->work;
         if (!job->view || job->state != JOB_RUNNING || !frame_is_complete(work)) continue;
         live_view_completed(job);

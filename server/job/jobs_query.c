@@ -31,18 +31,18 @@ static json_t *no_progress(void)
                      "eta_s", "frames_done", 0, "frames_total", 0);
 }
 
-/* The report of a live job, once it has been loaded, else what the store has. */
-static json_t *report_of(const struct live_job *live, const struct job_row *row)
+/* The report of an active job, once it has been loaded, else what the store has. */
+static json_t *report_of(const struct active_job *active, const struct job_row *row)
 {
-    if (live && live->frames) return live_job_report(live);
+    if (active && active->frames) return active_job_report(active);
     json_t *report = parse(row->report);
     if (!json_is_object(report)) {
         json_decref(report);
         report = json_object();
     }
-    if (live || !json_object_get(report, "progress"))
+    if (active || !json_object_get(report, "progress"))
         json_object_set_new(report, "progress", no_progress());
-    if (live) json_object_set_new(report, "revision", json_integer((json_int_t)live->revision));
+    if (active) json_object_set_new(report, "revision", json_integer((json_int_t)active->revision));
     if (!json_object_get(report, "warnings")) json_object_set_new(report, "warnings", json_array());
     if (!json_object_get(report, "revision"))
         json_object_set_new(report, "revision", json_integer(row->updated_ms));
@@ -55,7 +55,7 @@ static json_t *frames_of_rows(const char *id, const struct frame_row *rows, size
     for (size_t i = 0; i < count; i++) {
         enum frame_state state = FRAME_QUEUED;
         if (rows[i].state && frame_state_from_name(rows[i].state, &state))
-            json_array_append_new(list, live_job_frame_json(id, rows[i].number, state));
+            json_array_append_new(list, active_job_frame_json(id, rows[i].number, state));
     }
     return list;
 }
@@ -68,19 +68,19 @@ static bool is_paused(const struct job_row *row)
            !job_state_is_final(state);
 }
 
-static json_t *summary_of(const struct live_job *live, const struct job_row *row)
+static json_t *summary_of(const struct active_job *active, const struct job_row *row)
 {
-    const char *state = live ? job_state_name(live->state) : row->state;
+    const char *state = active ? job_state_name(active->state) : row->state;
     return json_pack("{s:s,s:s,s:s,s:o,s:i,s:b}", "id", row->id, "state", state ? state : "queued",
                      "owner", row->owner, "created", time_json(row->created_ms), "priority",
-                     (int)(live ? live->priority : row->priority), "paused",
-                     (int)(live ? live_job_is_paused(live) : is_paused(row)));
+                     (int)(active ? active->priority : row->priority), "paused",
+                     (int)(active ? active_job_is_paused(active) : is_paused(row)));
 }
 
 /* What goes first, as somebody has asked. */
-static void add_wish(json_t *body, const struct live_job *live)
+static void add_wish(json_t *body, const struct active_job *active)
 {
-    const struct tile_wish none = {0}, *wish = live ? &live->wish : &none;
+    const struct tile_wish none = {0}, *wish = active ? &active->wish : &none;
     const struct rect r = wish->region;
     json_object_set_new(body, "region",
                         rect_is_empty(r)
@@ -120,26 +120,26 @@ static json_t *log_of(const json_t *report, const struct job_row *row)
     return log ? log : json_array();
 }
 
-static json_t *body_of(const struct live_job *live, const struct job_row *row,
+static json_t *body_of(const struct active_job *active, const struct job_row *row,
                        const struct frame_row *frames, size_t frame_count)
 {
     static const char *const keys[] = {"progress", "plan",     "statistics",
                                        "warnings", "revision", "view"};
-    json_t *body = summary_of(live, row);
-    json_t *report = report_of(live, row);
+    json_t *body = summary_of(active, row);
+    json_t *report = report_of(active, row);
     json_object_set_new(body, "log", log_of(report, row));
-    add_wish(body, live);
+    add_wish(body, active);
     json_object_set_new(body, "document",
-                        live && live->view ? job_write(&live->prepared->job)
-                                           : parse(row->document));
+                        active && active->view ? job_write(&active->prepared->job)
+                                               : parse(row->document));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);
-    if (live && !live->frames) add_stored_frames(body, frames, frame_count);
+    if (active && !active->frames) add_stored_frames(body, frames, frame_count);
     json_object_set_new(body, "error",
-                        live && live->error ? json_incref(live->error) : parse(row->error));
+                        active && active->error ? json_incref(active->error) : parse(row->error));
     json_object_set_new(body, "frames",
-                        live && live->frames && live->prepared
-                            ? live_job_frames(live)
+                        active && active->frames && active->prepared
+                            ? active_job_frames(active)
                             : frames_of_rows(row->id, frames, frame_count));
     return body;
 }
@@ -194,9 +194,9 @@ static void add_size(json_t *line, const struct job_row *row)
 static json_t *line_of(const struct jobs *jobs, const struct job_row *row)
 {
     static const char *const keys[] = {"progress", "revision"};
-    const struct live_job *live = jobs_table_find(jobs, row->id);
-    json_t *line = summary_of(live, row);
-    json_t *report = report_of(live, row);
+    const struct active_job *active = jobs_table_find(jobs, row->id);
+    json_t *line = summary_of(active, row);
+    json_t *report = report_of(active, row);
     copy_members(line, report, keys, 2);
     json_decref(report);
     add_size(line, row);
@@ -241,9 +241,10 @@ void jobs_list(struct jobs *jobs, const struct asker *asker, const struct job_li
 
 /* Whose image a frame shows: between two levels of a view the coarser one's. NULL: there is none.
  */
-static const struct frame *shown_of(const struct live_job *live, const struct live_frame *frame)
+static const struct frame *shown_of(const struct active_job *active,
+                                    const struct active_frame *frame)
 {
-    return live->view && !live->view->shown ? live->view->last : frame->work;
+    return active->view && !active->view->shown ? active->view->last : frame->work;
 }
 
 /* Frames of a view, and of the views before, have the same blocks. */
@@ -256,17 +257,17 @@ static void picture_so_far(const struct frame *work, struct jobs_picture *out)
     out->metadata = frame_metadata(work);
 }
 
-/* The picture of a live job's frame. False when only the store can tell. */
-static bool picture_of(const struct live_job *live, int32_t number, int *error,
+/* The picture of an active job's frame. False when only the store can tell. */
+static bool picture_of(const struct active_job *active, int32_t number, int *error,
                        struct jobs_picture *out)
 {
-    if (!live || !live->frames || !live->prepared) return false;
-    int64_t at = (int64_t)number - live->prepared->job.first_frame;
-    *error = at < 0 || at >= live->frame_count ? ERR_NOT_FOUND : 0;
+    if (!active || !active->frames || !active->prepared) return false;
+    int64_t at = (int64_t)number - active->prepared->job.first_frame;
+    *error = at < 0 || at >= active->frame_count ? ERR_NOT_FOUND : 0;
     if (*error) return true;
-    const struct live_frame *frame = &live->frames[at];
+    const struct active_frame *frame = &active->frames[at];
     if (frame->work) {
-        picture_so_far(shown_of(live, frame), out);
+        picture_so_far(shown_of(active, frame), out);
     } else if (!digest_is_zero(&frame->exr)) {
         out->finished = true;
         out->exr = frame->exr;
@@ -296,14 +297,14 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
 void jobs_picture(struct jobs *jobs, const struct asker *asker, const char *id, int32_t frame,
                   jobs_pictured done, void *ctx)
 {
-    const struct live_job *live = jobs_table_find(jobs, id);
+    const struct active_job *active = jobs_table_find(jobs, id);
     struct jobs_picture picture = {0};
     int error = 0;
-    if (!job_id_is_valid(id) || (live && !asker_sees(asker, live->owner))) {
+    if (!job_id_is_valid(id) || (active && !asker_sees(asker, active->owner))) {
         done(ctx, ERR_NOT_FOUND, NULL);
         return;
     }
-    if (picture_of(live, frame, &error, &picture)) {
+    if (picture_of(active, frame, &error, &picture)) {
         done(ctx, error, error ? NULL : &picture);
         return;
     }

@@ -14,28 +14,28 @@ static const struct open_frame *one_too_many(const struct jobs *jobs)
     unsigned parked = 0;
     uint64_t floats = 0;
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        const struct live_job *job = jobs->open[i].job;
+        const struct active_job *job = jobs->open[i].job;
         if (!job->paused || job->live) continue; /* live ones have places of their own */
-        floats += live_job_frame_floats(job);
+        floats += active_job_frame_floats(job);
         if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST))
             return &jobs->open[i];
     }
     return NULL;
 }
 
-static void pause_job(struct jobs *jobs, struct live_job *job, bool paused)
+static void pause_job(struct jobs *jobs, struct active_job *job, bool paused)
 {
     const struct open_frame *surplus;
     if (job->paused == paused) return;
-    live_job_pause(job, paused);
+    active_job_pause(job, paused);
     jobs_table_paused(jobs, job);
     while ((surplus = one_too_many(jobs))) {
         surplus->job->revision++;
-        live_job_shelve_frame(surplus->job, surplus->frame);
+        active_job_shelve_frame(surplus->job, surplus->frame);
     }
 }
 
-static void wish(struct live_job *job, const struct steering *s)
+static void wish(struct active_job *job, const struct steering *s)
 {
     struct tile_wish wished = job->wish;
     if (s->given & STEERING_REGION) wished.region = s->region;
@@ -44,10 +44,10 @@ static void wish(struct live_job *job, const struct steering *s)
         wished.near_x = s->near_x;
         wished.near_y = s->near_y;
     }
-    live_job_wish(job, &wished);
+    active_job_wish(job, &wished);
 }
 
-static void apply(struct jobs *jobs, struct live_job *job, const struct steering *s)
+static void apply(struct jobs *jobs, struct active_job *job, const struct steering *s)
 {
     if (s->given & STEERING_PRIORITY) jobs_table_rank(jobs, job, s->priority);
     if (s->given & STEERING_PAUSED) pause_job(jobs, job, s->paused);
@@ -60,7 +60,7 @@ static void apply(struct jobs *jobs, struct live_job *job, const struct steering
 }
 
 /* What is durable of a job that has ended since is its rank. */
-static void settle(struct jobs *jobs, struct live_job *job, const struct steering *s)
+static void settle(struct jobs *jobs, struct active_job *job, const struct steering *s)
 {
     if (!job_state_is_final(job->state))
         apply(jobs, job, s);
@@ -79,7 +79,7 @@ struct change {
 static void on_durable(void *ctx, int error)
 {
     struct change *c = ctx;
-    struct live_job *job = jobs_table_find(c->jobs, c->id);
+    struct active_job *job = jobs_table_find(c->jobs, c->id);
     if (error == ERR_NOT_FOUND) error = ERR_STATE; /* it has just ended */
     if (!error && !c->jobs->stopping && job) settle(c->jobs, job, &c->steering);
     c->done(c->ctx, error);
@@ -88,7 +88,7 @@ static void on_durable(void *ctx, int error)
 
 /* Another change that was seen with this one's revision is refused from here on, though neither is
  * in force yet. */
-static void store_change(struct jobs *jobs, struct live_job *job, const struct steering *steering,
+static void store_change(struct jobs *jobs, struct active_job *job, const struct steering *steering,
                          job_store_done done, void *ctx)
 {
     struct change *c = malloc(sizeof *c);
@@ -108,7 +108,7 @@ void jobs_steer(struct jobs *jobs, const struct asker *asker, const char *id,
                 uint64_t seen_revision, const struct steering *steering, job_store_done done,
                 void *ctx)
 {
-    struct live_job *job = jobs_table_find(jobs, id);
+    struct active_job *job = jobs_table_find(jobs, id);
     if (job && !asker_sees(asker, job->owner)) {
         done(ctx, ERR_NOT_FOUND);
     } else if (!job || job_state_is_final(job->state) || jobs->stopping) {

@@ -62,9 +62,9 @@ static int take_place(struct jobs *jobs, const struct asker *asker, struct fault
 
 struct submission {
     struct jobs *jobs;
-    struct live_job *job; /* made beforehand: a durable job must not fail for want of memory */
-    struct job asked;     /* owned */
-    size_t missing;       /* of its assets */
+    struct active_job *job; /* made beforehand: a durable job must not fail for want of memory */
+    struct job asked;       /* owned */
+    size_t missing;         /* of its assets */
     jobs_submitted done;
     void *ctx;
 };
@@ -78,16 +78,16 @@ static void free_submission(struct submission *s)
 static void take_in(struct submission *s)
 {
     struct jobs *jobs = s->jobs;
-    struct live_job *job = s->job;
+    struct active_job *job = s->job;
     char id[JOB_ID_BYTES];
     memcpy(id, job->id, sizeof id);
     if (jobs->stopping) {
-        live_job_release(job);
+        active_job_release(job);
     } else {
         const int error = jobs_table_add(jobs, job);
         assert(!error); /* it has had its place */
         jobs->submitted++;
-        live_job_log_accepted(job);
+        active_job_log_accepted(job);
         jobs_event_state(job);
         jobs_advance_soon(jobs);
     }
@@ -105,7 +105,7 @@ static void on_inserted(void *ctx, int error, const char *existing)
         free_submission(s);
         return;
     }
-    live_job_release(s->job);
+    active_job_release(s->job);
     if (error == ERR_NOT_FOUND)
         set_missing(&fault, &s->asked, s->missing);
     else
@@ -190,26 +190,26 @@ static int submit(struct jobs *jobs, const struct asker *asker, struct job *job,
     if (job_id_next(&jobs->ids, (uint64_t)now_ms, id) != 0)
         return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
     struct submission *s = calloc(1, sizeof *s);
-    struct live_job *live = live_job_create(jobs, id, asker->owner, job->priority, now_ms);
-    if (live) {
-        live->live = job->live;
-        live->trace = asker->trace;
+    struct active_job *active = active_job_create(jobs, id, asker->owner, job->priority, now_ms);
+    if (active) {
+        active->live = job->live;
+        active->trace = asker->trace;
     }
-    if (live && (error = take_place(jobs, asker, fault))) {
+    if (active && (error = take_place(jobs, asker, fault))) {
         free(s);
-        live_job_release(live);
+        active_job_release(active);
         return error;
     }
-    if (live) live->counted = asker->owner[0] != '\0';
-    if (s && live && jobs_table_reserve(jobs) == 0) {
-        *s =
-            (struct submission){.jobs = jobs, .job = live, .asked = *job, .done = done, .ctx = ctx};
+    if (active) active->counted = asker->owner[0] != '\0';
+    if (s && active && jobs_table_reserve(jobs) == 0) {
+        *s = (struct submission){
+            .jobs = jobs, .job = active, .asked = *job, .done = done, .ctx = ctx};
         *job = (struct job){0};
         if (insert(jobs, asker, key, body, s) == 0) return 0;
         job_fini(&s->asked);
     }
     free(s);
-    if (live) live_job_release(live);
+    if (active) active_job_release(active);
     return fault_set(fault, ERR_MEMORY, "", "no memory for one more job");
 }
 
@@ -355,9 +355,9 @@ void jobs_cancel(struct jobs *jobs, const struct asker *asker, const char *id, b
     *c = (struct cancellation){
         .jobs = jobs, .asker = *asker, .purge = purge, .done = done, .ctx = ctx};
     memcpy(c->id, id, sizeof c->id);
-    struct live_job *job = jobs_table_find(jobs, id);
+    struct active_job *job = jobs_table_find(jobs, id);
     if (job && asker_sees(asker, job->owner) && !job_state_is_final(job->state) && !jobs->stopping)
-        live_job_cancel(job, on_cancelled, c);
+        active_job_cancel(job, on_cancelled, c);
     else
         job_store_get(jobs->options.store, id, on_found_ended, c);
 }

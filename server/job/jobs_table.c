@@ -19,14 +19,14 @@ static size_t place_of(const struct jobs *jobs, const char *id)
 }
 
 /* As long as nobody's turn is looked at: the order of the list, which does not change by itself. */
-static bool ranks_before(const struct live_job *a, const struct live_job *b)
+static bool ranks_before(const struct active_job *a, const struct active_job *b)
 {
     if (a->priority != b->priority) return a->priority > b->priority;
     if (a->live != b->live) return a->live; /* somebody waits at it */
     return strcmp(a->id, b->id) < 0;
 }
 
-bool jobs_table_before(const struct live_job *a, const struct live_job *b)
+bool jobs_table_before(const struct active_job *a, const struct active_job *b)
 {
     if (a->priority == b->priority && a->tenant && b->tenant) {
         if (fair_tenant_before(a->tenant, b->tenant)) return true;
@@ -36,22 +36,22 @@ bool jobs_table_before(const struct live_job *a, const struct live_job *b)
 }
 
 /* Without memory for its tenant's account it is served by its age alone. */
-static void join_turns(struct jobs *jobs, struct live_job *job)
+static void join_turns(struct jobs *jobs, struct active_job *job)
 {
     if (jobs_table_is_working(job))
         job->tenant = fair_share_join(&jobs->share, job->owner, job->priority);
 }
 
-static void leave_turns(struct jobs *jobs, struct live_job *job)
+static void leave_turns(struct jobs *jobs, struct active_job *job)
 {
     if (job->tenant) fair_share_leave(&jobs->share, job->tenant);
     job->tenant = NULL;
 }
 
 /* New jobs are mostly the last of their rank: looked for from the end. */
-static void link_in_order(struct jobs *jobs, struct live_job *job)
+static void link_in_order(struct jobs *jobs, struct active_job *job)
 {
-    struct live_job *before = jobs->last;
+    struct active_job *before = jobs->last;
     while (before && ranks_before(job, before)) before = before->before;
     job->before = before;
     job->after = before ? before->after : jobs->first;
@@ -59,7 +59,7 @@ static void link_in_order(struct jobs *jobs, struct live_job *job)
     *(job->after ? &job->after->before : &jobs->last) = job;
 }
 
-static void unlink_job(struct jobs *jobs, struct live_job *job)
+static void unlink_job(struct jobs *jobs, struct active_job *job)
 {
     *(job->before ? &job->before->after : &jobs->first) = job->after;
     *(job->after ? &job->after->before : &jobs->last) = job->before;
@@ -70,18 +70,19 @@ int jobs_table_reserve(struct jobs *jobs)
 {
     if (jobs->count + jobs->coming < jobs->capacity) return 0;
     const size_t capacity = jobs->capacity ? 2 * jobs->capacity : 64;
-    struct live_job **by_id = realloc(jobs->by_id, capacity * sizeof(struct live_job *));
+    struct active_job **by_id = realloc(jobs->by_id, capacity * sizeof(struct active_job *));
     if (!by_id) return ERR_MEMORY;
     jobs->by_id = by_id;
     jobs->capacity = capacity;
     return 0;
 }
 
-int jobs_table_add(struct jobs *jobs, struct live_job *job)
+int jobs_table_add(struct jobs *jobs, struct active_job *job)
 {
     if (jobs_table_reserve(jobs) != 0) return ERR_MEMORY;
     size_t at = place_of(jobs, job->id);
-    memmove(jobs->by_id + at + 1, jobs->by_id + at, (jobs->count - at) * sizeof(struct live_job *));
+    memmove(jobs->by_id + at + 1, jobs->by_id + at,
+            (jobs->count - at) * sizeof(struct active_job *));
     jobs->by_id[at] = job;
     jobs->count++;
     jobs->in_state[job->state]++;
@@ -91,24 +92,24 @@ int jobs_table_add(struct jobs *jobs, struct live_job *job)
     return 0;
 }
 
-void jobs_table_remove(struct jobs *jobs, struct live_job *job)
+void jobs_table_remove(struct jobs *jobs, struct active_job *job)
 {
     jobs->live_count -= job->live;
     size_t at = place_of(jobs, job->id);
     assert(at < jobs->count && jobs->by_id[at] == job);
     memmove(jobs->by_id + at, jobs->by_id + at + 1,
-            (--jobs->count - at) * sizeof(struct live_job *));
+            (--jobs->count - at) * sizeof(struct active_job *));
     unlink_job(jobs, job);
     leave_turns(jobs, job);
 }
 
-struct live_job *jobs_table_find(const struct jobs *jobs, const char *id)
+struct active_job *jobs_table_find(const struct jobs *jobs, const char *id)
 {
     size_t at = place_of(jobs, id);
     return at < jobs->count && !strcmp(jobs->by_id[at]->id, id) ? jobs->by_id[at] : NULL;
 }
 
-static bool open_before(const struct live_job *job, const struct live_frame *frame,
+static bool open_before(const struct active_job *job, const struct active_frame *frame,
                         const struct open_frame *other)
 {
     return job == other->job ? frame < other->frame : jobs_table_before(job, other->job);
@@ -123,7 +124,7 @@ static void insert_open(struct jobs *jobs, unsigned count, struct open_frame one
     jobs->open[at] = one;
 }
 
-void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame)
+void jobs_table_open(struct jobs *jobs, struct active_job *job, struct active_frame *frame)
 {
     assert(job->live ? jobs->open_live < LIVE_MOST
                      : jobs->open_count - jobs->open_live < OPEN_MOST + PARKED_MOST);
@@ -137,7 +138,7 @@ static void sort_open(struct jobs *jobs)
     for (unsigned i = 1; i < jobs->open_count; i++) insert_open(jobs, i, jobs->open[i]);
 }
 
-void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority)
+void jobs_table_rank(struct jobs *jobs, struct active_job *job, int32_t priority)
 {
     unlink_job(jobs, job);
     leave_turns(jobs, job);
@@ -147,7 +148,7 @@ void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority)
     sort_open(jobs);
 }
 
-void jobs_table_paused(struct jobs *jobs, struct live_job *job)
+void jobs_table_paused(struct jobs *jobs, struct active_job *job)
 {
     leave_turns(jobs, job);
     join_turns(jobs, job);
@@ -163,7 +164,7 @@ static bool has_tiles(const struct jobs *jobs, const struct fair_tenant *tenant)
     return false;
 }
 
-void jobs_table_charge(struct jobs *jobs, struct live_job *job, uint64_t samples)
+void jobs_table_charge(struct jobs *jobs, struct active_job *job, uint64_t samples)
 {
     if (!job->tenant) return;
     fair_share_charge(&jobs->share, job->tenant, samples);
@@ -173,7 +174,7 @@ void jobs_table_charge(struct jobs *jobs, struct live_job *job, uint64_t samples
     if (next != job->tenant && !has_tiles(jobs, next)) jobs_advance_soon(jobs);
 }
 
-bool jobs_table_is_working(const struct live_job *job)
+bool jobs_table_is_working(const struct active_job *job)
 {
     return !job->live && !job->paused;
 }
@@ -186,7 +187,7 @@ unsigned jobs_table_working(const struct jobs *jobs)
     return count;
 }
 
-void jobs_table_close(struct jobs *jobs, struct live_frame *frame)
+void jobs_table_close(struct jobs *jobs, struct active_frame *frame)
 {
     unsigned at = 0;
     while (at < jobs->open_count && jobs->open[at].frame != frame) at++;

@@ -1,9 +1,9 @@
 #pragma once
 /* The inside of struct jobs, shared by the files of this room: who is there, in which order they
  * are served, which frames are open. */
+#include "server/job/active_job.h"
 #include "server/job/job_counts.h"
 #include "server/job/job_id.h"
-#include "server/job/live_job.h"
 #include "server/job/live_view.h"
 
 /* Frames in work: two keep workers busy while one is encoded; small images may have more. */
@@ -25,8 +25,8 @@
            */
 
 struct open_frame {
-    struct live_job *job;
-    struct live_frame *frame;
+    struct active_job *job;
+    struct active_frame *frame;
 };
 
 struct dry_run {
@@ -49,10 +49,10 @@ struct jobs {
     struct job_id_source ids;
     uint64_t next_frame_id;
 
-    struct live_job **by_id; /* sorted; jobs that have not ended */
+    struct active_job **by_id; /* sorted; jobs that have not ended */
     size_t count, capacity;
     size_t coming;                      /* being stored, which have a place in by_id beforehand */
-    struct live_job *first, *last;      /* in order of rank: priority, then age */
+    struct active_job *first, *last;    /* in order of rank: priority, then age */
     struct job_counts counts;           /* of tenants, also of those that come */
     struct fair_share share;            /* who goes first among tenants of a priority */
     uint64_t in_state[JOB_STATE_COUNT]; /* of those in the table; ended ones since the start */
@@ -73,25 +73,25 @@ struct jobs {
 
 /* jobs_table.c */
 int jobs_table_add(struct jobs *jobs,
-                   struct live_job *job); /* ERR_MEMORY; the table owns it then */
+                   struct active_job *job); /* ERR_MEMORY; the table owns it then */
 /* Makes room for one more than those that come. ERR_MEMORY. */
 int jobs_table_reserve(struct jobs *jobs);
-void jobs_table_remove(struct jobs *jobs, struct live_job *job);
-struct live_job *jobs_table_find(const struct jobs *jobs, const char *id);
+void jobs_table_remove(struct jobs *jobs, struct active_job *job);
+struct active_job *jobs_table_find(const struct jobs *jobs, const char *id);
 /* Gives it another priority, and its place by it. */
-void jobs_table_rank(struct jobs *jobs, struct live_job *job, int32_t priority);
+void jobs_table_rank(struct jobs *jobs, struct active_job *job, int32_t priority);
 /* Open frames whose tiles are given. */
 unsigned jobs_table_working(const struct jobs *jobs);
 /* Its frames count as work: neither live nor paused. */
-bool jobs_table_is_working(const struct live_job *job);
+bool jobs_table_is_working(const struct active_job *job);
 /* Its pause has begun or is over: it gives up its tenant's turns, or takes part in them. */
-void jobs_table_paused(struct jobs *jobs, struct live_job *job);
+void jobs_table_paused(struct jobs *jobs, struct active_job *job);
 /* Whether a is served before b: priority, live ones first, the turn of their tenants, then age. */
-bool jobs_table_before(const struct live_job *a, const struct live_job *b);
+bool jobs_table_before(const struct active_job *a, const struct active_job *b);
 /* A tile of the job is given to a worker: that many samples. */
-void jobs_table_charge(struct jobs *jobs, struct live_job *job, uint64_t samples);
-void jobs_table_open(struct jobs *jobs, struct live_job *job, struct live_frame *frame);
-void jobs_table_close(struct jobs *jobs, struct live_frame *frame);
+void jobs_table_charge(struct jobs *jobs, struct active_job *job, uint64_t samples);
+void jobs_table_open(struct jobs *jobs, struct active_job *job, struct active_frame *frame);
+void jobs_table_close(struct jobs *jobs, struct active_frame *frame);
 struct open_frame *jobs_table_frame(struct jobs *jobs, uint64_t frame_id);
 
 /* jobs_turn.c: imports and plans the first few jobs before their turn; opens the frame that is to
@@ -105,7 +105,7 @@ void jobs_complete_views(struct jobs *jobs);
 /* Looks from now on for live jobs that have rested for too long. */
 void jobs_watch_idle(struct jobs *jobs);
 
-/* live_retry.c: what is due; true while something waits. */
+/* active_retry.c: what is due; true while something waits. */
 bool jobs_try_again(struct jobs *jobs);
 
 /* jobs.c */
@@ -119,10 +119,11 @@ void jobs_fail_unless_joined(struct jobs *jobs, const struct fault *refusal);
 
 /* Looks soon for what can be begun. */
 void jobs_advance_soon(struct jobs *jobs);
-void jobs_progress_soon(struct jobs *jobs, struct live_job *job);
-void jobs_set_state(struct jobs *jobs, struct live_job *job, enum job_state state);
-void jobs_event(struct live_job *job, const char *name, json_t *data, bool final); /* takes data */
-void jobs_event_state(struct live_job *job);
+void jobs_progress_soon(struct jobs *jobs, struct active_job *job);
+void jobs_set_state(struct jobs *jobs, struct active_job *job, enum job_state state);
+void jobs_event(struct active_job *job, const char *name, json_t *data,
+                bool final); /* takes data */
+void jobs_event_state(struct active_job *job);
 /* Readers of an ended job find its last events for a while. */
 void jobs_remember_ended(struct jobs *jobs, const char *id);
 uint64_t jobs_clock_us(void);

@@ -18,25 +18,25 @@ static void ahead_enter(const struct jobs *jobs, struct ahead *ahead, int32_t pr
 }
 
 /* Live jobs have places of their own: who waits for one holds nobody up. */
-static bool is_ahead(const struct live_job *job)
+static bool is_ahead(const struct active_job *job)
 {
     return job->state == JOB_QUEUED || job->state == JOB_IMPORTING ||
-           (live_job_has_unopened(job) && !job->live);
+           (active_job_has_unopened(job) && !job->live);
 }
 
 static bool is_its_turn(const struct jobs *jobs, const struct ahead *ahead,
-                        const struct live_job *job)
+                        const struct active_job *job)
 {
     if (!job->tenant || ahead->tenants <= 1) return ahead->ready < READY_AHEAD;
     return job->tenant->ahead < ahead->each &&
            fair_share_rank(&jobs->share, job->tenant) < READY_TENANTS;
 }
 
-static void look_at(struct jobs *jobs, struct ahead *ahead, struct live_job *job)
+static void look_at(struct jobs *jobs, struct ahead *ahead, struct active_job *job)
 {
     struct fair_tenant *tenant = job->tenant;
     const bool is_free = !job->again && is_its_turn(jobs, ahead, job);
-    if (is_free && job->state == JOB_QUEUED && !job->loading) live_job_begin(job);
+    if (is_free && job->state == JOB_QUEUED && !job->loading) active_job_begin(job);
     const bool counts = is_free && is_ahead(job);
     ahead->ready += counts;
     if (!tenant || tenant != job->tenant) return; /* it has ended at once */
@@ -49,10 +49,10 @@ static void look_at(struct jobs *jobs, struct ahead *ahead, struct live_job *job
 
 void jobs_begin_ahead(struct jobs *jobs)
 {
-    struct live_job *after;
+    struct active_job *after;
     struct ahead ahead = {0};
     fair_share_look(&jobs->share);
-    for (struct live_job *job = jobs->first; job; job = after) {
+    for (struct active_job *job = jobs->first; job; job = after) {
         after = job->after;
         if (job == jobs->first || job->priority != ahead.priority) {
             if (ahead.ready >= READY_AHEAD) break;
@@ -64,7 +64,7 @@ void jobs_begin_ahead(struct jobs *jobs)
     }
 }
 
-static const struct live_job *first_with_tiles(const struct jobs *jobs)
+static const struct active_job *first_with_tiles(const struct jobs *jobs)
 {
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (!jobs->open[i].job->paused && frame_tiles_waiting(jobs->open[i].frame->work) > 0)
@@ -72,40 +72,40 @@ static const struct live_job *first_with_tiles(const struct jobs *jobs)
     return NULL;
 }
 
-static bool has_room(const struct jobs *jobs, const struct live_job *job)
+static bool has_room(const struct jobs *jobs, const struct active_job *job)
 {
-    uint64_t floats = live_job_frame_floats(job);
+    uint64_t floats = active_job_frame_floats(job);
     if (jobs_table_working(jobs) < 2) return true;
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (jobs_table_is_working(jobs->open[i].job))
-            floats += live_job_frame_floats(jobs->open[i].job);
+            floats += active_job_frame_floats(jobs->open[i].job);
     return floats <= OPEN_FLOATS_MOST;
 }
 
 /* Its pictures stay while it is open: the first has room, whatever its size. */
-static bool has_live_room(const struct jobs *jobs, const struct live_job *job)
+static bool has_live_room(const struct jobs *jobs, const struct active_job *job)
 {
-    uint64_t floats = live_job_frame_floats(job);
+    uint64_t floats = active_job_frame_floats(job);
     if (jobs->open_live == 0) return true;
     for (unsigned i = 0; i < jobs->open_count; i++)
-        if (jobs->open[i].job->live) floats += live_job_frame_floats(jobs->open[i].job);
+        if (jobs->open[i].job->live) floats += active_job_frame_floats(jobs->open[i].job);
     return jobs->open_live < LIVE_MOST && floats <= LIVE_FLOATS_MOST;
 }
 
 /* Live jobs have places of their own, as their frames stay. */
-static bool may_open(const struct jobs *jobs, const struct live_job *job)
+static bool may_open(const struct jobs *jobs, const struct active_job *job)
 {
-    if (job->paused || !live_job_has_unopened(job)) return false;
+    if (job->paused || !active_job_has_unopened(job)) return false;
     if (job->live) return has_live_room(jobs, job);
     return jobs_table_working(jobs) < OPEN_MOST;
 }
 
 /* Only jobs that run have frames to open, and those are few of many. */
-static struct live_job *next_to_open(const struct jobs *jobs)
+static struct active_job *next_to_open(const struct jobs *jobs)
 {
-    struct live_job *first = NULL;
+    struct active_job *first = NULL;
     uint64_t running = jobs->in_state[JOB_RUNNING];
-    for (struct live_job *job = jobs->first; job && running > 0; job = job->after) {
+    for (struct active_job *job = jobs->first; job && running > 0; job = job->after) {
         if (first && (job->priority != first->priority || first->live)) break;
         running -= job->state == JOB_RUNNING;
         if (may_open(jobs, job) && (!first || jobs_table_before(job, first))) first = job;
@@ -117,16 +117,16 @@ static struct live_job *next_to_open(const struct jobs *jobs)
  * have. Who goes before for his tenant's turn alone waits for room. */
 bool jobs_open_next(struct jobs *jobs)
 {
-    struct live_job *job = next_to_open(jobs);
+    struct active_job *job = next_to_open(jobs);
     if (!job) return false;
     if (job->live) {
-        live_job_open_frame(job);
+        active_job_open_frame(job);
         return true;
     }
-    const struct live_job *giving = first_with_tiles(jobs);
+    const struct active_job *giving = first_with_tiles(jobs);
     if (giving && !jobs_table_before(job, giving)) return false;
     if ((!giving || job->priority == giving->priority) && !has_room(jobs, job)) return false;
-    live_job_open_frame(job);
+    active_job_open_frame(job);
     return true;
 }
 

@@ -36,7 +36,7 @@ static int plan_levels(const struct prepared *prepared, const struct job *docume
     return error;
 }
 
-int live_view_create(struct live_job *job, uint32_t number, struct fault *fault)
+int live_view_create(struct active_job *job, uint32_t number, struct fault *fault)
 {
     struct live_view *view = calloc(1, sizeof *view);
     struct plan_report *report = malloc(sizeof *report);
@@ -62,14 +62,14 @@ static void drop_last(struct live_view *view)
     if (view->last) frame_drop(&view->last);
 }
 
-void live_view_hide(struct live_job *job)
+void live_view_hide(struct active_job *job)
 {
     if (!job->jobs->stopping) stream_image(job->jobs->options.streams, job->id, NULL);
     job->view->shown = false;
     drop_last(job->view);
 }
 
-void live_view_destroy(struct live_job *job)
+void live_view_destroy(struct active_job *job)
 {
     if (!job->view) return;
     drop_last(job->view);
@@ -77,7 +77,7 @@ void live_view_destroy(struct live_job *job)
     job->view = NULL;
 }
 
-int live_view_check(const struct live_job *job, struct fault *fault)
+int live_view_check(const struct active_job *job, struct fault *fault)
 {
     if (!job->live)
         return fault_set(fault, ERR_STATE, "", "its camera cannot be moved: it is not a live job");
@@ -90,10 +90,10 @@ int live_view_check(const struct live_job *job, struct fault *fault)
 }
 
 /* The document as it now is, for a restart. */
-static void record(struct live_job *job, job_store_done done)
+static void record(struct active_job *job, job_store_done done)
 {
     struct job_store *store = job->jobs->options.store;
-    json_t *document = job_write(&job->prepared->job), *report = live_job_report(job);
+    json_t *document = job_write(&job->prepared->job), *report = active_job_report(job);
     char *report_text = json_text(report, JSON_COMPACT);
     char *text = json_text(document, JSON_COMPACT);
     if (text && report_text) {
@@ -108,14 +108,14 @@ static void record(struct live_job *job, job_store_done done)
     json_decref(report);
 }
 
-static void record_newest(struct live_job *job);
+static void record_newest(struct active_job *job);
 
 static void on_recorded(void *ctx, int error)
 {
-    struct live_job *job = ctx;
+    struct active_job *job = ctx;
     job->holds--;
     if (job->gone) {
-        live_job_release(job);
+        active_job_release(job);
         return;
     }
     if (!job->view) return; /* it begins again */
@@ -128,7 +128,7 @@ static void on_recorded(void *ctx, int error)
 
 /* Nobody waits for it: who moves a camera moves on. One is in the store's hands at a time, so that
  * moves do not queue there. */
-static void record_newest(struct live_job *job)
+static void record_newest(struct active_job *job)
 {
     struct live_view *view = job->view;
     view->dirty = view->recording;
@@ -138,14 +138,14 @@ static void record_newest(struct live_job *job)
     record(job, on_recorded);
 }
 
-void live_view_keep(struct live_job *job)
+void live_view_keep(struct active_job *job)
 {
     if (!job->view || !job->view->dirty) return;
     job->view->dirty = false;
     record(job, NULL);
 }
 
-static void go(struct live_job *job, enum job_state state)
+static void go(struct active_job *job, enum job_state state)
 {
     if (job->state == state) return;
     jobs_set_state(job->jobs, job, state);
@@ -155,20 +155,20 @@ static void go(struct live_job *job, enum job_state state)
 
 /* The frame of the first level, in the place of the one that was open; a job that had none waits on
  * for a place. */
-static void begin(struct live_job *job)
+static void begin(struct active_job *job)
 {
     const bool has_place = job->frames_opened > 0;
     live_view_hide(job);
-    live_job_drop_frames(job);
+    active_job_drop_frames(job);
     job->view->level = 0;
     job->trace_started_us = 0;
     go(job, JOB_RUNNING);
     jobs_progress_soon(job->jobs, job);
-    if (has_place && live_job_has_unopened(job)) live_job_open_frame(job);
+    if (has_place && active_job_has_unopened(job)) active_job_open_frame(job);
 }
 
 /* What a plan says of the job is told when somebody asks; until then only the camera has moved. */
-static int take(struct live_job *job, const struct job *moved, const struct plan *plans,
+static int take(struct active_job *job, const struct job *moved, const struct plan *plans,
                 const struct plan_report *report, struct fault *fault)
 {
     struct live_view *view = job->view;
@@ -189,7 +189,7 @@ static int take(struct live_job *job, const struct job *moved, const struct plan
     return 0;
 }
 
-int live_view_move(struct live_job *job, const char *text, size_t size_bytes, struct fault *fault)
+int live_view_move(struct active_job *job, const char *text, size_t size_bytes, struct fault *fault)
 {
     struct live_view *view = job->view;
     struct job moved = job->prepared->job;
@@ -216,12 +216,12 @@ int live_view_move(struct live_job *job, const char *text, size_t size_bytes, st
     return 0;
 }
 
-const struct plan *live_view_plan(const struct live_job *job)
+const struct plan *live_view_plan(const struct active_job *job)
 {
     return &job->view->plans[job->view->level];
 }
 
-int32_t live_view_scale(const struct live_job *job)
+int32_t live_view_scale(const struct active_job *job)
 {
     return view_level_scale(&job->prepared->job, job->view->level);
 }
@@ -232,7 +232,7 @@ static bool is_last(const struct live_view *view)
 }
 
 /* Puts the level in work on the feed, in place of what was there. */
-static void show(struct live_job *job)
+static void show(struct active_job *job)
 {
     struct live_view *view = job->view;
     const struct job *document = &job->prepared->job;
@@ -244,14 +244,14 @@ static void show(struct live_job *job)
     drop_last(view);
 }
 
-void live_view_drawn(struct live_job *job, struct rect rect)
+void live_view_drawn(struct active_job *job, struct rect rect)
 {
     if (!is_last(job->view)) return;
     show(job);
     stream_pixels(job->jobs->options.streams, job->id, rect);
 }
 
-static void show_whole(struct live_job *job)
+static void show_whole(struct active_job *job)
 {
     const struct plan *plan = live_view_plan(job);
     show(job);
@@ -259,18 +259,18 @@ static void show_whole(struct live_job *job)
                   (struct rect){0, 0, plan->width_px, plan->height_px});
 }
 
-static void next_level(struct live_job *job)
+static void next_level(struct active_job *job)
 {
     struct live_view *view = job->view;
     show_whole(job);
-    view->last = live_job_take_work(job, &job->frames[0]);
+    view->last = active_job_take_work(job, &job->frames[0]);
     view->shown = false;
     view->level++;
     job->trace_started_us = 0;
-    live_job_open_frame(job);
+    active_job_open_frame(job);
 }
 
-void live_view_completed(struct live_job *job)
+void live_view_completed(struct active_job *job)
 {
     if (!is_last(job->view)) {
         next_level(job);
@@ -283,13 +283,13 @@ void live_view_completed(struct live_job *job)
     record_newest(job);
 }
 
-void live_view_end(struct live_job *job)
+void live_view_end(struct active_job *job)
 {
     assert(job->state == JOB_RESTING);
     frame_store(job->frames[0].work);
 }
 
-json_t *live_view_json(const struct live_job *job)
+json_t *live_view_json(const struct active_job *job)
 {
     return json_pack("{s:I,s:i,s:b}", "number", (json_int_t)job->view->number, "scale",
                      (int)live_view_scale(job), "complete", (int)(job->state != JOB_RUNNING));

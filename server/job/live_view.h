@@ -9,7 +9,7 @@
  * until the camera moves, or has not for so long that the job ends with its files. */
 #include <uv.h>
 
-#include "server/job/live_job.h"
+#include "server/job/active_job.h"
 #include "server/job/view_levels.h"
 
 /* Live jobs that may be open at once: each holds a picture. */
@@ -27,31 +27,32 @@ struct live_view {
 };
 
 /* Of a job that was just prepared: plans its first view. ERR_MEMORY, or what plan_make refuses. */
-int live_view_create(struct live_job *job, uint32_t number, struct fault *fault);
-void live_view_destroy(struct live_job *job);
+int live_view_create(struct active_job *job, uint32_t number, struct fault *fault);
+void live_view_destroy(struct active_job *job);
 
 /* The next view, from a body that job_view_read takes. The pointer of a fault is into that. The job
  * is as it was then. */
-int live_view_move(struct live_job *job, const char *text, size_t size_bytes, struct fault *fault);
+int live_view_move(struct active_job *job, const char *text, size_t size_bytes,
+                   struct fault *fault);
 
 /* May it be moved? ERR_STATE with a sentence: it has not begun, is ending, or is not live. */
-int live_view_check(const struct live_job *job, struct fault *fault);
+int live_view_check(const struct active_job *job, struct fault *fault);
 
 /* The plan of the level in work. */
-const struct plan *live_view_plan(const struct live_job *job);
-int32_t live_view_scale(const struct live_job *job);
+const struct plan *live_view_plan(const struct active_job *job);
+int32_t live_view_scale(const struct active_job *job);
 
 /* Pixels of the frame in work have changed; it is complete. */
-void live_view_drawn(struct live_job *job, struct rect rect);
-void live_view_completed(struct live_job *job);
+void live_view_drawn(struct active_job *job, struct rect rect);
+void live_view_completed(struct active_job *job);
 /* The frame in work is dropped: the feed must not look at it. */
-void live_view_hide(struct live_job *job);
+void live_view_hide(struct active_job *job);
 
 /* What the store does not have goes there now, for nobody comes back to it. */
-void live_view_keep(struct live_job *job);
+void live_view_keep(struct active_job *job);
 
 /* Ends a job that rests, with its files. */
-void live_view_end(struct live_job *job);
+void live_view_end(struct active_job *job);
 
 /* {number, scale, complete}: for GET and events. New reference. */
-json_t *live_view_json(const struct live_job *job);
+json_t *live_view_json(const struct active_job *job);

@@ -8,7 +8,7 @@
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-bool live_job_has_unopened(const struct live_job *job)
+bool active_job_has_unopened(const struct active_job *job)
 {
     return job->state == JOB_RUNNING &&
            job->frames_opened + job->frames_finished < job->frame_count;
@@ -24,7 +24,7 @@ static uint64_t waiting_floats(const struct plan *plan)
     return layout.total_bytes / (sizeof(float) * LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
 }
 
-uint64_t live_job_frame_floats(const struct live_job *job)
+uint64_t active_job_frame_floats(const struct active_job *job)
 {
     const struct plan *plan = &job->prepared->plan;
     /* About three channels a layer. */
@@ -35,14 +35,14 @@ uint64_t live_job_frame_floats(const struct live_job *job)
 
 /* The pixel feed shows one frame of a job at a time: the first that is in work. Between two there
  * is no end of pictures: what readers lack of the first would be made for nothing. */
-static void show(struct live_job *job, struct live_frame *frame)
+static void show(struct active_job *job, struct active_frame *frame)
 {
     if (frame || job->shown)
         stream_image(job->jobs->options.streams, job->id, frame ? frame_image(frame->work) : NULL);
     job->shown = frame;
 }
 
-static struct live_frame *first_in_work(const struct live_job *job)
+static struct active_frame *first_in_work(const struct active_job *job)
 {
     for (unsigned i = 0; i < job->jobs->open_count; i++)
         if (job->jobs->open[i].job == job) return job->jobs->open[i].frame;
@@ -50,7 +50,7 @@ static struct live_frame *first_in_work(const struct live_job *job)
 }
 
 /* A shelved frame's numbers go to the job's. */
-static void unshelve(struct live_job *job, struct live_frame *frame)
+static void unshelve(struct active_job *job, struct active_frame *frame)
 {
     if (!frame->shelved) return;
     statistics_add(&job->statistics, &frame->shelved->statistics);
@@ -59,7 +59,7 @@ static void unshelve(struct live_job *job, struct live_frame *frame)
 }
 
 /* Takes a frame out of work. */
-static void leave_table(struct live_job *job, struct live_frame *frame)
+static void leave_table(struct active_job *job, struct active_frame *frame)
 {
     struct jobs *jobs = job->jobs;
     uint64_t id = frame_id(frame->work);
@@ -70,7 +70,7 @@ static void leave_table(struct live_job *job, struct live_frame *frame)
 }
 
 /* For good: its numbers go to the job. */
-static void leave_work(struct live_job *job, struct live_frame *frame)
+static void leave_work(struct active_job *job, struct active_frame *frame)
 {
     statistics_add(&job->statistics, frame_statistics(frame->work));
     unshelve(job, frame);
@@ -78,20 +78,20 @@ static void leave_work(struct live_job *job, struct live_frame *frame)
 }
 
 /* Its memory goes back. */
-static void drop_work(struct live_job *job, struct live_frame *frame)
+static void drop_work(struct active_job *job, struct active_frame *frame)
 {
     if (job->view) live_view_hide(job);
     if (job->shown == frame) show(job, job->jobs->stopping ? NULL : first_in_work(job));
     frame_drop(&frame->work);
 }
 
-static void close_work(struct live_job *job, struct live_frame *frame)
+static void close_work(struct active_job *job, struct active_frame *frame)
 {
     leave_work(job, frame);
     drop_work(job, frame);
 }
 
-struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame)
+struct frame *active_job_take_work(struct active_job *job, struct active_frame *frame)
 {
     struct frame *work = frame->work;
     leave_work(job, frame);
@@ -101,13 +101,13 @@ struct frame *live_job_take_work(struct live_job *job, struct live_frame *frame)
     return work;
 }
 
-static void queue_again(struct live_job *job, struct live_frame *frame)
+static void queue_again(struct active_job *job, struct active_frame *frame)
 {
     frame_state_go(&frame->state, FRAME_QUEUED);
     job->frames_opened--;
 }
 
-void live_job_shelve_frame(struct live_job *job, struct live_frame *frame)
+void active_job_shelve_frame(struct active_job *job, struct active_frame *frame)
 {
     struct shelved_frame *shelved = shelved_frame_create(frame->work, frame->shelved);
     if (!shelved) { /* counts as a frame of its own */
@@ -120,17 +120,17 @@ void live_job_shelve_frame(struct live_job *job, struct live_frame *frame)
     queue_again(job, frame);
 }
 
-void live_job_unshelve_frames(struct live_job *job)
+void active_job_unshelve_frames(struct active_job *job)
 {
     for (uint32_t i = 0; i < job->frame_count; i++) unshelve(job, &job->frames[i]);
 }
 
-void live_job_free_frames(struct live_job *job)
+void active_job_free_frames(struct active_job *job)
 {
     for (uint32_t i = 0; i < job->frame_count; i++) {
-        const struct live_frame *frame = &job->frames[i];
+        const struct active_frame *frame = &job->frames[i];
         if (frame->again == AGAIN_RECORD)
-            live_frame_release_pictures(job->jobs, &frame->exr, &frame->png);
+            active_frame_release_pictures(job->jobs, &frame->exr, &frame->png);
         free(frame->shelved);
     }
     free(job->frames);
@@ -138,16 +138,16 @@ void live_job_free_frames(struct live_job *job)
     job->frame_count = job->frames_opened = job->frames_finished = 0;
 }
 
-void live_job_drop_frames(struct live_job *job)
+void active_job_drop_frames(struct active_job *job)
 {
-    struct live_frame *frame;
+    struct active_frame *frame;
     while ((frame = first_in_work(job))) {
         close_work(job, frame);
         queue_again(job, frame);
     }
 }
 
-void live_job_wish(struct live_job *job, const struct tile_wish *wish)
+void active_job_wish(struct active_job *job, const struct tile_wish *wish)
 {
     job->wish = *wish;
     for (unsigned i = 0; i < job->jobs->open_count; i++)
@@ -155,8 +155,8 @@ void live_job_wish(struct live_job *job, const struct tile_wish *wish)
             frame_steer(job->jobs->open[i].frame->work, wish);
 }
 
-static struct live_job *job_of(struct jobs *jobs, const struct frame *work,
-                               struct live_frame **frame)
+static struct active_job *job_of(struct jobs *jobs, const struct frame *work,
+                                 struct active_frame **frame)
 {
     struct open_frame *open = jobs_table_frame(jobs, frame_id(work));
     assert(open);
@@ -180,7 +180,7 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
 }
 
 /* In pixels of the full picture, whatever the level in work. */
-static struct rect place_of(const struct live_job *job, struct rect r)
+static struct rect place_of(const struct active_job *job, struct rect r)
 {
     const struct plan *plan = &job->prepared->plan;
     const int32_t scale = job->view ? live_view_scale(job) : 1;
@@ -190,28 +190,28 @@ static struct rect place_of(const struct live_job *job, struct rect r)
 
 /* Told together with the next progress: an event a tile would cost more than the tile's place in
  * the books. */
-static void note_tile(struct live_job *job, const struct frame *work, const struct message_ack *ack,
-                      uint64_t worker)
+static void note_tile(struct active_job *job, const struct frame *work,
+                      const struct message_ack *ack, uint64_t worker)
 {
     job->last_tile = place_of(job, frame_tile_rect(work, ack->index));
     job->last_tile_frame = frame_number(work);
     job->last_tile_worker = worker;
 }
 
-static void log_corrupt(struct live_job *job, const struct frame *work, uint64_t worker)
+static void log_corrupt(struct active_job *job, const struct frame *work, uint64_t worker)
 {
     const char *name = fleet_worker_name(job->jobs->fleet, worker);
     const struct fault *refusal = frame_refusal(work);
-    live_job_log(job, "tiles",
-                 "a result of %s is refused, its tile given out again: %.100s: %.200s",
-                 name ? name : "a worker that has left", refusal->pointer, refusal->detail);
+    active_job_log(job, "tiles",
+                   "a result of %s is refused, its tile given out again: %.100s: %.200s",
+                   name ? name : "a worker that has left", refusal->pointer, refusal->detail);
 }
 
 static void on_judged(void *ctx, struct frame *work, uint64_t worker, const struct message_ack *ack)
 {
     struct jobs *jobs = ctx;
-    struct live_frame *frame;
-    struct live_job *job = job_of(jobs, work, &frame);
+    struct active_frame *frame;
+    struct active_job *job = job_of(jobs, work, &frame);
     fleet_ack(jobs->fleet, worker, ack);
     if (ack->verdict == VERDICT_ACCEPTED) {
         note_tile(job, work, ack, worker);
@@ -231,8 +231,8 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
 static void on_drawn(void *ctx, struct frame *work, struct rect rect)
 {
     struct jobs *jobs = ctx;
-    struct live_frame *frame;
-    struct live_job *job = job_of(jobs, work, &frame);
+    struct active_frame *frame;
+    struct active_job *job = job_of(jobs, work, &frame);
     if (job->view) live_view_drawn(job, rect);
     if (job->shown == frame) stream_pixels(jobs->options.streams, job->id, rect);
     jobs_progress_soon(jobs, job);
@@ -242,8 +242,8 @@ static void on_drawn(void *ctx, struct frame *work, struct rect rect)
 static void on_extended(void *ctx, struct frame *work)
 {
     struct jobs *jobs = ctx;
-    struct live_frame *frame;
-    struct live_job *job = job_of(jobs, work, &frame);
+    struct active_frame *frame;
+    struct active_job *job = job_of(jobs, work, &frame);
     jobs_progress_soon(jobs, job);
     fleet_wake(jobs->fleet);
 }
@@ -264,29 +264,29 @@ static void on_completed(void *ctx, struct frame *work)
 
 static void on_failed(void *ctx, struct frame *work, const struct fault *fault)
 {
-    struct live_frame *frame;
-    struct live_job *job = job_of(ctx, work, &frame);
+    struct active_frame *frame;
+    struct active_job *job = job_of(ctx, work, &frame);
     if (frame_was_given_up(work))
-        live_job_fail(job, fault);
+        active_job_fail(job, fault);
     else
-        live_job_fail_or_begin_again(job, fault);
+        active_job_fail_or_begin_again(job, fault);
     jobs_advance_soon(ctx);
 }
 
 static void on_unstored(void *ctx, struct frame *work, const struct fault *fault)
 {
-    struct live_frame *frame;
-    struct live_job *job = job_of(ctx, work, &frame);
-    live_job_store_again(job, frame, fault);
+    struct active_frame *frame;
+    struct active_job *job = job_of(ctx, work, &frame);
+    active_job_store_again(job, frame, fault);
 }
 
 /* What a frame came to have beyond its plan, and what it warns of. */
-static void note_end(struct live_job *job, const struct frame *work)
+static void note_end(struct active_job *job, const struct frame *work)
 {
     json_t *warnings = json_object_get(job->plan, "warnings");
     job->tiles_beyond += frame_tiles_total(work) - frame_tiles_planned(work);
     if (frame_warning(work)[0] == '\0') return;
-    live_job_log(job, "warning", "frame %d: %s", frame_number(work), frame_warning(work));
+    active_job_log(job, "warning", "frame %d: %s", frame_number(work), frame_warning(work));
     if (json_array_size(warnings) < LIMIT_WARNINGS)
         json_array_append_new(warnings, json_string(frame_warning(work)));
 }
@@ -295,28 +295,28 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
                        const struct digest *png)
 {
     struct jobs *jobs = ctx;
-    struct live_frame *frame;
-    struct live_job *job = job_of(jobs, work, &frame);
+    struct active_frame *frame;
+    struct active_job *job = job_of(jobs, work, &frame);
     frame->exr = *exr;
     frame->png = *png;
     if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
     note_end(job, work);
-    live_job_log(job, "frame", "frame %d is drawn and encoded", live_frame_number(job, frame));
+    active_job_log(job, "frame", "frame %d is drawn and encoded", active_frame_number(job, frame));
     close_work(job, frame);
-    live_job_record_frame(job, frame);
+    active_job_record_frame(job, frame);
     jobs_advance_soon(jobs);
 }
 
-static int start_work(struct live_job *job, struct live_frame *frame)
+static int start_work(struct active_job *job, struct active_frame *frame)
 {
     struct jobs *jobs = job->jobs;
     const struct job *document = &job->prepared->job;
     struct plan plan = job->view ? *live_view_plan(job) : job->prepared->plan;
     const uint32_t l = job_strata_per_axis(document->spp), u = plan.lens_strata_per_axis;
-    plan.pattern.frame = (uint32_t)live_frame_number(job, frame);
+    plan.pattern.frame = (uint32_t)active_frame_number(job, frame);
     struct frame_options options = {
         .id = ++jobs->next_frame_id,
-        .number = live_frame_number(job, frame),
+        .number = active_frame_number(job, frame),
         .layers = document->layers,
         .metadata = {.job = job->fingerprint,
                      .build = build_id(),
@@ -324,7 +324,7 @@ static int start_work(struct live_job *job, struct live_frame *frame)
                      .spp = plan.paths.spp > 0 ? plan.paths.spp
                             : u > 0            ? u * u
                                                : l * l,
-                     .frame = live_frame_number(job, frame),
+                     .frame = active_frame_number(job, frame),
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,
         .pool = jobs->options.pool,
@@ -347,23 +347,24 @@ static int start_work(struct live_job *job, struct live_frame *frame)
     return frame_create(&options, &frame->work);
 }
 
-static struct live_frame *first_unopened(const struct live_job *job)
+static struct active_frame *first_unopened(const struct active_job *job)
 {
-    struct live_frame *frame = job->frames;
+    struct active_frame *frame = job->frames;
     while (frame->state != FRAME_QUEUED) frame++;
     return frame;
 }
 
-void live_job_open_frame(struct live_job *job)
+void active_job_open_frame(struct active_job *job)
 {
     struct jobs *jobs = job->jobs;
-    assert(live_job_has_unopened(job));
-    struct live_frame *frame = first_unopened(job);
+    assert(active_job_has_unopened(job));
+    struct active_frame *frame = first_unopened(job);
     int error = start_work(job, frame);
     if (error) {
         struct fault fault;
-        fault_set(&fault, error, "/image", "no memory for frame %d", live_frame_number(job, frame));
-        live_job_fail_or_begin_again(job, &fault);
+        fault_set(&fault, error, "/image", "no memory for frame %d",
+                  active_frame_number(job, frame));
+        active_job_fail_or_begin_again(job, &fault);
         return;
     }
     /* What somebody wishes to see first is in pixels of the full picture. */
@@ -371,13 +372,13 @@ void live_job_open_frame(struct live_job *job)
     frame_state_go(&frame->state, FRAME_RENDERING);
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);
-    live_job_log(job, "frame", "frame %d is begun", live_frame_number(job, frame));
+    active_job_log(job, "frame", "frame %d is begun", active_frame_number(job, frame));
     if (job->trace_started_us == 0) {
         job->trace_started_us = jobs_clock_us();
-        job->trace_started_fraction = live_job_fraction(job);
+        job->trace_started_fraction = active_job_fraction(job);
     }
     if (!job->shown && !job->view) show(job, frame);
     job->revision++;
-    live_frame_tell(job, frame);
+    active_frame_tell(job, frame);
     if (jobs->fleet) fleet_wake(jobs->fleet);
 }

@@ -9,7 +9,7 @@
 
 /* To the server's log, by the request that submitted the job. That a job fails is no fault of the
  * server's. */
-static void tell(const struct live_job *job, const char *kind, const char *text)
+static void tell(const struct active_job *job, const char *kind, const char *text)
 {
     const bool is_bad = !strcmp(kind, "error") || !strcmp(kind, "warning");
     const struct log_field fields[] = {
@@ -18,12 +18,12 @@ static void tell(const struct live_job *job, const char *kind, const char *text)
               job->trace.request[0] ? &job->trace : NULL, fields, sizeof fields / sizeof fields[0]);
 }
 
-void live_job_log_accepted(const struct live_job *job)
+void active_job_log_accepted(const struct active_job *job)
 {
     tell(job, "state", "accepted");
 }
 
-void live_job_log(struct live_job *job, const char *what, const char *format, ...)
+void active_job_log(struct active_job *job, const char *what, const char *format, ...)
 {
     char text[LIMIT_DETAIL_BYTES];
     va_list arguments;
@@ -39,65 +39,65 @@ void live_job_log(struct live_job *job, const char *what, const char *format, ..
 /* Workers may come and go by the hundred: a commit for each would be too many. */
 #define KEEP_EVERY_US 2000000u
 
-void live_job_keep_log(struct live_job *job)
+void active_job_keep_log(struct active_job *job)
 {
     uint64_t now_us = jobs_clock_us();
     if (!job->log_due || job->state != JOB_RUNNING || now_us - job->log_kept_us < KEEP_EVERY_US)
         return;
     job->log_due = false;
     job->log_kept_us = now_us;
-    live_job_keep_report(job, NULL);
+    active_job_keep_report(job, NULL);
 }
 
-void live_job_take_log(struct live_job *job, const json_t *report)
+void active_job_take_log(struct active_job *job, const json_t *report)
 {
     if (job->log) return;
     job->log = job_log_read(report);
     if (job->log)
-        live_job_log(job, "state", "taken up again after a restart of the coordinator");
+        active_job_log(job, "state", "taken up again after a restart of the coordinator");
     else
         job_log_add(&job->log, job->created_ms, "state", LOG_SUBMITTED);
 }
 
-static void log_warnings(struct live_job *job)
+static void log_warnings(struct active_job *job)
 {
     size_t i;
     json_t *warning;
     json_array_foreach (json_object_get(job->plan, "warnings"), i, warning)
-        live_job_log(job, "warning", "%s", json_string_value(warning));
+        active_job_log(job, "warning", "%s", json_string_value(warning));
 }
 
-static void log_failure(struct live_job *job)
+static void log_failure(struct active_job *job)
 {
     const char *detail = json_string_value(json_object_get(job->error, "detail"));
     const char *title = json_string_value(json_object_get(job->error, "title"));
     const char *pointer = json_string_value(json_object_get(job->error, "pointer"));
-    live_job_log(job, "error", "failed: %s%s%s", pointer ? pointer : "", pointer ? ": " : "",
-                 detail  ? detail
-                 : title ? title
-                         : "");
+    active_job_log(job, "error", "failed: %s%s%s", pointer ? pointer : "", pointer ? ": " : "",
+                   detail  ? detail
+                   : title ? title
+                           : "");
 }
 
-void live_job_log_state(struct live_job *job)
+void active_job_log_state(struct active_job *job)
 {
     switch (job->state) {
     case JOB_IMPORTING:
-        live_job_log(job, "state", "the scene is imported and the frame planned");
+        active_job_log(job, "state", "the scene is imported and the frame planned");
         break;
     case JOB_RUNNING:
-        live_job_log(job, "state", "planned: tiles are given out");
+        active_job_log(job, "state", "planned: tiles are given out");
         log_warnings(job);
         break;
     case JOB_FAILED:
         log_failure(job);
         break;
     case JOB_RESTING:
-        live_job_log(job, "state", "resting: the full picture is there, the camera may be moved");
+        active_job_log(job, "state", "resting: the full picture is there, the camera may be moved");
         break;
     case JOB_FINISHED:
-        live_job_log(job, "state", "finished: all files are stored");
+        active_job_log(job, "state", "finished: all files are stored");
         break;
     default:
-        live_job_log(job, "state", "%s", job_state_name(job->state));
+        active_job_log(job, "state", "%s", job_state_name(job->state));
     }
 }

@@ -4,50 +4,52 @@
 
 #include "server/job/jobs_table.h"
 
-void live_frame_release_pictures(const struct jobs *jobs, const struct digest *exr,
-                                 const struct digest *png)
+void active_frame_release_pictures(const struct jobs *jobs, const struct digest *exr,
+                                   const struct digest *png)
 {
     objects_release(jobs->options.objects, exr);
     objects_release(jobs->options.objects, png);
 }
 
-int32_t live_frame_number(const struct live_job *job, const struct live_frame *frame)
+int32_t active_frame_number(const struct active_job *job, const struct active_frame *frame)
 {
     return job->prepared->job.first_frame + (int32_t)(frame - job->frames);
 }
 
-void live_frame_tell(const struct live_job *job, const struct live_frame *frame)
+void active_frame_tell(const struct active_job *job, const struct active_frame *frame)
 {
-    jobs_event((struct live_job *)job, "frame",
-               live_job_frame_json(job->id, live_frame_number(job, frame), frame->state), false);
+    jobs_event((struct active_job *)job, "frame",
+               active_job_frame_json(job->id, active_frame_number(job, frame), frame->state),
+               false);
 }
 
 /* A commit of one frame is on its way. */
 struct recording {
-    struct live_job *job;
+    struct active_job *job;
     unsigned run; /* of the job: another one has other frames */
-    struct live_frame *frame;
+    struct active_frame *frame;
     struct digest exr, png; /* held until they are on record, or never will be */
 };
 
 static void on_recorded(void *ctx, int error)
 {
     struct recording *recording = ctx;
-    struct live_job *job = recording->job;
-    struct live_frame *frame = recording->frame;
+    struct active_job *job = recording->job;
+    struct active_frame *frame = recording->frame;
     const bool is_past = recording->run != job->runs;
     const bool is_over =
         job->gone || job->jobs->stopping || job_state_is_final(job->state) || is_past;
-    if (is_over || !error) live_frame_release_pictures(job->jobs, &recording->exr, &recording->png);
+    if (is_over || !error)
+        active_frame_release_pictures(job->jobs, &recording->exr, &recording->png);
     free(recording);
     job->holds--;
     if (job->gone) {
-        live_job_release(job);
+        active_job_release(job);
         return;
     }
     if (is_over) return;
     if (error) {
-        live_job_record_again(job, frame);
+        active_job_record_again(job, frame);
         return;
     }
     job->pauses = job->tries = 0;
@@ -56,28 +58,28 @@ static void on_recorded(void *ctx, int error)
     job->frames_finished++;
     job->revision++;
     if (job->jobs->options.spools)
-        spools_remove(job->jobs->options.spools, job->id, live_frame_number(job, frame));
-    live_frame_tell(job, frame);
+        spools_remove(job->jobs->options.spools, job->id, active_frame_number(job, frame));
+    active_frame_tell(job, frame);
     if (job->frames_finished == job->frame_count)
-        live_job_finish(job);
+        active_job_finish(job);
     else
         jobs_progress_soon(job->jobs, job);
     jobs_advance_soon(job->jobs);
 }
 
 /* With what it cost: a job that is killed before it has ended would have lost that. */
-void live_job_record_frame(struct live_job *job, struct live_frame *frame)
+void active_job_record_frame(struct active_job *job, struct active_frame *frame)
 {
     struct recording *recording = malloc(sizeof *recording);
-    char *report = recording ? live_job_kept_report(job) : NULL;
+    char *report = recording ? active_job_kept_report(job) : NULL;
     if (!report) {
         free(recording);
-        live_job_record_again(job, frame);
+        active_job_record_again(job, frame);
         return;
     }
     *recording = (struct recording){
         .job = job, .run = job->runs, .frame = frame, .exr = frame->exr, .png = frame->png};
-    struct frame_row row = {.number = live_frame_number(job, frame),
+    struct frame_row row = {.number = active_frame_number(job, frame),
                             .state = frame_state_name(FRAME_FINISHED),
                             .exr = frame->exr,
                             .png = frame->png};

@@ -1,4 +1,4 @@
-#include "server/job/live_job.h"
+#include "server/job/active_job.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -13,10 +13,10 @@
  * numbers must not come again for others. */
 #define VIEWS_UNRECORDED 4096u
 
-struct live_job *live_job_create(struct jobs *jobs, const char *id, const char *owner,
-                                 int32_t priority, int64_t created_ms)
+struct active_job *active_job_create(struct jobs *jobs, const char *id, const char *owner,
+                                     int32_t priority, int64_t created_ms)
 {
-    struct live_job *job = calloc(1, sizeof *job);
+    struct active_job *job = calloc(1, sizeof *job);
     if (!job) return NULL;
     job->jobs = jobs;
     memcpy(job->id, id, JOB_ID_BYTES - 1);
@@ -28,7 +28,7 @@ struct live_job *live_job_create(struct jobs *jobs, const char *id, const char *
     return job;
 }
 
-static void destroy(struct live_job *job)
+static void destroy(struct active_job *job)
 {
     if (job->counted) job_counts_give(&job->jobs->counts, job->owner);
     live_view_destroy(job);
@@ -37,18 +37,18 @@ static void destroy(struct live_job *job)
     json_decref(job->log);
     json_decref(job->error);
     json_decref(job->last_progress);
-    live_job_free_frames(job);
+    active_job_free_frames(job);
     free(job);
 }
 
-void live_job_release(struct live_job *job)
+void active_job_release(struct active_job *job)
 {
     job->gone = true;
     if (job->holds == 0) destroy(job);
 }
 
 /* A store callback came. False when the job is no longer there (and maybe freed). */
-static bool unhold(struct live_job *job)
+static bool unhold(struct active_job *job)
 {
     assert(job->holds > 0);
     job->holds--;
@@ -57,14 +57,14 @@ static bool unhold(struct live_job *job)
     return false;
 }
 
-void live_job_drop(struct live_job *job)
+void active_job_drop(struct active_job *job)
 {
     preparation_cancel(&job->preparation);
     if (job->view) live_view_hide(job);
-    live_job_drop_frames(job);
+    active_job_drop_frames(job);
 }
 
-static void go(struct live_job *job, enum job_state state)
+static void go(struct active_job *job, enum job_state state)
 {
     jobs_set_state(job->jobs, job, state);
     job->revision++;
@@ -91,7 +91,7 @@ static json_t *problem_of(const struct fault *fault)
 }
 
 /* Of an error, too: it is not durable, though it will be. */
-static void tell_who_cancelled(struct live_job *job, int error)
+static void tell_who_cancelled(struct active_job *job, int error)
 {
     if (job->cancelled) job->cancelled(job->cancelled_ctx, error);
     job->cancelled = NULL;
@@ -99,38 +99,38 @@ static void tell_who_cancelled(struct live_job *job, int error)
 
 static void on_ended(void *ctx, int error)
 {
-    struct live_job *job = ctx;
+    struct active_job *job = ctx;
     struct jobs *jobs = job->jobs;
     tell_who_cancelled(job, error);
     if (!unhold(job)) return;
     if (error && error != ERR_NOT_FOUND) {
         /* What could not be recorded stays in the table: GET must not fall back to the old state.
          */
-        live_job_end_again(job);
+        active_job_end_again(job);
         return;
     }
     jobs_event_state(job);
     jobs_remember_ended(jobs, job->id);
     if (jobs->options.spools) spools_remove(jobs->options.spools, job->id, -1);
     jobs_table_remove(jobs, job);
-    live_job_release(job);
+    active_job_release(job);
     jobs_advance_soon(jobs);
 }
 
 /* Stops the clocks, so that the report has the whole job. */
-static void close_statistics(struct live_job *job)
+static void close_statistics(struct active_job *job)
 {
-    live_job_unshelve_frames(job);
-    live_job_statistics(job, &job->statistics);
+    active_job_unshelve_frames(job);
+    active_job_statistics(job, &job->statistics);
     job->work_started_us = 0;
 }
 
-void live_job_pause(struct live_job *job, bool paused)
+void active_job_pause(struct active_job *job, bool paused)
 {
     job->paused = paused;
     if (job->state == JOB_QUEUED) return; /* no clock runs yet */
     if (paused) {
-        live_job_add_work(job, &job->statistics);
+        active_job_add_work(job, &job->statistics);
         job->work_started_us = 0;
         return;
     }
@@ -138,27 +138,27 @@ void live_job_pause(struct live_job *job, bool paused)
     job->work_started_cpu_us = jobs_loop_cpu_us();
     if (job->trace_started_us == 0) return;
     job->trace_started_us = job->work_started_us;
-    job->trace_started_fraction = live_job_fraction(job);
+    job->trace_started_fraction = active_job_fraction(job);
 }
 
-static void end(struct live_job *job, enum job_state state)
+static void end(struct active_job *job, enum job_state state)
 {
     live_view_keep(job);
-    job->last_progress = live_job_progress(job);
+    job->last_progress = active_job_progress(job);
     go(job, state);
-    live_job_take_log(job, NULL);
-    live_job_log_state(job);
-    live_job_drop(job);
+    active_job_take_log(job, NULL);
+    active_job_log_state(job);
+    active_job_drop(job);
     close_statistics(job);
-    live_job_record_end(job);
+    active_job_record_end(job);
 }
 
 /* Without memory for the texts as where the store fails. */
-void live_job_record_end(struct live_job *job)
+void active_job_record_end(struct active_job *job)
 {
     const bool has_failed = job->state == JOB_FAILED;
     if (has_failed && !job->error) job->error = problem_of(&job->failure);
-    json_t *report = live_job_report(job);
+    json_t *report = active_job_report(job);
     char *report_text = json_text(report, JSON_COMPACT);
     char *problem_text = json_text(job->error, JSON_COMPACT);
     if (report_text && (problem_text || !has_failed)) {
@@ -167,14 +167,14 @@ void live_job_record_end(struct live_job *job)
                          problem_text, report_text, on_ended, job);
     } else {
         tell_who_cancelled(job, ERR_MEMORY);
-        live_job_end_again(job);
+        active_job_end_again(job);
     }
     json_decref(report);
     free(report_text);
     free(problem_text);
 }
 
-void live_job_fail(struct live_job *job, const struct fault *fault)
+void active_job_fail(struct active_job *job, const struct fault *fault)
 {
     assert(!job_state_is_final(job->state));
     job->failure = *fault;
@@ -183,12 +183,12 @@ void live_job_fail(struct live_job *job, const struct fault *fault)
     end(job, JOB_FAILED);
 }
 
-void live_job_finish(struct live_job *job)
+void active_job_finish(struct active_job *job)
 {
     end(job, JOB_FINISHED);
 }
 
-void live_job_cancel(struct live_job *job, job_store_done done, void *ctx)
+void active_job_cancel(struct active_job *job, job_store_done done, void *ctx)
 {
     assert(!job_state_is_final(job->state) && !job->cancelled);
     job->cancelled = done;
@@ -197,7 +197,7 @@ void live_job_cancel(struct live_job *job, job_store_done done, void *ctx)
 }
 
 /* Frames of an earlier run whose files are still there need not be made again. */
-static int take_frames(struct live_job *job, const struct frame_row *rows, size_t count,
+static int take_frames(struct active_job *job, const struct frame_row *rows, size_t count,
                        int32_t first, int32_t last)
 {
     const struct objects *objects = job->jobs->options.objects;
@@ -211,29 +211,29 @@ static int take_frames(struct live_job *job, const struct frame_row *rows, size_
             !frame_state_from_name(row->state, &state) || state != FRAME_FINISHED ||
             !objects_have(objects, &row->exr, NULL) || !objects_have(objects, &row->png, NULL))
             continue;
-        struct live_frame *frame = &job->frames[row->number - first];
-        *frame = (struct live_frame){.state = FRAME_FINISHED, .exr = row->exr, .png = row->png};
+        struct active_frame *frame = &job->frames[row->number - first];
+        *frame = (struct active_frame){.state = FRAME_FINISHED, .exr = row->exr, .png = row->png};
         job->frames_finished++;
     }
     return 0;
 }
 
 /* Its views go on from those of an earlier run. */
-static int start_view(struct live_job *job)
+static int start_view(struct active_job *job)
 {
     struct fault fault;
     const uint32_t before = job->view_before;
     int error = live_view_create(job, before > 0 ? before + VIEWS_UNRECORDED : 1, &fault);
-    if (error) live_job_fail_or_begin_again(job, &fault);
+    if (error) active_job_fail_or_begin_again(job, &fault);
     return error;
 }
 
 static void on_prepared(void *ctx, const struct fault *fault, struct prepared *prepared)
 {
-    struct live_job *job = ctx;
+    struct active_job *job = ctx;
     job->preparation = NULL;
     if (fault) {
-        live_job_fail_or_begin_again(job, fault);
+        active_job_fail_or_begin_again(job, fault);
         return;
     }
     job->prepared = prepared;
@@ -243,34 +243,34 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     if (!job->plan || fingerprint_of(&prepared->job, job->fingerprint) != 0) {
         struct fault memory;
         fault_set(&memory, ERR_MEMORY, "", "no memory for the job's plan");
-        live_job_fail_or_begin_again(job, &memory);
+        active_job_fail_or_begin_again(job, &memory);
         return;
     }
     if (job->live && start_view(job) != 0) return;
     go(job, JOB_RUNNING);
-    live_job_log_state(job);
-    live_job_keep_report(job, job_state_name(job->state));
+    active_job_log_state(job);
+    active_job_keep_report(job, job_state_name(job->state));
     jobs_event_state(job);
-    if (job->frames_finished == job->frame_count) live_job_finish(job);
+    if (job->frames_finished == job->frame_count) active_job_finish(job);
     jobs_advance_soon(job->jobs);
 }
 
 /* Numbers of an earlier run go on growing. */
-static int take_report(struct live_job *job, const char *text, struct fault *fault)
+static int take_report(struct active_job *job, const char *text, struct fault *fault)
 {
     json_t *report = NULL;
     const int error = text ? json_read(text, strlen(text), SIZE_MAX, &report, fault) : 0;
     if (error == ERR_MEMORY) return error;
     statistics_read(json_object_get(report, "statistics"), &job->statistics);
-    live_job_take_log(job, report);
-    live_job_log_state(job);
+    active_job_take_log(job, report);
+    active_job_log_state(job);
     const json_t *number = json_object_get(json_object_get(report, "view"), "number");
     job->view_before = (uint32_t)json_integer_value(number);
     json_decref(report);
     return 0;
 }
 
-static int load(struct live_job *job, const struct job_row *row, const struct frame_row *frames,
+static int load(struct active_job *job, const struct job_row *row, const struct frame_row *frames,
                 size_t frame_count, struct fault *fault)
 {
     struct job document;
@@ -296,7 +296,7 @@ static int load(struct live_job *job, const struct job_row *row, const struct fr
 static void on_loaded(void *ctx, int error, const struct job_row *row,
                       const struct frame_row *frames, size_t frame_count)
 {
-    struct live_job *job = ctx;
+    struct active_job *job = ctx;
     struct fault fault;
     job->loading = false;
     if (!unhold(job) || job_state_is_final(job->state)) return;
@@ -310,7 +310,7 @@ static void on_loaded(void *ctx, int error, const struct job_row *row,
     else
         error = load(job, row, frames, frame_count, &fault);
     if (error) {
-        live_job_fail_or_begin_again(job, &fault);
+        active_job_fail_or_begin_again(job, &fault);
         return;
     }
     job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, NULL,
@@ -318,7 +318,7 @@ static void on_loaded(void *ctx, int error, const struct job_row *row,
     jobs_event_state(job);
 }
 
-void live_job_begin(struct live_job *job)
+void active_job_begin(struct active_job *job)
 {
     assert(job->state == JOB_QUEUED && !job->loading);
     job->loading = true;

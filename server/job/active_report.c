@@ -13,7 +13,7 @@
 #define TRACED_SHARE  0.97
 #define ENCODED_SHARE 0.99 /* stored, but not yet recorded */
 
-static double frame_fraction(const struct live_frame *frame)
+static double frame_fraction(const struct active_frame *frame)
 {
     if (frame->state == FRAME_FINISHED) return 1;
     if (!frame->work) return frame->state == FRAME_ENCODING ? ENCODED_SHARE : 0;
@@ -21,7 +21,7 @@ static double frame_fraction(const struct live_frame *frame)
     return TRACED_SHARE * frame_traced_share(frame->work);
 }
 
-double live_job_fraction(const struct live_job *job)
+double active_job_fraction(const struct active_job *job)
 {
     double sum = job->frames_finished;
     if (job->frame_count == 0) return 0;
@@ -32,7 +32,7 @@ double live_job_fraction(const struct live_job *job)
 }
 
 /* From the pace since tracing began in this run; null until there is one. */
-static json_t *eta_of(const struct live_job *job, double fraction)
+static json_t *eta_of(const struct active_job *job, double fraction)
 {
     double gained = fraction - job->trace_started_fraction;
     if (job->state != JOB_RUNNING || job->paused || job->trace_started_us == 0 || gained < 0.005)
@@ -43,7 +43,7 @@ static json_t *eta_of(const struct live_job *job, double fraction)
 }
 
 /* Passes of tiles, as a frame counts them. */
-static uint64_t tiles_a_frame(const struct live_job *job)
+static uint64_t tiles_a_frame(const struct active_job *job)
 {
     struct tile_grid grid;
     const struct plan *plan = job->prepared ? &job->prepared->plan : NULL;
@@ -52,20 +52,20 @@ static uint64_t tiles_a_frame(const struct live_job *job)
     return (uint64_t)tile_grid_count(&grid) * plan_pass_count(plan);
 }
 
-json_t *live_job_progress(const struct live_job *job)
+json_t *active_job_progress(const struct active_job *job)
 {
     if (job->last_progress) return json_incref(job->last_progress);
     uint64_t each = tiles_a_frame(job), total = each * job->frame_count + job->tiles_beyond;
     uint64_t done = each * job->frames_finished + job->tiles_beyond;
     for (uint32_t i = 0; i < job->frame_count; i++) {
-        const struct live_frame *frame = &job->frames[i];
+        const struct active_frame *frame = &job->frames[i];
         if (frame->work) {
             done += frame_tiles_landed(frame->work);
             total += frame_tiles_total(frame->work) - frame_tiles_planned(frame->work);
         }
         if (!frame->work && frame->state == FRAME_ENCODING) done += each;
     }
-    double fraction = live_job_fraction(job);
+    double fraction = active_job_fraction(job);
     json_t *progress = json_pack(
         "{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
         (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s", eta_of(job, fraction),
@@ -74,7 +74,7 @@ json_t *live_job_progress(const struct live_job *job)
     return progress;
 }
 
-void live_job_add_work(const struct live_job *job, struct statistics *sum)
+void active_job_add_work(const struct active_job *job, struct statistics *sum)
 {
     struct rusage usage;
     struct fleet_totals totals = {0};
@@ -88,7 +88,7 @@ void live_job_add_work(const struct live_job *job, struct statistics *sum)
     statistics_add(sum, &peaks);
 }
 
-void live_job_statistics(const struct live_job *job, struct statistics *out)
+void active_job_statistics(const struct active_job *job, struct statistics *out)
 {
     *out = job->statistics;
     for (unsigned i = 0; i < job->jobs->open_count; i++)
@@ -96,54 +96,54 @@ void live_job_statistics(const struct live_job *job, struct statistics *out)
             statistics_add(out, frame_statistics(job->jobs->open[i].frame->work));
     for (uint32_t i = 0; i < job->frame_count; i++)
         if (job->frames[i].shelved) statistics_add(out, &job->frames[i].shelved->statistics);
-    live_job_add_work(job, out);
+    active_job_add_work(job, out);
 }
 
-static json_t *report_of(const struct live_job *job, const struct statistics *statistics)
+static json_t *report_of(const struct active_job *job, const struct statistics *statistics)
 {
     json_t *warnings = json_object_get(job->plan, "warnings");
-    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?,s:o*}", "progress", live_job_progress(job), "plan",
-                     job->plan, "statistics", statistics_json(statistics), "warnings",
+    return json_pack("{s:o,s:O?,s:o,s:o,s:I,s:O?,s:o*}", "progress", active_job_progress(job),
+                     "plan", job->plan, "statistics", statistics_json(statistics), "warnings",
                      warnings ? json_incref(warnings) : json_array(), "revision",
                      (json_int_t)job->revision, "log", job->log, "view",
                      job->view ? live_view_json(job) : NULL);
 }
 
-json_t *live_job_report(const struct live_job *job)
+json_t *active_job_report(const struct active_job *job)
 {
     struct statistics statistics;
-    live_job_statistics(job, &statistics);
+    active_job_statistics(job, &statistics);
     return report_of(job, &statistics);
 }
 
-char *live_job_kept_report(const struct live_job *job)
+char *active_job_kept_report(const struct active_job *job)
 {
     struct statistics statistics = job->statistics;
-    live_job_add_work(job, &statistics);
+    active_job_add_work(job, &statistics);
     json_t *report = report_of(job, &statistics);
     char *text = json_text(report, JSON_COMPACT);
     json_decref(report);
     return text;
 }
 
-void live_job_keep_report(struct live_job *job, const char *state)
+void active_job_keep_report(struct active_job *job, const char *state)
 {
-    char *text = live_job_kept_report(job);
+    char *text = active_job_kept_report(job);
     job_store_update(job->jobs->options.store, job->id, state, NULL, text, NULL, NULL);
     free(text);
 }
 
-void live_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])
+void active_job_picture_path(const char *id, int32_t number, const char *kind, char out[96])
 {
     snprintf(out, 96, "/v1/jobs/%s/frames/%d/image.%s", id, number, kind);
 }
 
-json_t *live_job_frame_json(const char *id, int32_t number, enum frame_state state)
+json_t *active_job_frame_json(const char *id, int32_t number, enum frame_state state)
 {
     char exr[96], png[96];
     bool there = state == FRAME_FINISHED;
-    live_job_picture_path(id, number, "exr", exr);
-    live_job_picture_path(id, number, "png", png);
+    active_job_picture_path(id, number, "exr", exr);
+    active_job_picture_path(id, number, "png", png);
     return json_pack("{s:i,s:s,s:s?,s:s?}", "number", number, "state", frame_state_name(state),
                      "exr", there ? exr : NULL, "png", there ? png : NULL);
 }
@@ -151,16 +151,16 @@ json_t *live_job_frame_json(const char *id, int32_t number, enum frame_state sta
 /* Long jobs would make long answers: of frames that wait only the first are listed. */
 #define WAITING_LISTED 100
 
-json_t *live_job_frames(const struct live_job *job)
+json_t *active_job_frames(const struct active_job *job)
 {
     json_t *list = json_array();
     unsigned waiting = 0;
     for (uint32_t i = 0; i < job->frame_count; i++) {
-        const struct live_frame *frame = &job->frames[i];
+        const struct active_frame *frame = &job->frames[i];
         enum frame_state state = frame->work ? frame_state(frame->work) : frame->state;
         if (state == FRAME_QUEUED && ++waiting > WAITING_LISTED) continue;
         int32_t number = job->prepared->job.first_frame + (int32_t)i;
-        json_array_append_new(list, live_job_frame_json(job->id, number, state));
+        json_array_append_new(list, active_job_frame_json(job->id, number, state));
     }
     return list;
 }

@@ -32,7 +32,7 @@ static unsigned tries_of(const struct fault *fault)
     return fault->code == ERR_MEMORY ? TRIES_OF_MEMORY : UINT_MAX;
 }
 
-static void wait_for(struct live_job *job, unsigned what)
+static void wait_for(struct active_job *job, unsigned what)
 {
     struct jobs *jobs = job->jobs;
     const unsigned doublings = job->pauses < 8 ? job->pauses : 8;
@@ -45,13 +45,13 @@ static void wait_for(struct live_job *job, unsigned what)
 }
 
 /* As it was before its turn came, but for its log. */
-static void reset(struct live_job *job)
+static void reset(struct active_job *job)
 {
-    live_job_drop(job);
+    active_job_drop(job);
     live_view_destroy(job);
     prepared_destroy(&job->prepared);
     json_decref(job->plan);
-    live_job_free_frames(job);
+    active_job_free_frames(job);
     job->plan = NULL;
     job->tiles_beyond = 0;
     job->runs++;
@@ -60,56 +60,57 @@ static void reset(struct live_job *job)
     job->revision++;
 }
 
-void live_job_fail_or_begin_again(struct live_job *job, const struct fault *fault)
+void active_job_fail_or_begin_again(struct active_job *job, const struct fault *fault)
 {
     if (!is_of_the_machine(fault->code) || ++job->tries >= tries_of(fault)) {
-        live_job_fail(job, fault);
+        active_job_fail(job, fault);
         return;
     }
-    live_job_log(job, "error", "it begins again soon: %s%s%s", fault->pointer,
-                 fault->pointer[0] ? ": " : "", fault->detail);
+    active_job_log(job, "error", "it begins again soon: %s%s%s", fault->pointer,
+                   fault->pointer[0] ? ": " : "", fault->detail);
     reset(job);
     jobs_event_state(job);
     wait_for(job, AGAIN_BEGIN);
 }
 
-void live_job_store_again(struct live_job *job, struct live_frame *frame, const struct fault *fault)
+void active_job_store_again(struct active_job *job, struct active_frame *frame,
+                            const struct fault *fault)
 {
-    live_job_log(job, "error", "tried again soon: %s", fault->detail);
+    active_job_log(job, "error", "tried again soon: %s", fault->detail);
     frame->again = AGAIN_STORE;
     wait_for(job, AGAIN_FRAMES);
 }
 
-void live_job_record_again(struct live_job *job, struct live_frame *frame)
+void active_job_record_again(struct active_job *job, struct active_frame *frame)
 {
-    live_job_log(job, "error", "tried again soon: a frame could not be recorded");
+    active_job_log(job, "error", "tried again soon: a frame could not be recorded");
     frame->again = AGAIN_RECORD;
     wait_for(job, AGAIN_FRAMES);
 }
 
-void live_job_end_again(struct live_job *job)
+void active_job_end_again(struct active_job *job)
 {
     wait_for(job, AGAIN_END);
 }
 
-static void try_frames(struct live_job *job)
+static void try_frames(struct active_job *job)
 {
     for (uint32_t i = 0; i < job->frame_count && !job_state_is_final(job->state); i++) {
-        struct live_frame *frame = &job->frames[i];
+        struct active_frame *frame = &job->frames[i];
         const enum again what = frame->again;
         frame->again = 0;
         if (what == AGAIN_STORE && frame->work && frame_state(frame->work) == FRAME_ENCODING)
             frame_store(frame->work);
-        if (what == AGAIN_RECORD) live_job_record_frame(job, frame);
+        if (what == AGAIN_RECORD) active_job_record_frame(job, frame);
         if (!job->frames) return;
     }
 }
 
-static void try_again(struct live_job *job)
+static void try_again(struct active_job *job)
 {
     const unsigned what = job->again;
     job->again = 0;
-    if (what & AGAIN_END) live_job_record_end(job);
+    if (what & AGAIN_END) active_job_record_end(job);
     if (job_state_is_final(job->state)) return;
     if (what & AGAIN_FRAMES) try_frames(job);
     if (what & AGAIN_BEGIN) jobs_advance_soon(job->jobs);
@@ -121,7 +122,7 @@ bool jobs_try_again(struct jobs *jobs)
     bool waits = false;
     /* Nothing is taken out of the table meanwhile: that waits for the store. */
     for (size_t i = 0; i < jobs->count; i++) {
-        struct live_job *job = jobs->by_id[i];
+        struct active_job *job = jobs->by_id[i];
         if (!job->again) continue;
         if (now_us >= job->again_us) try_again(job);
         waits |= job->again != 0;
