@@ -147,12 +147,12 @@ void active_job_drop_frames(struct active_job *job)
     }
 }
 
-void active_job_wish(struct active_job *job, const struct tile_wish *wish)
+void active_job_prioritize(struct active_job *job, const struct tile_priority *priority)
 {
-    job->wish = *wish;
+    job->tile_priority = *priority;
     for (unsigned i = 0; i < job->jobs->open_count; i++)
         if (job->jobs->open[i].job == job && (!job->view || live_view_scale(job) == 1))
-            frame_steer(job->jobs->open[i].frame->work, wish);
+            frame_steer(job->jobs->open[i].frame->work, priority);
 }
 
 static struct active_job *job_of(struct jobs *jobs, const struct frame *work,
@@ -367,8 +367,8 @@ void active_job_open_frame(struct active_job *job)
         active_job_fail_or_begin_again(job, &fault);
         return;
     }
-    /* What somebody wishes to see first is in pixels of the full picture. */
-    if (!job->view || live_view_scale(job) == 1) frame_steer(frame->work, &job->wish);
+    /* The priority is given in pixels of the full picture. */
+    if (!job->view || live_view_scale(job) == 1) frame_steer(frame->work, &job->tile_priority);
     frame_state_go(&frame->state, FRAME_RENDERING);
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);

@@ -37,7 +37,7 @@ struct active_job {
     char id[JOB_ID_BYTES], owner[JOB_OWNER_BYTES];
     int32_t priority;
     bool paused; /* its tiles are not given */
-    struct tile_wish wish;
+    struct tile_priority tile_priority;
     bool live; /* its camera may be moved */
     int64_t created_ms;
     struct trace trace; /* of the request that submitted it; zero: not known */
@@ -143,7 +143,7 @@ static inline bool active_job_is_paused(const struct active_job *job)
     return job->paused && !job_state_is_final(job->state);
 }
 /* For its open frames, and those that come. */
-void active_job_wish(struct active_job *job, const struct tile_wish *wish);
+void active_job_prioritize(struct active_job *job, const struct tile_priority *priority);
 
 /* active_frames.c: a running job with a frame that is not yet opened; opening the next. */
 bool active_job_has_unopened(const struct active_job *job);

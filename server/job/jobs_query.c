@@ -78,18 +78,18 @@ static json_t *summary_of(const struct active_job *active, const struct job_row 
 }
 
 /* What goes first, as somebody has asked. */
-static void add_wish(json_t *body, const struct active_job *active)
+static void add_tile_priority(json_t *body, const struct active_job *active)
 {
-    const struct tile_wish none = {0}, *wish = active ? &active->wish : &none;
-    const struct rect r = wish->region;
+    const struct tile_priority none = {0}, *priority = active ? &active->tile_priority : &none;
+    const struct rect r = priority->region;
     json_object_set_new(body, "region",
                         rect_is_empty(r)
                             ? json_null()
                             : json_pack("{s:i,s:i,s:i,s:i}", "x", r.x0, "y", r.y0, "width",
                                         rect_width(r), "height", rect_height(r)));
     json_object_set_new(body, "near",
-                        wish->has_near
-                            ? json_pack("{s:i,s:i}", "x", wish->near_x, "y", wish->near_y)
+                        priority->has_near
+                            ? json_pack("{s:i,s:i}", "x", priority->near_x, "y", priority->near_y)
                             : json_null());
 }
 
@@ -128,7 +128,7 @@ static json_t *body_of(const struct active_job *active, const struct job_row *ro
     json_t *body = summary_of(active, row);
     json_t *report = report_of(active, row);
     json_object_set_new(body, "log", log_of(report, row));
-    add_wish(body, active);
+    add_tile_priority(body, active);
     json_object_set_new(body, "document",
                         active && active->view ? job_write(&active->prepared->job)
                                                : parse(row->document));

@@ -35,23 +35,23 @@ static void pause_job(struct jobs *jobs, struct active_job *job, bool paused)
     }
 }
 
-static void wish(struct active_job *job, const struct steering *s)
+static void prioritize(struct active_job *job, const struct steering *s)
 {
-    struct tile_wish wished = job->wish;
-    if (s->given & STEERING_REGION) wished.region = s->region;
+    struct tile_priority priority = job->tile_priority;
+    if (s->given & STEERING_REGION) priority.region = s->region;
     if (s->given & STEERING_NEAR) {
-        wished.has_near = s->has_near;
-        wished.near_x = s->near_x;
-        wished.near_y = s->near_y;
+        priority.has_near = s->has_near;
+        priority.near_x = s->near_x;
+        priority.near_y = s->near_y;
     }
-    active_job_wish(job, &wished);
+    active_job_prioritize(job, &priority);
 }
 
 static void apply(struct jobs *jobs, struct active_job *job, const struct steering *s)
 {
     if (s->given & STEERING_PRIORITY) jobs_table_rank(jobs, job, s->priority);
     if (s->given & STEERING_PAUSED) pause_job(jobs, job, s->paused);
-    if (s->given & (STEERING_REGION | STEERING_NEAR)) wish(job, s);
+    if (s->given & (STEERING_REGION | STEERING_NEAR)) prioritize(job, s);
     job->revision++;
     /* A point that follows somebody's mouse is nobody else's news. */
     if (s->given & ~(uint32_t)STEERING_NEAR) jobs_event_state(job);

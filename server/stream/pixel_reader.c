@@ -254,14 +254,14 @@ static void free_reader(void *ctx)
 }
 
 static struct pixel_reader *reader_create(struct streams *s, struct pixel_sheet **sheets,
-                                          const struct pixels_wish *wish)
+                                          const struct pixels_request *wanted)
 {
     struct pixel_reader *r = calloc(1, sizeof *r);
     if (!r) return NULL;
     r->base.kind = READER_PIXELS;
-    r->has = wish->after;
-    r->sheet =
-        pixel_sheet_join(sheets ? sheets : &r->own, &s->sheet_budget, wish->layer, wish->format);
+    r->has = wanted->after;
+    r->sheet = pixel_sheet_join(sheets ? sheets : &r->own, &s->sheet_budget, wanted->layer,
+                                wanted->format);
     if (r->sheet) return r;
     free(r);
     return NULL;
@@ -275,10 +275,10 @@ static struct MHD_Response *response_of(struct pixel_reader *r)
 
 struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
                                             struct MHD_Connection *connection,
-                                            const struct pixels_wish *wish)
+                                            const struct pixels_request *wanted)
 {
     struct stream *stream = streams_obtain(s, job);
-    struct pixel_reader *r = stream ? reader_create(s, &stream->sheets, wish) : NULL;
+    struct pixel_reader *r = stream ? reader_create(s, &stream->sheets, wanted) : NULL;
     struct MHD_Response *response = r ? response_of(r) : NULL;
     if (!response) {
         if (r) pixel_sheet_leave(&stream->sheets, &r->sheet);
@@ -290,9 +290,9 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
 }
 
 struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connection *connection,
-                                           struct image *image, const struct pixels_wish *wish)
+                                           struct image *image, const struct pixels_request *wanted)
 {
-    struct pixel_reader *r = reader_create(s, NULL, wish);
+    struct pixel_reader *r = reader_create(s, NULL, wanted);
     struct MHD_Response *response = NULL;
     if (r && pixel_blocks_init(&r->dirty, image->width_px, image->height_px) == 0)
         response = response_of(r);

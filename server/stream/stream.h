@@ -68,7 +68,7 @@ struct MHD_Response *stream_events_response(struct streams *streams, const char 
                                             uint64_t last_event_id, json_t *snapshot, bool ended);
 
 /* What a reader of pixels asks for; borrowed for the call. */
-struct pixels_wish {
+struct pixels_request {
     const char *layer;
     enum pixels_format format;
     uint64_t after; /* the revision that it has from an earlier feed of the same layer; 0: none */
@@ -81,12 +81,12 @@ struct pixels_wish {
  * which the reader has every change: what it may ask to be continued after. */
 struct MHD_Response *stream_pixels_response(struct streams *streams, const char *job,
                                             struct MHD_Connection *connection,
-                                            const struct pixels_wish *wish);
+                                            const struct pixels_request *wanted);
 
 /* The same of an image that will not change any more (taken): all of it once, then the end. */
 struct MHD_Response *stream_still_response(struct streams *streams,
                                            struct MHD_Connection *connection, struct image *image,
-                                           const struct pixels_wish *wish);
+                                           const struct pixels_request *wanted);
 
 /* Without a call of streams_limit there is none of these limits. */
 struct streams_limits {

@@ -89,9 +89,9 @@ static int first_frame(const json_t *body)
 static void on_pixels(void *ctx, int error, json_t *body)
 {
     struct request *r = ctx;
-    struct pixels_wish wish;
-    if (!request_back(r) || !found(r, error, body) || !picture_wish(r, &wish)) return;
-    if (!has_layer(body, wish.layer)) {
+    struct pixels_request wanted;
+    if (!request_back(r) || !found(r, error, body) || !picture_pixels_request(r, &wanted)) return;
+    if (!has_layer(body, wanted.layer)) {
         request_problem(r, PROBLEM_NOT_FOUND, "the job does not have this layer", NULL);
     } else if (request_is_head(r)) {
         answer_head(r, "application/octet-stream");
@@ -100,15 +100,16 @@ static void on_pixels(void *ctx, int error, json_t *body)
         picture_feed(r);
     } else {
         answer_feed(
-            r, stream_pixels_response(r->http->options.streams, r->match.job, r->connection, &wish),
+            r,
+            stream_pixels_response(r->http->options.streams, r->match.job, r->connection, &wanted),
             "application/octet-stream");
     }
 }
 
 void route_pixels(struct request *r)
 {
-    struct pixels_wish wish;
-    if (!picture_wish(r, &wish)) return;
+    struct pixels_request wanted;
+    if (!picture_pixels_request(r, &wanted)) return;
     request_hold(r);
     jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_pixels, r);
 }

@@ -47,9 +47,9 @@ static bool read_revision(const char *text, uint64_t *out)
     return digits >= 1 && digits <= 19 && (!text || !text[digits]);
 }
 
-bool picture_wish(struct request *r, struct pixels_wish *out)
+bool picture_pixels_request(struct request *r, struct pixels_request *out)
 {
-    *out = (struct pixels_wish){.layer = picture_layer(r)};
+    *out = (struct pixels_request){.layer = picture_layer(r)};
     if (!picture_layer_is_known(r)) return false;
     const char *fault = NULL;
     if (!read_format(target_parameter(&r->target, "format"), &out->format))

@@ -12,7 +12,7 @@ bool picture_layer_is_known(struct request *r);
 
 /* What the query asks of the pixel feed: layer, format, alpha, after. False, and a problem is sent,
  * when it is malformed. The layer leads into the request's target. */
-bool picture_wish(struct request *r, struct pixels_wish *out);
+bool picture_pixels_request(struct request *r, struct pixels_request *out);
 
 /* Answers with the pixel feed of the finished frame r->match.frame: all of it once, then the end.
  */

@@ -148,11 +148,11 @@ static struct MHD_Response *take_response(struct picture_task *t)
 static void answer_feed(struct request *r, struct picture_task *t)
 {
     struct image *image = t->image;
-    struct pixels_wish wish;
-    if (!picture_wish(r, &wish)) return;
+    struct pixels_request wanted;
+    if (!picture_pixels_request(r, &wanted)) return;
     t->image = NULL;
     struct MHD_Response *response =
-        stream_still_response(r->http->options.streams, r->connection, image, &wish);
+        stream_still_response(r->http->options.streams, r->connection, image, &wanted);
     if (response && response_protect(response, "application/octet-stream"))
         response_header(response, "Cache-Control", "no-store");
     r->streams = true;

@@ -316,10 +316,10 @@ static struct rect needed_by(const struct frame *f, struct rect region)
     return rect_grow(blocks, block_halo_px(&f->plan));
 }
 
-void frame_steer(struct frame *f, const struct tile_wish *wish)
+void frame_steer(struct frame *f, const struct tile_priority *priority)
 {
-    struct tile_wish needed = *wish;
-    if (!rect_is_empty(wish->region)) needed.region = needed_by(f, wish->region);
+    struct tile_priority needed = *priority;
+    if (!rect_is_empty(priority->region)) needed.region = needed_by(f, priority->region);
     tile_queue_steer(f->tiles, &needed);
 }
 

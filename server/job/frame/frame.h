@@ -86,7 +86,7 @@ double frame_traced_share(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
 /* From now on tiles are given in that order: with a region, those that its pixels need. */
-void frame_steer(struct frame *f, const struct tile_wish *wish);
+void frame_steer(struct frame *f, const struct tile_priority *priority);
 
 /* Of a frame that is kept: `completed` was told; makes its files, once, after that; of any after
  * `unstored`. */

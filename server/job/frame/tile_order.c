@@ -55,17 +55,17 @@ static uint64_t square_beyond(int32_t at, int32_t first, int32_t end)
 
 #define OUTSIDE_REGION (UINT64_C(1) << 63)
 
-uint64_t tile_order_lead(const struct tile_wish *wish, const struct tile_grid *grid,
+uint64_t tile_order_lead(const struct tile_priority *priority, const struct tile_grid *grid,
                          int32_t cell_px, uint32_t tile)
 {
     const struct rect r = tile_grid_rect(grid, tile);
     uint64_t lead = 0;
-    if (wish->has_near) {
+    if (priority->has_near) {
         const int32_t x = r.x0 / cell_px * cell_px, y = r.y0 / cell_px * cell_px;
-        lead = square_beyond(wish->near_x, x, x + cell_px) +
-               square_beyond(wish->near_y, y, y + cell_px);
+        lead = square_beyond(priority->near_x, x, x + cell_px) +
+               square_beyond(priority->near_y, y, y + cell_px);
     }
-    if (!rect_is_empty(wish->region) && rect_is_empty(rect_intersect(wish->region, r)))
+    if (!rect_is_empty(priority->region) && rect_is_empty(rect_intersect(priority->region, r)))
         lead |= OUTSIDE_REGION;
     return lead;
 }

@@ -38,9 +38,9 @@ struct tile_queue {
     uint64_t reissued, copied;
     struct tile_grid grid;
     int32_t cell_px;
-    struct tile_wish wish;
-    bool is_wished, is_stale; /* a wish is there; keys are of the one before */
-    uint32_t between;         /* tiles of which some passes have landed, but not the last */
+    struct tile_priority priority;
+    bool has_priority, is_stale; /* keys are of the priority before */
+    uint32_t between;            /* tiles of which some passes have landed, but not the last */
     /* Tiles that wait for a pass not leased before: the first one, and others. Owned. */
     struct tile_heap untouched, begun;
     uint32_t returned_count; /* tiles that came back and wait: a stack */
@@ -59,7 +59,7 @@ static struct tile_key key_of(const struct tile_queue *q, uint32_t tile)
     const struct tile_entry *t = &q->tiles[tile];
     const uint64_t window = t->rank / q->window;
     return (struct tile_key){
-        .lead = q->is_wished ? tile_order_lead(&q->wish, &q->grid, q->cell_px, tile) : 0,
+        .lead = q->has_priority ? tile_order_lead(&q->priority, &q->grid, q->cell_px, tile) : 0,
         .place = window << (RANK_BITS + PASS_BITS) | (uint64_t)t->pass << RANK_BITS | t->rank,
         .tile = tile};
 }
@@ -69,8 +69,8 @@ static void wait_fresh(struct tile_queue *q, uint32_t tile)
     tile_heap_push(q->tiles[tile].pass > 0 ? &q->begun : &q->untouched, key_of(q, tile));
 }
 
-/* Through the first lease after it: wishes may come faster than tiles go. */
-static void follow_wish(struct tile_queue *q)
+/* Sorts at the next lease: priorities may change faster than tiles are leased. */
+static void follow_priority(struct tile_queue *q)
 {
     struct tile_heap *const heaps[] = {&q->untouched, &q->begun};
     q->is_stale = false;
@@ -85,10 +85,10 @@ static void follow_wish(struct tile_queue *q)
  * after tile and end none: beyond some windows' worth of tiles between passes, these go first. */
 static uint32_t pop_fresh(struct tile_queue *q)
 {
-    if (q->is_stale) follow_wish(q);
+    if (q->is_stale) follow_priority(q);
     if (q->begun.count == 0) return tile_heap_pop(&q->untouched);
     if (q->untouched.count == 0) return tile_heap_pop(&q->begun);
-    const bool many = q->is_wished && q->between / TILE_QUEUE_WINDOWS >= q->window;
+    const bool many = q->has_priority && q->between / TILE_QUEUE_WINDOWS >= q->window;
     const bool begun = many || tile_key_before(&q->begun.keys[0], &q->untouched.keys[0]);
     return tile_heap_pop(begun ? &q->begun : &q->untouched);
 }
@@ -144,10 +144,10 @@ static uint32_t add_lease(struct tile_entry *t, uint64_t worker, bool alone)
     return lease.generation;
 }
 
-void tile_queue_steer(struct tile_queue *q, const struct tile_wish *wish)
+void tile_queue_steer(struct tile_queue *q, const struct tile_priority *priority)
 {
-    q->wish = *wish;
-    q->is_wished = wish->has_near || !rect_is_empty(wish->region);
+    q->priority = *priority;
+    q->has_priority = priority->has_near || !rect_is_empty(priority->region);
     q->is_stale = true;
 }
 

@@ -14,8 +14,8 @@
  * A window of tiles after the other is brought to its last pass, so that what is held between
  * passes is bounded; small pictures are one window. Within it the pass that is least far goes
  * first, so that the window forms early and no tile is left behind with many passes to go. Within
- * a pass tiles are given in the order of tile_order.h. A wish goes before all that, but for tiles
- * that came back, and for the bound on tiles between passes. */
+ * a pass tiles are given in the order of tile_order.h. A priority goes before all that, but for
+ * tiles that came back, and for the bound on tiles between passes. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -32,7 +32,7 @@
  * suspect: it is to be leased to workers that hold nothing else, so that those that die after it
  * were ended by it, and what died with it by chance is cleared. */
 #define TILE_QUEUE_DEATHS 3
-/* Windows of tiles that may be between their first pass and their last when wishes move. */
+/* Windows of tiles that may be between their first pass and their last when priorities change. */
 #define TILE_QUEUE_WINDOWS 4
 
 struct tile_queue;
@@ -59,8 +59,8 @@ void tile_queue_survived(struct tile_queue *q, uint64_t worker);
 bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t of_generation,
                      uint32_t *generation);
 
-/* From now on the order is as wished; an empty wish is the order of the start. */
-void tile_queue_steer(struct tile_queue *q, const struct tile_wish *wish);
+/* Changes the order from now on. An empty priority is the order of the start. */
+void tile_queue_steer(struct tile_queue *q, const struct tile_priority *priority);
 
 /* A tile whose passes have all landed gets more of them, LIMIT_PASSES in all at most. */
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes);

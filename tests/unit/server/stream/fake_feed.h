@@ -31,7 +31,7 @@ struct heard {
 bool hear(struct MHD_Response *feed, struct heard *heard);
 
 struct image *image_of(float red);
-static const struct pixels_wish wish = {.layer = "beauty", .format = PIXELS_F16};
+static const struct pixels_request wanted = {.layer = "beauty", .format = PIXELS_F16};
 static const char job[] = "0123456789abcdefghijklmnop";
 
 /* Counts the blocks that are due, all of that value. */

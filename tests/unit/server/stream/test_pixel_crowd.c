@@ -12,7 +12,7 @@ TEST(blocks_are_made_once_for_all)
     struct streams_totals totals;
     assert_int_equal(streams_create(&streams), 0);
     stream_image(streams, job, image);
-    for (int i = 0; i < 5; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wish);
+    for (int i = 0; i < 5; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wanted);
     stream_pixels(streams, job, everything);
     for (int i = 0; i < 5; i++) assert_int_equal(blocks_due(feeds[i], 0x3c00), BLOCKS);
     streams_totals(streams, &totals);
@@ -59,11 +59,11 @@ TEST(many_feeds_share_what_may_be_sent)
     streams_limit(streams, &few_bytes);
     stream_image(streams, job, image);
     /* A handful is not limited. */
-    for (int i = 0; i < 8; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wish);
+    for (int i = 0; i < 8; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wanted);
     stream_pixels(streams, job, everything);
     assert_int_equal(blocks_of_all(feeds, 8, &complete), 8 * BLOCKS);
     assert_false(streams_wait(streams));
-    for (int i = 8; i < MANY; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wish);
+    for (int i = 8; i < MANY; i++) feeds[i] = stream_pixels_response(streams, job, NULL, &wanted);
     assert_int_equal(blocks_of_all(feeds, MANY, &complete), (MANY - 8) * BLOCKS);
     assert_false(streams_wait(streams));
     streams_limit(streams, &few_bytes); /* the budget of a second */
@@ -124,7 +124,7 @@ TEST(who_takes_nothing_is_cut_and_counted)
     assert_int_equal(streams_create(&streams), 0);
     streams_limit(streams, &(struct streams_limits){.stuck_ms = 50});
     stream_image(streams, job, image);
-    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wanted);
     while (hear(feed, &heard)) {
     } /* it sleeps: it has all */
     usleep(80000);
@@ -165,7 +165,7 @@ TEST(who_takes_little_is_not_cut)
     assert_int_equal(streams_create(&streams), 0);
     streams_limit(streams, &(struct streams_limits){.stuck_ms = 50});
     stream_image(streams, job, image);
-    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wanted);
     stream_pixels(streams, job, everything);
     assert_int_equal(feed->read(feed->ctx, 0, (char *)bytes, 16), 16);
     for (int i = 0; i < 6; i++) {

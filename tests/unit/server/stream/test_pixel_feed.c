@@ -7,7 +7,7 @@ TEST(a_still_picture_is_whole_with_its_last_block)
     struct streams *streams = NULL;
     struct heard heard;
     assert_int_equal(streams_create(&streams), 0);
-    struct MHD_Response *feed = stream_still_response(streams, NULL, image_of(1), &wish);
+    struct MHD_Response *feed = stream_still_response(streams, NULL, image_of(1), &wanted);
     assert_non_null(feed);
     assert_true(hear(feed, &heard));
     assert_int_equal(heard.width, 0);
@@ -28,7 +28,7 @@ TEST(another_image_replaces_all_of_the_one_before)
     struct image *one = image_of(1), *two = image_of(2);
     assert_int_equal(streams_create(&streams), 0);
     stream_image(streams, job, one);
-    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wanted);
     assert_non_null(feed);
     assert_int_equal(blocks_due(feed, 0x3c00), 0); /* nothing was drawn yet */
     stream_pixels(streams, job, (struct rect){0, 0, 65, 1});
@@ -68,7 +68,7 @@ TEST(a_view_has_nothing_of_the_one_before)
     const struct stream_view first = {.number = 1, .width_px = 400, .height_px = 300};
     const struct stream_view second = {.number = 2, .width_px = 400, .height_px = 300};
     assert_int_equal(streams_create(&streams), 0);
-    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wanted);
     stream_view(streams, job, one, &first);
     assert_memory_equal(messages_due(feed), "vs", 2);
     stream_pixels(streams, job, (struct rect){0, 0, 65, 1});
@@ -93,8 +93,8 @@ TEST(who_is_behind_has_the_whole_picture_after_its_end)
     struct image *image = image_of(1), *two = image_of(2);
     assert_int_equal(streams_create(&streams), 0);
     stream_image(streams, job, image);
-    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wish);
-    struct MHD_Response *done = stream_pixels_response(streams, job, NULL, &wish);
+    struct MHD_Response *feed = stream_pixels_response(streams, job, NULL, &wanted);
+    struct MHD_Response *done = stream_pixels_response(streams, job, NULL, &wanted);
     struct heard heard;
     assert_true(hear(feed, &heard));
     stream_pixels(streams, job, everything);
@@ -121,8 +121,8 @@ TEST(a_forgotten_picture_leaves_no_reader_behind)
     struct image *image = image_of(1);
     assert_int_equal(streams_create(&streams), 0);
     stream_image(streams, job, image);
-    struct MHD_Response *a = stream_pixels_response(streams, job, NULL, &wish);
-    struct MHD_Response *b = stream_pixels_response(streams, job, NULL, &wish);
+    struct MHD_Response *a = stream_pixels_response(streams, job, NULL, &wanted);
+    struct MHD_Response *b = stream_pixels_response(streams, job, NULL, &wanted);
     stream_pixels(streams, job, everything);
     uint8_t part[100];
     struct heard heard;

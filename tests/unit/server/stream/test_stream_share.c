@@ -140,7 +140,8 @@ TEST(feeds_share_the_time_and_get_all)
     int got[MANY] = {0}, most = 0, least = 1 << 20;
     crowd_open(&c);
     stream_image(c.streams, job, image);
-    for (int i = 0; i < MANY; i++) c.feed[i] = stream_pixels_response(c.streams, job, NULL, &wish);
+    for (int i = 0; i < MANY; i++)
+        c.feed[i] = stream_pixels_response(c.streams, job, NULL, &wanted);
     read_awake(c.streams, METER_PIXELS, c.feed); /* its size */
     streams_totals(c.streams, &totals);
     const uint64_t before_us = totals.pixels_cpu_us, begun_us = streams_clock_us();

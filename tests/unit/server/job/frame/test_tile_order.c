@@ -1,4 +1,4 @@
-/* What somebody wishes to see goes first, and all goes once whatever is wished. */
+/* Tiles with priority go first, and each goes once under any priority. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -47,12 +47,12 @@ static bool touches(const struct bench *b, uint32_t tile, struct rect region)
 TEST(a_region_goes_first)
 {
     struct bench b = make(512, 512, 32, 64, 1, UINT32_MAX);
-    const struct tile_wish wish = {.region = {300, 400, 401, 480}};
+    const struct tile_priority priority = {.region = {300, 400, 401, 480}};
     for (int i = 0; i < 20; i++) lease(&b);
-    tile_queue_steer(b.q, &wish);
+    tile_queue_steer(b.q, &priority);
     /* 300..400 touches the columns 9 to 12, 400..479 the rows 12 to 14. */
-    for (int i = 0; i < 12; i++) assert_true(touches(&b, lease(&b), wish.region));
-    assert_false(touches(&b, lease(&b), wish.region));
+    for (int i = 0; i < 12; i++) assert_true(touches(&b, lease(&b), priority.region));
+    assert_false(touches(&b, lease(&b), priority.region));
     tile_queue_destroy(&b.q);
 }
 
@@ -66,8 +66,8 @@ static uint64_t away(int32_t x, int32_t y, struct rect cell)
 TEST(cells_go_by_their_distance)
 {
     struct bench b = make(500, 300, 16, 64, 1, UINT32_MAX);
-    const struct tile_wish wish = {.has_near = true, .near_x = 333, .near_y = 111};
-    tile_queue_steer(b.q, &wish);
+    const struct tile_priority priority = {.has_near = true, .near_x = 333, .near_y = 111};
+    tile_queue_steer(b.q, &priority);
     const uint32_t count = tile_queue_count(b.q);
     uint64_t last = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -85,21 +85,22 @@ TEST(cells_go_by_their_distance)
 TEST(a_region_goes_before_a_point)
 {
     struct bench b = make(512, 512, 64, 64, 1, UINT32_MAX);
-    const struct tile_wish wish = {
+    const struct tile_priority priority = {
         .region = {0, 0, 128, 64}, .has_near = true, .near_x = 500, .near_y = 10};
-    tile_queue_steer(b.q, &wish);
+    tile_queue_steer(b.q, &priority);
     assert_int_equal(lease(&b), 1); /* of the region, the one nearer to the point */
     assert_int_equal(lease(&b), 0);
     assert_int_equal(lease(&b), 7);
     tile_queue_destroy(&b.q);
 }
 
-TEST(no_wish_is_the_order_of_the_start)
+TEST(no_priority_is_the_order_of_the_start)
 {
     struct bench a = make(512, 384, 32, 64, 1, UINT32_MAX);
     struct bench b = make(512, 384, 32, 64, 1, UINT32_MAX);
-    const struct tile_wish wish = {.has_near = true, .near_x = 9, .near_y = 300}, none = {0};
-    tile_queue_steer(b.q, &wish);
+    const struct tile_priority priority = {.has_near = true, .near_x = 9, .near_y = 300},
+                               none = {0};
+    tile_queue_steer(b.q, &priority);
     tile_queue_steer(b.q, &none);
     while (tile_queue_waiting(a.q) > 0) assert_int_equal(lease(&a), lease(&b));
     tile_queue_destroy(&a.q);
@@ -109,9 +110,9 @@ TEST(no_wish_is_the_order_of_the_start)
 TEST(what_came_back_still_goes_first)
 {
     struct bench b = make(256, 256, 64, 64, 1, UINT32_MAX);
-    const struct tile_wish wish = {.region = {192, 192, 256, 256}};
+    const struct tile_priority priority = {.region = {192, 192, 256, 256}};
     uint32_t first = lease(&b);
-    tile_queue_steer(b.q, &wish);
+    tile_queue_steer(b.q, &priority);
     assert_int_equal(tile_queue_return(b.q, ALICE, first, 1, TILE_GIVEN_BACK), TILE_GOES_ON);
     assert_int_equal(lease(&b), first);
     assert_int_equal(lease(&b), 15);
@@ -122,10 +123,10 @@ TEST(what_came_back_still_goes_first)
 TEST(a_region_is_brought_to_its_end)
 {
     struct bench b = make(256, 256, 64, 64, 5, 2);
-    const struct tile_wish wish = {.region = {128, 64, 256, 128}};
-    tile_queue_steer(b.q, &wish);
-    for (int i = 0; i < 10; i++) assert_true(touches(&b, trace(&b), wish.region));
-    assert_false(touches(&b, trace(&b), wish.region));
+    const struct tile_priority priority = {.region = {128, 64, 256, 128}};
+    tile_queue_steer(b.q, &priority);
+    for (int i = 0; i < 10; i++) assert_true(touches(&b, trace(&b), priority.region));
+    assert_false(touches(&b, trace(&b), priority.region));
     tile_queue_destroy(&b.q);
 }
 
@@ -138,10 +139,10 @@ TEST(a_moving_point_begins_few)
     uint32_t between = 0, most = 0;
     uint32_t *done = calloc(tiles, sizeof *done);
     while (!tile_queue_complete(b.q)) {
-        struct tile_wish wish = {.has_near = true,
-                                 .near_x = (int32_t)(random_bits(&random) % 1024),
-                                 .near_y = (int32_t)(random_bits(&random) % 1024)};
-        tile_queue_steer(b.q, &wish);
+        struct tile_priority priority = {.has_near = true,
+                                         .near_x = (int32_t)(random_bits(&random) % 1024),
+                                         .near_y = (int32_t)(random_bits(&random) % 1024)};
+        tile_queue_steer(b.q, &priority);
         uint32_t tile = trace(&b);
         between += ++done[tile] == 1;
         between -= done[tile] == 6;
