@@ -255,8 +255,8 @@ static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct
     out->pass.number = number;
     if (number >= plan_pass_count(&f->plan)) out->pass = frame_pass(f, tile, number);
     if (out->pass.sides) {
-        out->counts = f->rate.packed.data + f->rate.tiles[tile].packed;
-        out->counts_bytes = f->rate.tiles[tile].packed_bytes;
+        out->counts = f->adaptive.packed.data + f->adaptive.tiles[tile].packed;
+        out->counts_bytes = f->adaptive.tiles[tile].packed_bytes;
     }
 }
 
@@ -326,7 +326,7 @@ void frame_steer(struct frame *f, const struct tile_priority *priority)
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number)
 {
     if (frame_has_target(f)) return rounds_pass(f->target.rounds, tile, number);
-    if (frame_has_rate(f)) return frame_rate_pass(f, tile, number);
+    if (frame_is_adaptive(f)) return frame_adaptive_pass(f, tile, number);
     return plan_scheduled_pass(&f->plan, number);
 }
 

@@ -48,7 +48,7 @@ static int find_sides(struct block_task *t, const struct patch *patch)
     const struct plan *plan = &t->frame->plan;
     const int error = indirect_rate_find(plan, patch, t->rect, t->sides);
     t->measured = (uint32_t)patch_count_measured(patch, t->rect);
-    if (error || t->frame->rate.maps < 2) return error;
+    if (error || t->frame->adaptive.maps < 2) return error;
     t->measured += (uint32_t)patch_count_glossy(patch, t->rect);
     return indirect_rate_find_lobes(plan, patch, t->rect, t->sides + rect_area(t->rect));
 }
@@ -153,7 +153,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     copy_pixels(t, f->image);
     f->blocks_drawn++;
     if (frame_has_target(f)) frame_target_keep(f, t->rect, &t->measure);
-    if (t->sides) frame_rate_keep(f, t->block, t->sides, t->measured);
+    if (t->sides) frame_adaptive_keep(f, t->block, t->sides, t->measured);
     if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
     if (film_block_done(f->film, t->block) && !frame_has_rounds(f)) {
@@ -198,7 +198,7 @@ static int submit_block(struct frame *f, uint32_t block)
     t->block = block;
     int error = 0;
     if (frame_wants_sides(f)) {
-        t->sides = calloc(f->rate.maps * (size_t)rect_area(t->rect), sizeof *t->sides);
+        t->sides = calloc(f->adaptive.maps * (size_t)rect_area(t->rect), sizeof *t->sides);
         if (!t->sides) error = ERR_MEMORY;
     } else if (f->plan.lens_extra > 0) {
         error = take_pixels(f->scratch, t, f->image);

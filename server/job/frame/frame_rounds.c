@@ -17,13 +17,13 @@ int frame_rounds_create(struct frame *f)
     r->more_passes = calloc(tile_grid_count(&f->grid), sizeof *r->more_passes);
     r->statistics = calloc(film_block_count(f->film), sizeof *r->statistics);
     if (!r->more_passes || !r->statistics) return ERR_MEMORY;
-    return f->plan.target_error > 0.0f ? frame_target_create(f) : frame_rate_create(f);
+    return f->plan.target_error > 0.0f ? frame_target_create(f) : frame_adaptive_create(f);
 }
 
 void frame_rounds_destroy(struct frame *f)
 {
     frame_target_destroy(f);
-    frame_rate_destroy(f);
+    frame_adaptive_destroy(f);
     free(f->rounds.more_passes);
     free(f->rounds.statistics);
 }
@@ -35,7 +35,7 @@ static double expected(const struct frame *f)
     const uint32_t l = f->plan.indirect_strata_per_axis, lens = f->plan.lens_strata_per_axis;
     if (frame_has_target(f)) return rounds_report(f->target.rounds).expected;
     const double first = pixels * (f->plan.paths.spp + l * l + lens * lens);
-    if (f->rate.decided) return first + (double)f->rate.rays;
+    if (f->adaptive.decided) return first + (double)f->adaptive.rays;
     return f->plan.lens_extra > 0 ? first + pixels * f->plan.lens_extra : first * RATE_EXPECTED;
 }
 
@@ -58,7 +58,7 @@ static void decide_run(struct pool_task *task)
     struct decide_task *t = (struct decide_task *)task;
     struct frame *f = t->frame;
     if (atomic_load(&f->dropped)) return;
-    t->more = frame_has_target(f) ? frame_target_decide(f) : frame_rate_decide(f, &t->error);
+    t->more = frame_has_target(f) ? frame_target_decide(f) : frame_adaptive_decide(f, &t->error);
 }
 
 static void end(struct frame *f)
@@ -92,7 +92,7 @@ static void decided(struct frame *f, const struct decide_task *t)
     if (frame_has_target(f))
         frame_target_count(f);
     else
-        frame_rate_count(f);
+        frame_adaptive_count(f);
     frame_rounds_note(f);
     if (t->more)
         go_on(f);

@@ -1,8 +1,8 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it: frame.c (book-keeping),
  * frame_results.c (results to blocks), frame_spool.c (results of an earlier run), frame_rounds.c
- * (passes after the schedule: when), with frame_target.c and frame_rate.c (which), frame_files.c
- * (image to files). */
+ * (passes after the schedule: when), with frame_target.c and frame_adaptive.c (which),
+ * frame_files.c (image to files). */
 #include <stdatomic.h>
 #include <uv.h>
 
@@ -30,8 +30,8 @@ struct frame_target {
 };
 
 /* The second set of rays, or of paths through the lens, of a tile. */
-struct frame_rate_tile {
-    const uint8_t *sides; /* of its pixels, row by row, map after map; in frame_rate */
+struct frame_adaptive_tile {
+    const uint8_t *sides; /* of its pixels, row by row, map after map; in frame_adaptive */
     uint32_t most;        /* of these */
     size_t packed;        /* where its count maps begin in `packed` */
     uint32_t packed_bytes;
@@ -40,15 +40,15 @@ struct frame_rate_tile {
 
 /* Of a frame whose pixels get second sets: of bounce rays (plan_rate), and of rays of glossy lobes
  * where the plan has a second map; or of paths through the lens. */
-struct frame_rate {
+struct frame_adaptive {
     uint32_t maps;      /* plan_side_maps */
     uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are
                            drawn; of lenses levels of lens_extra.h until it is decided */
     uint8_t *sides;     /* owned; the same, tile by tile */
     uint32_t *measured; /* owned; first sets of each block's pixels */
-    struct frame_rate_tile *tiles; /* owned */
-    struct bytes_writer packed;    /* count_map.h, tile by tile */
-    uint64_t rays;                 /* of all second sets; once decided */
+    struct frame_adaptive_tile *tiles; /* owned */
+    struct bytes_writer packed;        /* count_map.h, tile by tile */
+    uint64_t rays;                     /* of all second sets; once decided */
     bool decided;
 };
 
@@ -92,9 +92,9 @@ struct frame {
     struct tile_queue *tiles;
     int32_t block_px; /* side of the film's blocks */
     struct film *film;
-    struct frame_rounds rounds; /* all NULL without rounds */
-    struct frame_target target; /* all NULL without one */
-    struct frame_rate rate;     /* all NULL without */
+    struct frame_rounds rounds;     /* all NULL without rounds */
+    struct frame_target target;     /* all NULL without one */
+    struct frame_adaptive adaptive; /* all NULL without */
     struct frame_spool spool;
     struct scratch *scratch, *own_scratch; /* of the pool's work on blocks; NULL: it is borrowed */
     struct image *image; /* on the loop's thread, but rows that are final: the pool reads them */
@@ -184,25 +184,25 @@ void frame_target_count(struct frame *f);
 /* After the last round: says what was not reached. */
 void frame_target_end(struct frame *f);
 
-/* -- frame_rate.c: second sets -- */
+/* -- frame_adaptive.c: second sets -- */
 
-int frame_rate_create(struct frame *f);
-void frame_rate_destroy(struct frame *f);
-static inline bool frame_has_rate(const struct frame *f)
+int frame_adaptive_create(struct frame *f);
+void frame_adaptive_destroy(struct frame *f);
+static inline bool frame_is_adaptive(const struct frame *f)
 {
-    return f->rate.pixels != NULL;
+    return f->adaptive.pixels != NULL;
 }
 /* Whether a block that is drawn now is to tell of its pixels' second sets. */
 static inline bool frame_wants_sides(const struct frame *f)
 {
-    return frame_has_rate(f) && !f->rate.decided;
+    return frame_is_adaptive(f) && !f->adaptive.decided;
 }
 /* Keeps a block's, map by map, row by row. */
-void frame_rate_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
+void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
 /* As of a target; *error: ERR_MEMORY. */
-bool frame_rate_decide(struct frame *f, int *error);
-void frame_rate_count(struct frame *f);
-struct plan_pass frame_rate_pass(const struct frame *f, uint32_t tile, uint32_t number);
+bool frame_adaptive_decide(struct frame *f, int *error);
+void frame_adaptive_count(struct frame *f);
+struct plan_pass frame_adaptive_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
 /* Tells the owner; the frame may be gone afterwards. */
 void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);

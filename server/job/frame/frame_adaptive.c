@@ -7,9 +7,9 @@
 #include "proto/count_map.h"
 #include "server/job/frame/frame_work.h"
 
-int frame_rate_create(struct frame *f)
+int frame_adaptive_create(struct frame *f)
 {
-    struct frame_rate *r = &f->rate;
+    struct frame_adaptive *r = &f->adaptive;
     const size_t area = (size_t)f->plan.width_px * (size_t)f->plan.height_px;
     bytes_writer_init(&r->packed);
     r->maps = plan_side_maps(&f->plan);
@@ -20,9 +20,9 @@ int frame_rate_create(struct frame *f)
     return r->pixels && r->sides && r->measured && r->tiles ? 0 : ERR_MEMORY;
 }
 
-void frame_rate_destroy(struct frame *f)
+void frame_adaptive_destroy(struct frame *f)
 {
-    struct frame_rate *r = &f->rate;
+    struct frame_adaptive *r = &f->adaptive;
     if (r->pixels) bytes_writer_fini(&r->packed);
     free(r->pixels);
     free(r->sides);
@@ -34,29 +34,30 @@ void frame_rate_destroy(struct frame *f)
 static uint8_t *corner(const struct frame *f, uint32_t map, struct rect rect)
 {
     const size_t stride = (size_t)f->plan.width_px, area = stride * (size_t)f->plan.height_px;
-    return f->rate.pixels + map * area + (size_t)rect.y0 * stride + (size_t)rect.x0;
+    return f->adaptive.pixels + map * area + (size_t)rect.y0 * stride + (size_t)rect.x0;
 }
 
-void frame_rate_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured)
+void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured)
 {
     const struct rect rect = film_block_rect(f->film, block);
     const size_t width = (size_t)rect_width(rect);
-    for (uint32_t map = 0; map < f->rate.maps; map++) {
+    for (uint32_t map = 0; map < f->adaptive.maps; map++) {
         uint8_t *to = corner(f, map, rect);
         for (int32_t y = rect.y0; y < rect.y1; y++, sides += width, to += f->plan.width_px)
             memcpy(to, sides, width);
     }
-    f->rate.measured[block] = measured;
+    f->adaptive.measured[block] = measured;
 }
 
 /* The pixels of a tile, map by map. */
 static void gather(const struct frame *f, struct rect rect, uint8_t *sides,
-                   struct frame_rate_tile *tile)
+                   struct frame_adaptive_tile *tile)
 {
-    const size_t width = (size_t)rect_width(rect), count = f->rate.maps * (size_t)rect_area(rect);
+    const size_t width = (size_t)rect_width(rect),
+                 count = f->adaptive.maps * (size_t)rect_area(rect);
     uint8_t *to = sides;
-    *tile = (struct frame_rate_tile){.sides = sides};
-    for (uint32_t map = 0; map < f->rate.maps; map++) {
+    *tile = (struct frame_adaptive_tile){.sides = sides};
+    for (uint32_t map = 0; map < f->adaptive.maps; map++) {
         const uint8_t *from = corner(f, map, rect);
         for (int32_t y = rect.y0; y < rect.y1; y++, from += f->plan.width_px, to += width)
             memcpy(to, from, width);
@@ -67,7 +68,7 @@ static void gather(const struct frame *f, struct rect rect, uint8_t *sides,
     }
 }
 
-static int pack(struct frame_rate *r, struct rect rect, struct frame_rate_tile *tile)
+static int pack(struct frame_adaptive *r, struct rect rect, struct frame_adaptive_tile *tile)
 {
     tile->packed = r->packed.size_bytes;
     const int error =
@@ -109,9 +110,9 @@ static void choose(const struct plan *plan, uint8_t *pixels)
     }
 }
 
-bool frame_rate_decide(struct frame *f, int *error)
+bool frame_adaptive_decide(struct frame *f, int *error)
 {
-    struct frame_rate *r = &f->rate;
+    struct frame_adaptive *r = &f->adaptive;
     uint8_t *sides = r->sides;
     *error = 0;
     if (r->decided) return false;
@@ -128,24 +129,24 @@ bool frame_rate_decide(struct frame *f, int *error)
     return !*error && r->rays > 0;
 }
 
-void frame_rate_count(struct frame *f)
+void frame_adaptive_count(struct frame *f)
 {
     const uint32_t l = f->plan.indirect_strata_per_axis;
     uint64_t sets = 0;
     if (f->plan.lens_extra > 0) {
-        f->statistics.lens_second_paths = f->rate.rays;
+        f->statistics.lens_second_paths = f->adaptive.rays;
         return;
     }
-    for (uint32_t i = 0; i < film_block_count(f->film); i++) sets += f->rate.measured[i];
+    for (uint32_t i = 0; i < film_block_count(f->film); i++) sets += f->adaptive.measured[i];
     f->statistics.adaptive_first_rays = sets * l * l;
-    f->statistics.adaptive_second_rays = f->rate.rays;
+    f->statistics.adaptive_second_rays = f->adaptive.rays;
 }
 
-struct plan_pass frame_rate_pass(const struct frame *f, uint32_t tile, uint32_t number)
+struct plan_pass frame_adaptive_pass(const struct frame *f, uint32_t tile, uint32_t number)
 {
-    const struct frame_rate_tile *t = &f->rate.tiles[tile];
+    const struct frame_adaptive_tile *t = &f->adaptive.tiles[tile];
     if (number < plan_pass_count(&f->plan)) return plan_scheduled_pass(&f->plan, number);
     struct plan_pass pass = {.number = number, .strata = t->most, .sides = t->sides};
-    if (f->rate.maps > 1) pass.lobes = t->sides + rect_area(tile_grid_rect(&f->grid, tile));
+    if (f->adaptive.maps > 1) pass.lobes = t->sides + rect_area(tile_grid_rect(&f->grid, tile));
     return pass;
 }
