@@ -33,7 +33,7 @@ enum fleet_return {
 };
 
 /* Who asks for a tile. */
-struct fleet_asker {
+struct worker_request {
     uint64_t worker;
     uint32_t capabilities;
     bool is_free; /* it holds no tile: it may have one that is to be alone */
@@ -43,7 +43,7 @@ struct fleet_client {
     void *ctx;
     /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later).
      */
-    bool (*next_tile)(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out);
+    bool (*next_tile)(void *ctx, const struct worker_request *request, struct fleet_tile *out);
     /* What workers are told of a frame; the plan's bytes are borrowed until it is cancelled or
      * done. False: it is gone. */
     bool (*plan)(void *ctx, uint64_t frame_id, struct message_frame_plan *out);

@@ -46,10 +46,10 @@ struct dryness {
     uint32_t capabilities;
 };
 
-static bool is_vain(const struct dryness dry[2], const struct fleet_asker *asker)
+static bool is_vain(const struct dryness dry[2], const struct worker_request *request)
 {
-    for (unsigned is_free = asker->is_free; is_free < 2; is_free++)
-        if (dry[is_free].is_dry && (asker->capabilities & ~dry[is_free].capabilities) == 0)
+    for (unsigned is_free = request->is_free; is_free < 2; is_free++)
+        if (dry[is_free].is_dry && (request->capabilities & ~dry[is_free].capabilities) == 0)
             return true;
     return false;
 }
@@ -58,12 +58,12 @@ static bool is_vain(const struct dryness dry[2], const struct fleet_asker *asker
 static bool hand_one(struct fleet *fleet, struct session *s, struct dryness dry[2])
 {
     struct fleet_tile tile;
-    const struct fleet_asker asker = {
+    const struct worker_request request = {
         .worker = s->id, .capabilities = s->hello.capabilities, .is_free = s->leases.count == 0};
-    if (fleet->closing || !session_takes_more(s) || is_vain(dry, &asker)) return false;
-    if (fleet->client.next_tile(fleet->client.ctx, &asker, &tile))
+    if (fleet->closing || !session_takes_more(s) || is_vain(dry, &request)) return false;
+    if (fleet->client.next_tile(fleet->client.ctx, &request, &tile))
         return send_lease(fleet, s, &tile);
-    dry[asker.is_free] = (struct dryness){true, asker.capabilities};
+    dry[request.is_free] = (struct dryness){true, request.capabilities};
     return false;
 }
 

@@ -20,15 +20,15 @@ bool jobs_find_work(struct jobs *jobs, const struct asker *asker, uint64_t frame
     return true;
 }
 
-static bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out)
+static bool next_tile(void *ctx, const struct worker_request *request, struct fleet_tile *out)
 {
     struct jobs *jobs = ctx;
     for (unsigned i = 0; i < jobs->open_count; i++) {
         struct frame *work = jobs->open[i].frame->work;
         if (jobs->open[i].job->paused) continue;
         if (!frame_take_up(work, fleet_embree(jobs->fleet))) continue;
-        if (frame_waits_for_free(work, asker)) return false;
-        if (!frame_lease(work, asker, out)) continue;
+        if (frame_waits_for_free(work, request)) return false;
+        if (!frame_lease(work, request, out)) continue;
         if (frame_tiles_waiting(work) == 0) jobs_advance_soon(jobs);
         jobs_table_charge(jobs, jobs->open[i].job, frame_tile_samples(work, out));
         return true;

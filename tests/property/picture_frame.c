@@ -110,9 +110,9 @@ static void trace(struct session *s, const struct fleet_tile *tile)
 /* All that can be had now. */
 static uint32_t lease(struct session *s, struct fleet_tile *tiles, uint32_t most)
 {
-    const struct fleet_asker asker = {.worker = 1, .capabilities = ~0u, .is_free = true};
+    const struct worker_request request = {.worker = 1, .capabilities = ~0u, .is_free = true};
     uint32_t count = 0;
-    while (count < most && frame_lease(s->frame, &asker, &tiles[count])) count++;
+    while (count < most && frame_lease(s->frame, &request, &tiles[count])) count++;
     return count;
 }
 

@@ -265,15 +265,15 @@ bool frame_is_behind(const struct frame *f)
     return is_behind(f, blocks_out_most(f), PENDING_MOST);
 }
 
-bool frame_lease(struct frame *f, const struct fleet_asker *asker, struct fleet_tile *out)
+bool frame_lease(struct frame *f, const struct worker_request *request, struct fleet_tile *out)
 {
     uint32_t tile, generation;
-    if ((f->plan.capabilities & ~asker->capabilities) != 0) return false;
+    if ((f->plan.capabilities & ~request->capabilities) != 0) return false;
     if (frame_is_behind(f)) {
         f->held = true;
         return false;
     }
-    if (!tile_queue_lease(f->tiles, asker->worker, &tile, &generation)) return false;
+    if (!tile_queue_lease(f->tiles, request->worker, &tile, &generation)) return false;
     f->statistics.tiles_reissued = tile_queue_reissued(f->tiles);
     describe(f, tile, generation, out);
     out->alone = tile_queue_is_suspect(f->tiles, tile);
@@ -289,9 +289,9 @@ uint64_t frame_tile_samples(const struct frame *f, const struct fleet_tile *tile
     return area * ((number == 0 ? 1u : 0u) + pass.count + (uint64_t)pass.strata * pass.strata);
 }
 
-bool frame_waits_for_free(const struct frame *f, const struct fleet_asker *asker)
+bool frame_waits_for_free(const struct frame *f, const struct worker_request *request)
 {
-    return !asker->is_free && (f->plan.capabilities & ~asker->capabilities) == 0 &&
+    return !request->is_free && (f->plan.capabilities & ~request->capabilities) == 0 &&
            tile_queue_gives_suspect(f->tiles);
 }
 

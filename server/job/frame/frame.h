@@ -109,11 +109,11 @@ bool frame_take_up(struct frame *f, const char *embree);
 /* The next tile and pass for a worker. False when none waits, or when reconstruction is so far
  * behind that more samples would only fill memory; frame_was_held then says once that it goes on.
  */
-bool frame_lease(struct frame *f, const struct fleet_asker *asker, struct fleet_tile *out);
+bool frame_lease(struct frame *f, const struct worker_request *request, struct fleet_tile *out);
 /* What it asks of a worker: of each pixel its layers (as one), paths and bounce rays. */
 uint64_t frame_tile_samples(const struct frame *f, const struct fleet_tile *tile);
 /* The next tile has seen a worker die: this one should first be done with what it holds. */
-bool frame_waits_for_free(const struct frame *f, const struct fleet_asker *asker);
+bool frame_waits_for_free(const struct frame *f, const struct worker_request *request);
 /* A copy of a leased tile, as it is leased. */
 bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
                 const struct fleet_tile *of, struct fleet_tile *out);

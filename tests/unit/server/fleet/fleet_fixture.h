@@ -33,13 +33,14 @@ struct world {
     uint8_t first_byte;
 };
 
-static inline bool next_tile(void *ctx, const struct fleet_asker *asker, struct fleet_tile *out)
+static inline bool next_tile(void *ctx, const struct worker_request *request,
+                             struct fleet_tile *out)
 {
     struct world *w = ctx;
-    assert_int_equal(asker->capabilities, CAPABILITY_DIRECT);
+    assert_int_equal(request->capabilities, CAPABILITY_DIRECT);
     if (w->tiles == 0) return false;
     w->tiles--;
-    w->worker = asker->worker;
+    w->worker = request->worker;
     *out = (struct fleet_tile){.frame_id = 7,
                                .index = w->next_index++,
                                .generation = w->generation,

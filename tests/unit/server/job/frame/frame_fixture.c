@@ -192,9 +192,9 @@ void run(struct bench *b)
 
 bool lease(struct bench *b, uint64_t worker, uint32_t capabilities, struct fleet_tile *out)
 {
-    const struct fleet_asker asker = {
+    const struct worker_request request = {
         .worker = worker, .capabilities = capabilities, .is_free = true};
-    return frame_lease(b->frame, &asker, out);
+    return frame_lease(b->frame, &request, out);
 }
 
 void render_in_order(struct bench *b, int32_t tile_px)
