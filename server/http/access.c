@@ -114,8 +114,8 @@ static void note(struct request *r, const struct token *token)
 {
     r->has_token = true;
     r->token = token->hash;
-    memcpy(r->asker.owner, token->tenant, sizeof r->asker.owner);
-    r->asker.sees_all = token->role == ROLE_ADMIN;
+    memcpy(r->principal.owner, token->tenant, sizeof r->principal.owner);
+    r->principal.sees_all = token->role == ROLE_ADMIN;
 }
 
 static void refuse_stranger(struct request *r, bool claimed)
@@ -150,7 +150,7 @@ bool access_pass(struct request *r)
     const enum role wanted = access_role_of(r->match.id);
     bool claimed = false;
     if (!r->http->access.path) {
-        r->asker.sees_all = true;
+        r->principal.sees_all = true;
         return true;
     }
     const struct token *token = identify(r, &claimed);
@@ -183,8 +183,8 @@ bool access_still_holds(const struct request *r)
     if (!r->has_token || wanted == ROLE_NONE) return true;
     if (!access_sign_in_holds(r)) return false;
     const struct token *token = access_token_of(r);
-    return token && token->role >= wanted && strcmp(token->tenant, r->asker.owner) == 0 &&
-           (token->role == ROLE_ADMIN) == r->asker.sees_all;
+    return token && token->role >= wanted && strcmp(token->tenant, r->principal.owner) == 0 &&
+           (token->role == ROLE_ADMIN) == r->principal.sees_all;
 }
 
 /* ---- browsers ---- */

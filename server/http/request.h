@@ -13,7 +13,7 @@
 #include "server/http/response.h"
 #include "server/http/route.h"
 #include "server/http/upload.h"
-#include "server/job/asker.h"
+#include "server/job/principal.h"
 
 struct request {
     struct http *http; /* NULL: the connection is gone */
@@ -26,7 +26,7 @@ struct request {
     struct route_match match;
     enum method method;
     /* Whose it is (access.h). */
-    struct asker asker;
+    struct principal principal;
     struct digest token; /* its hash; zero without one */
     bool has_token;
     bool by_cookie;             /* and not by a header */

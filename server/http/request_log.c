@@ -27,7 +27,7 @@ void request_log_begin(struct request *r)
     struct header_find found = {0};
     MHD_get_connection_values(r->connection, MHD_HEADER_KIND, find_parent, &found);
     trace_begin(&r->http->traces, found.count == 1 ? found.value : NULL, &r->trace);
-    r->asker.trace = r->trace;
+    r->principal.trace = r->trace;
 }
 
 void request_log_answer(struct request *r)
@@ -62,7 +62,7 @@ void request_log_end(const struct request *r)
         {"status", NULL, r->status},
         {"duration_seconds", NULL, (double)(now_us - r->start_us) * 1e-6},
         {"job", r->job[0] ? r->job : r->match.job, 0},
-        {"owner", r->asker.owner, 0},
+        {"owner", r->principal.owner, 0},
     };
     log_write(r->http->options.log, level_of(r->status), "request",
               r->trace.request[0] ? &r->trace : NULL, fields, sizeof fields / sizeof fields[0]);

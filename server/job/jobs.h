@@ -12,7 +12,7 @@
 #include "proto/runtime/thread_pool.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
-#include "server/job/asker.h"
+#include "server/job/principal.h"
 #include "server/job/steering.h"
 #include "server/store/job_store.h"
 #include "server/store/objects.h"
@@ -61,15 +61,15 @@ void jobs_destroy(struct jobs **jobs);
 struct fair_weights;
 void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights);
 
-/* Whoever asks below sees the jobs that asker.h lets him; of all others he learns that there are no
- * such ones (ERR_NOT_FOUND). The asker is copied.
+/* Whoever asks below sees the jobs that principal.h lets him; of all others he learns that there
+ * are no such ones (ERR_NOT_FOUND). The principal is copied.
  *
  * Submission. On success `id` names a durable job, existed tells that the key was known. On failure
  * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL,
- * ERR_QUOTA. `job` is taken. The asker becomes the owner, and must have uploaded what the job
+ * ERR_QUOTA. `job` is taken. The principal becomes the owner, and must have uploaded what the job
  * names. */
 typedef void (*jobs_submitted)(void *ctx, const struct fault *fault, const char *id, bool existed);
-void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
+void jobs_submit(struct jobs *jobs, const struct principal *principal, struct job *job,
                  const char *idempotency_key, const struct digest *body, jobs_submitted done,
                  void *ctx);
 
@@ -77,8 +77,8 @@ void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
  * the first frame. Both are borrowed. */
 typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *report,
                              const struct plan *plan);
-void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job, jobs_planned done,
-                  void *ctx);
+void jobs_dry_run(struct jobs *jobs, const struct principal *principal, struct job *job,
+                  jobs_planned done, void *ctx);
 
 /* {id, state, owner, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan
  * {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment, camera,
@@ -87,29 +87,29 @@ void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job,
  * and png are addresses, null until the file is there; paused, region, near: see steering.h. NULL:
  * no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
-void jobs_get(struct jobs *jobs, const struct asker *asker, const char *id, jobs_answer done,
-              void *ctx);
+void jobs_get(struct jobs *jobs, const struct principal *principal, const char *id,
+              jobs_answer done, void *ctx);
 
 /* {jobs: [{id, state, owner, created, priority, paused, progress, revision, width, height}], next:
  * cursor or null}. ERR_RANGE for an unknown state or a cursor that is none; ERR_STATE
- * (job_store.h). The listing's owner is the asker's choice only if he sees all. */
-void jobs_list(struct jobs *jobs, const struct asker *asker, const struct job_listing *listing,
-               jobs_answer done, void *ctx);
+ * (job_store.h). The listing's owner is the principal's choice only if he sees all. */
+void jobs_list(struct jobs *jobs, const struct principal *principal,
+               const struct job_listing *listing, jobs_answer done, void *ctx);
 
 /* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
  * is removed, too. */
-void jobs_cancel(struct jobs *jobs, const struct asker *asker, const char *id, bool purge,
+void jobs_cancel(struct jobs *jobs, const struct principal *principal, const char *id, bool purge,
                  job_store_done done, void *ctx);
 
 /* The job and the number of a frame in work; false: it is over, there never was one, or it is not
- * for the asker. */
-bool jobs_find_work(struct jobs *jobs, const struct asker *asker, uint64_t frame_id,
+ * for the principal. */
+bool jobs_find_work(struct jobs *jobs, const struct principal *principal, uint64_t frame_id,
                     char id[JOB_ID_BYTES], int32_t *number);
 
 /* Changes what `steering` gives. ERR_STATE when there is no such job that has not ended;
  * ERR_MISMATCH when its revision is not the one that was seen (0: whatever it is); 0 when it is in
  * force and, but for region and point, durable. */
-void jobs_steer(struct jobs *jobs, const struct asker *asker, const char *id,
+void jobs_steer(struct jobs *jobs, const struct principal *principal, const char *id,
                 uint64_t seen_revision, const struct steering *steering, job_store_done done,
                 void *ctx);
 
@@ -118,8 +118,8 @@ void jobs_steer(struct jobs *jobs, const struct asker *asker, const char *id,
  * borrowed. Faults of the document have a pointer; without one ERR_NOT_FOUND is for no such job,
  * ERR_STATE for one that is not live, has not begun, or has ended. */
 typedef void (*jobs_moved)(void *ctx, const struct fault *fault, json_t *body);
-void jobs_move(struct jobs *jobs, const struct asker *asker, const char *id, const char *text,
-               size_t size_bytes, jobs_moved done, void *ctx);
+void jobs_move(struct jobs *jobs, const struct principal *principal, const char *id,
+               const char *text, size_t size_bytes, jobs_moved done, void *ctx);
 
 /* A frame's picture: the finished file, or the image so far. */
 struct jobs_picture {
@@ -130,8 +130,8 @@ struct jobs_picture {
     const struct exr_metadata *metadata;
 };
 typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);
-void jobs_picture(struct jobs *jobs, const struct asker *asker, const char *id, int32_t frame,
-                  jobs_pictured done, void *ctx);
+void jobs_picture(struct jobs *jobs, const struct principal *principal, const char *id,
+                  int32_t frame, jobs_pictured done, void *ctx);
 
 /* Counts for metrics and readiness. */
 struct jobs_totals {

@@ -10,11 +10,11 @@ static struct frame *work_of(struct jobs *jobs, uint64_t id)
     return open ? open->frame->work : NULL;
 }
 
-bool jobs_find_work(struct jobs *jobs, const struct asker *asker, uint64_t frame_id,
+bool jobs_find_work(struct jobs *jobs, const struct principal *principal, uint64_t frame_id,
                     char id[JOB_ID_BYTES], int32_t *number)
 {
     const struct open_frame *open = jobs_table_frame(jobs, frame_id);
-    if (!open || !asker_sees(asker, open->job->owner)) return false;
+    if (!open || !principal_sees(principal, open->job->owner)) return false;
     memcpy(id, open->job->id, JOB_ID_BYTES);
     *number = frame_number(open->frame->work);
     return true;

@@ -9,7 +9,7 @@
 #define IDLE_CHECKS 8 /* within the time after which a job that rests ends */
 
 struct move {
-    struct asker asker;
+    struct principal principal;
     jobs_moved done;
     void *ctx;
 };
@@ -29,7 +29,7 @@ static void on_row(void *ctx, int error, const struct job_row *row, const struct
     struct move *move = ctx;
     struct fault fault;
     (void)frames, (void)frame_count;
-    if (!error && (!row || !asker_sees(&move->asker, row->owner)))
+    if (!error && (!row || !principal_sees(&move->principal, row->owner)))
         fault_set(&fault, ERR_NOT_FOUND, "", "there is no such job");
     else if (!error)
         fault_set(&fault, ERR_STATE, "", "it has ended: its camera cannot be moved any more");
@@ -39,8 +39,8 @@ static void on_row(void *ctx, int error, const struct job_row *row, const struct
     free(move);
 }
 
-static void look_up(struct jobs *jobs, const struct asker *asker, const char *id, jobs_moved done,
-                    void *ctx)
+static void look_up(struct jobs *jobs, const struct principal *principal, const char *id,
+                    jobs_moved done, void *ctx)
 {
     struct move *move = malloc(sizeof *move);
     struct fault fault;
@@ -49,17 +49,17 @@ static void look_up(struct jobs *jobs, const struct asker *asker, const char *id
         done(ctx, &fault, NULL);
         return;
     }
-    *move = (struct move){.asker = *asker, .done = done, .ctx = ctx};
+    *move = (struct move){.principal = *principal, .done = done, .ctx = ctx};
     job_store_get(jobs->options.store, id, on_row, move);
 }
 
-void jobs_move(struct jobs *jobs, const struct asker *asker, const char *id, const char *text,
-               size_t size_bytes, jobs_moved done, void *ctx)
+void jobs_move(struct jobs *jobs, const struct principal *principal, const char *id,
+               const char *text, size_t size_bytes, jobs_moved done, void *ctx)
 {
     struct fault fault = {0};
     struct active_job *job = jobs_table_find(jobs, id);
-    if (!job || !asker_sees(asker, job->owner) || jobs->stopping) {
-        look_up(jobs, asker, id, done, ctx);
+    if (!job || !principal_sees(principal, job->owner) || jobs->stopping) {
+        look_up(jobs, principal, id, done, ctx);
         return;
     }
     int error = live_view_check(job, &fault);

@@ -150,7 +150,7 @@ struct question {
     jobs_answer answer;
     jobs_pictured pictured;
     void *ctx;
-    struct asker asker;
+    struct principal principal;
     int32_t frame;
     char id[JOB_ID_BYTES];
 };
@@ -160,7 +160,7 @@ static void on_row(void *ctx, int error, const struct job_row *row, const struct
 {
     struct question *q = ctx;
     json_t *body = NULL;
-    if (!error && (!row || !asker_sees(&q->asker, row->owner))) error = ERR_NOT_FOUND;
+    if (!error && (!row || !principal_sees(&q->principal, row->owner))) error = ERR_NOT_FOUND;
     if (!error) {
         body = body_of(jobs_table_find(q->jobs, row->id), row, frames, frame_count);
         error = body ? 0 : ERR_MEMORY;
@@ -170,15 +170,15 @@ static void on_row(void *ctx, int error, const struct job_row *row, const struct
     free(q);
 }
 
-void jobs_get(struct jobs *jobs, const struct asker *asker, const char *id, jobs_answer done,
-              void *ctx)
+void jobs_get(struct jobs *jobs, const struct principal *principal, const char *id,
+              jobs_answer done, void *ctx)
 {
     struct question *q = job_id_is_valid(id) ? calloc(1, sizeof *q) : NULL;
     if (!q) {
         done(ctx, job_id_is_valid(id) ? ERR_MEMORY : ERR_NOT_FOUND, NULL);
         return;
     }
-    *q = (struct question){.jobs = jobs, .answer = done, .ctx = ctx, .asker = *asker};
+    *q = (struct question){.jobs = jobs, .answer = done, .ctx = ctx, .principal = *principal};
     job_store_get(jobs->options.store, id, on_row, q);
 }
 
@@ -219,11 +219,11 @@ static void on_rows(void *ctx, int error, const struct job_row *rows, size_t cou
     free(q);
 }
 
-void jobs_list(struct jobs *jobs, const struct asker *asker, const struct job_listing *listing,
-               jobs_answer done, void *ctx)
+void jobs_list(struct jobs *jobs, const struct principal *principal,
+               const struct job_listing *listing, jobs_answer done, void *ctx)
 {
     struct job_listing seen = *listing;
-    if (!asker->sees_all) seen.owner = asker->owner;
+    if (!principal->sees_all) seen.owner = principal->owner;
     enum job_state known;
     if ((listing->state && !job_state_from_name(listing->state, &known)) ||
         (listing->cursor && !job_id_is_valid(listing->cursor))) {
@@ -281,7 +281,7 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
 {
     struct question *q = ctx;
     struct jobs_picture picture = {0};
-    if (!error && (!row || !asker_sees(&q->asker, row->owner))) error = ERR_NOT_FOUND;
+    if (!error && (!row || !principal_sees(&q->principal, row->owner))) error = ERR_NOT_FOUND;
     for (size_t i = 0; !error && i < frame_count; i++) {
         if (frames[i].number != q->frame || digest_is_zero(&frames[i].exr)) continue;
         picture.finished = true;
@@ -294,13 +294,13 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
     free(q);
 }
 
-void jobs_picture(struct jobs *jobs, const struct asker *asker, const char *id, int32_t frame,
-                  jobs_pictured done, void *ctx)
+void jobs_picture(struct jobs *jobs, const struct principal *principal, const char *id,
+                  int32_t frame, jobs_pictured done, void *ctx)
 {
     const struct active_job *active = jobs_table_find(jobs, id);
     struct jobs_picture picture = {0};
     int error = 0;
-    if (!job_id_is_valid(id) || (active && !asker_sees(asker, active->owner))) {
+    if (!job_id_is_valid(id) || (active && !principal_sees(principal, active->owner))) {
         done(ctx, ERR_NOT_FOUND, NULL);
         return;
     }
@@ -314,7 +314,7 @@ void jobs_picture(struct jobs *jobs, const struct asker *asker, const char *id, 
         return;
     }
     *q = (struct question){
-        .jobs = jobs, .pictured = done, .ctx = ctx, .asker = *asker, .frame = frame};
+        .jobs = jobs, .pictured = done, .ctx = ctx, .principal = *principal, .frame = frame};
     memcpy(q->id, id, sizeof q->id);
     job_store_get(jobs->options.store, id, on_picture_row, q);
 }

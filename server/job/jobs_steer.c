@@ -104,12 +104,12 @@ static void store_change(struct jobs *jobs, struct active_job *job, const struct
                     steering->given & STEERING_PAUSED ? &steering->paused : NULL, on_durable, c);
 }
 
-void jobs_steer(struct jobs *jobs, const struct asker *asker, const char *id,
+void jobs_steer(struct jobs *jobs, const struct principal *principal, const char *id,
                 uint64_t seen_revision, const struct steering *steering, job_store_done done,
                 void *ctx)
 {
     struct active_job *job = jobs_table_find(jobs, id);
-    if (job && !asker_sees(asker, job->owner)) {
+    if (job && !principal_sees(principal, job->owner)) {
         done(ctx, ERR_NOT_FOUND);
     } else if (!job || job_state_is_final(job->state) || jobs->stopping) {
         done(ctx, ERR_STATE);

@@ -48,10 +48,11 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
 }
 
 /* A place in the tenant's quota. Those whom nobody can tell apart have none. */
-static int take_place(struct jobs *jobs, const struct asker *asker, struct fault *fault)
+static int take_place(struct jobs *jobs, const struct principal *principal, struct fault *fault)
 {
     const size_t most = jobs->options.tenant_jobs_most;
-    const int error = asker->owner[0] ? job_counts_take(&jobs->counts, asker->owner, most) : 0;
+    const int error =
+        principal->owner[0] ? job_counts_take(&jobs->counts, principal->owner, most) : 0;
     if (error == ERR_QUOTA)
         fault_set(fault, error, "",
                   "the tenant has %zu jobs that have not ended, as many as it may", most);
@@ -139,21 +140,21 @@ static void on_key_looked_up(void *ctx, int error, const char *existing)
 }
 
 /* False when there is no memory to look: then it is refused. */
-static bool look_up_key(struct jobs *jobs, const struct asker *asker, const char *key,
+static bool look_up_key(struct jobs *jobs, const struct principal *principal, const char *key,
                         const struct digest *body, const struct refusal *refusal)
 {
     struct refusal *r = malloc(sizeof *r);
     if (!r) return false;
     *r = *refusal;
-    job_store_find_key(jobs->options.store, asker->owner, key, body, on_key_looked_up, r);
+    job_store_find_key(jobs->options.store, principal->owner, key, body, on_key_looked_up, r);
     return true;
 }
 
-static int insert(struct jobs *jobs, const struct asker *asker, const char *key,
+static int insert(struct jobs *jobs, const struct principal *principal, const char *key,
                   const struct digest *body, struct submission *s)
 {
     const struct job *job = &s->asked;
-    struct job_assets assets = {.sees_all = asker->sees_all, .missing = &s->missing};
+    struct job_assets assets = {.sees_all = principal->sees_all, .missing = &s->missing};
     struct digest *list = list_assets(job, &assets.count);
     json_t *document = list ? job_write(job) : NULL;
     char *text = json_text(document, JSON_COMPACT);
@@ -180,8 +181,9 @@ static int insert(struct jobs *jobs, const struct asker *asker, const char *key,
 }
 
 /* Takes the job, unless it is refused. */
-static int submit(struct jobs *jobs, const struct asker *asker, struct job *job, const char *key,
-                  const struct digest *body, jobs_submitted done, void *ctx, struct fault *fault)
+static int submit(struct jobs *jobs, const struct principal *principal, struct job *job,
+                  const char *key, const struct digest *body, jobs_submitted done, void *ctx,
+                  struct fault *fault)
 {
     char id[JOB_ID_BYTES];
     int64_t now_ms = jobs_time_ms();
@@ -190,22 +192,23 @@ static int submit(struct jobs *jobs, const struct asker *asker, struct job *job,
     if (job_id_next(&jobs->ids, (uint64_t)now_ms, id) != 0)
         return fault_set(fault, ERR_IO, "", "the system gives no random numbers");
     struct submission *s = calloc(1, sizeof *s);
-    struct active_job *active = active_job_create(jobs, id, asker->owner, job->priority, now_ms);
+    struct active_job *active =
+        active_job_create(jobs, id, principal->owner, job->priority, now_ms);
     if (active) {
         active->live = job->live;
-        active->trace = asker->trace;
+        active->trace = principal->trace;
     }
-    if (active && (error = take_place(jobs, asker, fault))) {
+    if (active && (error = take_place(jobs, principal, fault))) {
         free(s);
         active_job_release(active);
         return error;
     }
-    if (active) active->counted = asker->owner[0] != '\0';
+    if (active) active->counted = principal->owner[0] != '\0';
     if (s && active && jobs_table_reserve(jobs) == 0) {
         *s = (struct submission){
             .jobs = jobs, .job = active, .asked = *job, .done = done, .ctx = ctx};
         *job = (struct job){0};
-        if (insert(jobs, asker, key, body, s) == 0) return 0;
+        if (insert(jobs, principal, key, body, s) == 0) return 0;
         job_fini(&s->asked);
     }
     free(s);
@@ -213,15 +216,15 @@ static int submit(struct jobs *jobs, const struct asker *asker, struct job *job,
     return fault_set(fault, ERR_MEMORY, "", "no memory for one more job");
 }
 
-void jobs_submit(struct jobs *jobs, const struct asker *asker, struct job *job,
+void jobs_submit(struct jobs *jobs, const struct principal *principal, struct job *job,
                  const char *idempotency_key, const struct digest *body, jobs_submitted done,
                  void *ctx)
 {
     struct refusal refused = {.done = done, .ctx = ctx};
-    int error = submit(jobs, asker, job, idempotency_key, body, done, ctx, &refused.fault);
+    int error = submit(jobs, principal, job, idempotency_key, body, done, ctx, &refused.fault);
     const bool passes = error == ERR_QUOTA || error == ERR_FULL;
     job_fini(job);
-    if (passes && idempotency_key && look_up_key(jobs, asker, idempotency_key, body, &refused))
+    if (passes && idempotency_key && look_up_key(jobs, principal, idempotency_key, body, &refused))
         return;
     if (error) done(ctx, &refused.fault, NULL, false);
 }
@@ -282,11 +285,11 @@ static void on_assets_found(void *ctx, int error)
     refuse_dry_run(run, &fault);
 }
 
-void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job, jobs_planned done,
-                  void *ctx)
+void jobs_dry_run(struct jobs *jobs, const struct principal *principal, struct job *job,
+                  jobs_planned done, void *ctx)
 {
     struct fault fault;
-    struct job_assets assets = {.sees_all = asker->sees_all};
+    struct job_assets assets = {.sees_all = principal->sees_all};
     int error = check_new(jobs, job, &fault);
     struct dry_run *run = error ? NULL : calloc(1, sizeof *run);
     struct digest *list = run ? list_assets(job, &assets.count) : NULL;
@@ -301,14 +304,14 @@ void jobs_dry_run(struct jobs *jobs, const struct asker *asker, struct job *job,
     *job = (struct job){0};
     assets.items = list;
     assets.missing = &run->missing;
-    job_store_find_assets(jobs->options.store, asker->owner, &assets, on_assets_found, run);
+    job_store_find_assets(jobs->options.store, principal->owner, &assets, on_assets_found, run);
     free(list);
 }
 
 /* A cancellation that ends in a removal, or of a job that is not in the table. */
 struct cancellation {
     struct jobs *jobs;
-    struct asker asker;
+    struct principal principal;
     char id[JOB_ID_BYTES];
     bool purge;
     job_store_done done;
@@ -339,12 +342,12 @@ static void on_found_ended(void *ctx, int error, const struct job_row *row,
 {
     struct cancellation *c = ctx;
     (void)frames, (void)frame_count;
-    if (!error && (!row || !asker_sees(&c->asker, row->owner))) error = ERR_NOT_FOUND;
+    if (!error && (!row || !principal_sees(&c->principal, row->owner))) error = ERR_NOT_FOUND;
     if (!error && !c->purge) error = ERR_STATE;
     on_cancelled(c, error);
 }
 
-void jobs_cancel(struct jobs *jobs, const struct asker *asker, const char *id, bool purge,
+void jobs_cancel(struct jobs *jobs, const struct principal *principal, const char *id, bool purge,
                  job_store_done done, void *ctx)
 {
     struct cancellation *c = job_id_is_valid(id) ? calloc(1, sizeof *c) : NULL;
@@ -353,10 +356,11 @@ void jobs_cancel(struct jobs *jobs, const struct asker *asker, const char *id, b
         return;
     }
     *c = (struct cancellation){
-        .jobs = jobs, .asker = *asker, .purge = purge, .done = done, .ctx = ctx};
+        .jobs = jobs, .principal = *principal, .purge = purge, .done = done, .ctx = ctx};
     memcpy(c->id, id, sizeof c->id);
     struct active_job *job = jobs_table_find(jobs, id);
-    if (job && asker_sees(asker, job->owner) && !job_state_is_final(job->state) && !jobs->stopping)
+    if (job && principal_sees(principal, job->owner) && !job_state_is_final(job->state) &&
+        !jobs->stopping)
         active_job_cancel(job, on_cancelled, c);
     else
         job_store_get(jobs->options.store, id, on_found_ended, c);

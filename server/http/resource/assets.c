@@ -110,8 +110,8 @@ static void seal_done(struct pool_task *task)
 
 static struct asset_claim claim_of(const struct request *r)
 {
-    struct asset_claim claim = {.asset = r->match.sha256, .sees_all = r->asker.sees_all};
-    memcpy(claim.owner, r->asker.owner, sizeof claim.owner);
+    struct asset_claim claim = {.asset = r->match.sha256, .sees_all = r->principal.sees_all};
+    memcpy(claim.owner, r->principal.owner, sizeof claim.owner);
     return claim;
 }
 
@@ -160,9 +160,9 @@ static void on_found(void *ctx, int error)
 void route_asset_head(struct request *r)
 {
     const struct job_assets assets = {
-        .items = &r->match.sha256, .count = 1, .sees_all = r->asker.sees_all};
+        .items = &r->match.sha256, .count = 1, .sees_all = r->principal.sees_all};
     request_hold(r);
-    job_store_find_assets(r->http->options.store, r->asker.owner, &assets, on_found, r);
+    job_store_find_assets(r->http->options.store, r->principal.owner, &assets, on_found, r);
 }
 
 /* Which jobs keep it: a few of them, and how many more there are. */

@@ -67,7 +67,7 @@ static void on_events(void *ctx, int error, json_t *body)
 void route_events(struct request *r)
 {
     request_hold(r);
-    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_events, r);
+    jobs_get(r->http->options.jobs, &r->principal, r->match.job, on_events, r);
 }
 
 static bool has_layer(const json_t *body, const char *layer)
@@ -111,5 +111,5 @@ void route_pixels(struct request *r)
     struct pixels_request wanted;
     if (!picture_pixels_request(r, &wanted)) return;
     request_hold(r);
-    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_pixels, r);
+    jobs_get(r->http->options.jobs, &r->principal, r->match.job, on_pixels, r);
 }

@@ -40,7 +40,7 @@ static void on_steered(void *ctx, int error)
         return;
     }
     request_hold(r);
-    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_got, r);
+    jobs_get(r->http->options.jobs, &r->principal, r->match.job, on_got, r);
 }
 
 static void refuse_move(struct request *r, const struct fault *fault)
@@ -67,8 +67,8 @@ static void on_moved(void *ctx, const struct fault *fault, json_t *body)
 static void move(struct request *r)
 {
     request_hold(r);
-    jobs_move(r->http->options.jobs, &r->asker, r->match.job, r->body ? r->body : "", r->body_bytes,
-              on_moved, r);
+    jobs_move(r->http->options.jobs, &r->principal, r->match.job, r->body ? r->body : "",
+              r->body_bytes, on_moved, r);
 }
 
 /* ---- beside the job ---- */
@@ -131,7 +131,7 @@ static void on_seen(void *ctx, int error, json_t *body)
         request_fault(r, &fault);
     } else {
         request_hold(r);
-        jobs_steer(r->http->options.jobs, &r->asker, r->match.job, revision_of(r, body),
+        jobs_steer(r->http->options.jobs, &r->principal, r->match.job, revision_of(r, body),
                    &seen.steering, on_steered, r);
     }
 }
@@ -173,5 +173,5 @@ void route_job_patch(struct request *r)
     }
     *patch = asked;
     request_hold(r);
-    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_seen, patch);
+    jobs_get(r->http->options.jobs, &r->principal, r->match.job, on_seen, patch);
 }

@@ -103,9 +103,9 @@ static void submit(struct request *r, struct reading *d)
     } else {
         request_hold(r);
         if (dry_run)
-            jobs_dry_run(jobs, &r->asker, &d->job, on_planned, r);
+            jobs_dry_run(jobs, &r->principal, &d->job, on_planned, r);
         else
-            jobs_submit(jobs, &r->asker, &d->job, key, &d->digest, on_submitted, r);
+            jobs_submit(jobs, &r->principal, &d->job, key, &d->digest, on_submitted, r);
     }
 }
 
@@ -215,7 +215,7 @@ void route_job_list(struct request *r)
     struct job_listing listing;
     if (!read_listing(r, &listing)) return;
     request_hold(r);
-    jobs_list(r->http->options.jobs, &r->asker, &listing, on_listed, r);
+    jobs_list(r->http->options.jobs, &r->principal, &listing, on_listed, r);
 }
 
 static void on_got(void *ctx, int error, json_t *body)
@@ -227,7 +227,7 @@ static void on_got(void *ctx, int error, json_t *body)
 void route_job_get(struct request *r)
 {
     request_hold(r);
-    jobs_get(r->http->options.jobs, &r->asker, r->match.job, on_got, r);
+    jobs_get(r->http->options.jobs, &r->principal, r->match.job, on_got, r);
 }
 
 static void on_cancelled(void *ctx, int error)
@@ -252,5 +252,5 @@ void route_job_delete(struct request *r)
     bool purge;
     if (!request_flag(r, "purge", &purge)) return;
     request_hold(r);
-    jobs_cancel(r->http->options.jobs, &r->asker, r->match.job, purge, on_cancelled, r);
+    jobs_cancel(r->http->options.jobs, &r->principal, r->match.job, purge, on_cancelled, r);
 }

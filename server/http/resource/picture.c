@@ -188,7 +188,7 @@ static void on_picture(void *ctx, int error, const struct jobs_picture *picture)
 static void ask(struct request *r, jobs_pictured done)
 {
     request_hold(r);
-    jobs_picture(r->http->options.jobs, &r->asker, r->match.job, r->match.frame, done, r);
+    jobs_picture(r->http->options.jobs, &r->principal, r->match.job, r->match.frame, done, r);
 }
 
 void route_image_exr(struct request *r)

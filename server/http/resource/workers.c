@@ -14,7 +14,7 @@ static json_t *work_of(struct request *r, uint64_t worker)
     json_t *list = json_array();
     unsigned count = fleet_work(r->http->options.fleet, worker, work, WORK_LISTED);
     for (unsigned i = 0; i < count; i++) {
-        if (!jobs_find_work(r->http->options.jobs, &r->asker, work[i].frame_id, id, &number))
+        if (!jobs_find_work(r->http->options.jobs, &r->principal, work[i].frame_id, id, &number))
             continue;
         json_array_append_new(list, json_pack("{s:s,s:i,s:i}", "job", id, "frame", (int)number,
                                               "tiles", (int)work[i].tiles));

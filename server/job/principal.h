@@ -7,13 +7,13 @@
 #include "proto/log/trace.h"
 #include "server/store/job_store.h"
 
-struct asker {
+struct principal {
     char owner[JOB_OWNER_BYTES]; /* whose jobs are his, and whose his own will be; "": nobody's */
     bool sees_all;
     struct trace trace; /* of the request; zero: none */
 };
 
-static inline bool asker_sees(const struct asker *asker, const char *owner)
+static inline bool principal_sees(const struct principal *principal, const char *owner)
 {
-    return asker->sees_all || strcmp(asker->owner, owner) == 0;
+    return principal->sees_all || strcmp(principal->owner, owner) == 0;
 }
