@@ -65,7 +65,7 @@ static void leave_table(struct active_job *job, struct active_frame *frame)
     uint64_t id = frame_id(frame->work);
     statistics_add(&jobs->past, frame_statistics(frame->work));
     jobs_table_close(jobs, frame);
-    frame->again = 0; /* what was to be tried again was this work's */
+    frame->retry = 0; /* what was to be tried again was this work's */
     if (jobs->fleet) fleet_cancel(jobs->fleet, id);
 }
 
@@ -129,7 +129,7 @@ void active_job_free_frames(struct active_job *job)
 {
     for (uint32_t i = 0; i < job->frame_count; i++) {
         const struct active_frame *frame = &job->frames[i];
-        if (frame->again == AGAIN_RECORD)
+        if (frame->retry == RETRY_RECORD)
             active_frame_release_pictures(job->jobs, &frame->exr, &frame->png);
         free(frame->shelved);
     }
@@ -269,7 +269,7 @@ static void on_failed(void *ctx, struct frame *work, const struct fault *fault)
     if (frame_was_given_up(work))
         active_job_fail(job, fault);
     else
-        active_job_fail_or_begin_again(job, fault);
+        active_job_fail_or_retry(job, fault);
     jobs_advance_soon(ctx);
 }
 
@@ -277,7 +277,7 @@ static void on_unstored(void *ctx, struct frame *work, const struct fault *fault
 {
     struct active_frame *frame;
     struct active_job *job = job_of(ctx, work, &frame);
-    active_job_store_again(job, frame, fault);
+    active_job_retry_store(job, frame, fault);
 }
 
 /* What a frame came to have beyond its plan, and what it warns of. */
@@ -364,7 +364,7 @@ void active_job_open_frame(struct active_job *job)
         struct fault fault;
         fault_set(&fault, error, "/image", "no memory for frame %d",
                   active_frame_number(job, frame));
-        active_job_fail_or_begin_again(job, &fault);
+        active_job_fail_or_retry(job, &fault);
         return;
     }
     /* The priority is given in pixels of the full picture. */

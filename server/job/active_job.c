@@ -106,7 +106,7 @@ static void on_ended(void *ctx, int error)
     if (error && error != ERR_NOT_FOUND) {
         /* What could not be recorded stays in the table: GET must not fall back to the old state.
          */
-        active_job_end_again(job);
+        active_job_retry_end(job);
         return;
     }
     jobs_event_state(job);
@@ -167,7 +167,7 @@ void active_job_record_end(struct active_job *job)
                          problem_text, report_text, on_ended, job);
     } else {
         tell_who_cancelled(job, ERR_MEMORY);
-        active_job_end_again(job);
+        active_job_retry_end(job);
     }
     json_decref(report);
     free(report_text);
@@ -224,7 +224,7 @@ static int start_view(struct active_job *job)
     struct fault fault;
     const uint32_t before = job->view_before;
     int error = live_view_create(job, before > 0 ? before + VIEWS_UNRECORDED : 1, &fault);
-    if (error) active_job_fail_or_begin_again(job, &fault);
+    if (error) active_job_fail_or_retry(job, &fault);
     return error;
 }
 
@@ -233,7 +233,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     struct active_job *job = ctx;
     job->preparation = NULL;
     if (fault) {
-        active_job_fail_or_begin_again(job, fault);
+        active_job_fail_or_retry(job, fault);
         return;
     }
     job->prepared = prepared;
@@ -243,7 +243,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     if (!job->plan || fingerprint_of(&prepared->job, job->fingerprint) != 0) {
         struct fault memory;
         fault_set(&memory, ERR_MEMORY, "", "no memory for the job's plan");
-        active_job_fail_or_begin_again(job, &memory);
+        active_job_fail_or_retry(job, &memory);
         return;
     }
     if (job->live && start_view(job) != 0) return;
@@ -310,7 +310,7 @@ static void on_loaded(void *ctx, int error, const struct job_row *row,
     else
         error = load(job, row, frames, frame_count, &fault);
     if (error) {
-        active_job_fail_or_begin_again(job, &fault);
+        active_job_fail_or_retry(job, &fault);
         return;
     }
     job_store_update(job->jobs->options.store, job->id, job_state_name(job->state), NULL, NULL,

@@ -15,12 +15,12 @@
 /* What failed for the machine's sake and is tried again (active_retry.c); of a job, the sum of
  * some.
  */
-enum again {
-    AGAIN_BEGIN = 1,  /* the job, from its document */
-    AGAIN_FRAMES = 2, /* what its frames say: */
-    AGAIN_STORE = 4,  /* files of a picture that is drawn */
-    AGAIN_RECORD = 8, /* that they are there */
-    AGAIN_END = 16    /* the state in which the job has ended */
+enum retry {
+    RETRY_BEGIN = 1,  /* the job, from its document */
+    RETRY_FRAMES = 2, /* what its frames say: */
+    RETRY_STORE = 4,  /* files of a picture that is drawn */
+    RETRY_RECORD = 8, /* that they are there */
+    RETRY_END = 16    /* the state in which the job has ended */
 };
 
 /* One of a job's frames. */
@@ -28,7 +28,7 @@ struct active_frame {
     enum frame_state state;
     struct digest exr, png;        /* zero until stored */
     struct frame *work;            /* while rendering and encoding */
-    enum again again;              /* AGAIN_STORE, AGAIN_RECORD or 0 */
+    enum retry retry;              /* RETRY_STORE, RETRY_RECORD or 0 */
     struct shelved_frame *shelved; /* owned; NULL: it is not */
 };
 
@@ -51,8 +51,8 @@ struct active_job {
     bool counted;               /* in its tenant's quota, until it is freed */
     bool gone;                  /* out of the table; freed with the last hold */
 
-    unsigned again;    /* of enum again: waits for again_us */
-    uint64_t again_us; /* jobs_clock_us */
+    unsigned retry;    /* of enum retry: waits for retry_us */
+    uint64_t retry_us; /* jobs_clock_us */
     unsigned pauses;   /* in a row, since a frame was done */
     unsigned tries;    /* to begin it, since a frame was done */
     unsigned runs;     /* times that it began again: frames of before are gone */
@@ -106,12 +106,12 @@ void active_job_finish(struct active_job *job);
 void active_job_cancel(struct active_job *job, job_store_done done, void *ctx);
 
 /* active_retry.c: what may pass by itself is tried again, anything else fails the job. */
-void active_job_fail_or_begin_again(struct active_job *job, const struct fault *fault);
+void active_job_fail_or_retry(struct active_job *job, const struct fault *fault);
 /* The same of one step. */
-void active_job_store_again(struct active_job *job, struct active_frame *frame,
+void active_job_retry_store(struct active_job *job, struct active_frame *frame,
                             const struct fault *fault);
-void active_job_record_again(struct active_job *job, struct active_frame *frame);
-void active_job_end_again(struct active_job *job);
+void active_job_retry_record(struct active_job *job, struct active_frame *frame);
+void active_job_retry_end(struct active_job *job);
 /* Sends to the store what is to be recorded: that a job has ended; that a frame's files are there
  * (active_record.c). */
 void active_job_record_end(struct active_job *job);

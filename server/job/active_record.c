@@ -49,7 +49,7 @@ static void on_recorded(void *ctx, int error)
     }
     if (is_over) return;
     if (error) {
-        active_job_record_again(job, frame);
+        active_job_retry_record(job, frame);
         return;
     }
     job->pauses = job->tries = 0;
@@ -74,7 +74,7 @@ void active_job_record_frame(struct active_job *job, struct active_frame *frame)
     char *report = recording ? active_job_kept_report(job) : NULL;
     if (!report) {
         free(recording);
-        active_job_record_again(job, frame);
+        active_job_retry_record(job, frame);
         return;
     }
     *recording = (struct recording){

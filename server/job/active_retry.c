@@ -39,9 +39,9 @@ static void wait_for(struct active_job *job, unsigned what)
     uint64_t pause_ms = (uint64_t)PAUSE_FIRST_MS << doublings;
     if (pause_ms > PAUSE_LAST_MS) pause_ms = PAUSE_LAST_MS;
     job->pauses++;
-    job->again |= what;
-    job->again_us = jobs_clock_us() + pause_ms * 1000;
-    jobs_try_again_soon(jobs);
+    job->retry |= what;
+    job->retry_us = jobs_clock_us() + pause_ms * 1000;
+    jobs_retry_soon(jobs);
 }
 
 /* As it was before its turn came, but for its log. */
@@ -60,7 +60,7 @@ static void reset(struct active_job *job)
     job->revision++;
 }
 
-void active_job_fail_or_begin_again(struct active_job *job, const struct fault *fault)
+void active_job_fail_or_retry(struct active_job *job, const struct fault *fault)
 {
     if (!is_of_the_machine(fault->code) || ++job->tries >= tries_of(fault)) {
         active_job_fail(job, fault);
@@ -70,62 +70,62 @@ void active_job_fail_or_begin_again(struct active_job *job, const struct fault *
                    fault->pointer[0] ? ": " : "", fault->detail);
     reset(job);
     jobs_event_state(job);
-    wait_for(job, AGAIN_BEGIN);
+    wait_for(job, RETRY_BEGIN);
 }
 
-void active_job_store_again(struct active_job *job, struct active_frame *frame,
+void active_job_retry_store(struct active_job *job, struct active_frame *frame,
                             const struct fault *fault)
 {
     active_job_log(job, "error", "tried again soon: %s", fault->detail);
-    frame->again = AGAIN_STORE;
-    wait_for(job, AGAIN_FRAMES);
+    frame->retry = RETRY_STORE;
+    wait_for(job, RETRY_FRAMES);
 }
 
-void active_job_record_again(struct active_job *job, struct active_frame *frame)
+void active_job_retry_record(struct active_job *job, struct active_frame *frame)
 {
     active_job_log(job, "error", "tried again soon: a frame could not be recorded");
-    frame->again = AGAIN_RECORD;
-    wait_for(job, AGAIN_FRAMES);
+    frame->retry = RETRY_RECORD;
+    wait_for(job, RETRY_FRAMES);
 }
 
-void active_job_end_again(struct active_job *job)
+void active_job_retry_end(struct active_job *job)
 {
-    wait_for(job, AGAIN_END);
+    wait_for(job, RETRY_END);
 }
 
 static void try_frames(struct active_job *job)
 {
     for (uint32_t i = 0; i < job->frame_count && !job_state_is_final(job->state); i++) {
         struct active_frame *frame = &job->frames[i];
-        const enum again what = frame->again;
-        frame->again = 0;
-        if (what == AGAIN_STORE && frame->work && frame_state(frame->work) == FRAME_ENCODING)
+        const enum retry what = frame->retry;
+        frame->retry = 0;
+        if (what == RETRY_STORE && frame->work && frame_state(frame->work) == FRAME_ENCODING)
             frame_store(frame->work);
-        if (what == AGAIN_RECORD) active_job_record_frame(job, frame);
+        if (what == RETRY_RECORD) active_job_record_frame(job, frame);
         if (!job->frames) return;
     }
 }
 
-static void try_again(struct active_job *job)
+static void retry(struct active_job *job)
 {
-    const unsigned what = job->again;
-    job->again = 0;
-    if (what & AGAIN_END) active_job_record_end(job);
+    const unsigned what = job->retry;
+    job->retry = 0;
+    if (what & RETRY_END) active_job_record_end(job);
     if (job_state_is_final(job->state)) return;
-    if (what & AGAIN_FRAMES) try_frames(job);
-    if (what & AGAIN_BEGIN) jobs_advance_soon(job->jobs);
+    if (what & RETRY_FRAMES) try_frames(job);
+    if (what & RETRY_BEGIN) jobs_advance_soon(job->jobs);
 }
 
-bool jobs_try_again(struct jobs *jobs)
+bool jobs_retry(struct jobs *jobs)
 {
     const uint64_t now_us = jobs_clock_us();
     bool waits = false;
     /* Nothing is taken out of the table meanwhile: that waits for the store. */
     for (size_t i = 0; i < jobs->count; i++) {
         struct active_job *job = jobs->by_id[i];
-        if (!job->again) continue;
-        if (now_us >= job->again_us) try_again(job);
-        waits |= job->again != 0;
+        if (!job->retry) continue;
+        if (now_us >= job->retry_us) retry(job);
+        waits |= job->retry != 0;
     }
     return waits;
 }

@@ -120,18 +120,18 @@ static void tell_progress(struct active_job *job)
     jobs_event(job, "progress", progress, false);
 }
 
-#define TRY_AGAIN_EVERY_MS 250
+#define RETRY_EVERY_MS 250
 
-static void on_again(uv_timer_t *timer)
+static void on_retry(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
-    if (!jobs->stopping && !jobs_try_again(jobs)) uv_timer_stop(timer);
+    if (!jobs->stopping && !jobs_retry(jobs)) uv_timer_stop(timer);
 }
 
-void jobs_try_again_soon(struct jobs *jobs)
+void jobs_retry_soon(struct jobs *jobs)
 {
-    if (!jobs->stopping && !uv_is_active((uv_handle_t *)&jobs->again))
-        uv_timer_start(&jobs->again, on_again, TRY_AGAIN_EVERY_MS, TRY_AGAIN_EVERY_MS);
+    if (!jobs->stopping && !uv_is_active((uv_handle_t *)&jobs->retry))
+        uv_timer_start(&jobs->retry, on_retry, RETRY_EVERY_MS, RETRY_EVERY_MS);
 }
 
 static void on_progress(uv_timer_t *timer)
@@ -192,9 +192,9 @@ int jobs_create(const struct jobs_options *options, struct jobs **out)
     uv_timer_init(options->loop, &jobs->progress);
     uv_timer_init(options->loop, &jobs->abandoned);
     uv_timer_init(options->loop, &jobs->idle);
-    uv_timer_init(options->loop, &jobs->again);
+    uv_timer_init(options->loop, &jobs->retry);
     uv_timer_init(options->loop, &jobs->unused);
-    jobs->unused.data = jobs->again.data = jobs->idle.data = jobs->advance.data =
+    jobs->unused.data = jobs->retry.data = jobs->idle.data = jobs->advance.data =
         jobs->progress.data = jobs->abandoned.data = jobs;
     *out = jobs;
     return 0;
@@ -276,7 +276,7 @@ void jobs_stop(struct jobs *jobs)
     uv_close((uv_handle_t *)&jobs->progress, NULL);
     uv_close((uv_handle_t *)&jobs->abandoned, NULL);
     uv_close((uv_handle_t *)&jobs->idle, NULL);
-    uv_close((uv_handle_t *)&jobs->again, NULL);
+    uv_close((uv_handle_t *)&jobs->retry, NULL);
     uv_close((uv_handle_t *)&jobs->unused, NULL);
     for (size_t i = 0; i < jobs->count; i++) {
         live_view_keep(jobs->by_id[i]);

@@ -44,7 +44,7 @@ struct jobs {
     struct fleet *fleet; /* NULL before it is set and after jobs_stop */
     struct imports *imports;
     struct scratch *scratch; /* of the pool's work on blocks, whichever frame they are of */
-    uv_timer_t advance, progress, idle, again;
+    uv_timer_t advance, progress, idle, retry;
     uv_timer_t unused; /* runs since a frame was last opened or closed */
     struct job_id_source ids;
     uint64_t next_frame_id;
@@ -106,11 +106,11 @@ void jobs_complete_views(struct jobs *jobs);
 void jobs_watch_idle(struct jobs *jobs);
 
 /* active_retry.c: what is due; true while something waits. */
-bool jobs_try_again(struct jobs *jobs);
+bool jobs_retry(struct jobs *jobs);
 
 /* jobs.c */
 /* Has that called from time to time. */
-void jobs_try_again_soon(struct jobs *jobs);
+void jobs_retry_soon(struct jobs *jobs);
 /* A frame was opened or closed: the scratch holds what the next one may need, for a while. */
 void jobs_mind_scratch(struct jobs *jobs);
 /* Unless a worker joins within ABANDONED_AFTER_MS, fails the jobs whose results were refused and

@@ -35,7 +35,7 @@ static bool is_its_turn(const struct jobs *jobs, const struct ahead *ahead,
 static void look_at(struct jobs *jobs, struct ahead *ahead, struct active_job *job)
 {
     struct fair_tenant *tenant = job->tenant;
-    const bool is_free = !job->again && is_its_turn(jobs, ahead, job);
+    const bool is_free = !job->retry && is_its_turn(jobs, ahead, job);
     if (is_free && job->state == JOB_QUEUED && !job->loading) active_job_begin(job);
     const bool counts = is_free && is_ahead(job);
     ahead->ready += counts;

@@ -130,7 +130,7 @@ static void choose_paths(const struct job *job, const char *filter_why, const ch
 
 /* Whether there are so many paths, and bounce rays beside them, that nobody asked to filter these.
  * Paths alone then converge in passes, over whole pixels and not at their centres. */
-static bool is_plenty(const struct job *job, char why[PLAN_WHY_BYTES])
+static bool has_enough_paths(const struct job *job, char why[PLAN_WHY_BYTES])
 {
     const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MOST;
     const bool asked = job->indirect != INDIRECT_AUTO || job->method == FILTER_AVERAGE ||
@@ -145,7 +145,7 @@ static bool is_plenty(const struct job *job, char why[PLAN_WHY_BYTES])
 static void choose_beside(const struct job *job, const struct plan *plan, const char *why,
                           struct plan_report *report)
 {
-    char filter_why[PLAN_FILTER_WHY_BYTES], plenty[PLAN_WHY_BYTES];
+    char filter_why[PLAN_FILTER_WHY_BYTES], enough_paths[PLAN_WHY_BYTES];
     bool indirect = job->indirect_bounces > 0 && plan_is_lit(plan, report);
     bool occlusion = (report->layers & LAYER_OCCLUSION) != 0;
     if (!indirect && !occlusion) {
@@ -154,8 +154,8 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
         choose_paths(job, filter_why, plan_nothing_to_filter, why, report);
         return;
     }
-    if (is_plenty(job, plenty)) {
-        choose_paths(job, plenty, plenty, plenty, report);
+    if (has_enough_paths(job, enough_paths)) {
+        choose_paths(job, enough_paths, enough_paths, enough_paths, report);
         return;
     }
     report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;
