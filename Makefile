@@ -168,7 +168,7 @@ tile-rate: all $(fakes)
 ## mutations: results damaged on the wire, a million of them; e.g. make mutations count=100000
 count ?= 1000000
 mutations: all $(fakes)
-	@tests/system/conduct.sh $(B) $(count)
+	@tests/system/worker_health.sh $(B) $(count)
 ## storm: kill -9 of random processes, e.g. make storm kills=1000 seed=7
 kills ?= 1000
 storm: all

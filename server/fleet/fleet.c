@@ -140,7 +140,7 @@ static void on_turn(uv_idle_t *turn)
 {
     struct fleet *fleet = turn->data;
     uv_idle_stop(turn);
-    fleet_hand_out(fleet);
+    fleet_dispatch(fleet);
     for (size_t i = 0; i < fleet->session_count; i++) session_turn(fleet->sessions[i]);
 }
 
@@ -199,8 +199,8 @@ static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
     lease_past_init(&fleet->past);
     uv_idle_init(loop, &fleet->turn);
     uv_timer_init(loop, &fleet->tick);
-    uv_timer_init(loop, &fleet->late);
-    fleet->turn.data = fleet->tick.data = fleet->late.data = fleet;
+    uv_timer_init(loop, &fleet->speculation);
+    fleet->turn.data = fleet->tick.data = fleet->speculation.data = fleet;
     fleet->open = 3;
     return fleet;
 }
@@ -304,7 +304,7 @@ void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx)
     for (size_t i = 0; i < fleet->session_count; i++) say_goodbye(fleet->sessions[i]);
     uv_close((uv_handle_t *)&fleet->turn, on_handle_closed);
     uv_close((uv_handle_t *)&fleet->tick, on_handle_closed);
-    uv_close((uv_handle_t *)&fleet->late, on_handle_closed);
+    uv_close((uv_handle_t *)&fleet->speculation, on_handle_closed);
 }
 
 void fleet_wake(struct fleet *fleet)
@@ -329,7 +329,7 @@ int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain)
     struct session *s = fleet_find_session(fleet, worker);
     if (!s || (s->state != SESSION_WORKING && s->state != SESSION_DRAINING)) return ERR_NOT_FOUND;
     s->quarantined_until_ms = 0; /* from now on it is the operator's word */
-    if (!drain) conduct_forgive(&fleet->conduct, s->hello.name, s->local);
+    if (!drain) worker_health_forgive(&fleet->health, s->hello.name, s->local);
     session_drain(s, drain);
     return 0;
 }
@@ -373,7 +373,7 @@ json_t *fleet_roster(const struct fleet *fleet)
     json_t *roster = json_array();
     for (size_t i = 0; roster && i < fleet->session_count; i++)
         if (is_listed(fleet->sessions[i]))
-            json_array_append_new(roster, roster_entry(fleet->sessions[i], &fleet->conduct));
+            json_array_append_new(roster, roster_entry(fleet->sessions[i], &fleet->health));
     return roster;
 }
 

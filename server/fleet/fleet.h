@@ -9,7 +9,7 @@
 #include <uv.h>
 
 #include "proto/link/message.h"
-#include "server/fleet/conduct.h"
+#include "server/fleet/worker_health.h"
 
 struct fleet;
 
@@ -101,8 +101,8 @@ void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
 /* Whoever takes a worker back from a quarantine forgives it all strikes. ERR_NOT_FOUND */
 int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain);
 
-/* Holds a result that does not fit its plan against the worker (conduct.h). True when it is put
- * into quarantine for it. */
+/* Holds a result that does not fit its plan against the worker (worker_health.h). True when it is
+ * put into quarantine for it. */
 bool fleet_strike(struct fleet *fleet, uint64_t worker);
 /* Takes all workers back that are in quarantine. */
 void fleet_forgive(struct fleet *fleet);

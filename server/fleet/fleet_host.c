@@ -18,8 +18,8 @@ static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
     if (!fleet->embree_version[0])
         memcpy(fleet->embree_version, s->hello.embree_version, sizeof fleet->embree_version);
     *welcome = (struct message_welcome){.worker_id = s->id, .beat_ms = fleet->beat_ms};
-    const struct conduct_record *record =
-        conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
+    const struct worker_health_record *record =
+        worker_health_quarantine(&fleet->health, s->hello.name, s->local, uv_now(fleet->loop));
     fleet_note_joined(fleet, s);
     if (record) s->quarantined_until_ms = record->until_ms;
     return true;

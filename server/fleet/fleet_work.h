@@ -1,5 +1,5 @@
 #pragma once
-/* The fleet from inside: for fleet.c, fleet_host.c, hand_out.c and discipline.c alone. */
+/* The fleet from inside: for fleet.c, fleet_host.c, dispatch.c and quarantine.c alone. */
 #include "server/fleet/fleet.h"
 #include "server/fleet/lease.h"
 #include "server/fleet/listener.h"
@@ -23,7 +23,7 @@ struct fleet {
     struct session_host host;
     struct session **sessions; /* owned, by growing id */
     size_t session_count, session_capacity;
-    struct schedule_worker *offers; /* owned scratch of hand_out, session_capacity long each */
+    struct schedule_worker *offers; /* owned scratch of dispatch.c, session_capacity long each */
     struct session **offered;
     uint32_t *give;
     const struct lease_table **tables;
@@ -32,14 +32,14 @@ struct fleet {
     char embree_version[LIMIT_NAME_BYTES]; /* of the first worker; "" before it */
     struct fleet_totals totals;
     struct lease_past past;
-    struct conduct conduct;
+    struct worker_health health;
     struct gone gone[GONE_KNOWN];
     unsigned gone_next;
     int64_t stopped[STOPPED_KNOWN]; /* processes of ours that somebody stopped, the last ones */
     unsigned stopped_next;
     uv_idle_t turn; /* active: on_turn is due before the loop sleeps */
     uv_timer_t tick;
-    uv_timer_t late; /* active: somebody idles while others have tiles */
+    uv_timer_t speculation; /* active: somebody idles while others have tiles */
     struct listener local, tcp;
     struct processes *processes;
     bool closing;
@@ -55,7 +55,7 @@ struct session_host fleet_host(struct fleet *fleet, void (*closed)(void *ctx, st
 
 /* Gives tiles to those who want them; to those who idle when there are none, copies of tiles that
  * others are late with. */
-void fleet_hand_out(struct fleet *fleet);
+void fleet_dispatch(struct fleet *fleet);
 
 struct session *fleet_find_session(const struct fleet *fleet, uint64_t id); /* NULL: none */
 /* As session_host: takes note of a worker that may have died. */

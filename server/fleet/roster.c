@@ -51,24 +51,24 @@ static const char *phase_of(const struct session *s)
 }
 
 /* null, or why and for how much longer it gets no tiles. */
-static json_t *quarantine_of(const struct session *s, const struct conduct *conduct)
+static json_t *quarantine_of(const struct session *s, const struct worker_health *health)
 {
     const uint64_t now_ms = uv_now(s->handle.any.loop);
-    const struct conduct_record *r =
-        s->quarantined_until_ms ? conduct_quarantine(conduct, s->hello.name, s->local, now_ms)
+    const struct worker_health_record *r =
+        s->quarantined_until_ms ? worker_health_quarantine(health, s->hello.name, s->local, now_ms)
                                 : NULL;
     if (!r) return json_null();
     return json_pack("{ss sf}", "reason", strike_text(r->last), "seconds_left",
                      (double)(r->until_ms - now_ms) / 1000.0);
 }
 
-json_t *roster_entry(const struct session *s, const struct conduct *conduct)
+json_t *roster_entry(const struct session *s, const struct worker_health *health)
 {
     const struct message_hello *h = &s->hello;
     const struct message_beat *b = &s->beat;
     return json_pack("{sI ss ss ss so sb si sI ss ss ss so si sI sI sf sf sI sI sI sI sI}", /**/
                      "id", (json_int_t)s->id, "name", h->name, "state", state_of(s), "phase",
-                     phase_of(s), "quarantine", quarantine_of(s, conduct), "local", (int)s->local,
+                     phase_of(s), "quarantine", quarantine_of(s, health), "local", (int)s->local,
                      "threads", (int)h->threads, "pid", (json_int_t)h->pid, "isa", h->isa, "build",
                      h->build_id, "embree", h->embree_version, "capabilities",
                      capabilities(h->capabilities), "tiles_in_hand", (int)s->leases.count,

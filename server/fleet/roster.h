@@ -5,7 +5,7 @@
 #include "server/fleet/session.h"
 
 /* One worker. New reference; NULL on failed allocation. */
-json_t *roster_entry(const struct session *s, const struct conduct *conduct);
+json_t *roster_entry(const struct session *s, const struct worker_health *health);
 
 /* As fleet_work, of one session. */
 unsigned roster_work(const struct session *s, struct fleet_work *out, unsigned most);

@@ -85,7 +85,7 @@ struct session {
     struct channel *channel; /* owned; NULL: in the clear */
     bool reading;            /* libuv reads this link */
     bool stalled;            /* its tiles were taken back; it gets none until it shows progress */
-    uint64_t quarantined_until_ms; /* it drains for its conduct; 0: it does not */
+    uint64_t quarantined_until_ms; /* the quarantine in which it drains; 0: none */
     struct frame_inbox inbox;
     struct outbox outbox;
     struct lease_table leases;

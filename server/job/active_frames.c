@@ -175,7 +175,7 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
         &fault, ERR_CORRUPT, "",
         "no worker is left: each was set aside after %d results that do not fit the plan, the "
         "last one at \"%.100s\": %.200s",
-        CONDUCT_STRIKES, refusal->pointer, refusal->detail);
+        WORKER_HEALTH_STRIKES, refusal->pointer, refusal->detail);
     jobs_fail_unless_joined(jobs, &fault);
 }
 

@@ -1,6 +1,6 @@
 /* make simulate: frames on simulated farms, by the coordinator's own scheduling (schedule.h,
- * late.h, lease.h, tile_queue.h) and no sockets: how much longer they take than on a perfect farm,
- * with copies of late tiles and without.
+ * speculation.h, lease.h, tile_queue.h) and no sockets: how much longer they take than on a perfect
+ * farm, with copies of late tiles and without.
  *
  *   simulate_farm [runs=N] [seed=N] [farm=NAME]
  *
@@ -14,8 +14,8 @@
 #include <string.h>
 
 #include "proto/limits.h"
-#include "server/fleet/late.h"
 #include "server/fleet/schedule.h"
+#include "server/fleet/speculation.h"
 #include "server/job/frame/tile_queue.h"
 #include "tests/random.h"
 
@@ -245,13 +245,13 @@ static void hand_tiles(struct run *run)
 
 static void hand_copies(struct run *run)
 {
-    struct late_lease late;
+    struct speculation late;
     uint32_t generation;
     for (int i = 0; i < run->count; i++) {
         struct worker *w = &run->workers[i];
-        while (
-            !w->gone && w->leases.count < w->threads &&
-            late_find(run->tables, (size_t)run->count, (size_t)i, (uint64_t)run->now_ms, &late)) {
+        while (!w->gone && w->leases.count < w->threads &&
+               speculation_find(run->tables, (size_t)run->count, (size_t)i, (uint64_t)run->now_ms,
+                                &late)) {
             struct lease *lease = &run->workers[late.holder].leases.at[late.at];
             lease->copied = true;
             const uint32_t tile = lease->tile.index;

@@ -1,7 +1,7 @@
 /* Leases: what is found, what is forgotten, what has stalled. */
 #include <stdlib.h>
 
-#include "server/fleet/late.h"
+#include "server/fleet/speculation.h"
 #include "tests/unit/unit.h"
 
 static void add(struct lease_table *t, uint64_t frame_id, uint32_t index, uint64_t since_ms,
@@ -127,24 +127,24 @@ TEST(late_leases_are_found)
     struct lease_table idle = {.threads = 1, .pace_ms = 100}, slow = holder(1, 1000, 2, 5000),
                        even = holder(1, 100, 1, 5000), silent = holder(1, 0, 1, 5000);
     const struct lease_table *tables[] = {&idle, &even, &slow, NULL};
-    struct late_lease late;
-    assert_true(late_find(tables, 4, 0, 5000, &late));
+    struct speculation late;
+    assert_true(speculation_find(tables, 4, 0, 5000, &late));
     assert_int_equal(late.holder, 2);
     assert_int_equal(late.at, 1); /* it is not begun, but will be the last */
     slow.at[1].copied = true;
-    assert_true(late_find(tables, 4, 0, 5000, &late));
+    assert_true(speculation_find(tables, 4, 0, 5000, &late));
     assert_int_equal(late.at, 0);
     slow.at[0].copied = true;
-    assert_false(late_find(tables, 4, 0, 5000, &late));
-    assert_false(late_find(tables, 4, 0, 5250, &late));
-    assert_true(late_find(tables, 4, 0, 5400, &late)); /* what should have come long ago */
+    assert_false(speculation_find(tables, 4, 0, 5000, &late));
+    assert_false(speculation_find(tables, 4, 0, 5250, &late));
+    assert_true(speculation_find(tables, 4, 0, 5400, &late)); /* what should have come long ago */
     assert_int_equal(late.holder, 1);
     tables[1] = &silent;
-    assert_false(late_find(tables, 4, 0, 5100, &late));
-    assert_true(late_find(tables, 4, 0, 5400, &late));
+    assert_false(speculation_find(tables, 4, 0, 5100, &late));
+    assert_true(speculation_find(tables, 4, 0, 5400, &late));
     tables[0] = &slow; /* slow ones get no copies */
     tables[2] = &even;
-    assert_false(late_find(tables, 3, 0, 9000, &late));
+    assert_false(speculation_find(tables, 3, 0, 9000, &late));
     lease_table_fini(&slow);
     lease_table_fini(&even);
     lease_table_fini(&silent);

@@ -13,10 +13,11 @@
 
 #include "proto/limits.h"
 
-#define CONDUCT_STRIKES       3
-#define CONDUCT_WINDOW_MS     600000u /* strikes older than this are forgotten */
-#define CONDUCT_QUARANTINE_MS 600000u
-#define CONDUCT_KNOWN         256 /* workers with strikes; beyond, the one longest without is forgotten */
+#define WORKER_HEALTH_STRIKES       3
+#define WORKER_HEALTH_WINDOW_MS     600000u /* strikes older than this are forgotten */
+#define WORKER_HEALTH_QUARANTINE_MS 600000u
+/* Workers with strikes; of more, the one whose last strike is oldest is forgotten. */
+#define WORKER_HEALTH_KNOWN 256
 
 enum strike { STRIKE_CORRUPT, STRIKE_PROTOCOL, STRIKE_SILENT, STRIKE_STALLED, STRIKE_COUNT };
 
@@ -25,24 +26,25 @@ const char *strike_text(enum strike kind);
 /* For metrics: "corrupt". */
 const char *strike_name(enum strike kind);
 
-struct conduct_record {
+struct worker_health_record {
     char name[LIMIT_NAME_BYTES];
     bool local, is_used;
-    uint64_t struck_ms[CONDUCT_STRIKES]; /* the last ones, newest first; 0: none */
-    uint64_t until_ms;                   /* of the quarantine; 0: there is none */
+    uint64_t struck_ms[WORKER_HEALTH_STRIKES]; /* the last ones, newest first; 0: none */
+    uint64_t until_ms;                         /* of the quarantine; 0: there is none */
     enum strike last;
 };
 
 /* Zero-initialised knows nobody. */
-struct conduct {
-    struct conduct_record records[CONDUCT_KNOWN];
+struct worker_health {
+    struct worker_health_record records[WORKER_HEALTH_KNOWN];
 };
 
 /* True when this strike begins a quarantine. now_ms is above 0 and never falls. */
-bool conduct_strike(struct conduct *c, const char *name, bool local, enum strike kind,
-                    uint64_t now_ms);
+bool worker_health_strike(struct worker_health *c, const char *name, bool local, enum strike kind,
+                          uint64_t now_ms);
 /* The record of a worker that is in quarantine now, borrowed until the next call; else NULL. */
-const struct conduct_record *conduct_quarantine(const struct conduct *c, const char *name,
-                                                bool local, uint64_t now_ms);
+const struct worker_health_record *worker_health_quarantine(const struct worker_health *c,
+                                                            const char *name, bool local,
+                                                            uint64_t now_ms);
 /* Nothing is held against it any more. */
-void conduct_forgive(struct conduct *c, const char *name, bool local);
+void worker_health_forgive(struct worker_health *c, const char *name, bool local);

@@ -3,7 +3,7 @@
 # who does it again and again is put into quarantine, and a tile that ends its workers ends its job.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
-build=${1:?usage: tests/system/conduct.sh BUILD_DIR [MUTATIONS]}
+build=${1:?usage: tests/system/worker_health.sh BUILD_DIR [MUTATIONS]}
 mutations=${2:-2000}
 . tests/tap.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb

@@ -1,8 +1,8 @@
 #include "server/fleet/fleet_work.h"
-#include "server/fleet/late.h"
+#include "server/fleet/speculation.h"
 
 /* How often those who idle look again for tiles that others are late with. */
-#define LATE_MS 25u
+#define SPECULATE_EVERY_MS 25u
 
 static size_t gather_offers(struct fleet *fleet)
 {
@@ -95,9 +95,10 @@ static bool hand_copy(struct fleet *fleet, size_t idle)
 {
     const struct fleet_client *client = &fleet->client;
     struct session *s = fleet->sessions[idle];
-    struct late_lease late;
+    struct speculation late;
     struct fleet_tile tile;
-    while (late_find(fleet->tables, fleet->session_count, idle, uv_now(fleet->loop), &late)) {
+    while (
+        speculation_find(fleet->tables, fleet->session_count, idle, uv_now(fleet->loop), &late)) {
         struct lease *lease = &fleet->sessions[late.holder]->leases.at[late.at];
         lease->copied = true;
         if (client->copy_tile(client->ctx, s->id, s->hello.capabilities, &lease->tile, &tile))
@@ -129,10 +130,10 @@ static void look_again(struct fleet *fleet)
         works = works || fleet->sessions[i]->leases.count > 0;
         idles = idles || is_idle(fleet->sessions[i]);
     }
-    if (idles && works) uv_timer_start(&fleet->late, on_late, LATE_MS, 0);
+    if (idles && works) uv_timer_start(&fleet->speculation, on_late, SPECULATE_EVERY_MS, 0);
 }
 
-void fleet_hand_out(struct fleet *fleet)
+void fleet_dispatch(struct fleet *fleet)
 {
     const size_t count = gather_offers(fleet);
     if (count == 0) return;

@@ -11,7 +11,7 @@
 
 #include "server/fleet/lease.h"
 
-struct late_lease {
+struct speculation {
     size_t holder; /* its table's place among those given */
     uint32_t at;   /* its place in the table */
     double gain_ms;
@@ -19,5 +19,5 @@ struct late_lease {
 
 /* The lease whose copy by the worker of tables[idle] gains most; false when none pays now. Tables
  * may be NULL. */
-bool late_find(const struct lease_table *const *tables, size_t count, size_t idle, uint64_t now_ms,
-               struct late_lease *out);
+bool speculation_find(const struct lease_table *const *tables, size_t count, size_t idle,
+                      uint64_t now_ms, struct speculation *out);

@@ -24,9 +24,9 @@ static bool strike(struct fleet *fleet, struct session *s, enum strike kind)
     if (fleet->closing) return false;
     fleet->totals.strikes[kind]++;
     if (is_slowness(kind) && !has_others(fleet, s)) return false;
-    if (!conduct_strike(&fleet->conduct, s->hello.name, s->local, kind, now_ms)) return false;
+    if (!worker_health_strike(&fleet->health, s->hello.name, s->local, kind, now_ms)) return false;
     fleet->totals.quarantined++;
-    session_quarantine(s, now_ms + CONDUCT_QUARANTINE_MS);
+    session_quarantine(s, now_ms + WORKER_HEALTH_QUARANTINE_MS);
     return true;
 }
 
@@ -45,10 +45,10 @@ void fleet_forgive(struct fleet *fleet)
 {
     for (size_t i = 0; i < fleet->session_count; i++) {
         struct session *s = fleet->sessions[i];
-        const struct conduct_record *record =
-            conduct_quarantine(&fleet->conduct, s->hello.name, s->local, uv_now(fleet->loop));
+        const struct worker_health_record *record =
+            worker_health_quarantine(&fleet->health, s->hello.name, s->local, uv_now(fleet->loop));
         if (!record) continue;
-        conduct_forgive(&fleet->conduct, s->hello.name, s->local);
+        worker_health_forgive(&fleet->health, s->hello.name, s->local);
         session_quarantine(s, 0);
     }
 }

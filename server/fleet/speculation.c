@@ -1,4 +1,4 @@
-#include "server/fleet/late.h"
+#include "server/fleet/speculation.h"
 
 /* A copy should take at most this part of the time that it might save: estimates are rough. */
 #define COPY_PART 0.75
@@ -23,7 +23,7 @@ static double left_of_begun(const struct lease *lease, double pace_ms, uint64_t 
 /* The last of a worker's queue that can be copied is the one that is waited for longest. A lease
  * behind those under work begins when the one a round before it ends. */
 static void look_at(const struct lease_table *t, double pace_ms, uint64_t now_ms,
-                    struct late_lease *worst)
+                    struct speculation *worst)
 {
     const uint32_t begun = lease_begun(t);
     for (uint32_t i = 0; i < t->count; i++) {
@@ -49,8 +49,8 @@ static double typical_ms(const struct lease_table *const *tables, size_t count)
     return threads > 0 ? threads / tiles_per_ms : 0;
 }
 
-bool late_find(const struct lease_table *const *tables, size_t count, size_t idle, uint64_t now_ms,
-               struct late_lease *out)
+bool speculation_find(const struct lease_table *const *tables, size_t count, size_t idle,
+                      uint64_t now_ms, struct speculation *out)
 {
     bool found = false;
     out->gain_ms = 0;
@@ -60,7 +60,7 @@ bool late_find(const struct lease_table *const *tables, size_t count, size_t idl
         /* Who has not answered yet is taken to be as fast as the other. */
         const double own = pace_of(tables[idle], tables[i]->pace_ms);
         if (own == 0) continue;
-        struct late_lease worst = {.holder = i, .gain_ms = (own + LINK_MS) / COPY_PART};
+        struct speculation worst = {.holder = i, .gain_ms = (own + LINK_MS) / COPY_PART};
         const double least = worst.gain_ms;
         look_at(tables[i], pace_of(tables[i], own), now_ms, &worst);
         if (worst.gain_ms <= least || worst.gain_ms - own <= out->gain_ms) continue;
