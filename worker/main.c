@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "proto/runtime/build.h"
-#include "worker/process/heap.h"
+#include "worker/process/malloc_tuning.h"
 #include "worker/process/options.h"
 #include "worker/replay/replay.h"
 #include "worker/session/session.h"
@@ -22,7 +22,7 @@ struct program {
     uv_loop_t *loop;
     struct session *session;
     const struct options *options;
-    struct journal journal;
+    struct worker_log worker_log;
     uv_signal_t term, interrupt;
     enum session_end end;
 };
@@ -40,9 +40,9 @@ static void on_ended(void *ctx, enum session_end end, const char *text)
     p->end = end;
     const struct log_field field = {"detail", text, 0};
     if (text[0])
-        journal_write(&p->journal, LOG_ERROR,
-                      end == SESSION_END_REFUSED ? "refused by the coordinator" : "ended", &field,
-                      1);
+        worker_log_write(&p->worker_log, LOG_ERROR,
+                         end == SESSION_END_REFUSED ? "refused by the coordinator" : "ended",
+                         &field, 1);
     session_close(p->session, on_closed, p);
     p->session = NULL;
 }
@@ -52,7 +52,7 @@ static void on_flushed(void *ctx, bool is_loading)
 {
     struct program *p = ctx;
     if (!is_loading) return;
-    log_end(&p->journal.log);
+    log_end(&p->worker_log.log);
     _exit((int)p->end);
 }
 
@@ -103,11 +103,11 @@ static int run(const struct options *options)
     uv_loop_t loop;
     struct fault fault = {0};
     struct program p = {.loop = &loop, .options = options};
-    const struct session_client client = {&p, &p.journal, on_ended, on_flushed};
-    p.journal = (struct journal){.log = {.fd = STDERR_FILENO}, .worker = options->name};
-    (void)log_format_from_name(options->log_format, &p.journal.log.format);
-    if (options->quiet) p.journal.log.least = LOG_ERROR;
-    log_begin(&p.journal.log);
+    const struct session_client client = {&p, &p.worker_log, on_ended, on_flushed};
+    p.worker_log = (struct worker_log){.log = {.fd = STDERR_FILENO}, .worker = options->name};
+    (void)log_format_from_name(options->log_format, &p.worker_log.log.format);
+    if (options->quiet) p.worker_log.log.least = LOG_ERROR;
+    log_begin(&p.worker_log.log);
     uv_loop_init(&loop);
     alarm(BEGINNING_S);
     int e = session_create(&loop, options, &tracing_embree, &client, &p.session, &fault);
@@ -115,7 +115,7 @@ static int run(const struct options *options)
     if (e) {
         const struct log_field fields[] = {{"place", fault.pointer, 0},
                                            {"detail", fault.detail, 0}};
-        journal_write(&p.journal, LOG_ERROR, "cannot work", fields, 2);
+        worker_log_write(&p.worker_log, LOG_ERROR, "cannot work", fields, 2);
         p.end = SESSION_END_FAILED;
     } else {
         watch_signals(&p);
@@ -123,7 +123,7 @@ static int run(const struct options *options)
     }
     uv_run(&loop, UV_RUN_DEFAULT);
     uv_loop_close(&loop);
-    log_end(&p.journal.log);
+    log_end(&p.worker_log.log);
     return (int)p.end;
 }
 
@@ -145,7 +145,7 @@ int main(int argc, char **argv)
             printf("shearwater-worker %s\n", build_id());
         return 0;
     }
-    heap_keep();
+    malloc_tuning_apply();
     if (options.nice > 0) setpriority(PRIO_PROCESS, 0, (int)options.nice); /* before any thread */
     if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
         options.cache_dir = cache_dir;

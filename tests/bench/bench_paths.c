@@ -10,7 +10,7 @@
 
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/recording.h"
-#include "worker/process/heap.h"
+#include "worker/process/malloc_tuning.h"
 #include "worker/tile/tile.h"
 
 enum { REPETITIONS = 5, RECORDED_ROWS_PX = 64 };
@@ -127,7 +127,7 @@ int main(int argc, char **argv)
 {
     struct fault fault = {0};
     static struct bench b;
-    heap_keep(); /* as the worker does */
+    malloc_tuning_apply(); /* as the worker does */
     if (argc < 2) fail("usage: bench_paths BLOB [BOUNCES [SPP]]");
     if (scene_map(argv[1], &b.blob, &fault)) fail(fault.detail);
     if (render_scene_create(&b.blob, 1, NULL, &b.scene, &fault)) fail(fault.detail);

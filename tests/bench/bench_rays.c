@@ -19,7 +19,7 @@
 
 #include "tests/bench/bench_plan.h"
 #include "tests/bench/recording.h"
-#include "worker/process/heap.h"
+#include "worker/process/malloc_tuning.h"
 #include "worker/tile/tile.h"
 
 enum { REPETITIONS = 7, THREADS_MAX = 64 };
@@ -180,7 +180,7 @@ static void bench_all_effects(const char *name, struct share *shares, uint32_t t
 
 int main(int argc, char **argv)
 {
-    heap_keep(); /* as the worker does */
+    malloc_tuning_apply(); /* as the worker does */
     struct fault fault = {0};
     struct scene blob;
     struct render_scene *scene;

@@ -9,7 +9,7 @@
 #include "proto/error.h"
 #include "proto/link/frame.h"
 #include "proto/link/link_key.h"
-#include "worker/link/parcel.h"
+#include "worker/link/shared_buffer.h"
 
 #define LINK_RETRY_MS     100u
 #define LINK_RETRY_MAX_MS 5000u
@@ -51,8 +51,9 @@ uint32_t link_wait_ms(unsigned attempt);
 
 /* An empty writer for one payload, then link_put sends it. Without a connection what is put is
  * dropped: a session says again what matters when the link is up. Put frames go out together before
- * the loop sleeps. link_put_parcel appends the parcel to the payload and holds a reference until it
+ * the loop sleeps. link_put_buffer appends the buffer to the payload and holds a reference until it
  * is written. */
 struct bytes_writer *link_payload(struct link *link);
 void link_put(struct link *link, uint16_t type, uint64_t request_id);
-void link_put_parcel(struct link *link, uint16_t type, uint64_t request_id, struct parcel *parcel);
+void link_put_buffer(struct link *link, uint16_t type, uint64_t request_id,
+                     struct shared_buffer *buffer);

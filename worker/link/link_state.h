@@ -63,8 +63,8 @@ int link_read_start(struct link *l);
 /* Goes on with the handshake, then opens what has come. */
 void link_open_sealed(struct link *l);
 
-/* Writes what is pending, and the parcel, which may be NULL. */
-void link_write_out(struct link *l, struct parcel *parcel);
+/* Writes what is pending, and the buffer, which may be NULL. */
+void link_write_out(struct link *l, struct shared_buffer *buffer);
 
 /* host, port and is_unix from an address. ERR_SYNTAX, ERR_LIMIT, ERR_MEMORY. */
 int link_parse_address(struct link *l, const char *address);

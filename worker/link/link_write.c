@@ -6,7 +6,7 @@ struct link_write {
     uv_write_t request;
     struct link *link;
     uint8_t *data; /* owned */
-    struct parcel *parcel;
+    struct shared_buffer *buffer;
     size_t size_bytes;
 };
 
@@ -16,7 +16,7 @@ static void on_written(uv_write_t *request, int status)
     struct link *l = write->link;
     l->queued_bytes -= write->size_bytes;
     free(write->data);
-    parcel_unref(&write->parcel);
+    shared_buffer_unref(&write->buffer);
     free(write);
     if (status < 0 && status != UV_ECANCELED) link_drop_for(l, "writing failed", status);
     if (l->closing && l->queued_bytes == 0) link_close_all(l);
@@ -30,13 +30,13 @@ static void break_later(struct link *l, int error)
     if (!l->closing) uv_idle_start(&l->turn, on_turn);
 }
 
-/* What is pending, and the parcel, become what the channel makes of them. */
-static int seal(struct link *l, const struct parcel *parcel)
+/* What is pending, and the buffer, become what the channel makes of them. */
+static int seal(struct link *l, const struct shared_buffer *buffer)
 {
     int e = 0;
     if (l->pending.size_bytes > 0)
         e = channel_write(l->channel, l->pending.data, l->pending.size_bytes);
-    if (e == 0 && parcel) e = channel_write(l->channel, parcel->data, parcel->size_bytes);
+    if (e == 0 && buffer) e = channel_write(l->channel, buffer->data, buffer->size_bytes);
     bytes_writer_fini(&l->pending);
     bytes_writer_init(&l->pending);
     if (e) return e;
@@ -45,13 +45,13 @@ static int seal(struct link *l, const struct parcel *parcel)
     return 0;
 }
 
-void link_write_out(struct link *l, struct parcel *parcel)
+void link_write_out(struct link *l, struct shared_buffer *buffer)
 {
     if (l->channel && !l->pending.failed) {
-        const int e = seal(l, parcel);
+        const int e = seal(l, buffer);
         if (e) break_later(l, e);
         if (e || l->pending.size_bytes == 0) return;
-        parcel = NULL;
+        buffer = NULL;
     }
     struct link_write *write = calloc(1, sizeof *write);
     if (!write || l->pending.failed) {
@@ -59,21 +59,21 @@ void link_write_out(struct link *l, struct parcel *parcel)
         break_later(l, ERR_MEMORY);
         return;
     }
-    size_t tail_bytes = parcel ? parcel->size_bytes : 0;
+    size_t tail_bytes = buffer ? buffer->size_bytes : 0;
     write->link = l;
     write->data = l->pending.data;
-    write->parcel = parcel ? parcel_ref(parcel) : NULL;
+    write->buffer = buffer ? shared_buffer_ref(buffer) : NULL;
     write->size_bytes = l->pending.size_bytes + tail_bytes;
     uv_buf_t parts[2] = {uv_buf_init((char *)write->data, (unsigned)l->pending.size_bytes),
-                         uv_buf_init(parcel ? (char *)parcel->data : NULL, (unsigned)tail_bytes)};
+                         uv_buf_init(buffer ? (char *)buffer->data : NULL, (unsigned)tail_bytes)};
     bytes_writer_init(&l->pending);
-    int status = uv_write(&write->request, &l->handle.stream, parts, parcel ? 2 : 1, on_written);
+    int status = uv_write(&write->request, &l->handle.stream, parts, buffer ? 2 : 1, on_written);
     if (status == 0) {
         l->queued_bytes += write->size_bytes;
         return;
     }
     free(write->data);
-    parcel_unref(&write->parcel);
+    shared_buffer_unref(&write->buffer);
     free(write);
     break_later(l, ERR_IO);
 }
@@ -94,7 +94,8 @@ struct bytes_writer *link_payload(struct link *l)
     return &l->scratch;
 }
 
-static bool append(struct link *l, uint16_t type, uint64_t request_id, const struct parcel *parcel)
+static bool append(struct link *l, uint16_t type, uint64_t request_id,
+                   const struct shared_buffer *buffer)
 {
     if (l->state != LINK_UP) return false;
     const struct bytes_writer *head = &l->scratch;
@@ -104,7 +105,7 @@ static bool append(struct link *l, uint16_t type, uint64_t request_id, const str
     }
     uint8_t header[FRAME_HEADER_BYTES];
     frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes,
-                 parcel ? parcel->data : NULL, parcel ? (uint32_t)parcel->size_bytes : 0);
+                 buffer ? buffer->data : NULL, buffer ? (uint32_t)buffer->size_bytes : 0);
     bytes_write_raw(&l->pending, header, sizeof header);
     if (head->size_bytes > 0) bytes_write_raw(&l->pending, head->data, head->size_bytes);
     return true;
@@ -115,7 +116,8 @@ void link_put(struct link *l, uint16_t type, uint64_t request_id)
     if (append(l, type, request_id, NULL)) uv_idle_start(&l->turn, on_turn);
 }
 
-void link_put_parcel(struct link *l, uint16_t type, uint64_t request_id, struct parcel *parcel)
+void link_put_buffer(struct link *l, uint16_t type, uint64_t request_id,
+                     struct shared_buffer *buffer)
 {
-    if (append(l, type, request_id, parcel)) link_write_out(l, parcel);
+    if (append(l, type, request_id, buffer)) link_write_out(l, buffer);
 }

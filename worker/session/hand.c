@@ -35,7 +35,7 @@ struct hand_tile {
     struct bytes_writer packed;
     struct counters counters;
     int error;
-    struct parcel *samples; /* DONE */
+    struct shared_buffer *samples; /* DONE */
 };
 
 struct hand {
@@ -96,7 +96,7 @@ static void free_tile(struct hand *hand, struct hand_tile *t)
     struct hand_frame *f = t->frame;
     unlink_tile(hand, t);
     bytes_writer_fini(&t->packed);
-    parcel_unref(&t->samples);
+    shared_buffer_unref(&t->samples);
     free(t->sides);
     free(t);
     if (--f->tiles == 0 && f->gone) free_frame(hand, f);
@@ -142,12 +142,12 @@ static void send_result(struct hand *hand, const struct hand_tile *t)
 static void note(struct hand *hand, const struct hand_tile *t, enum log_level level,
                  const char *what, const char *detail)
 {
-    const struct journal_lease lease = {.job = t->frame->job,
-                                        .trace = &t->frame->trace,
-                                        .frame_id = t->lease.frame_id,
-                                        .tile = t->lease.index,
-                                        .generation = t->lease.generation};
-    journal_write_lease(hand->client.journal, level, what, &lease, detail);
+    const struct worker_log_lease lease = {.job = t->frame->job,
+                                           .trace = &t->frame->trace,
+                                           .frame_id = t->lease.frame_id,
+                                           .tile = t->lease.index,
+                                           .generation = t->lease.generation};
+    worker_log_write_lease(hand->client.worker_log, level, what, &lease, detail);
 }
 
 /* Tells the coordinator that the tile cannot be rendered, and forgets it. */
@@ -179,7 +179,7 @@ static void done_tile(struct pool_task *task)
         return;
     }
     if (t->error == 0) {
-        t->samples = parcel_take(&t->packed);
+        t->samples = shared_buffer_take(&t->packed);
         if (!t->samples) t->error = ERR_MEMORY;
     }
     if (t->error) {
@@ -260,7 +260,8 @@ static void note_job(struct hand *hand, const struct hand_frame *f)
     const struct log_field fields[] = {{"job", f->job, 0}, {"frame_id", NULL, (double)f->id}};
     for (const struct hand_frame *other = hand->frames; other; other = other->next)
         if (strcmp(other->job, f->job) == 0) return;
-    journal_write_traced(hand->client.journal, LOG_INFO, "work for a job", &f->trace, fields, 2);
+    worker_log_write_traced(hand->client.worker_log, LOG_INFO, "work for a job", &f->trace, fields,
+                            2);
 }
 
 int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)

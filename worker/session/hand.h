@@ -10,7 +10,7 @@
 #include "proto/link/message.h"
 #include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
-#include "worker/process/journal.h"
+#include "worker/process/worker_log.h"
 #include "worker/session/shelf.h"
 
 struct hand;
@@ -18,8 +18,8 @@ struct hand;
 /* A tile with its result. */
 struct hand_result {
     uint64_t request_id;           /* of the lease */
-    struct message_result message; /* samples: NULL; they are the parcel */
-    struct parcel *samples;        /* borrowed */
+    struct message_result message; /* samples: NULL; they are the buffer */
+    struct shared_buffer *samples; /* borrowed */
 };
 
 struct hand_client {
@@ -27,8 +27,8 @@ struct hand_client {
     void (*result)(void *ctx, const struct hand_result *result);
     void (*faulted)(void *ctx, uint64_t request_id, const struct message_tile_fault *fault);
     void (*returned)(void *ctx, uint64_t request_id, const struct message_returned *tile);
-    void (*moved)(void *ctx); /* counts have changed: perhaps more tiles are wanted */
-    struct journal *journal;  /* what becomes of leases is told there; borrowed; NULL: nowhere */
+    void (*moved)(void *ctx);      /* counts have changed: perhaps more tiles are wanted */
+    struct worker_log *worker_log; /* gets a line for each end of a lease; borrowed, or NULL */
 };
 
 int hand_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,

@@ -45,7 +45,7 @@ void session_note(struct session *s, enum log_level level, const char *what, con
 {
     const struct log_field fields[] = {{"coordinator", s->options->connect, 0},
                                        {"detail", detail, 0}};
-    journal_write(s->client.journal, level, what, fields, 2);
+    worker_log_write(s->client.worker_log, level, what, fields, 2);
 }
 
 bool session_is_on(const struct session *s)
@@ -65,7 +65,7 @@ static void on_result(void *ctx, const struct hand_result *result)
     struct message_result m = result->message;
     m.samples_bytes = (uint32_t)result->samples->size_bytes;
     message_encode_result(link_payload(s->link), &m);
-    link_put_parcel(s->link, MESSAGE_RESULT, result->request_id, result->samples);
+    link_put_buffer(s->link, MESSAGE_RESULT, result->request_id, result->samples);
 }
 
 static void on_tile_fault(void *ctx, uint64_t request_id, const struct message_tile_fault *m)
@@ -217,7 +217,7 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
                                         .threads = o->threads};
     const struct shelf_client shelf_client = {s, on_ask_for_part, on_blob_settled};
     const struct hand_client hand_client = {
-        s, on_result, on_tile_fault, on_tile_returned, on_moved, s->client.journal};
+        s, on_result, on_tile_fault, on_tile_returned, on_moved, s->client.worker_log};
     const struct link_client link_client = {s, on_up, on_frame, on_down};
     const struct pool_tools tools = {s->tracing->tracer_create, s->tracing->tracer_destroy,
                                      s->tracing->ctx};

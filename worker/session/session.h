@@ -11,8 +11,8 @@
 #include <stdbool.h>
 #include <uv.h>
 
-#include "worker/process/journal.h"
 #include "worker/process/options.h"
+#include "worker/process/worker_log.h"
 #include "worker/session/tracing.h"
 
 #define SESSION_GREETING_MS 10000u /* ms that a coordinator may take to answer HELLO */
@@ -37,7 +37,7 @@ struct session;
 
 struct session_client {
     void *ctx;
-    struct journal *journal; /* what happens is told there; borrowed; NULL: nowhere */
+    struct worker_log *worker_log; /* what happens is told there; borrowed; NULL: nowhere */
     /* The session is over; `text` says why ("" when it was told to). Call session_close. */
     void (*ended)(void *ctx, enum session_end end, const char *text);
     /* While closing: the last bytes are out, the threads are joined next. With is_loading that may

@@ -2,7 +2,7 @@
 #include <unistd.h>
 
 #include "proto/runtime/build.h"
-#include "worker/process/vitals.h"
+#include "worker/process/process_stats.h"
 #include "worker/session/session_work.h"
 
 /* Asks for as many tiles as we may hold beyond those that we hold or have asked for. Results that
@@ -131,11 +131,11 @@ static void give_up_loading(struct session *s)
 
 void session_send_beat(struct session *s)
 {
-    struct vitals v;
+    struct process_stats v;
     const uint64_t now = uv_now(s->beat.loop);
     const uint64_t passed_ms = s->last_beat_ms > 0 ? now - s->last_beat_ms : 0;
     s->last_beat_ms = now;
-    vitals_read(&v);
+    process_stats_read(&v);
     watch_loading(s, v.cpu_us, passed_ms);
     struct message_beat m = {.progress = hand_rows(s->hand) + shelf_steps(s->shelf) + s->load_beats,
                              .phase = phase(s),

@@ -14,7 +14,7 @@
 bool told(const struct world *w, const char *what, const char *detail)
 {
     char text[16384];
-    const ssize_t n = pread(w->journal.log.fd, text, sizeof text - 1, 0);
+    const ssize_t n = pread(w->worker_log.log.fd, text, sizeof text - 1, 0);
     assert_true(n >= 0);
     text[n] = '\0';
     for (char *line = strtok(text, "\n"); line; line = strtok(NULL, "\n"))
@@ -56,15 +56,15 @@ static void listen_there(struct world *w)
 struct world *world_open(uint32_t threads, bool with_blobs)
 {
     struct world *w = calloc(1, sizeof *w);
-    const struct session_client client = {w, &w->journal, on_ended, NULL};
+    const struct session_client client = {w, &w->worker_log, on_ended, NULL};
     struct fault fault = {0};
     snprintf(w->dir, sizeof w->dir, "/tmp/shearwater-test-session-XXXXXX");
     assert_non_null(mkdtemp(w->dir));
     snprintf(w->address, sizeof w->address, "unix:%s/s", w->dir);
     snprintf(w->cache, sizeof w->cache, "%s/cache", w->dir);
-    w->journal = (struct journal){.log = {.fd = open(w->dir, O_TMPFILE | O_RDWR | O_APPEND, 0600)},
-                                  .worker = "tester"};
-    assert_true(w->journal.log.fd >= 0);
+    w->worker_log = (struct worker_log){
+        .log = {.fd = open(w->dir, O_TMPFILE | O_RDWR | O_APPEND, 0600)}, .worker = "tester"};
+    assert_true(w->worker_log.log.fd >= 0);
     snprintf(w->blobs, sizeof w->blobs, "%s/blobs", w->dir);
     w->options = (struct options){.connect = w->address,
                                   .cache_dir = w->cache,
@@ -106,7 +106,7 @@ void world_close(struct world *w)
     assert_int_equal(uv_loop_close(&w->loop), 0);
     assert_int_equal(loads, unloads);
     if (w->fd >= 0) close(w->fd);
-    close(w->journal.log.fd);
+    close(w->worker_log.log.fd);
     close(w->listener);
     frame_inbox_fini(&w->inbox);
     bytes_writer_fini(&w->w);

@@ -25,7 +25,7 @@ struct world {
     bool ended, closed;
     enum session_end end;
     char text[LIMIT_DETAIL_BYTES];
-    struct journal journal; /* to a file in dir */
+    struct worker_log worker_log; /* to a file in dir */
     int listener, fd;
     struct frame_inbox inbox;
     struct bytes_writer w;

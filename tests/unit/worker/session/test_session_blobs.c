@@ -38,7 +38,7 @@ TEST(a_cached_blob_is_not_fetched_again)
     drop_link(w);
     struct session *old = w->session;
     struct fault fault = {0};
-    const struct session_client client = {w, &w->journal, on_ended, NULL};
+    const struct session_client client = {w, &w->worker_log, on_ended, NULL};
     session_close(old, on_closed, w);
     while (!w->closed) uv_run(&w->loop, UV_RUN_ONCE);
     w->closed = false;

@@ -46,8 +46,9 @@ TEST(results_are_kept_until_acknowledged)
     drop_link(w);
     welcome(w, LIFE | 2); /* the same coordinator: the rest is said again */
     assert_int_equal(expect_result(w), 2);
-    assert_int_equal(w->journal.log.lines[LOG_INFO], 3); /* connected, a job's frame, connected */
-    assert_int_equal(w->journal.log.lines[LOG_WARNING], 1);
+    /* Connected, a job's frame, connected. */
+    assert_int_equal(w->worker_log.log.lines[LOG_INFO], 3);
+    assert_int_equal(w->worker_log.log.lines[LOG_WARNING], 1);
     assert_true(told(w, "warning link lost", "trying again"));
     drop_link(w);
     welcome(w, (LIFE + (1ull << WORKER_ID_LIFE_SHIFT)) | 1); /* another one */

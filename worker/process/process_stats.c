@@ -1,10 +1,10 @@
-#include "worker/process/vitals.h"
+#include "worker/process/process_stats.h"
 
 #include <stdio.h>
 #include <sys/resource.h>
 
 /* From the kernel's status page: getrusage's maximum would include the parent before exec. */
-static void read_memory(struct vitals *out)
+static void read_memory(struct process_stats *out)
 {
     char line[128];
     unsigned long long kib;
@@ -22,10 +22,10 @@ static uint64_t micros(struct timeval t)
     return (uint64_t)t.tv_sec * 1000000u + (uint64_t)t.tv_usec;
 }
 
-void vitals_read(struct vitals *out)
+void process_stats_read(struct process_stats *out)
 {
     struct rusage usage = {0};
-    *out = (struct vitals){0};
+    *out = (struct process_stats){0};
     read_memory(out);
     getrusage(RUSAGE_SELF, &usage);
     out->cpu_us = micros(usage.ru_utime) + micros(usage.ru_stime);

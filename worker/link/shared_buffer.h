@@ -6,7 +6,7 @@
 
 #include "proto/bytes.h"
 
-struct parcel {
+struct shared_buffer {
     unsigned refs;
     size_t size_bytes;
     uint8_t *data; /* owned */
@@ -14,6 +14,6 @@ struct parcel {
 
 /* Takes over w's bytes; one reference, the caller's. NULL on failed allocation (w is freed, too).
  */
-struct parcel *parcel_take(struct bytes_writer *w);
-struct parcel *parcel_ref(struct parcel *p);
-void parcel_unref(struct parcel **p);
+struct shared_buffer *shared_buffer_take(struct bytes_writer *w);
+struct shared_buffer *shared_buffer_ref(struct shared_buffer *p);
+void shared_buffer_unref(struct shared_buffer **p);

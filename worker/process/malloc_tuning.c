@@ -1,4 +1,4 @@
-#include "worker/process/heap.h"
+#include "worker/process/malloc_tuning.h"
 
 #include <malloc.h>
 
@@ -6,7 +6,7 @@
 #define MAPPED_FROM_BYTES (32 << 20)
 #define KEPT_BYTES        (64 << 20)
 
-void heap_keep(void)
+void malloc_tuning_apply(void)
 {
     mallopt(M_MMAP_THRESHOLD, MAPPED_FROM_BYTES);
     mallopt(M_TRIM_THRESHOLD, KEPT_BYTES);

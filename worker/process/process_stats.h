@@ -2,9 +2,9 @@
 /* How this process is doing: what a BEAT tells. */
 #include <stdint.h>
 
-struct vitals {
+struct process_stats {
     uint64_t rss_bytes, peak_rss_bytes;
     uint64_t cpu_us; /* user and system, all threads, since the start */
 };
 
-void vitals_read(struct vitals *out);
+void process_stats_read(struct process_stats *out);

@@ -1,0 +1,31 @@
+#pragma once
+/* The worker's log: lines of proto/log/log.h that tell which worker they are of and, where it is
+ * about a lease, which job's, so that they are found beside the coordinator's own. For the loop's
+ * thread.
+ */
+#include "proto/log/log.h"
+
+struct worker_log {
+    struct log log;
+    const char *worker; /* its name; borrowed */
+};
+
+/* What a line is about. */
+struct worker_log_lease {
+    const char *job;           /* "": not told */
+    const struct trace *trace; /* of the request that submitted it; its request "": not known */
+    uint64_t frame_id;
+    uint32_t tile, generation;
+};
+
+#define WORKER_LOG_FIELDS_MAX 8 /* of the caller's own */
+
+/* worker_log may be NULL: nothing is written. trace: of the job's request; NULL or its request "":
+ * not known. */
+void worker_log_write(struct worker_log *worker_log, enum log_level level, const char *what,
+                      const struct log_field *fields, size_t count);
+void worker_log_write_traced(struct worker_log *worker_log, enum log_level level, const char *what,
+                             const struct trace *trace, const struct log_field *fields,
+                             size_t count);
+void worker_log_write_lease(struct worker_log *worker_log, enum log_level level, const char *what,
+                            const struct worker_log_lease *lease, const char *detail);
