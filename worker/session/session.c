@@ -54,9 +54,9 @@ bool session_is_on(const struct session *s)
            s->state == SESSION_LEAVING;
 }
 
-/* ---- what the hand and the shelf say ---- */
+/* ---- what the leases and the shelf say ---- */
 
-static void on_result(void *ctx, const struct hand_result *result)
+static void on_result(void *ctx, const struct lease_result *result)
 {
     struct session *s = ctx;
     if (!session_is_on(s)) return; /* kept; said again when the link is back */
@@ -96,7 +96,7 @@ static void on_ask_for_part(void *ctx, const struct message_blob_get *m)
 static void on_blob_settled(void *ctx, struct shelf_blob *blob)
 {
     struct session *s = ctx;
-    hand_blob_settled(s->hand, blob);
+    leases_blob_settled(s->leases, blob);
 }
 
 /* ---- the link ---- */
@@ -140,7 +140,7 @@ static void on_down(void *ctx, int error, const char *why, uint32_t wait_ms)
     }
     session_enter(s, SESSION_OFFLINE);
     shelf_link_down(s->shelf);
-    hand_link_lost(s->hand);
+    leases_link_lost(s->leases);
     if (s->options->exit_with_parent) {
         session_end(s, SESSION_END_FAILED, why);
         return;
@@ -181,7 +181,7 @@ static void close_pool(struct session *s)
     if (!s->pool) return;
     if (s->client.flushed && s->shelf) s->client.flushed(s->client.ctx, shelf_is_loading(s->shelf));
     thread_pool_close(&s->pool, on_pool_closed, s);
-    hand_destroy(&s->hand);
+    leases_destroy(&s->leases);
     shelf_destroy(&s->shelf);
 }
 
@@ -199,7 +199,7 @@ void session_close(struct session *s, void (*closed)(void *ctx), void *ctx)
     s->closed = closed;
     s->closed_ctx = ctx;
     if (s->state != SESSION_ENDED) session_enter(s, SESSION_ENDED);
-    if (s->hand) hand_drop_all(s->hand);
+    if (s->leases) leases_drop_all(s->leases);
     uv_close((uv_handle_t *)&s->beat, on_timer_closed);
     uv_close((uv_handle_t *)&s->patience, on_timer_closed);
     if (s->link)
@@ -216,7 +216,7 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
                                         .cache_bytes = o->cache_bytes,
                                         .threads = o->threads};
     const struct shelf_client shelf_client = {s, on_ask_for_part, on_blob_settled};
-    const struct hand_client hand_client = {
+    const struct leases_client leases_client = {
         s, on_result, on_tile_fault, on_tile_returned, on_moved, s->client.worker_log};
     const struct link_client link_client = {s, on_up, on_frame, on_down};
     const struct pool_tools tools = {s->tracing->tracer_create, s->tracing->tracer_destroy,
@@ -231,7 +231,8 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
     e = thread_pool_create(loop, "trace", o->threads, &tools, &s->pool);
     if (e == 0) s->open++;
     if (e == 0) e = shelf_create(s->pool, s->tracing, &shelf, &shelf_client, &s->shelf);
-    if (e == 0) e = hand_create(s->pool, s->shelf, s->tracing, o->packing, &hand_client, &s->hand);
+    if (e == 0)
+        e = leases_create(s->pool, s->shelf, s->tracing, o->packing, &leases_client, &s->leases);
     return e ? fault_set(fault, e, "worker", "%s", error_text(e)) : 0;
 }
 
@@ -277,11 +278,11 @@ void session_stop(struct session *s)
     case SESSION_DRAINING:
         session_enter(s, SESSION_LEAVING);
         session_note(s, LOG_INFO, "leaving", "");
-        hand_return(s->hand, false);
+        leases_return(s->leases, false);
         session_leave_when_done(s);
         return;
     case SESSION_LEAVING:
-        hand_return(s->hand, true);
+        leases_return(s->leases, true);
         session_say_goodbye(s);
         return;
     default:

@@ -10,7 +10,7 @@
 void session_ask_for_tiles(struct session *s)
 {
     if (s->state != SESSION_WORKING) return;
-    const struct hand_counts counts = hand_counts(s->hand);
+    const struct leases_counts counts = leases_counts(s->leases);
     const uint32_t most = s->options->tiles_in_hand;
     uint32_t held = counts.open > most ? most : counts.open;
     uint32_t room = most - held;
@@ -70,7 +70,7 @@ static void on_ack_patience(uv_timer_t *timer)
 void session_leave_when_done(struct session *s)
 {
     if (s->state != SESSION_LEAVING) return;
-    struct hand_counts counts = hand_counts(s->hand);
+    struct leases_counts counts = leases_counts(s->leases);
     if (counts.open > 0) return;
     if (counts.kept == 0)
         session_say_goodbye(s);
@@ -88,7 +88,7 @@ void session_moved(struct session *s)
 
 static enum beat_phase phase(const struct session *s)
 {
-    if (hand_is_tracing(s->hand)) return BEAT_TRACING;
+    if (leases_is_tracing(s->leases)) return BEAT_TRACING;
     return shelf_is_busy(s->shelf) ? BEAT_LOADING : BEAT_IDLE;
 }
 
@@ -124,7 +124,7 @@ static void give_up_loading(struct session *s)
     char text[96];
     snprintf(text, sizeof text, "a load has made no step for %llu s",
              (unsigned long long)s->load_silent_ms / 1000);
-    hand_return(s->hand, true);
+    leases_return(s->leases, true);
     say_bye(s);
     session_end(s, SESSION_END_FAILED, text);
 }
@@ -137,9 +137,10 @@ void session_send_beat(struct session *s)
     s->last_beat_ms = now;
     process_stats_read(&v);
     watch_loading(s, v.cpu_us, passed_ms);
-    struct message_beat m = {.progress = hand_rows(s->hand) + shelf_steps(s->shelf) + s->load_beats,
+    struct message_beat m = {.progress =
+                                 leases_rows(s->leases) + shelf_steps(s->shelf) + s->load_beats,
                              .phase = phase(s),
-                             .tiles_in_hand = hand_counts(s->hand).open,
+                             .tiles_in_hand = leases_counts(s->leases).open,
                              .rss_bytes = v.rss_bytes,
                              .peak_rss_bytes = v.peak_rss_bytes,
                              .cpu_us = v.cpu_us};

@@ -9,7 +9,7 @@ static int take_welcome(struct session *s, const struct frame_view *f)
     int e = message_decode_welcome(f->payload, f->payload_bytes, &m);
     if (e) return e;
     if (s->worker_id && s->worker_id >> WORKER_ID_LIFE_SHIFT != m.worker_id >> WORKER_ID_LIFE_SHIFT)
-        hand_drop_all(s->hand);
+        leases_drop_all(s->leases);
     s->worker_id = m.worker_id;
     s->beat_ms = m.beat_ms < BEAT_MIN_MS   ? BEAT_MIN_MS
                  : m.beat_ms > BEAT_MAX_MS ? BEAT_MAX_MS
@@ -20,7 +20,7 @@ static int take_welcome(struct session *s, const struct frame_view *f)
     link_settle(s->link);
     session_note(s, LOG_INFO, "connected", "");
     s->was_told_offline = false;
-    hand_resend(s->hand);
+    leases_resend(s->leases);
     shelf_link_up(s->shelf);
     session_ask_for_tiles(s);
     return 0;
@@ -39,7 +39,7 @@ static int take_frame(struct session *s, const struct frame_view *f)
 {
     struct message_frame_plan m;
     int e = message_decode_frame_plan(f->payload, f->payload_bytes, &m);
-    return e ? e : hand_add_frame(s->hand, &m);
+    return e ? e : leases_add_frame(s->leases, &m);
 }
 
 static int take_tile(struct session *s, const struct frame_view *f)
@@ -49,7 +49,7 @@ static int take_tile(struct session *s, const struct frame_view *f)
     if (e) return e;
     if (s->state == SESSION_DRAINING) session_enter(s, SESSION_WORKING);
     if (s->asked > 0) s->asked--;
-    e = hand_add_tile(s->hand, f->request_id, &m);
+    e = leases_add_tile(s->leases, f->request_id, &m);
     session_ask_for_tiles(s);
     return e;
 }
@@ -71,7 +71,7 @@ static int take_ack(struct session *s, const struct frame_view *f)
     struct message_ack m;
     int e = message_decode_ack(f->payload, f->payload_bytes, &m);
     if (e) return e;
-    hand_acknowledge(s->hand, &m);
+    leases_acknowledge(s->leases, &m);
     session_moved(s);
     return 0;
 }
@@ -81,7 +81,7 @@ static int take_cancel(struct session *s, const struct frame_view *f)
     struct message_cancel m;
     int e = message_decode_cancel(f->payload, f->payload_bytes, &m);
     if (e) return e;
-    hand_cancel(s->hand, m.frame_id);
+    leases_cancel(s->leases, m.frame_id);
     session_moved(s);
     return 0;
 }

@@ -4,7 +4,7 @@
 #include "proto/link/message.h"
 #include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
-#include "worker/session/hand.h"
+#include "worker/session/leases.h"
 #include "worker/session/session.h"
 #include "worker/session/shelf.h"
 
@@ -16,7 +16,7 @@ struct session {
     struct link *link;
     struct thread_pool *pool;
     struct shelf *shelf;
-    struct hand *hand;
+    struct leases *leases;
     uv_timer_t beat, patience;
     uint64_t worker_id; /* of the last WELCOME; 0: none yet */
     uint64_t next_request;

@@ -1,4 +1,4 @@
-#include "worker/session/hand.h"
+#include "worker/session/leases.h"
 
 #include <stddef.h>
 #include <stdlib.h>
@@ -7,8 +7,8 @@
 #include "proto/count_map.h"
 #include "worker/session/frame_blobs.h"
 
-struct hand_frame {
-    struct hand_frame *next;
+struct leased_frame {
+    struct leased_frame *next;
     uint64_t id;
     char job[LIMIT_JOB_ID_BYTES]; /* whose it is */
     struct trace trace;           /* of the request that submitted that; zero: not known */
@@ -21,11 +21,11 @@ struct hand_frame {
 
 enum tile_state { TILE_WAITING, TILE_QUEUED, TILE_DONE, TILE_DROPPED };
 
-struct hand_tile {
+struct leased_tile {
     struct pool_task task;
-    struct hand_tile *next, *previous;
-    struct hand *hand;
-    struct hand_frame *frame;
+    struct leased_tile *next, *previous;
+    struct leases *leases;
+    struct leased_frame *frame;
     enum tile_state state;
     uint64_t request_id;
     struct message_tile lease;
@@ -38,108 +38,108 @@ struct hand_tile {
     struct shared_buffer *samples; /* DONE */
 };
 
-struct hand {
+struct leases {
     struct thread_pool *pool;
     struct shelf *shelf;
     const struct tracing *tracing;
     enum packing packing;
-    struct hand_client client;
-    struct hand_frame *frames;
-    struct hand_tile *first, *last; /* in the order of their leases */
-    struct hand_counts counts;
+    struct leases_client client;
+    struct leased_frame *frames;
+    struct leased_tile *first, *last; /* in the order of their leases */
+    struct leases_counts counts;
     _Atomic uint64_t rows;
 };
 
 /* ---- lists ---- */
 
-static struct hand_frame *find_frame(const struct hand *hand, uint64_t id)
+static struct leased_frame *find_frame(const struct leases *leases, uint64_t id)
 {
-    for (struct hand_frame *f = hand->frames; f; f = f->next)
+    for (struct leased_frame *f = leases->frames; f; f = f->next)
         if (f->id == id && !f->gone) return f;
     return NULL;
 }
 
-static void free_frame(struct hand *hand, struct hand_frame *f)
+static void free_frame(struct leases *leases, struct leased_frame *f)
 {
-    struct hand_frame **at = &hand->frames;
+    struct leased_frame **at = &leases->frames;
     while (*at != f) at = &(*at)->next;
     *at = f->next;
-    frame_blobs_release(&f->blobs, hand->shelf);
+    frame_blobs_release(&f->blobs, leases->shelf);
     free(f);
 }
 
-static void append(struct hand *hand, struct hand_tile *t)
+static void append(struct leases *leases, struct leased_tile *t)
 {
-    t->previous = hand->last;
-    if (hand->last)
-        hand->last->next = t;
+    t->previous = leases->last;
+    if (leases->last)
+        leases->last->next = t;
     else
-        hand->first = t;
-    hand->last = t;
+        leases->first = t;
+    leases->last = t;
 }
 
-static void unlink_tile(struct hand *hand, struct hand_tile *t)
+static void unlink_tile(struct leases *leases, struct leased_tile *t)
 {
     if (t->previous)
         t->previous->next = t->next;
     else
-        hand->first = t->next;
+        leases->first = t->next;
     if (t->next)
         t->next->previous = t->previous;
     else
-        hand->last = t->previous;
+        leases->last = t->previous;
 }
 
 /* Frees a tile that no thread has. */
-static void free_tile(struct hand *hand, struct hand_tile *t)
+static void free_tile(struct leases *leases, struct leased_tile *t)
 {
-    struct hand_frame *f = t->frame;
-    unlink_tile(hand, t);
+    struct leased_frame *f = t->frame;
+    unlink_tile(leases, t);
     bytes_writer_fini(&t->packed);
     shared_buffer_unref(&t->samples);
     free(t->sides);
     free(t);
-    if (--f->tiles == 0 && f->gone) free_frame(hand, f);
+    if (--f->tiles == 0 && f->gone) free_frame(leases, f);
 }
 
 /* ---- counts: a tile is open, kept, or neither; blobs are held while tiles are open ---- */
 
-static void leave_open(struct hand *hand, struct hand_tile *t)
+static void leave_open(struct leases *leases, struct leased_tile *t)
 {
-    struct hand_frame *f = t->frame;
-    hand->counts.open--;
+    struct leased_frame *f = t->frame;
+    leases->counts.open--;
     if (--f->open > 0) return;
-    frame_blobs_release(&f->blobs, hand->shelf);
+    frame_blobs_release(&f->blobs, leases->shelf);
 }
 
 /* ---- tracing ---- */
 
-static struct hand_tile *tile_of(struct pool_task *task)
+static struct leased_tile *tile_of(struct pool_task *task)
 {
-    return (struct hand_tile *)((char *)task - offsetof(struct hand_tile, task));
+    return (struct leased_tile *)((char *)task - offsetof(struct leased_tile, task));
 }
 
 static void run_tile(struct pool_task *task)
 {
-    struct hand_tile *t = tile_of(task);
-    struct hand *hand = t->hand;
-    t->error = hand->tracing->trace(hand->tracing->ctx, task->tool, t->scene, t->environment,
-                                    &t->frame->plan, &t->lease.pass, t->lease.rect, &hand->rows,
-                                    &t->stop, hand->packing, &t->packed, &t->counters);
+    struct leased_tile *t = tile_of(task);
+    struct leases *leases = t->leases;
+    t->error = leases->tracing->trace(leases->tracing->ctx, task->tool, t->scene, t->environment,
+                                      &t->frame->plan, &t->lease.pass, t->lease.rect, &leases->rows,
+                                      &t->stop, leases->packing, &t->packed, &t->counters);
 }
 
-static void send_result(struct hand *hand, const struct hand_tile *t)
+static void send_result(struct leases *leases, const struct leased_tile *t)
 {
-    struct hand_result result = {.request_id = t->request_id,
-                                 .message = {.frame_id = t->lease.frame_id,
-                                             .index = t->lease.index,
-                                             .generation = t->lease.generation,
-                                             .counters = t->counters},
-                                 .samples = t->samples};
-    hand->client.result(hand->client.ctx, &result);
+    struct lease_result result = {.request_id = t->request_id,
+                                  .message = {.frame_id = t->lease.frame_id,
+                                              .index = t->lease.index,
+                                              .generation = t->lease.generation,
+                                              .counters = t->counters},
+                                  .samples = t->samples};
+    leases->client.result(leases->client.ctx, &result);
 }
 
-static void note(struct hand *hand, const struct hand_tile *t, enum log_level level,
+static void note(struct leases *leases, const struct leased_tile *t, enum log_level level,
                  const char *what, const char *detail)
 {
     const struct worker_log_lease lease = {.job = t->frame->job,
@@ -147,11 +147,11 @@ static void note(struct hand *hand, const struct hand_tile *t, enum log_level le
                                            .frame_id = t->lease.frame_id,
                                            .tile = t->lease.index,
                                            .generation = t->lease.generation};
-    worker_log_write_lease(hand->client.worker_log, level, what, &lease, detail);
+    worker_log_write_lease(leases->client.worker_log, level, what, &lease, detail);
 }
 
 /* Tells the coordinator that the tile cannot be rendered, and forgets it. */
-static void give_up(struct hand *hand, struct hand_tile *t, int code, const char *place,
+static void give_up(struct leases *leases, struct leased_tile *t, int code, const char *place,
                     const char *detail)
 {
     struct message_tile_fault m = {.frame_id = t->lease.frame_id,
@@ -162,20 +162,20 @@ static void give_up(struct hand *hand, struct hand_tile *t, int code, const char
     fault_set(&text, code, "", "%s%s%s", place, place[0] ? ": " : "", detail);
     for (size_t i = 0; i < sizeof m.text && i < sizeof text.detail; i++) m.text[i] = text.detail[i];
     m.text[sizeof m.text - 1] = '\0';
-    note(hand, t, LOG_WARNING, "tile cannot be traced", m.text);
-    hand->client.faulted(hand->client.ctx, t->request_id, &m);
-    leave_open(hand, t);
-    free_tile(hand, t);
+    note(leases, t, LOG_WARNING, "tile cannot be traced", m.text);
+    leases->client.faulted(leases->client.ctx, t->request_id, &m);
+    leave_open(leases, t);
+    free_tile(leases, t);
 }
 
 static void done_tile(struct pool_task *task)
 {
-    struct hand_tile *t = tile_of(task);
-    struct hand *hand = t->hand;
+    struct leased_tile *t = tile_of(task);
+    struct leases *leases = t->leases;
     if (t->state == TILE_DROPPED) {
-        leave_open(hand, t);
-        free_tile(hand, t);
-        hand->client.moved(hand->client.ctx);
+        leave_open(leases, t);
+        free_tile(leases, t);
+        leases->client.moved(leases->client.ctx);
         return;
     }
     if (t->error == 0) {
@@ -183,70 +183,70 @@ static void done_tile(struct pool_task *task)
         if (!t->samples) t->error = ERR_MEMORY;
     }
     if (t->error) {
-        give_up(hand, t, t->error, "tile", error_text(t->error));
+        give_up(leases, t, t->error, "tile", error_text(t->error));
     } else {
         /* What loading cost is told once, with the first result after it. */
         t->counters.value[COUNTER_BUILD_CPU_US] += frame_blobs_take_cpu_us(&t->frame->blobs);
         t->state = TILE_DONE;
-        leave_open(hand, t);
-        hand->counts.kept++;
-        send_result(hand, t);
+        leave_open(leases, t);
+        leases->counts.kept++;
+        send_result(leases, t);
     }
-    hand->client.moved(hand->client.ctx);
+    leases->client.moved(leases->client.ctx);
 }
 
-static void queue_tile(struct hand *hand, struct hand_tile *t)
+static void queue_tile(struct leases *leases, struct leased_tile *t)
 {
     t->state = TILE_QUEUED;
     frame_blobs_loaded(&t->frame->blobs, &t->scene, &t->environment);
     t->task = (struct pool_task){.run = run_tile, .done = done_tile};
-    thread_pool_submit(hand->pool, &t->task);
+    thread_pool_submit(leases->pool, &t->task);
 }
 
 /* A waiting tile goes on when its blobs are ready, and is given up when one of them has failed. */
-static void go_on(struct hand *hand, struct hand_tile *t)
+static void go_on(struct leases *leases, struct leased_tile *t)
 {
     struct fault fault = {0};
     const enum shelf_state state = frame_blobs_state(&t->frame->blobs, &fault);
     if (state == SHELF_READY)
-        queue_tile(hand, t);
+        queue_tile(leases, t);
     else if (state == SHELF_FAILED)
-        give_up(hand, t, fault.code, fault.pointer, fault.detail);
+        give_up(leases, t, fault.code, fault.pointer, fault.detail);
 }
 
-void hand_blob_settled(struct hand *hand, struct shelf_blob *blob)
+void leases_blob_settled(struct leases *leases, struct shelf_blob *blob)
 {
-    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+    for (struct leased_tile *t = leases->first, *next; t; t = next) {
         next = t->next;
         const struct frame_blobs *blobs = &t->frame->blobs;
         if (t->state != TILE_WAITING) continue;
-        if (blobs->scene == blob || blobs->environment == blob) go_on(hand, t);
+        if (blobs->scene == blob || blobs->environment == blob) go_on(leases, t);
     }
-    hand->client.moved(hand->client.ctx);
+    leases->client.moved(leases->client.ctx);
 }
 
 /* ---- the coordinator's messages ---- */
 
-int hand_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,
-                enum packing packing, const struct hand_client *client, struct hand **out)
+int leases_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,
+                  enum packing packing, const struct leases_client *client, struct leases **out)
 {
-    struct hand *hand = calloc(1, sizeof *hand);
-    if (!hand) return ERR_MEMORY;
-    hand->pool = pool;
-    hand->shelf = shelf;
-    hand->tracing = tracing;
-    hand->packing = packing;
-    hand->client = *client;
-    *out = hand;
+    struct leases *leases = calloc(1, sizeof *leases);
+    if (!leases) return ERR_MEMORY;
+    leases->pool = pool;
+    leases->shelf = shelf;
+    leases->tracing = tracing;
+    leases->packing = packing;
+    leases->client = *client;
+    *out = leases;
     return 0;
 }
 
-void hand_destroy(struct hand **hand)
+void leases_destroy(struct leases **leases)
 {
-    struct hand *h = *hand;
-    *hand = NULL;
+    struct leases *h = *leases;
+    *leases = NULL;
     if (!h) return;
-    for (struct hand_tile *t = h->first, *next; t; t = next) {
+    for (struct leased_tile *t = h->first, *next; t; t = next) {
         next = t->next;
         free_tile(h, t);
     }
@@ -255,20 +255,20 @@ void hand_destroy(struct hand **hand)
 }
 
 /* A job's first frame here is told of, not each view of a live one. */
-static void note_job(struct hand *hand, const struct hand_frame *f)
+static void note_job(struct leases *leases, const struct leased_frame *f)
 {
     const struct log_field fields[] = {{"job", f->job, 0}, {"frame_id", NULL, (double)f->id}};
-    for (const struct hand_frame *other = hand->frames; other; other = other->next)
+    for (const struct leased_frame *other = leases->frames; other; other = other->next)
         if (strcmp(other->job, f->job) == 0) return;
-    worker_log_write_traced(hand->client.worker_log, LOG_INFO, "work for a job", &f->trace, fields,
-                            2);
+    worker_log_write_traced(leases->client.worker_log, LOG_INFO, "work for a job", &f->trace,
+                            fields, 2);
 }
 
-int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
+int leases_add_frame(struct leases *leases, const struct message_frame_plan *m)
 {
     struct fault fault;
-    if (find_frame(hand, m->frame_id)) return 0;
-    struct hand_frame *f = calloc(1, sizeof *f);
+    if (find_frame(leases, m->frame_id)) return 0;
+    struct leased_frame *f = calloc(1, sizeof *f);
     if (!f) return ERR_MEMORY;
     int e = plan_decode(m->plan, m->plan_bytes, &f->plan, &fault);
     if (e) {
@@ -278,9 +278,9 @@ int hand_add_frame(struct hand *hand, const struct message_frame_plan *m)
     f->id = m->frame_id;
     memcpy(f->job, m->job, sizeof f->job);
     (void)trace_kept(m->trace, &f->trace);
-    note_job(hand, f);
-    f->next = hand->frames;
-    hand->frames = f;
+    note_job(leases, f);
+    f->next = leases->frames;
+    leases->frames = f;
     return 0;
 }
 
@@ -291,7 +291,7 @@ static struct plan_pass pass_of(const struct plan *plan, const struct message_ti
     return scheduled ? plan_scheduled_pass(plan, m->pass.number) : m->pass;
 }
 
-static int check_tile(const struct hand *hand, const struct hand_frame *f,
+static int check_tile(const struct leases *leases, const struct leased_frame *f,
                       const struct message_tile *m, const struct plan_pass *pass)
 {
     const struct rect r = m->rect;
@@ -303,7 +303,7 @@ static int check_tile(const struct hand *hand, const struct hand_frame *f,
     int e = plan_pass_check(&f->plan, pass);
     if (!e && pass->sides) e = plan_sides_check(pass, (size_t)rect_area(r));
     if (e) return e;
-    return hand->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
+    return leases->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
 /* The sides of a lease's pass, map by map as the plan has them; NULL where it has none. */
@@ -320,13 +320,13 @@ static int unpack_sides(const struct plan *plan, const struct message_tile *m, u
     return count_map_unpack(m->counts, m->counts_bytes, maps, width, height, *out);
 }
 
-static int begin_tile(struct hand *hand, struct hand_frame *f, uint64_t request_id,
+static int begin_tile(struct leases *leases, struct leased_frame *f, uint64_t request_id,
                       const struct message_tile *m, const struct plan_pass *pass, uint8_t *sides)
 {
-    const bool held = frame_blobs_take(&f->blobs, hand->shelf, &f->plan);
-    struct hand_tile *t = held ? calloc(1, sizeof *t) : NULL;
+    const bool held = frame_blobs_take(&f->blobs, leases->shelf, &f->plan);
+    struct leased_tile *t = held ? calloc(1, sizeof *t) : NULL;
     if (!t) return ERR_MEMORY;
-    t->hand = hand;
+    t->leases = leases;
     t->frame = f;
     t->lease = *m;
     t->lease.pass = *pass;
@@ -335,144 +335,144 @@ static int begin_tile(struct hand *hand, struct hand_frame *f, uint64_t request_
     t->request_id = request_id;
     t->state = TILE_WAITING;
     bytes_writer_init(&t->packed);
-    append(hand, t);
+    append(leases, t);
     f->tiles++;
     f->open++;
-    hand->counts.open++;
-    go_on(hand, t);
+    leases->counts.open++;
+    go_on(leases, t);
     return 0;
 }
 
-int hand_add_tile(struct hand *hand, uint64_t request_id, const struct message_tile *m)
+int leases_add_tile(struct leases *leases, uint64_t request_id, const struct message_tile *m)
 {
-    struct hand_frame *f = find_frame(hand, m->frame_id);
+    struct leased_frame *f = find_frame(leases, m->frame_id);
     struct plan_pass pass = {0};
     uint8_t *sides = NULL;
     int e = f ? unpack_sides(&f->plan, m, &sides) : ERR_STATE;
     if (!e) pass = pass_of(&f->plan, m);
     pass.sides = sides;
     if (!e && sides && plan_side_maps(&f->plan) > 1) pass.lobes = sides + rect_area(m->rect);
-    if (!e) e = check_tile(hand, f, m, &pass);
-    if (!e) e = begin_tile(hand, f, request_id, m, &pass, sides);
+    if (!e) e = check_tile(leases, f, m, &pass);
+    if (!e) e = begin_tile(leases, f, request_id, m, &pass, sides);
     if (e) free(sides);
     return e;
 }
 
-void hand_acknowledge(struct hand *hand, const struct message_ack *m)
+void leases_acknowledge(struct leases *leases, const struct message_ack *m)
 {
-    for (struct hand_tile *t = hand->first; t; t = t->next) {
+    for (struct leased_tile *t = leases->first; t; t = t->next) {
         const struct message_tile *lease = &t->lease;
         if (t->state != TILE_DONE || lease->index != m->index || lease->frame_id != m->frame_id ||
             lease->generation != m->generation)
             continue;
         if (m->verdict == VERDICT_CORRUPT)
-            note(hand, t, LOG_WARNING, "result refused",
+            note(leases, t, LOG_WARNING, "result refused",
                  "the coordinator found it corrupt: this machine may be at fault");
-        hand->counts.kept--;
-        free_tile(hand, t);
+        leases->counts.kept--;
+        free_tile(leases, t);
         return;
     }
 }
 
 /* Forgets a tile in any state; one that is being traced is stopped and freed when it is done. */
-static void drop(struct hand *hand, struct hand_tile *t)
+static void drop(struct leases *leases, struct leased_tile *t)
 {
     if (t->state == TILE_DROPPED) return;
     if (t->state == TILE_DONE) {
-        hand->counts.kept--;
-        free_tile(hand, t);
+        leases->counts.kept--;
+        free_tile(leases, t);
         return;
     }
-    if (t->state == TILE_QUEUED && !thread_pool_withdraw(hand->pool, &t->task)) {
+    if (t->state == TILE_QUEUED && !thread_pool_withdraw(leases->pool, &t->task)) {
         atomic_store(&t->stop, true);
         t->state = TILE_DROPPED;
         return;
     }
-    leave_open(hand, t);
-    free_tile(hand, t);
+    leave_open(leases, t);
+    free_tile(leases, t);
 }
 
-static void drop_frame(struct hand *hand, struct hand_frame *f)
+static void drop_frame(struct leases *leases, struct leased_frame *f)
 {
     f->gone = true;
     f->tiles++; /* holds it while its tiles go */
-    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+    for (struct leased_tile *t = leases->first, *next; t; t = next) {
         next = t->next;
-        if (t->frame == f) drop(hand, t);
+        if (t->frame == f) drop(leases, t);
     }
-    if (--f->tiles == 0) free_frame(hand, f);
+    if (--f->tiles == 0) free_frame(leases, f);
 }
 
-void hand_cancel(struct hand *hand, uint64_t frame_id)
+void leases_cancel(struct leases *leases, uint64_t frame_id)
 {
-    struct hand_frame *f = find_frame(hand, frame_id);
-    if (f) drop_frame(hand, f);
+    struct leased_frame *f = find_frame(leases, frame_id);
+    if (f) drop_frame(leases, f);
 }
 
-void hand_drop_all(struct hand *hand)
+void leases_drop_all(struct leases *leases)
 {
-    for (struct hand_frame *f = hand->frames, *next; f; f = next) {
+    for (struct leased_frame *f = leases->frames, *next; f; f = next) {
         next = f->next;
-        if (!f->gone) drop_frame(hand, f);
+        if (!f->gone) drop_frame(leases, f);
     }
 }
 
 /* ---- leaving and coming back ---- */
 
-static bool is_begun(struct hand *hand, struct hand_tile *t)
+static bool is_begun(struct leases *leases, struct leased_tile *t)
 {
     if (t->state != TILE_QUEUED) return t->state != TILE_WAITING;
-    if (!thread_pool_withdraw(hand->pool, &t->task)) return true;
+    if (!thread_pool_withdraw(leases->pool, &t->task)) return true;
     t->state = TILE_WAITING;
     return false;
 }
 
-void hand_link_lost(struct hand *hand)
+void leases_link_lost(struct leases *leases)
 {
-    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+    for (struct leased_tile *t = leases->first, *next; t; t = next) {
         next = t->next;
-        if (!is_begun(hand, t)) drop(hand, t);
+        if (!is_begun(leases, t)) drop(leases, t);
     }
     /* Frames that come again are told again. */
-    for (struct hand_frame *f = hand->frames, *next; f; f = next) {
+    for (struct leased_frame *f = leases->frames, *next; f; f = next) {
         next = f->next;
-        if (f->tiles == 0) free_frame(hand, f);
+        if (f->tiles == 0) free_frame(leases, f);
     }
 }
 
-void hand_resend(struct hand *hand)
+void leases_resend(struct leases *leases)
 {
-    for (struct hand_tile *t = hand->first; t; t = t->next)
-        if (t->state == TILE_DONE) send_result(hand, t);
+    for (struct leased_tile *t = leases->first; t; t = t->next)
+        if (t->state == TILE_DONE) send_result(leases, t);
 }
 
-void hand_return(struct hand *hand, bool all)
+void leases_return(struct leases *leases, bool all)
 {
-    for (struct hand_tile *t = hand->first, *next; t; t = next) {
+    for (struct leased_tile *t = leases->first, *next; t; t = next) {
         next = t->next;
-        bool begun = is_begun(hand, t);
+        bool begun = is_begun(leases, t);
         if (begun && (!all || t->state != TILE_QUEUED)) continue;
         struct message_returned m = {.frame_id = t->lease.frame_id,
                                      .index = t->lease.index,
                                      .generation = t->lease.generation};
-        hand->client.returned(hand->client.ctx, t->request_id, &m);
-        drop(hand, t);
+        leases->client.returned(leases->client.ctx, t->request_id, &m);
+        drop(leases, t);
     }
 }
 
-struct hand_counts hand_counts(const struct hand *hand)
+struct leases_counts leases_counts(const struct leases *leases)
 {
-    return hand->counts;
+    return leases->counts;
 }
 
-bool hand_is_tracing(const struct hand *hand)
+bool leases_is_tracing(const struct leases *leases)
 {
-    for (const struct hand_tile *t = hand->first; t; t = t->next)
+    for (const struct leased_tile *t = leases->first; t; t = t->next)
         if (t->state == TILE_QUEUED || t->state == TILE_DROPPED) return true;
     return false;
 }
 
-uint64_t hand_rows(const struct hand *hand)
+uint64_t leases_rows(const struct leases *leases)
 {
-    return atomic_load_explicit(&hand->rows, memory_order_relaxed);
+    return atomic_load_explicit(&leases->rows, memory_order_relaxed);
 }
