@@ -10,7 +10,7 @@
 #include "worker/replay/sample_replay.h"
 #include "worker/scene/environment.h"
 #include "worker/scene/light_table.h"
-#include "worker/session/cache.h"
+#include "worker/session/blob_files.h"
 
 /* All that one replay holds. */
 struct loaded {
@@ -48,15 +48,15 @@ static int load_plan(const char *path, struct plan *out, struct fault *fault)
 
 /* A blob by its digest: among a coordinator's objects, else in the cache. */
 static int find_blob(const struct options *o, const struct digest *digest,
-                     char path[CACHE_PATH_BYTES], struct fault *fault)
+                     char path[BLOB_FILES_PATH_BYTES], struct fault *fault)
 {
     const char *const folders[2] = {o->blob_dir, o->cache_dir};
     char hex[DIGEST_HEX_BYTES];
     digest_to_hex(digest, hex);
     for (int i = 0; i < 2; i++) {
         if (!folders[i]) continue;
-        const int n = snprintf(path, CACHE_PATH_BYTES, "%s/%.2s/%s", folders[i], hex, hex + 2);
-        if (n > 0 && n < CACHE_PATH_BYTES && access(path, R_OK) == 0) return 0;
+        const int n = snprintf(path, BLOB_FILES_PATH_BYTES, "%s/%.2s/%s", folders[i], hex, hex + 2);
+        if (n > 0 && n < BLOB_FILES_PATH_BYTES && access(path, R_OK) == 0) return 0;
     }
     return fault_set(fault, ERR_NOT_FOUND, hex,
                      "the plan's blob is neither in --blobs %s nor in "
@@ -66,7 +66,7 @@ static int find_blob(const struct options *o, const struct digest *digest,
 
 static int load_blobs(const struct options *o, struct loaded *l, struct fault *fault)
 {
-    char path[CACHE_PATH_BYTES];
+    char path[BLOB_FILES_PATH_BYTES];
     int e = find_blob(o, &l->plan.scene, path, fault);
     if (!e) e = scene_map(path, &l->blob, fault);
     if (!e) e = render_scene_create(&l->blob, 1, NULL, &l->scene, fault);

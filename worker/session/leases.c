@@ -40,7 +40,7 @@ struct leased_tile {
 
 struct leases {
     struct thread_pool *pool;
-    struct shelf *shelf;
+    struct blob_cache *cache;
     const struct tracing *tracing;
     enum packing packing;
     struct leases_client client;
@@ -64,7 +64,7 @@ static void free_frame(struct leases *leases, struct leased_frame *f)
     struct leased_frame **at = &leases->frames;
     while (*at != f) at = &(*at)->next;
     *at = f->next;
-    frame_blobs_release(&f->blobs, leases->shelf);
+    frame_blobs_release(&f->blobs, leases->cache);
     free(f);
 }
 
@@ -109,7 +109,7 @@ static void leave_open(struct leases *leases, struct leased_tile *t)
     struct leased_frame *f = t->frame;
     leases->counts.open--;
     if (--f->open > 0) return;
-    frame_blobs_release(&f->blobs, leases->shelf);
+    frame_blobs_release(&f->blobs, leases->cache);
 }
 
 /* ---- tracing ---- */
@@ -207,14 +207,14 @@ static void queue_tile(struct leases *leases, struct leased_tile *t)
 static void go_on(struct leases *leases, struct leased_tile *t)
 {
     struct fault fault = {0};
-    const enum shelf_state state = frame_blobs_state(&t->frame->blobs, &fault);
-    if (state == SHELF_READY)
+    const enum blob_state state = frame_blobs_state(&t->frame->blobs, &fault);
+    if (state == BLOB_READY)
         queue_tile(leases, t);
-    else if (state == SHELF_FAILED)
+    else if (state == BLOB_FAILED)
         give_up(leases, t, fault.code, fault.pointer, fault.detail);
 }
 
-void leases_blob_settled(struct leases *leases, struct shelf_blob *blob)
+void leases_blob_settled(struct leases *leases, struct cached_blob *blob)
 {
     for (struct leased_tile *t = leases->first, *next; t; t = next) {
         next = t->next;
@@ -227,13 +227,13 @@ void leases_blob_settled(struct leases *leases, struct shelf_blob *blob)
 
 /* ---- the coordinator's messages ---- */
 
-int leases_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,
+int leases_create(struct thread_pool *pool, struct blob_cache *cache, const struct tracing *tracing,
                   enum packing packing, const struct leases_client *client, struct leases **out)
 {
     struct leases *leases = calloc(1, sizeof *leases);
     if (!leases) return ERR_MEMORY;
     leases->pool = pool;
-    leases->shelf = shelf;
+    leases->cache = cache;
     leases->tracing = tracing;
     leases->packing = packing;
     leases->client = *client;
@@ -323,7 +323,7 @@ static int unpack_sides(const struct plan *plan, const struct message_tile *m, u
 static int begin_tile(struct leases *leases, struct leased_frame *f, uint64_t request_id,
                       const struct message_tile *m, const struct plan_pass *pass, uint8_t *sides)
 {
-    const bool held = frame_blobs_take(&f->blobs, leases->shelf, &f->plan);
+    const bool held = frame_blobs_take(&f->blobs, leases->cache, &f->plan);
     struct leased_tile *t = held ? calloc(1, sizeof *t) : NULL;
     if (!t) return ERR_MEMORY;
     t->leases = leases;

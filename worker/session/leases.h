@@ -11,7 +11,7 @@
 #include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
 #include "worker/process/worker_log.h"
-#include "worker/session/shelf.h"
+#include "worker/session/blob_cache.h"
 
 struct leases;
 
@@ -31,7 +31,7 @@ struct leases_client {
     struct worker_log *worker_log; /* gets a line for each end of a lease; borrowed, or NULL */
 };
 
-int leases_create(struct thread_pool *pool, struct shelf *shelf, const struct tracing *tracing,
+int leases_create(struct thread_pool *pool, struct blob_cache *cache, const struct tracing *tracing,
                   enum packing packing, const struct leases_client *client, struct leases **out);
 
 /* After the pool was closed. Nulls the pointer. */
@@ -52,7 +52,7 @@ void leases_acknowledge(struct leases *leases, const struct message_ack *m);
 void leases_cancel(struct leases *leases, uint64_t frame_id);
 
 /* A blob became READY or FAILED. */
-void leases_blob_settled(struct leases *leases, struct shelf_blob *blob);
+void leases_blob_settled(struct leases *leases, struct cached_blob *blob);
 
 /* The link was lost: leases not begun are the coordinator's again; tiles being traced go on. */
 void leases_link_lost(struct leases *leases);

@@ -54,7 +54,7 @@ bool session_is_on(const struct session *s)
            s->state == SESSION_LEAVING;
 }
 
-/* ---- what the leases and the shelf say ---- */
+/* ---- what the leases and the cache say ---- */
 
 static void on_result(void *ctx, const struct lease_result *result)
 {
@@ -93,7 +93,7 @@ static void on_ask_for_part(void *ctx, const struct message_blob_get *m)
     link_put(s->link, MESSAGE_BLOB_GET, s->next_request++);
 }
 
-static void on_blob_settled(void *ctx, struct shelf_blob *blob)
+static void on_blob_settled(void *ctx, struct cached_blob *blob)
 {
     struct session *s = ctx;
     leases_blob_settled(s->leases, blob);
@@ -139,7 +139,7 @@ static void on_down(void *ctx, int error, const char *why, uint32_t wait_ms)
         return;
     }
     session_enter(s, SESSION_OFFLINE);
-    shelf_link_down(s->shelf);
+    blob_cache_link_down(s->cache);
     leases_link_lost(s->leases);
     if (s->options->exit_with_parent) {
         session_end(s, SESSION_END_FAILED, why);
@@ -179,10 +179,11 @@ static void on_pool_closed(void *ctx)
 static void close_pool(struct session *s)
 {
     if (!s->pool) return;
-    if (s->client.flushed && s->shelf) s->client.flushed(s->client.ctx, shelf_is_loading(s->shelf));
+    if (s->client.flushed && s->cache)
+        s->client.flushed(s->client.ctx, blob_cache_is_loading(s->cache));
     thread_pool_close(&s->pool, on_pool_closed, s);
     leases_destroy(&s->leases);
-    shelf_destroy(&s->shelf);
+    blob_cache_destroy(&s->cache);
 }
 
 static void on_link_closed(void *ctx)
@@ -211,11 +212,11 @@ void session_close(struct session *s, void (*closed)(void *ctx), void *ctx)
 static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
 {
     const struct options *o = s->options;
-    const struct shelf_options shelf = {.blob_dir = o->blob_dir,
-                                        .cache_dir = o->cache_dir,
-                                        .cache_bytes = o->cache_bytes,
-                                        .threads = o->threads};
-    const struct shelf_client shelf_client = {s, on_ask_for_part, on_blob_settled};
+    const struct blob_cache_options cache = {.blob_dir = o->blob_dir,
+                                             .cache_dir = o->cache_dir,
+                                             .cache_bytes = o->cache_bytes,
+                                             .threads = o->threads};
+    const struct blob_cache_client blob_cache_client = {s, on_ask_for_part, on_blob_settled};
     const struct leases_client leases_client = {
         s, on_result, on_tile_fault, on_tile_returned, on_moved, s->client.worker_log};
     const struct link_client link_client = {s, on_up, on_frame, on_down};
@@ -230,9 +231,9 @@ static int build(struct session *s, uv_loop_t *loop, struct fault *fault)
     s->open++;
     e = thread_pool_create(loop, "trace", o->threads, &tools, &s->pool);
     if (e == 0) s->open++;
-    if (e == 0) e = shelf_create(s->pool, s->tracing, &shelf, &shelf_client, &s->shelf);
+    if (e == 0) e = blob_cache_create(s->pool, s->tracing, &cache, &blob_cache_client, &s->cache);
     if (e == 0)
-        e = leases_create(s->pool, s->shelf, s->tracing, o->packing, &leases_client, &s->leases);
+        e = leases_create(s->pool, s->cache, s->tracing, o->packing, &leases_client, &s->leases);
     return e ? fault_set(fault, e, "worker", "%s", error_text(e)) : 0;
 }
 

@@ -89,7 +89,7 @@ void session_moved(struct session *s)
 static enum beat_phase phase(const struct session *s)
 {
     if (leases_is_tracing(s->leases)) return BEAT_TRACING;
-    return shelf_is_busy(s->shelf) ? BEAT_LOADING : BEAT_IDLE;
+    return blob_cache_is_busy(s->cache) ? BEAT_LOADING : BEAT_IDLE;
 }
 
 /* Where a thread loads, beats without a step of it are counted, each for no longer than it should
@@ -97,9 +97,9 @@ static enum beat_phase phase(const struct session *s)
  * is progress for a while, and hangs sooner than one that waits for a disk. */
 static void watch_loading(struct session *s, uint64_t cpu_us, uint64_t passed_ms)
 {
-    const uint64_t used_us = cpu_us - s->cpu_us, steps = shelf_steps(s->shelf);
+    const uint64_t used_us = cpu_us - s->cpu_us, steps = blob_cache_steps(s->cache);
     s->cpu_us = cpu_us;
-    if (steps != s->load_steps || !shelf_runs_loads(s->shelf)) {
+    if (steps != s->load_steps || !blob_cache_runs_loads(s->cache)) {
         s->load_steps = steps;
         s->load_silent_ms = s->load_busy_ms = 0;
         return;
@@ -137,8 +137,8 @@ void session_send_beat(struct session *s)
     s->last_beat_ms = now;
     process_stats_read(&v);
     watch_loading(s, v.cpu_us, passed_ms);
-    struct message_beat m = {.progress =
-                                 leases_rows(s->leases) + shelf_steps(s->shelf) + s->load_beats,
+    struct message_beat m = {.progress = leases_rows(s->leases) + blob_cache_steps(s->cache) +
+                                         s->load_beats,
                              .phase = phase(s),
                              .tiles_in_hand = leases_counts(s->leases).open,
                              .rss_bytes = v.rss_bytes,

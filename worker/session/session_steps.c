@@ -21,7 +21,7 @@ static int take_welcome(struct session *s, const struct frame_view *f)
     session_note(s, LOG_INFO, "connected", "");
     s->was_told_offline = false;
     leases_resend(s->leases);
-    shelf_link_up(s->shelf);
+    blob_cache_link_up(s->cache);
     session_ask_for_tiles(s);
     return 0;
 }
@@ -91,7 +91,7 @@ static int take_blob_part(struct session *s, const struct frame_view *f)
     struct message_blob_part m;
     int e = message_decode_blob_part(f->payload, f->payload_bytes, &m);
     if (e) return e;
-    shelf_part(s->shelf, &m);
+    blob_cache_part(s->cache, &m);
     return 0;
 }
 
@@ -100,7 +100,7 @@ static int take_blob_none(struct session *s, const struct frame_view *f)
     struct message_blob_none m;
     int e = message_decode_blob_none(f->payload, f->payload_bytes, &m);
     if (e) return e;
-    shelf_none(s->shelf, &m.digest);
+    blob_cache_none(s->cache, &m.digest);
     return 0;
 }
 

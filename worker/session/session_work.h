@@ -4,9 +4,9 @@
 #include "proto/link/message.h"
 #include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
+#include "worker/session/blob_cache.h"
 #include "worker/session/leases.h"
 #include "worker/session/session.h"
-#include "worker/session/shelf.h"
 
 struct session {
     const struct options *options;
@@ -15,7 +15,7 @@ struct session {
     enum session_state state;
     struct link *link;
     struct thread_pool *pool;
-    struct shelf *shelf;
+    struct blob_cache *cache;
     struct leases *leases;
     uv_timer_t beat, patience;
     uint64_t worker_id; /* of the last WELCOME; 0: none yet */

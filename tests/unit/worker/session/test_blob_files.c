@@ -8,17 +8,17 @@
 #include <unistd.h>
 
 #include "tests/unit/unit.h"
-#include "worker/session/cache.h"
+#include "worker/session/blob_files.h"
 
 #define BLOB_BYTES 10000u
 
 static char dir[64];
 
-static struct cache open_cache(uint64_t limit_bytes)
+static struct blob_files open_files(uint64_t limit_bytes)
 {
-    struct cache c;
+    struct blob_files c;
     struct fault fault = {0};
-    if (cache_open(&c, dir, limit_bytes, &fault) != 0)
+    if (blob_files_open(&c, dir, limit_bytes, &fault) != 0)
         fail_msg("%s: %s", fault.pointer, fault.detail);
     return c;
 }
@@ -30,33 +30,33 @@ static void fill_blob(uint8_t n, uint8_t *data, struct digest *digest)
     digest_of(data, BLOB_BYTES, digest);
 }
 
-static int fetch(const struct cache *c, uint8_t n, struct fault *fault)
+static int fetch(const struct blob_files *c, uint8_t n, struct fault *fault)
 {
     uint8_t data[BLOB_BYTES];
     struct digest digest;
-    struct cache_fetch f;
+    struct blob_fetch f;
     fill_blob(n, data, &digest);
-    int e = cache_fetch_begin(c, &digest, &f, fault);
+    int e = blob_fetch_begin(c, &digest, &f, fault);
     if (e) return e;
-    while (e == 0 && !cache_fetch_is_whole(&f)) {
+    while (e == 0 && !blob_fetch_is_whole(&f)) {
         uint64_t left = BLOB_BYTES - f.have_bytes;
         uint32_t part = left < 4096 ? (uint32_t)left : 4096;
-        e = cache_fetch_part(c, &f, BLOB_BYTES, f.have_bytes, data + f.have_bytes, part, fault);
+        e = blob_fetch_part(c, &f, BLOB_BYTES, f.have_bytes, data + f.have_bytes, part, fault);
     }
-    if (e == 0) return cache_fetch_finish(c, &f, fault);
-    cache_fetch_abort(&f);
+    if (e == 0) return blob_fetch_finish(c, &f, fault);
+    blob_fetch_abort(&f);
     return e;
 }
 
-static bool has(const struct cache *c, uint8_t n)
+static bool has(const struct blob_files *c, uint8_t n)
 {
     uint8_t data[BLOB_BYTES];
-    char path[CACHE_PATH_BYTES];
+    char path[BLOB_FILES_PATH_BYTES];
     struct digest digest;
-    struct cache_pin pin;
+    struct blob_pin pin;
     fill_blob(n, data, &digest);
-    if (cache_pin(c, &digest, &pin, path) != 0) return false;
-    cache_unpin(&pin);
+    if (blob_files_pin(c, &digest, &pin, path) != 0) return false;
+    blob_files_unpin(&pin);
     return true;
 }
 
@@ -68,27 +68,27 @@ static void let_time_pass(void)
 
 TEST(what_is_fetched_can_be_used)
 {
-    struct cache c = open_cache(1 << 20);
+    struct blob_files c = open_files(1 << 20);
     struct fault fault = {0};
     uint8_t data[BLOB_BYTES], found[BLOB_BYTES];
-    char path[CACHE_PATH_BYTES];
+    char path[BLOB_FILES_PATH_BYTES];
     struct digest digest;
-    struct cache_pin pin;
+    struct blob_pin pin;
     assert_false(has(&c, 1));
     assert_int_equal(fetch(&c, 1, &fault), 0);
     fill_blob(1, data, &digest);
-    assert_int_equal(cache_pin(&c, &digest, &pin, path), 0);
+    assert_int_equal(blob_files_pin(&c, &digest, &pin, path), 0);
     FILE *file = fopen(path, "rb");
     assert_int_equal(fread(found, 1, BLOB_BYTES, file), BLOB_BYTES);
     fclose(file);
     assert_memory_equal(found, data, BLOB_BYTES);
-    cache_unpin(&pin);
-    assert_int_equal(cache_used_bytes(&c), BLOB_BYTES);
+    blob_files_unpin(&pin);
+    assert_int_equal(blob_files_used_bytes(&c), BLOB_BYTES);
 }
 
 TEST(the_longest_unused_goes_first)
 {
-    struct cache c = open_cache(3 * BLOB_BYTES);
+    struct blob_files c = open_files(3 * BLOB_BYTES);
     struct fault fault = {0};
     for (uint8_t n = 1; n <= 3; n++) {
         assert_int_equal(fetch(&c, n, &fault), 0);
@@ -101,36 +101,36 @@ TEST(the_longest_unused_goes_first)
     assert_true(has(&c, 1));
     assert_true(has(&c, 3));
     assert_true(has(&c, 4));
-    assert_int_equal(cache_used_bytes(&c), 3 * BLOB_BYTES);
+    assert_int_equal(blob_files_used_bytes(&c), 3 * BLOB_BYTES);
 }
 
 TEST(what_is_pinned_stays)
 {
-    struct cache c = open_cache(2 * BLOB_BYTES);
+    struct blob_files c = open_files(2 * BLOB_BYTES);
     struct fault fault = {0};
     uint8_t data[BLOB_BYTES];
-    char path[CACHE_PATH_BYTES];
+    char path[BLOB_FILES_PATH_BYTES];
     struct digest digest;
-    struct cache_pin one, two;
+    struct blob_pin one, two;
     assert_int_equal(fetch(&c, 1, &fault), 0);
     assert_int_equal(fetch(&c, 2, &fault), 0);
     fill_blob(1, data, &digest);
-    assert_int_equal(cache_pin(&c, &digest, &one, path), 0);
+    assert_int_equal(blob_files_pin(&c, &digest, &one, path), 0);
     assert_int_equal(fetch(&c, 3, &fault), 0); /* in place of 2 */
     fill_blob(3, data, &digest);
-    assert_int_equal(cache_pin(&c, &digest, &two, path), 0);
+    assert_int_equal(blob_files_pin(&c, &digest, &two, path), 0);
     assert_int_equal(fetch(&c, 4, &fault), ERR_FULL);
     assert_non_null(strstr(fault.detail, "--cache-bytes"));
-    cache_unpin(&one);
+    blob_files_unpin(&one);
     assert_int_equal(fetch(&c, 4, &fault), 0);
     assert_true(has(&c, 3));
     assert_false(has(&c, 1));
-    cache_unpin(&two);
+    blob_files_unpin(&two);
 }
 
 TEST(a_blob_above_the_bound_is_refused)
 {
-    struct cache c = open_cache(BLOB_BYTES - 1);
+    struct blob_files c = open_files(BLOB_BYTES - 1);
     struct fault fault = {0};
     assert_int_equal(fetch(&c, 1, &fault), ERR_FULL);
     assert_false(has(&c, 1));
@@ -138,100 +138,99 @@ TEST(a_blob_above_the_bound_is_refused)
 
 TEST(damaged_bytes_are_not_kept)
 {
-    struct cache c = open_cache(1 << 20);
+    struct blob_files c = open_files(1 << 20);
     struct fault fault = {0};
-    struct cache_fetch f;
+    struct blob_fetch f;
     uint8_t data[BLOB_BYTES];
     struct digest digest;
     fill_blob(1, data, &digest);
     data[77] ^= 1;
-    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
-    assert_int_equal(cache_fetch_finish(&c, &f, &fault), ERR_CHECKSUM);
+    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
+    assert_int_equal(blob_fetch_finish(&c, &f, &fault), ERR_CHECKSUM);
     assert_false(has(&c, 1));
-    assert_int_equal(cache_used_bytes(&c), 0);
+    assert_int_equal(blob_files_used_bytes(&c), 0);
     assert_int_equal(fetch(&c, 1, &fault), 0); /* from the start */
 }
 
 TEST(parts_that_do_not_fit_are_refused)
 {
-    struct cache c = open_cache(1 << 20);
+    struct blob_files c = open_files(1 << 20);
     struct fault fault = {0};
-    struct cache_fetch f;
+    struct blob_fetch f;
     uint8_t data[BLOB_BYTES];
     struct digest digest;
     fill_blob(1, data, &digest);
-    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(cache_fetch_part(&c, &f, LIMIT_BLOB_BYTES + 1, 0, data, 100, &fault),
+    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(blob_fetch_part(&c, &f, LIMIT_BLOB_BYTES + 1, 0, data, 100, &fault),
                      ERR_LIMIT);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, 100, &fault), 0);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 50, data, 100, &fault), ERR_MISMATCH);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES + 1, 100, data, 100, &fault),
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, 100, &fault), 0);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 50, data, 100, &fault), ERR_MISMATCH);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES + 1, 100, data, 100, &fault), ERR_MISMATCH);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 100, data, BLOB_BYTES, &fault),
                      ERR_MISMATCH);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 100, data, BLOB_BYTES, &fault),
-                     ERR_MISMATCH);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 100, data, 0, &fault), ERR_MISMATCH);
-    cache_fetch_abort(&f);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 100, data, 0, &fault), ERR_MISMATCH);
+    blob_fetch_abort(&f);
 }
 
 TEST(a_broken_transfer_is_taken_up)
 {
-    struct cache c = open_cache(1 << 20);
+    struct blob_files c = open_files(1 << 20);
     struct fault fault = {0};
-    struct cache_fetch f;
+    struct blob_fetch f;
     uint8_t data[BLOB_BYTES];
     struct digest digest;
     fill_blob(1, data, &digest);
-    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
-    cache_fetch_abort(&f);
-    c = open_cache(1 << 20); /* another process */
-    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
+    blob_fetch_abort(&f);
+    c = open_files(1 << 20); /* another process */
+    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
     assert_int_equal(f.have_bytes, 4096);
     assert_int_equal(
-        cache_fetch_part(&c, &f, BLOB_BYTES, 4096, data + 4096, BLOB_BYTES - 4096, &fault), 0);
-    assert_int_equal(cache_fetch_finish(&c, &f, &fault), 0);
+        blob_fetch_part(&c, &f, BLOB_BYTES, 4096, data + 4096, BLOB_BYTES - 4096, &fault), 0);
+    assert_int_equal(blob_fetch_finish(&c, &f, &fault), 0);
     assert_true(has(&c, 1));
 }
 
 TEST(two_may_fetch_the_same)
 {
-    struct cache c = open_cache(1 << 20);
+    struct blob_files c = open_files(1 << 20);
     struct fault fault = {0};
-    struct cache_fetch f;
+    struct blob_fetch f;
     uint8_t data[BLOB_BYTES];
     struct digest digest;
     fill_blob(1, data, &digest);
-    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
+    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
     assert_int_equal(fetch(&c, 1, &fault), 0);
     assert_true(has(&c, 1));
-    assert_int_equal(cache_fetch_finish(&c, &f, &fault), 0);
+    assert_int_equal(blob_fetch_finish(&c, &f, &fault), 0);
     assert_true(has(&c, 1));
-    assert_int_equal(cache_used_bytes(&c), BLOB_BYTES);
+    assert_int_equal(blob_files_used_bytes(&c), BLOB_BYTES);
 }
 
 TEST(old_parts_are_swept)
 {
-    struct cache c = open_cache(1 << 20);
+    struct blob_files c = open_files(1 << 20);
     struct fault fault = {0};
-    struct cache_fetch f;
+    struct blob_fetch f;
     uint8_t data[BLOB_BYTES];
     struct digest digest;
-    char old[CACHE_PATH_BYTES], lost[CACHE_PATH_BYTES + 8];
+    char old[BLOB_FILES_PATH_BYTES], lost[BLOB_FILES_PATH_BYTES + 8];
     fill_blob(1, data, &digest);
-    assert_int_equal(cache_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(cache_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
+    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
+    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
     snprintf(old, sizeof old, "%s", f.path);
     snprintf(lost, sizeof lost, "%s.123", f.path);
-    const struct timespec times[2] = {{.tv_sec = time(NULL) - 2 * CACHE_PART_AGE_S},
-                                      {.tv_sec = time(NULL) - 2 * CACHE_PART_AGE_S}};
+    const struct timespec times[2] = {{.tv_sec = time(NULL) - 2 * BLOB_FILES_PART_AGE_S},
+                                      {.tv_sec = time(NULL) - 2 * BLOB_FILES_PART_AGE_S}};
     utimensat(AT_FDCWD, old, times, 0);
-    open_cache(1 << 20);
+    open_files(1 << 20);
     assert_int_equal(access(old, F_OK), 0); /* somebody writes it */
-    cache_fetch_abort(&f);
+    blob_fetch_abort(&f);
     fclose(fopen(lost, "wb"));
-    open_cache(1 << 20);
+    open_files(1 << 20);
     assert_int_not_equal(access(old, F_OK), 0);
     assert_int_not_equal(access(lost, F_OK), 0);
 }

@@ -1,4 +1,4 @@
-#include "worker/session/cache.h"
+#include "worker/session/blob_files.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -37,29 +37,29 @@ static int make_dirs(const char *dir)
     return make_dir(path);
 }
 
-static void blob_path(const struct cache *c, const struct digest *digest,
-                      char out[CACHE_PATH_BYTES])
+static void blob_path(const struct blob_files *c, const struct digest *digest,
+                      char out[BLOB_FILES_PATH_BYTES])
 {
     char hex[DIGEST_HEX_BYTES];
     digest_to_hex(digest, hex);
-    snprintf(out, CACHE_PATH_BYTES, "%s/%.2s/%s", c->dir, hex, hex + FOLDER_DIGITS);
+    snprintf(out, BLOB_FILES_PATH_BYTES, "%s/%.2s/%s", c->dir, hex, hex + FOLDER_DIGITS);
 }
 
 /* ---- walking the folder ---- */
 
-struct cache_file {
-    char path[CACHE_PATH_BYTES];
+struct blob_file {
+    char path[BLOB_FILES_PATH_BYTES];
     uint64_t size_bytes;
     struct timespec used;
     bool is_part;
 };
 
-typedef void (*visit)(void *ctx, const struct cache_file *file);
+typedef void (*visit)(void *ctx, const struct blob_file *file);
 
-static void walk_folder(const struct cache *c, const char *folder, visit see, void *ctx)
+static void walk_folder(const struct blob_files *c, const char *folder, visit see, void *ctx)
 {
-    char path[CACHE_PATH_BYTES];
-    struct cache_file file = {.is_part = strcmp(folder, PARTS) == 0};
+    char path[BLOB_FILES_PATH_BYTES];
+    struct blob_file file = {.is_part = strcmp(folder, PARTS) == 0};
     snprintf(path, sizeof path, "%s/%.8s", c->dir, folder);
     DIR *dir = opendir(path);
     if (!dir) return;
@@ -82,7 +82,7 @@ static bool is_folder_name(const char *name)
            (strlen(name) == FOLDER_DIGITS && strspn(name, "0123456789abcdef") == FOLDER_DIGITS);
 }
 
-static void walk(const struct cache *c, visit see, void *ctx)
+static void walk(const struct blob_files *c, visit see, void *ctx)
 {
     DIR *dir = opendir(c->dir);
     if (!dir) return;
@@ -91,12 +91,12 @@ static void walk(const struct cache *c, visit see, void *ctx)
     closedir(dir);
 }
 
-static void add_size(void *ctx, const struct cache_file *file)
+static void add_size(void *ctx, const struct blob_file *file)
 {
     *(uint64_t *)ctx += file->size_bytes;
 }
 
-uint64_t cache_used_bytes(const struct cache *c)
+uint64_t blob_files_used_bytes(const struct blob_files *c)
 {
     uint64_t sum = 0;
     walk(c, add_size, &sum);
@@ -122,19 +122,20 @@ static bool has_owner(const char *path)
     return name && strlen(name + 1) != DIGEST_HEX_BYTES - 1;
 }
 
-static void sweep_part(void *ctx, const struct cache_file *file)
+static void sweep_part(void *ctx, const struct blob_file *file)
 {
     time_t now = *(time_t *)ctx;
     if (!file->is_part) return;
-    if (has_owner(file->path) || now - file->used.tv_sec > CACHE_PART_AGE_S)
+    if (has_owner(file->path) || now - file->used.tv_sec > BLOB_FILES_PART_AGE_S)
         remove_unlocked(file->path);
 }
 
-int cache_open(struct cache *c, const char *dir, uint64_t limit_bytes, struct fault *fault)
+int blob_files_open(struct blob_files *c, const char *dir, uint64_t limit_bytes,
+                    struct fault *fault)
 {
-    char parts[CACHE_PATH_BYTES];
+    char parts[BLOB_FILES_PATH_BYTES];
     time_t now = time(NULL);
-    *c = (struct cache){.limit_bytes = limit_bytes};
+    *c = (struct blob_files){.limit_bytes = limit_bytes};
     if ((size_t)snprintf(c->dir, sizeof c->dir, "%s", dir) >= sizeof c->dir)
         return fault_set(fault, ERR_LIMIT, "--cache", "the path is longer than %zu bytes",
                          sizeof c->dir - 1);
@@ -148,19 +149,19 @@ int cache_open(struct cache *c, const char *dir, uint64_t limit_bytes, struct fa
 
 /* All whole blobs, to be sorted by their last use. */
 struct file_list {
-    struct cache_file *files;
+    struct blob_file *files;
     size_t count, capacity;
     uint64_t total_bytes; /* with the parts */
     bool failed;
 };
 
-static void collect(void *ctx, const struct cache_file *file)
+static void collect(void *ctx, const struct blob_file *file)
 {
     struct file_list *list = ctx;
     list->total_bytes += file->size_bytes;
     if (list->count == list->capacity) {
         size_t capacity = list->capacity ? 2 * list->capacity : 32;
-        struct cache_file *files = realloc(list->files, capacity * sizeof *files);
+        struct blob_file *files = realloc(list->files, capacity * sizeof *files);
         list->failed = list->failed || !files;
         if (!files) return;
         list->files = files;
@@ -171,14 +172,14 @@ static void collect(void *ctx, const struct cache_file *file)
 
 static int by_last_use(const void *a, const void *b)
 {
-    const struct timespec x = ((const struct cache_file *)a)->used;
-    const struct timespec y = ((const struct cache_file *)b)->used;
+    const struct timespec x = ((const struct blob_file *)a)->used;
+    const struct timespec y = ((const struct blob_file *)b)->used;
     if (x.tv_sec != y.tv_sec) return x.tv_sec < y.tv_sec ? -1 : 1;
     return x.tv_nsec < y.tv_nsec ? -1 : x.tv_nsec > y.tv_nsec;
 }
 
 /* Evicts until `need_bytes` more fit. Parts in work count but are locked, so they stay. */
-static int make_room(const struct cache *c, uint64_t need_bytes)
+static int make_room(const struct blob_files *c, uint64_t need_bytes)
 {
     struct file_list list = {0};
     if (need_bytes > c->limit_bytes) return ERR_FULL;
@@ -194,8 +195,8 @@ static int make_room(const struct cache *c, uint64_t need_bytes)
 
 /* ---- using ---- */
 
-int cache_pin(const struct cache *c, const struct digest *digest, struct cache_pin *pin,
-              char path[CACHE_PATH_BYTES])
+int blob_files_pin(const struct blob_files *c, const struct digest *digest, struct blob_pin *pin,
+                   char path[BLOB_FILES_PATH_BYTES])
 {
     struct stat st;
     blob_path(c, digest, path);
@@ -203,14 +204,14 @@ int cache_pin(const struct cache *c, const struct digest *digest, struct cache_p
     if (pin->fd < 0) return ERR_NOT_FOUND;
     /* Evicted between the two calls: the name is gone, or another file's. */
     if (flock(pin->fd, LOCK_SH) != 0 || fstat(pin->fd, &st) != 0 || st.st_nlink == 0) {
-        cache_unpin(pin);
+        blob_files_unpin(pin);
         return ERR_NOT_FOUND;
     }
     futimens(pin->fd, NULL);
     return 0;
 }
 
-void cache_unpin(struct cache_pin *pin)
+void blob_files_unpin(struct blob_pin *pin)
 {
     if (pin->fd >= 0) close(pin->fd);
     pin->fd = -1;
@@ -228,12 +229,12 @@ static int open_part(const char *path)
     return -1;
 }
 
-int cache_fetch_begin(const struct cache *c, const struct digest *digest, struct cache_fetch *f,
-                      struct fault *fault)
+int blob_fetch_begin(const struct blob_files *c, const struct digest *digest, struct blob_fetch *f,
+                     struct fault *fault)
 {
     char hex[DIGEST_HEX_BYTES];
     digest_to_hex(digest, hex);
-    *f = (struct cache_fetch){.digest = *digest};
+    *f = (struct blob_fetch){.digest = *digest};
     snprintf(f->path, sizeof f->path, "%s/%s/%s", c->dir, PARTS, hex);
     f->fd = open_part(f->path);
     if (f->fd < 0) { /* another worker is fetching it */
@@ -261,7 +262,7 @@ static int write_fully(int fd, const uint8_t *data, size_t size_bytes, uint64_t 
     return 0;
 }
 
-static int learn_total(const struct cache *c, struct cache_fetch *f, uint64_t total_bytes,
+static int learn_total(const struct blob_files *c, struct blob_fetch *f, uint64_t total_bytes,
                        struct fault *fault)
 {
     if (total_bytes == 0 || total_bytes > LIMIT_BLOB_BYTES)
@@ -283,8 +284,8 @@ static int learn_total(const struct cache *c, struct cache_fetch *f, uint64_t to
     return 0;
 }
 
-int cache_fetch_part(const struct cache *c, struct cache_fetch *f, uint64_t total_bytes,
-                     uint64_t offset, const void *data, uint32_t size_bytes, struct fault *fault)
+int blob_fetch_part(const struct blob_files *c, struct blob_fetch *f, uint64_t total_bytes,
+                    uint64_t offset, const void *data, uint32_t size_bytes, struct fault *fault)
 {
     int e = f->total_bytes ? 0 : learn_total(c, f, total_bytes, fault);
     if (e) return e;
@@ -300,7 +301,7 @@ int cache_fetch_part(const struct cache *c, struct cache_fetch *f, uint64_t tota
     return 0;
 }
 
-bool cache_fetch_is_whole(const struct cache_fetch *f)
+bool blob_fetch_is_whole(const struct blob_fetch *f)
 {
     return f->total_bytes > 0 && f->have_bytes == f->total_bytes;
 }
@@ -322,9 +323,9 @@ static int hash_file(int fd, uint64_t size_bytes, _Atomic uint64_t *steps, struc
     return e;
 }
 
-static int put_in_place(const struct cache *c, const struct cache_fetch *f)
+static int put_in_place(const struct blob_files *c, const struct blob_fetch *f)
 {
-    char path[CACHE_PATH_BYTES], folder[CACHE_PATH_BYTES];
+    char path[BLOB_FILES_PATH_BYTES], folder[BLOB_FILES_PATH_BYTES];
     blob_path(c, &f->digest, path);
     snprintf(folder, sizeof folder, "%.*s", (int)(strrchr(path, '/') - path), path);
     if (make_dir(folder) != 0) return ERR_IO;
@@ -334,7 +335,7 @@ static int put_in_place(const struct cache *c, const struct cache_fetch *f)
     return rename(f->path, path) == 0 ? 0 : ERR_IO;
 }
 
-int cache_fetch_finish(const struct cache *c, struct cache_fetch *f, struct fault *fault)
+int blob_fetch_finish(const struct blob_files *c, struct blob_fetch *f, struct fault *fault)
 {
     struct digest found;
     int e = hash_file(f->fd, f->total_bytes, f->steps, &found);
@@ -344,11 +345,11 @@ int cache_fetch_finish(const struct cache *c, struct cache_fetch *f, struct faul
     if (e)
         fault_set(fault, e, f->path, "%s%s%s", error_text(e), e == ERR_IO ? ": " : "",
                   e == ERR_IO ? strerrordesc_np(errno) : "");
-    cache_fetch_abort(f);
+    blob_fetch_abort(f);
     return e;
 }
 
-void cache_fetch_abort(struct cache_fetch *f)
+void blob_fetch_abort(struct blob_fetch *f)
 {
     if (f->fd >= 0) close(f->fd); /* and the lock with it */
     f->fd = -1;

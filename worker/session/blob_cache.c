@@ -1,0 +1,389 @@
+#include "worker/session/blob_cache.h"
+
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct blob_entry {
+    struct cached_blob blob; /* first: what callers hold */
+    struct pool_task task;
+    struct blob_cache *cache;
+    struct blob_entry *next;
+    uint64_t bytes, last_use;
+    bool has_task;
+    /* Fetching. */
+    struct blob_fetch fetch;
+    uint64_t asked_bytes; /* parts up to here were asked for */
+    unsigned ahead;       /* parts asked for and not yet there */
+    unsigned fetches;     /* begun so far */
+    /* Of the task, and its answer. */
+    bool finish_fetch, use_files;
+    int error;
+    struct fault fault;
+    struct blob_pin pin; /* while it is mapped */
+};
+
+struct blob_cache {
+    struct thread_pool *pool;
+    const struct tracing *tracing;
+    struct blob_cache_client client;
+    char *blob_dir, *cache_dir; /* owned */
+    uint64_t cache_bytes;
+    unsigned threads;
+    struct blob_files files;
+    bool files_are_open, link_is_up;
+    struct blob_entry *entries;
+    uint64_t clock, parts;
+    _Atomic uint64_t steps;   /* of loading, by the pool */
+    _Atomic uint32_t running; /* loads that a thread of the pool is at */
+};
+
+static void free_entry(struct blob_cache *cache, struct blob_entry *e)
+{
+    if (e->blob.loaded) cache->tracing->unload(cache->tracing->ctx, &e->blob.loaded);
+    blob_files_unpin(&e->pin);
+    blob_fetch_abort(&e->fetch);
+    free(e);
+}
+
+static char *copy(const char *text)
+{
+    return text ? strdup(text) : NULL;
+}
+
+int blob_cache_create(struct thread_pool *pool, const struct tracing *tracing,
+                      const struct blob_cache_options *options,
+                      const struct blob_cache_client *client, struct blob_cache **out)
+{
+    struct blob_cache *cache = calloc(1, sizeof *cache);
+    if (!cache) return ERR_MEMORY;
+    cache->pool = pool;
+    cache->tracing = tracing;
+    cache->client = *client;
+    cache->blob_dir = copy(options->blob_dir);
+    cache->cache_dir = copy(options->cache_dir);
+    cache->cache_bytes = options->cache_bytes;
+    cache->threads = options->threads;
+    if (!cache->cache_dir || (options->blob_dir && !cache->blob_dir)) {
+        blob_cache_destroy(&cache);
+        return ERR_MEMORY;
+    }
+    *out = cache;
+    return 0;
+}
+
+void blob_cache_destroy(struct blob_cache **cache)
+{
+    struct blob_cache *s = *cache;
+    *cache = NULL;
+    if (!s) return;
+    while (s->entries) {
+        struct blob_entry *e = s->entries;
+        s->entries = e->next;
+        free_entry(s, e);
+    }
+    free(s->blob_dir);
+    free(s->cache_dir);
+    free(s);
+}
+
+static struct blob_entry *find(const struct blob_cache *cache, const struct digest *digest)
+{
+    for (struct blob_entry *e = cache->entries; e; e = e->next)
+        if (digest_equal(&e->blob.digest, digest)) return e;
+    return NULL;
+}
+
+static void drop_entry(struct blob_cache *cache, struct blob_entry *e)
+{
+    struct blob_entry **at = &cache->entries;
+    while (*at != e) at = &(*at)->next;
+    *at = e->next;
+    free_entry(cache, e);
+}
+
+/* ---- memory ---- */
+
+static bool is_idle(const struct blob_entry *e)
+{
+    return e->blob.refs == 0 && !e->has_task;
+}
+
+/* The least recently used idle blob; counts all of them. */
+static struct blob_entry *oldest_idle(const struct blob_cache *cache, unsigned *count,
+                                      uint64_t *bytes)
+{
+    struct blob_entry *oldest = NULL;
+    *count = 0;
+    *bytes = 0;
+    for (struct blob_entry *e = cache->entries; e; e = e->next) {
+        if (!is_idle(e)) continue;
+        (*count)++;
+        *bytes += e->bytes;
+        if (!oldest || e->last_use < oldest->last_use) oldest = e;
+    }
+    return oldest;
+}
+
+static void trim(struct blob_cache *cache)
+{
+    for (struct blob_entry *e = cache->entries, *next; e; e = next) {
+        next = e->next;
+        if (is_idle(e) && e->blob.state != BLOB_READY) drop_entry(cache, e);
+    }
+    for (;;) {
+        unsigned count;
+        uint64_t bytes;
+        struct blob_entry *e = oldest_idle(cache, &count, &bytes);
+        if (!e || (count <= BLOB_CACHE_IDLE_BLOBS && bytes <= BLOB_CACHE_IDLE_BYTES)) return;
+        drop_entry(cache, e);
+    }
+}
+
+/* ---- on the pool: from a file to what can be traced ---- */
+
+static int load_path(struct blob_entry *e, const char *path)
+{
+    struct blob_cache *cache = e->cache;
+    return cache->tracing->load(cache->tracing->ctx, path, cache->threads, &cache->steps,
+                                &e->blob.loaded, &e->blob.kind, &e->bytes, &e->blob.cpu_us,
+                                &e->fault);
+}
+
+static int load_from_blobs(struct blob_entry *e)
+{
+    char path[BLOB_FILES_PATH_BYTES], hex[DIGEST_HEX_BYTES];
+    if (!e->cache->blob_dir) return ERR_NOT_FOUND;
+    digest_to_hex(&e->blob.digest, hex);
+    int n = snprintf(path, sizeof path, "%s/%.2s/%s", e->cache->blob_dir, hex, hex + 2);
+    if (n < 0 || (size_t)n >= sizeof path || access(path, R_OK) != 0) return ERR_NOT_FOUND;
+    return load_path(e, path);
+}
+
+static int load_from_files(struct blob_entry *e)
+{
+    char path[BLOB_FILES_PATH_BYTES];
+    if (!e->use_files) return ERR_NOT_FOUND;
+    int error = blob_files_pin(&e->cache->files, &e->blob.digest, &e->pin, path);
+    if (error) return error;
+    error = load_path(e, path);
+    if (error) blob_files_unpin(&e->pin);
+    return error;
+}
+
+static struct blob_entry *entry_of(struct pool_task *task)
+{
+    return (struct blob_entry *)((char *)task - offsetof(struct blob_entry, task));
+}
+
+static int find_and_load(struct blob_entry *e)
+{
+    int error = 0;
+    if (e->finish_fetch) error = blob_fetch_finish(&e->cache->files, &e->fetch, &e->fault);
+    if (error) return error;
+    error = e->finish_fetch ? ERR_NOT_FOUND : load_from_blobs(e);
+    return error == ERR_NOT_FOUND ? load_from_files(e) : error;
+}
+
+static void run_load(struct pool_task *task)
+{
+    struct blob_entry *e = entry_of(task);
+    atomic_fetch_add(&e->cache->steps, 1);
+    atomic_fetch_add(&e->cache->running, 1);
+    e->error = find_and_load(e);
+    atomic_fetch_sub(&e->cache->running, 1);
+}
+
+/* ---- on the loop ---- */
+
+static void settle(struct blob_entry *e, enum blob_state state)
+{
+    e->blob.state = state;
+    e->blob.refs++; /* the client may release its own from inside */
+    e->cache->client.settled(e->cache->client.ctx, &e->blob);
+    e->blob.refs--;
+    trim(e->cache);
+}
+
+static void fail(struct blob_entry *e, const struct fault *fault)
+{
+    blob_fetch_abort(&e->fetch);
+    e->blob.fault = *fault;
+    settle(e, BLOB_FAILED);
+}
+
+static void ask_more(struct blob_entry *e)
+{
+    struct blob_cache *cache = e->cache;
+    /* Until the first part tells the size, one at a time. */
+    unsigned most = e->fetch.total_bytes ? BLOB_CACHE_PARTS_AHEAD : 1;
+    while (cache->link_is_up && e->ahead < most &&
+           (e->fetch.total_bytes == 0 || e->asked_bytes < e->fetch.total_bytes)) {
+        struct message_blob_get get = {.digest = e->blob.digest,
+                                       .offset = e->asked_bytes,
+                                       .size_bytes = LIMIT_BLOB_PART_BYTES};
+        e->ahead++;
+        e->asked_bytes += LIMIT_BLOB_PART_BYTES;
+        cache->client.ask(cache->client.ctx, &get);
+    }
+}
+
+static void start_task(struct blob_entry *e);
+
+static int open_files(struct blob_cache *cache, struct fault *fault)
+{
+    if (cache->files_are_open) return 0;
+    int error = blob_files_open(&cache->files, cache->cache_dir, cache->cache_bytes, fault);
+    cache->files_are_open = error == 0;
+    return error;
+}
+
+static void begin_fetch(struct blob_entry *e)
+{
+    struct fault fault = {0};
+    e->fetches++;
+    if (open_files(e->cache, &fault) != 0 ||
+        blob_fetch_begin(&e->cache->files, &e->blob.digest, &e->fetch, &fault) != 0) {
+        fail(e, &fault);
+        return;
+    }
+    e->fetch.steps = &e->cache->steps;
+    /* The last part that was kept may be the blob's last: ask for one byte less, so that there is
+     * an answer that tells the size. */
+    if (e->fetch.have_bytes > 0) e->fetch.have_bytes--;
+    e->blob.state = BLOB_FETCHING;
+    e->asked_bytes = e->fetch.have_bytes;
+    e->ahead = 0;
+    ask_more(e);
+}
+
+static void done_load(struct pool_task *task)
+{
+    struct blob_entry *e = entry_of(task);
+    e->has_task = false;
+    bool fetch = e->error == ERR_NOT_FOUND && !e->finish_fetch;
+    bool again = e->finish_fetch && (e->error == ERR_CHECKSUM || e->error == ERR_NOT_FOUND) &&
+                 e->fetches < 2;
+    if (e->error == 0) {
+        settle(e, BLOB_READY);
+    } else if (fetch && !e->use_files && open_files(e->cache, &e->fault) == 0) {
+        start_task(e); /* it may be in the cache from an earlier time */
+    } else if (fetch || again) {
+        begin_fetch(e);
+    } else {
+        if (e->fault.code == 0) fault_set(&e->fault, e->error, "", "%s", error_text(e->error));
+        fail(e, &e->fault);
+    }
+}
+
+static void start_task(struct blob_entry *e)
+{
+    e->task = (struct pool_task){.run = run_load, .done = done_load};
+    e->has_task = true;
+    e->use_files = e->cache->files_are_open;
+    thread_pool_submit_first(e->cache->pool, &e->task);
+}
+
+struct cached_blob *blob_cache_take(struct blob_cache *cache, const struct digest *digest)
+{
+    struct fault ignored;
+    struct blob_entry *e = find(cache, digest);
+    if (e && e->blob.state == BLOB_FAILED && e->blob.refs == 0) {
+        drop_entry(cache, e);
+        e = NULL;
+    }
+    if (!e) {
+        e = calloc(1, sizeof *e);
+        if (!e) return NULL;
+        e->blob.digest = *digest;
+        e->cache = cache;
+        e->fetch.fd = e->pin.fd = -1;
+        e->next = cache->entries;
+        cache->entries = e;
+        if (!cache->blob_dir) open_files(cache, &ignored);
+        start_task(e);
+    }
+    e->blob.refs++;
+    e->last_use = ++cache->clock;
+    return &e->blob;
+}
+
+void blob_cache_release(struct blob_cache *cache, struct cached_blob *blob)
+{
+    blob->refs--;
+    trim(cache);
+}
+
+void blob_cache_part(struct blob_cache *cache, const struct message_blob_part *part)
+{
+    struct fault fault = {0};
+    struct blob_entry *e = find(cache, &part->digest);
+    if (!e || e->blob.state != BLOB_FETCHING) return;
+    cache->parts++;
+    if (e->ahead > 0) e->ahead--;
+    if (blob_fetch_part(&cache->files, &e->fetch, part->total_bytes, part->offset, part->bytes,
+                        part->size_bytes, &fault) != 0) {
+        fail(e, &fault);
+        return;
+    }
+    if (!blob_fetch_is_whole(&e->fetch)) {
+        ask_more(e);
+        return;
+    }
+    e->blob.state = BLOB_LOADING;
+    e->finish_fetch = true;
+    start_task(e);
+}
+
+void blob_cache_none(struct blob_cache *cache, const struct digest *digest)
+{
+    struct fault fault;
+    struct blob_entry *e = find(cache, digest);
+    if (!e || e->blob.state != BLOB_FETCHING) return;
+    fault_set(&fault, ERR_NOT_FOUND, "", "the coordinator does not have the blob");
+    fail(e, &fault);
+}
+
+void blob_cache_link_up(struct blob_cache *cache)
+{
+    cache->link_is_up = true;
+    for (struct blob_entry *e = cache->entries; e; e = e->next)
+        if (e->blob.state == BLOB_FETCHING) ask_more(e);
+}
+
+void blob_cache_link_down(struct blob_cache *cache)
+{
+    cache->link_is_up = false;
+    for (struct blob_entry *e = cache->entries; e; e = e->next) {
+        e->ahead = 0;
+        e->asked_bytes = e->fetch.have_bytes;
+    }
+    trim(cache);
+}
+
+bool blob_cache_is_loading(const struct blob_cache *cache)
+{
+    for (const struct blob_entry *e = cache->entries; e; e = e->next)
+        if (e->has_task) return true;
+    return false;
+}
+
+bool blob_cache_is_busy(const struct blob_cache *cache)
+{
+    for (const struct blob_entry *e = cache->entries; e; e = e->next)
+        if (e->blob.state == BLOB_FETCHING) return true;
+    return blob_cache_is_loading(cache);
+}
+
+bool blob_cache_runs_loads(const struct blob_cache *cache)
+{
+    return atomic_load_explicit(&cache->running, memory_order_relaxed) > 0;
+}
+
+uint64_t blob_cache_steps(const struct blob_cache *cache)
+{
+    return cache->parts + atomic_load_explicit(&cache->steps, memory_order_relaxed);
+}
