@@ -5,6 +5,7 @@
 #include "proto/pattern_path.h"
 #include "worker/shade/lambert.h"
 #include "worker/trace/light/gaussian_lanes.h"
+#include "worker/trace/path/mis.h"
 #include "worker/trace/path/path.h"
 
 #define PATH_INVERSE_PI 0.318309886183790672f
@@ -116,14 +117,6 @@ static void kernel_weigh_segments(const struct path_packet *restrict p,
     for (int i = 0; chance && i < LANES; i++) play_roulette(chance[i], i, throughput, stays);
 }
 
-/* The power heuristic for a sample of density `own` that another way finds with density `other`. */
-static inline float power_weight(float own, float other)
-{
-    float ratio = other / (own > 0.0f ? own : 1.0f);
-    float weight = 1.0f / (1.0f + ratio * ratio); /* 0 when the square overflows */
-    return own > 0.0f ? weight : 1.0f;
-}
-
 /* What light samples send off Lambert surfaces of albedo 1 towards the viewer, were they seen:
  * out = color E / pi * weight. Densities are those of the light alone. */
 static void kernel_lambert_light(const struct path_light *restrict l,
@@ -137,7 +130,7 @@ static void kernel_lambert_light(const struct path_light *restrict l,
         float cosine = (x * s->normal.x[i] + y * s->normal.y[i] + z * s->normal.z[i]) /
                        sqrtf(squared > 0.0f ? squared : 1.0f);
         float weight =
-            power_weight(l->packet.density[i] * probability[i], cosine * PATH_INVERSE_PI);
+            mis_power_weight(l->packet.density[i] * probability[i], cosine * PATH_INVERSE_PI);
         float e = l->packet.irradiance[i] * PATH_INVERSE_PI * weight;
         out->x[i] = e * l->color.x[i];
         out->y[i] = e * l->color.y[i];
@@ -169,7 +162,7 @@ static void kernel_meet_rectangle(const struct light *light, const struct path_p
         float b = (x * hv[0] + y * hv[1] + z * hv[2]) * inverse_v;
         int inside = faces & (fabsf(a) <= 1.0f) & (fabsf(b) <= 1.0f) & (t <= reach[i]);
         float density = light->probability * (t * t) / ((faces ? cosine : 1.0f) * light->area);
-        float weight = power_weight(p->pdf[i], density);
+        float weight = mis_power_weight(p->pdf[i], density);
         float square = a * a + b * b;
         float profile = gaussian_profile ? gaussian(2.0f * (square < 2.0f ? square : 2.0f)) : 1.0f;
         factor[i] = inside ? weight * profile : 0.0f;

@@ -2,16 +2,9 @@
 #include <math.h>
 
 #include "worker/scene/emitters.h"
+#include "worker/trace/path/mis.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
-
-/* The power heuristic, as path_lanes.h has it. */
-static float weigh(float own, float other)
-{
-    if (!(own > 0.0f)) return 1.0f;
-    float ratio = other / own;
-    return 1.0f / (1.0f + ratio * ratio);
-}
 
 static void add(const struct path_context *c, const struct path_packet *p, uint32_t depth,
                 uint32_t i, const float radiance[3], float weight, struct path_harvest *h)
@@ -78,8 +71,8 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
         float radiance[3], weight = 1.0f;
         const float soft = sky_radiance(c->sky, &missed.view, lane, radiance);
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
-            weight = weigh(p->pdf[i], c->lights->environment_probability *
-                                          sky_pdf(c->sky, &missed.view, lane));
+            weight = mis_power_weight(p->pdf[i], c->lights->environment_probability *
+                                                     sky_pdf(c->sky, &missed.view, lane));
         if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
@@ -153,7 +146,7 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
         if (!s->hit.on[i] || !(radiance[0] + radiance[1] + radiance[2] > 0.0f)) continue;
         if (s->light.on[i] && !is_seen(v, i)) continue; /* its rectangle has been met */
         if (p->pdf[i] > 0.0f && c->lights->emitters_probability > 0.0f)
-            weight = weigh(p->pdf[i], emitter_density(c, p, s, i));
+            weight = mis_power_weight(p->pdf[i], emitter_density(c, p, s, i));
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }

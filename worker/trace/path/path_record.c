@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "worker/trace/path/mis.h"
 #include "worker/trace/path/path_kernels.h"
 
 #define INVERSE_PI 0.318309886183790672f
@@ -123,8 +124,7 @@ void path_record_light(const struct path_context *c, const struct path_vertex *v
     to->distance = r->tfar[0] * length;
     to->density = l->density[0] * probability;
     to->scattered = scattered_density(v, to->direction);
-    const float ratio = to->density > 0.0f ? to->scattered / to->density : 0.0f;
-    to->weight = 1.0f / (1.0f + ratio * ratio);
+    to->weight = mis_power_weight(to->density, to->scattered);
 }
 
 /* What the ray meets first within to->distance. Looks again: nothing but the record hears of it. */
