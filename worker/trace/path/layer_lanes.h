@@ -147,7 +147,7 @@ static void kernel_look_back(const struct RTCRay16 *restrict rays, struct path_v
     }
 }
 
-static void kernel_layers_light(const struct path_light *restrict light,
+static void kernel_layers_light(const struct nee_sample *restrict light,
                                 const struct path_vertex *restrict v,
                                 const float *restrict probability, struct lanes3 *restrict diffuse,
                                 struct lanes3 *restrict all)

@@ -304,7 +304,7 @@ static void follow(const struct path_context *c, struct path_packet *p, struct p
     if (c->field && v->depth == PATH_FIELD_DEPTH) path_note_reach(p, &valid, h);
     attenuate(p, v);
     if (c->record) path_record_arrive(c, p, v);
-    path_meet(c, p, v, h);
+    path_emission_add(c, p, v, h);
     prepare(c, p, v);
     if (c->record) path_record_surface(c, v);
 }
@@ -328,7 +328,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
-    if (!light_table_is_empty(c->lights)) path_light(c, p, v, &s->light, &s->harvest);
+    if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, &s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->shines) v->last = v->active;
     end_last(c, v);
     if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);

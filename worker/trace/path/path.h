@@ -116,7 +116,7 @@ struct path_scattering {
 };
 
 /* A light sample of sixteen vertices. */
-struct path_light {
+struct nee_sample {
     struct light_packet packet, candidate;
     struct lanes3 color; /* radiance or intensity, over the probability of the choice */
 };
@@ -126,7 +126,7 @@ struct path_scratch {
     struct path_pool pools[2];
     struct path_harvest harvest;
     struct path_vertex vertex;
-    struct path_light light;
+    struct nee_sample light;
     struct RTCRayHit16 occlusion;
 };
 
@@ -195,12 +195,12 @@ float path_ahead(const struct path_context *c, const struct path_packet *p,
                  const struct path_vertex *v, uint32_t i);
 
 /* Adds what the rays met shines: environment, rectangles, surfaces. */
-void path_meet(const struct path_context *c, const struct path_packet *p,
-               const struct path_vertex *v, struct path_harvest *h);
+void path_emission_add(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, struct path_harvest *h);
 
 /* Adds one light sample of every active path. */
-void path_light(const struct path_context *c, const struct path_packet *p,
-                const struct path_vertex *v, struct path_light *light, struct path_harvest *h);
+void path_nee_add(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct nee_sample *light, struct path_harvest *h);
 
 /* The active paths' next segments go to `next`. */
 void path_scatter(const struct path_context *c, const struct path_packet *p,

@@ -22,12 +22,12 @@ struct path_kernels {
     void (*weigh_segments)(const struct path_packet *p, const struct path_scattering *s,
                            const float *chance, struct lanes3 *throughput,
                            struct lanes_mask *stays);
-    void (*lambert_light)(const struct path_light *light, const struct surface *s,
+    void (*lambert_light)(const struct nee_sample *light, const struct surface *s,
                           const float *probability, struct lanes3 *out);
     /* layers.h. What `back` sees of the layers that are on; */
     void (*layers_see)(const struct lanes3 *back, struct layers *layers);
     /* what they send on of light samples that are traced, were these seen: into their lanes; */
-    void (*layers_light)(const struct path_light *light, const struct path_vertex *v,
+    void (*layers_light)(const struct nee_sample *light, const struct path_vertex *v,
                          const float *probability, struct lanes3 *diffuse, struct lanes3 *all);
     /* where they scatter paths (`choice` picks the lobe); */
     void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,

@@ -119,7 +119,7 @@ static void kernel_weigh_segments(const struct path_packet *restrict p,
 
 /* What light samples send off Lambert surfaces of albedo 1 towards the viewer, were they seen:
  * out = color E / pi * weight. Densities are those of the light alone. */
-static void kernel_lambert_light(const struct path_light *restrict l,
+static void kernel_lambert_light(const struct nee_sample *restrict l,
                                  const struct surface *restrict s,
                                  const float *restrict probability, struct lanes3 *restrict out)
 {

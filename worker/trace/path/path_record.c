@@ -64,7 +64,7 @@ void path_record_meet(const struct path_context *c, const struct path_packet *p,
     take(&p->throughput, throughput);
     for (int k = 0; k < 3; k++) {
         met->radiance[k] = radiance[k];
-        met->value[k] = radiance[k] * weight * throughput[k]; /* as path_meet.c has it */
+        met->value[k] = radiance[k] * weight * throughput[k]; /* as path_emission.c has it */
     }
 }
 

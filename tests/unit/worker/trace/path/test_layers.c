@@ -169,7 +169,7 @@ TEST(test_scatter)
 }
 
 /* Lane i of what a light sample sends on, as one bsdf_evaluate has it. */
-static void check_lit(const struct path_vertex *v, const struct path_light *l, int i,
+static void check_lit(const struct path_vertex *v, const struct nee_sample *l, int i,
                       float probability, const struct lanes3 *diffuse, const struct lanes3 *all)
 {
     const struct RTCRay16 *r = &l->packet.rays.ray;
@@ -191,7 +191,7 @@ static void check_lit(const struct path_vertex *v, const struct path_light *l, i
     same(diffuse, i, white), same(all, i, whole);
 }
 
-static void random_samples(struct random *r, struct path_light *l, float probability[LANES])
+static void random_samples(struct random *r, struct nee_sample *l, float probability[LANES])
 {
     memset(l, 0, sizeof *l);
     for (int i = 0; i < LANES; i++) {
@@ -212,7 +212,7 @@ static void random_samples(struct random *r, struct path_light *l, float probabi
 TEST(test_light)
 {
     static struct path_vertex v;
-    static struct path_light l;
+    static struct nee_sample l;
     struct random seed = {4};
     for (int round = 0; round < 1500; round++) {
         _Alignas(64) float probability[LANES];

@@ -6,8 +6,8 @@
 #include "tests/unit/worker/trace/isa_fixture.h"
 
 #include "tests/unit/worker/scene/environment_fixture.h"
-#include "worker/trace/path/path_choice.h"
 #include "worker/trace/path/path_kernels.h"
+#include "worker/trace/path/path_nee.h"
 
 enum { WIDTH = 12, HEIGHT = 7 };
 
@@ -122,8 +122,8 @@ TEST(test_path_samples)
     for (int round = 0; round < 200 * isa_count(); round++) {
         const bool black = round % 8 == 0;
         struct sky dark = sky;
-        struct path_choice choice = {.others = true};
-        struct path_light light;
+        struct light_selection choice = {.others = true};
+        struct nee_sample light;
         const struct path_context c = {.queries = &q,
                                        .kernels =
                                            KERNELS_FOR(path_kernels, all_isas[round % isa_count()]),
@@ -137,7 +137,7 @@ TEST(test_path_samples)
             light.packet.skip[i] = 99;
             v.surface.normal.y[i] = v.surface.facet.y[i] = 1.0f;
         }
-        path_sample_sky(&c, &v, &choice, &light);
+        path_nee_sample_sky(&c, &v, &choice, &light);
         const struct RTCRay16 *ray = &light.packet.rays.ray;
         for (int i = 0; i < LANES; i++) {
             struct sky_view view;

@@ -200,8 +200,8 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
     }
 }
 
-void path_meet(const struct path_context *c, const struct path_packet *p,
-               const struct path_vertex *v, struct path_harvest *h)
+void path_emission_add(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, struct path_harvest *h)
 {
     if (c->field && v->depth == PATH_FIELD_DEPTH) {
         meet_unlisted(c, p, v, h);

@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "worker/trace/path/path_choice.h"
 #include "worker/trace/path/path_kernels.h"
+#include "worker/trace/path/path_nee.h"
 
 /* Lanes that sample it. */
 struct skies {
@@ -13,29 +13,31 @@ struct skies {
     struct sky_texels texels;
 };
 
-static void find_lanes(const struct path_choice *choice, struct skies *s)
+static void find_lanes(const struct light_selection *selection, struct skies *s)
 {
     s->count = 0;
     memset(&s->texels, 0, sizeof s->texels); /* other lanes are placed, too */
     for (int i = 0; i < LANES; i++)
-        if (choice->chosen[i] == LIGHT_CHOICE_ENVIRONMENT) s->lane[s->count++] = i;
+        if (selection->chosen[i] == LIGHT_CHOICE_ENVIRONMENT) s->lane[s->count++] = i;
 }
 
 /* Directions and their densities. */
-static void place(const struct path_context *c, const struct path_choice *choice, struct skies *s)
+static void place(const struct path_context *c, const struct light_selection *selection,
+                  struct skies *s)
 {
     const int count = s->count;
     uint32_t chosen[LANES];
     for (int k = 0; k < count; k++) {
         const int i = s->lane[k];
-        sky_expect(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
+        sky_expect(c->sky, selection->pick[i], (float[]){selection->u[i], selection->v[i]});
     }
     for (int k = 0; k < count; k++) {
         const int i = s->lane[k];
-        chosen[k] = sky_choose(c->sky, choice->pick[i], (float[]){choice->u[i], choice->v[i]});
+        chosen[k] =
+            sky_choose(c->sky, selection->pick[i], (float[]){selection->u[i], selection->v[i]});
     }
     for (int k = 0; k < count; k++) sky_look(c->sky, chosen[k], s->lane[k], &s->texels);
-    c->kernels->place_sky(c->sky, &s->texels, choice->u, choice->v, &s->direction);
+    c->kernels->place_sky(c->sky, &s->texels, selection->u, selection->v, &s->direction);
 }
 
 /* Lane i's cosine and ray; false where no light comes from there. */
@@ -48,7 +50,7 @@ static bool aim(const struct path_vertex *v, const struct skies *s, int i, struc
         p->skip[i] = LIGHT_FACING_AWAY;
         return false;
     }
-    if (!path_aim(v, i, way, 1.0f, p)) return false;
+    if (!path_nee_aim(v, i, way, 1.0f, p)) return false;
     p->irradiance[i] /= p->density[i];
     r->dir_x[i] = way[0];
     r->dir_y[i] = way[1];
@@ -57,15 +59,15 @@ static bool aim(const struct path_vertex *v, const struct skies *s, int i, struc
     return true;
 }
 
-void path_sample_sky(const struct path_context *c, const struct path_vertex *v,
-                     struct path_choice *choice, struct path_light *out)
+void path_nee_sample_sky(const struct path_context *c, const struct path_vertex *v,
+                         struct light_selection *selection, struct nee_sample *out)
 {
     struct skies s;
     struct sky_view view;
     int seen = 0;
-    find_lanes(choice, &s);
+    find_lanes(selection, &s);
     if (s.count == 0) return;
-    place(c, choice, &s);
+    place(c, selection, &s);
     for (int k = 0; k < s.count; k++)
         if (aim(v, &s, s.lane[k], &out->packet)) s.lane[seen++] = s.lane[k];
     if (seen == 0) return;
@@ -75,7 +77,7 @@ void path_sample_sky(const struct path_context *c, const struct path_vertex *v,
     for (int k = 0; k < seen; k++) {
         const int i = s.lane[k];
         float radiance[3];
-        choice->soft[i] = sky_radiance(c->sky, &view, i, radiance);
+        selection->soft[i] = sky_radiance(c->sky, &view, i, radiance);
         out->color.x[i] = radiance[0];
         out->color.y[i] = radiance[1];
         out->color.z[i] = radiance[2];

@@ -5,8 +5,8 @@
 #include "proto/pattern_path.h"
 #include "worker/scene/emitters.h"
 #include "worker/trace/light/light_kernels.h"
-#include "worker/trace/path/path_choice.h"
 #include "worker/trace/path/path_kernels.h"
+#include "worker/trace/path/path_nee.h"
 #include "worker/trace/path/path_record.h"
 
 /* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
@@ -26,7 +26,7 @@ static bool is_one_light(const struct light_table *t)
 }
 
 static void choose(const struct path_context *c, const struct path_packet *p,
-                   const struct path_vertex *v, struct path_choice *out)
+                   const struct path_vertex *v, struct light_selection *out)
 {
     const struct path_kernels *kernels = c->kernels;
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
@@ -53,39 +53,39 @@ static void choose(const struct path_context *c, const struct path_packet *p,
 
 /* Lanes that chose lights of the plan. One light for all needs no copying. */
 static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
-                               const struct path_choice *choice, struct path_light *out)
+                               const struct light_selection *selection, struct nee_sample *out)
 {
     const struct light_kernels *kernels = c->light_kernels;
     const struct light *lights = c->lights->lights;
-    if (!choice->others && (choice->plan_lights & (choice->plan_lights - 1)) == 0) {
-        kernels->sample_light(&lights[__builtin_ctzll(choice->plan_lights)], choice->u, choice->v,
-                              &v->surface, &v->active, &out->packet);
+    if (!selection->others && (selection->plan_lights & (selection->plan_lights - 1)) == 0) {
+        kernels->sample_light(&lights[__builtin_ctzll(selection->plan_lights)], selection->u,
+                              selection->v, &v->surface, &v->active, &out->packet);
         return;
     }
-    for (uint64_t rest = choice->plan_lights; rest; rest &= rest - 1) {
+    for (uint64_t rest = selection->plan_lights; rest; rest &= rest - 1) {
         uint32_t index = (uint32_t)__builtin_ctzll(rest);
-        kernels->sample_light(&lights[index], choice->u, choice->v, &v->surface, &v->active,
+        kernels->sample_light(&lights[index], selection->u, selection->v, &v->surface, &v->active,
                               &out->candidate);
         for (int i = 0; i < LANES; i++)
-            if (choice->chosen[i] == index) light_take_lane(&out->candidate, i, &out->packet);
+            if (selection->chosen[i] == index) light_take_lane(&out->candidate, i, &out->packet);
     }
 }
 
 static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
-                           const struct path_choice *choice, int i, struct path_light *out)
+                           const struct light_selection *selection, int i, struct nee_sample *out)
 {
     const struct surface *s = &v->surface;
     struct light_packet *p = &out->packet;
     struct RTCRay16 *r = &p->rays.ray;
     struct emitter_point e;
-    float u[2] = {choice->u[i], choice->v[i]};
-    emitters_sample(c->queries->scene->emitters, choice->pick[i], u, &e);
+    float u[2] = {selection->u[i], selection->v[i]};
+    emitters_sample(c->queries->scene->emitters, selection->pick[i], u, &e);
     float way[3] = {e.position[0] - s->position.x[i], e.position[1] - s->position.y[i],
                     e.position[2] - s->position.z[i]};
     float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
     float front = -(way[0] * e.normal[0] + way[1] * e.normal[1] + way[2] * e.normal[2]);
     float side = front < 0.0f ? -1.0f : 1.0f;
-    if (!path_aim(v, i, way, sqrtf(squared), p)) return;
+    if (!path_nee_aim(v, i, way, sqrtf(squared), p)) return;
     if (front == 0.0f || (front < 0.0f && !e.double_sided)) {
         p->skip[i] = LIGHT_FACING_AWAY;
         return;
@@ -104,28 +104,28 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
 }
 
 static void sample_others(const struct path_context *c, const struct path_vertex *v,
-                          struct path_choice *choice, struct path_light *out)
+                          struct light_selection *selection, struct nee_sample *out)
 {
     struct light_packet *p = &out->packet;
-    path_sample_sky(c, v, choice, out);
+    path_nee_sample_sky(c, v, selection, out);
     for (int i = 0; i < LANES; i++) {
-        if (choice->chosen[i] == UINT32_MAX || choice->chosen[i] < LIMIT_LIGHTS) continue;
-        if (choice->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, choice, i, out);
+        if (selection->chosen[i] == UINT32_MAX || selection->chosen[i] < LIMIT_LIGHTS) continue;
+        if (selection->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, selection, i, out);
         bool fit = p->skip[i] == LIGHT_TRACED && p->irradiance[i] < INFINITY;
         if (p->skip[i] == LIGHT_TRACED && !fit) p->skip[i] = LIGHT_NOT_FINITE;
         p->traced.on[i] = fit ? -1 : 0;
     }
 }
 
-/* Colors over the probability of their choice. */
-static void finish_colors(const struct path_context *c, const struct path_choice *choice,
-                          struct path_light *out)
+/* Colors over the probability of their selection. */
+static void finish_colors(const struct path_context *c, const struct light_selection *selection,
+                          struct nee_sample *out)
 {
     for (int i = 0; i < LANES; i++) {
         const float own[3] = {out->color.x[i], out->color.y[i], out->color.z[i]};
-        const float *color = own, share = 1.0f / choice->probability[i];
-        if (choice->chosen[i] < LIMIT_LIGHTS)
-            color = c->lights->lights[choice->chosen[i]].plan->color;
+        const float *color = own, share = 1.0f / selection->probability[i];
+        if (selection->chosen[i] < LIMIT_LIGHTS)
+            color = c->lights->lights[selection->chosen[i]].plan->color;
         out->color.x[i] = share * color[0];
         out->color.y[i] = share * color[1];
         out->color.z[i] = share * color[2];
@@ -142,18 +142,18 @@ static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
 
 /* The only light of a plan: nothing to choose. */
 static void sample_only_light(const struct path_context *c, const struct path_packet *p,
-                              const struct path_vertex *v, struct path_choice *choice,
-                              struct path_light *out)
+                              const struct path_vertex *v, struct light_selection *selection,
+                              struct nee_sample *out)
 {
     const struct light *light = &c->lights->lights[0];
     const float *color = light->plan->color;
-    c->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT, choice->u,
-                           choice->v);
-    c->light_kernels->sample_light(light, choice->u, choice->v, &v->surface, &v->active,
+    c->kernels->path_pairs(p, PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT, selection->u,
+                           selection->v);
+    c->light_kernels->sample_light(light, selection->u, selection->v, &v->surface, &v->active,
                                    &out->packet);
     for (int i = 0; i < LANES; i++) {
-        choice->probability[i] = 1.0f;
-        choice->soft[i] = 0.0f;
+        selection->probability[i] = 1.0f;
+        selection->soft[i] = 0.0f;
         out->color.x[i] = color[0];
         out->color.y[i] = color[1];
         out->color.z[i] = color[2];
@@ -161,19 +161,19 @@ static void sample_only_light(const struct path_context *c, const struct path_pa
 }
 
 static void sample_lights(const struct path_context *c, const struct path_packet *p,
-                          const struct path_vertex *v, struct path_choice *choice,
-                          struct path_light *out)
+                          const struct path_vertex *v, struct light_selection *selection,
+                          struct nee_sample *out)
 {
     if (is_one_light(c->lights)) {
-        sample_only_light(c, p, v, choice, out);
+        sample_only_light(c, p, v, selection, out);
         return;
     }
     memset(&out->packet.traced, 0, sizeof out->packet.traced);
-    choose(c, p, v, choice);
-    if (choice->plan_lights) sample_plan_lights(c, v, choice, out);
-    if (choice->others) sample_others(c, v, choice, out);
+    choose(c, p, v, selection);
+    if (selection->plan_lights) sample_plan_lights(c, v, selection, out);
+    if (selection->others) sample_others(c, v, selection, out);
     finish_rays(v, &out->packet.rays.ray);
-    finish_colors(c, choice, out);
+    finish_colors(c, selection, out);
 }
 
 /* What the sample sends on were it seen, over the throughput: the white diffuse part, and all. */
@@ -182,8 +182,8 @@ struct reflected {
     struct lanes3 all;
 };
 
-static void reflect_general(const struct path_vertex *v, const struct path_choice *choice,
-                            const struct path_light *l, int i, struct reflected *out)
+static void reflect_general(const struct path_vertex *v, const struct light_selection *selection,
+                            const struct nee_sample *l, int i, struct reflected *out)
 {
     const struct RTCRay16 *r = &l->packet.rays.ray;
     const struct bsdf *b = &v->bsdf[i];
@@ -196,7 +196,7 @@ static void reflect_general(const struct path_vertex *v, const struct path_choic
     float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
     struct bsdf_value value;
     bsdf_evaluate(b, wo, wi, &value);
-    float density = l->packet.density[i] * choice->probability[i];
+    float density = l->packet.density[i] * selection->probability[i];
     float ratio = density > 0.0f ? value.pdf / density : 0.0f;
     float e = l->packet.irradiance[i] / (1.0f + ratio * ratio);
     const float color[3] = {l->color.x[i], l->color.y[i], l->color.z[i]};
@@ -217,13 +217,13 @@ static bool is_alone(const struct path_vertex *v, int i)
 }
 
 static void reflect(const struct path_context *c, const struct path_vertex *v,
-                    const struct path_choice *choice, const struct path_light *l,
+                    const struct light_selection *selection, const struct nee_sample *l,
                     struct reflected *out)
 {
     const struct surface *s = &v->surface;
     if (!v->any_lambert) memset(out, 0, sizeof *out);
     if (v->any_lambert) {
-        c->kernels->lambert_light(l, s, choice->probability, &out->diffuse);
+        c->kernels->lambert_light(l, s, selection->probability, &out->diffuse);
         for (int i = 0; i < LANES; i++) {
             out->all.x[i] = out->diffuse.x[i] * s->albedo.x[i];
             out->all.y[i] = out->diffuse.y[i] * s->albedo.y[i];
@@ -232,16 +232,16 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
     }
     if (!v->any_general) return;
     if (v->layers.any)
-        c->kernels->layers_light(l, v, choice->probability, &out->diffuse, &out->all);
+        c->kernels->layers_light(l, v, selection->probability, &out->diffuse, &out->all);
     for (int i = 0; v->layers.others && i < LANES; i++)
-        if (l->packet.traced.on[i] && is_alone(v, i)) reflect_general(v, choice, l, i, out);
+        if (l->packet.traced.on[i] && is_alone(v, i)) reflect_general(v, selection, l, i, out);
 }
 
 /* Of what the camera path's first surface sends on of the sky: where fields light it, without the
  * soft share of the diffuse lobe's, and of the glossy one's where they light that; else that share
  * alone is the diffuse part. */
 static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
-                       const struct path_choice *choice, const struct path_harvest *h,
+                       const struct light_selection *selection, const struct path_harvest *h,
                        struct reflected *f)
 {
     const struct lanes3 *a = &v->surface.albedo;
@@ -250,7 +250,7 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
         const uint32_t slot = p->slot[i];
         const bool own = h->own[slot] > 0.0f;
         const bool lobe = h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot] > 0.0f;
-        const float soft = choice->soft[i], rest = lobe ? 1.0f - soft : 1.0f;
+        const float soft = selection->soft[i], rest = lobe ? 1.0f - soft : 1.0f;
         const float left = own || lobe ? 0.0f : soft, found = own ? soft : 0.0f;
         all->x[i] = fmaxf(rest * all->x[i] - left * (d->x[i] * a->x[i]), 0.0f);
         all->y[i] = fmaxf(rest * all->y[i] - left * (d->y[i] * a->y[i]), 0.0f);
@@ -263,12 +263,12 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
 
 /* The only path's sample, for its record. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
-                                    const struct path_choice *choice, const struct light_packet *l,
-                                    const struct reflected *f)
+                                    const struct light_selection *selection,
+                                    const struct light_packet *l, const struct reflected *f)
 {
     const float all[3] = {f->all.x[0], f->all.y[0], f->all.z[0]};
-    const uint32_t light = is_one_light(c->lights) ? 0 : choice->chosen[0];
-    path_record_light(c, v, light, choice->probability[0], l, all);
+    const uint32_t light = is_one_light(c->lights) ? 0 : selection->chosen[0];
+    path_record_light(c, v, light, selection->probability[0], l, all);
 }
 
 /* Rays whose light would not be sent on are not traced. */
@@ -307,22 +307,22 @@ static void gather(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-void path_light(const struct path_context *c, const struct path_packet *p,
-                const struct path_vertex *v, struct path_light *light, struct path_harvest *h)
+void path_nee_add(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct nee_sample *light, struct path_harvest *h)
 {
-    struct path_choice choice;
+    struct light_selection selection;
     struct reflected reflected;
     struct light_packet *packet = &light->packet;
-    sample_lights(c, p, v, &choice, light);
+    sample_lights(c, p, v, &selection, light);
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     light_count_skips(packet, &v->active, 1, c->counters);
     for (int i = 0; i < LANES; i++) /* nobody else will find it */
         packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];
-    reflect(c, v, &choice, light, &reflected);
-    if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &choice, h, &reflected);
+    reflect(c, v, &selection, light, &reflected);
+    if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
-    if (c->record) record(c, v, &choice, packet, &reflected);
+    if (c->record) record(c, v, &selection, packet, &reflected);
     uint32_t traced = lanes_count(&packet->traced);
     if (traced == 0) return;
     c->counters->value[v->depth == 0 ? COUNTER_RAYS_SHADOW : COUNTER_RAYS_INDIRECT_SHADOW] +=

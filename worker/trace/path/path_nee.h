@@ -1,10 +1,11 @@
 #pragma once
-/* What the steps of a path's light sample share: path_light.c, and path_sky.c for the environment.
+/* What the steps of a path's light sample share: path_nee.c, and path_nee_sky.c for the
+ * environment.
  */
 #include "worker/trace/path/path.h"
 
 /* What each lane is to try. */
-struct path_choice {
+struct light_selection {
     uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
     _Alignas(LANES_ALIGN) float probability[LANES];
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
@@ -15,8 +16,8 @@ struct path_choice {
 
 /* The direction of the ray to a sample at `way` from lane i's surface, with the cosines that decide
  * whether it is needed. */
-static inline bool path_aim(const struct path_vertex *v, int i, const float way[3], float along,
-                            struct light_packet *p)
+static inline bool path_nee_aim(const struct path_vertex *v, int i, const float way[3], float along,
+                                struct light_packet *p)
 {
     const struct surface *s = &v->surface;
     float shading = way[0] * s->normal.x[i] + way[1] * s->normal.y[i] + way[2] * s->normal.z[i];
@@ -28,5 +29,5 @@ static inline bool path_aim(const struct path_vertex *v, int i, const float way[
 }
 
 /* Lanes that chose the environment. */
-void path_sample_sky(const struct path_context *c, const struct path_vertex *v,
-                     struct path_choice *choice, struct path_light *out);
+void path_nee_sample_sky(const struct path_context *c, const struct path_vertex *v,
+                         struct light_selection *selection, struct nee_sample *out);
