@@ -1,6 +1,6 @@
 #pragma once
 /* Which glossy lobes may share what they see: of a lens sample and the centre of the pixel that it
- * lies in (worker/trace/path/lens_centres.h), and of the pixels around it
+ * lies in (worker/trace/path/centre_gbuffer.h), and of the pixels around it
  * (server/reconstruct/lighting/lens_lend.h). */
 #include <stdbool.h>
 

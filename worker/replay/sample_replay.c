@@ -12,7 +12,7 @@
 #include "worker/trace/field/lens_surface.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/light/light_kernels.h"
-#include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/path_kernels.h"
 
 /* As tiles are traced. */
@@ -25,7 +25,7 @@ struct replay {
     struct counters counters;
     struct path_scratch path;
     struct lens_scratch lens;
-    struct lens_centres centres;
+    struct centre_gbuffer centres;
     size_t slot; /* of the pixel in its block */
 };
 
@@ -131,12 +131,12 @@ static int trace_path(struct replay *t, struct stages *stages, const struct bloc
         path_trace(c, block, sample, 1, &t->path);
         return 0;
     }
-    const int e = c->centres ? lens_centres_init(&t->centres, &stages->field, pixel) : 0;
+    const int e = c->centres ? centre_gbuffer_init(&t->centres, &stages->field, pixel) : 0;
     if (e) return e;
     lens_scratch_init(&t->lens, c->plan);
     lens_begin(c, block, sample, &t->lens, &t->path.pools[0]);
     path_trace_camera(c, &t->path);
-    if (c->centres) lens_centres_fini(&t->centres);
+    if (c->centres) centre_gbuffer_fini(&t->centres);
     return 0;
 }
 

@@ -47,7 +47,7 @@ static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
     return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->sides;
 }
 
-void stages_init(const struct path_context *parts, struct lens_centres *centres,
+void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,
                  const struct plan_pass *pass, struct stages *out)
 {
     const struct plan *plan = parts->plan;

@@ -2,7 +2,7 @@
 /* What a pass of a plan runs: which fields of pixel centres and of the lens, how many paths, and
  * what each kind of path brings and leaves to others. */
 #include "proto/plan.h"
-#include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/path.h"
 
 struct stages {
@@ -21,5 +21,5 @@ struct stages {
 
 /* `parts` has the queries with their scene, the lights, the sky, the plan and the counters, all of
  * which are borrowed, as are `centres`, which paths through the lens ask what fields will light. */
-void stages_init(const struct path_context *parts, struct lens_centres *centres,
+void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,
                  const struct plan_pass *pass, struct stages *out);

@@ -131,12 +131,13 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene
     tracer->point.kernels = parts.light_kernels;
     stages_init(&parts, &tracer->centres, pass, &stages);
     if (stages.lens) lens_scratch_init(&tracer->lens, plan);
-    if (stages.through_lens.centres) rc = lens_centres_init(&tracer->centres, &stages.field, rect);
+    if (stages.through_lens.centres)
+        rc = centre_gbuffer_init(&tracer->centres, &stages.field, rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;
     stages.field.stop = stages.through_lens.stop = stages.whole.stop = stop;
     if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
     if (rc == 0) rc = trace_lone(tracer, &stages, rect, samples);
-    if (stages.through_lens.centres) lens_centres_fini(&tracer->centres);
+    if (stages.through_lens.centres) centre_gbuffer_fini(&tracer->centres);
     _mm_setcsr(mode);
     counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
     counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;

@@ -10,7 +10,7 @@
 #include "worker/trace/field/shadow.h"
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
-#include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_sums.h"
 
@@ -34,7 +34,7 @@ struct tile_tracer {
     struct path_scratch path;
     struct path_sums sums;
     struct lens_scratch lens;
-    struct lens_centres centres;
+    struct centre_gbuffer centres;
     struct lens_more more;
     struct lone_scratch lone;
 };

@@ -6,8 +6,8 @@
 
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
+#include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/glossy_lobes.h"
-#include "worker/trace/path/lens_centres.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
@@ -236,7 +236,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
     struct lanes_mask lit;
     struct glossy_lobes lobes = {.on = {{0}}};
     if (c->leaves_lobes) glossy_lobes_find(v, &lobes);
-    lens_centres_match(c->centres, p, v, &lobes, &lit);
+    centre_gbuffer_match(c->centres, p, v, &lobes, &lit);
     for (uint32_t i = 0; i < p->count; i++) h->own[p->slot[i]] = lit.on[i] ? 0.0f : 1.0f;
     for (uint32_t i = 0; i < p->count; i++) {
         if (!lobes.on.on[i]) continue;

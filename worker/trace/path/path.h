@@ -23,7 +23,7 @@
 #include "worker/trace/path/path_pool.h"
 #include "worker/trace/path/sky.h"
 
-struct lens_centres;
+struct centre_gbuffer;
 struct light_kernels;
 struct path_kernels;
 struct path_record;
@@ -43,7 +43,7 @@ struct path_context {
     bool shines_beside; /* something that fields do not bring can be met by what a first surface
                            that they light has scattered */
     bool lens;          /* camera paths are those of the lens's light field */
-    struct lens_centres *centres; /* of the lens's: what light fields light; NULL: nothing */
+    struct centre_gbuffer *centres; /* of the lens's: what light fields light; NULL: nothing */
     bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
     const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */

@@ -1,4 +1,4 @@
-#include "worker/trace/path/lens_centres.h"
+#include "worker/trace/path/centre_gbuffer.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@
 #define LOBE_SHARE 0.5f
 #define REFLECTED  1.330380f /* 2 / sqrt(2.26) */
 
-struct lens_centre {
+struct gbuffer_pixel {
     float point[3], normal[3];
     float alpha; /* of its glossy lobe; 0: none */
     bool lit;    /* shows a surface whose light a field has */
@@ -35,7 +35,7 @@ static int32_t cell_of(int32_t pixel)
     return pixel >= 0 ? pixel / LANES_ACROSS : -((LANES_ACROSS - 1 - pixel) / LANES_ACROSS);
 }
 
-int lens_centres_init(struct lens_centres *out, const struct path_context *c, struct rect tile)
+int centre_gbuffer_init(struct centre_gbuffer *out, const struct path_context *c, struct rect tile)
 {
     const struct rect image = {0, 0, c->plan->width_px, c->plan->height_px};
     const int32_t reach = (int32_t)LENS_LIGHT_SLOPE_MOST + 1;
@@ -53,7 +53,7 @@ int lens_centres_init(struct lens_centres *out, const struct path_context *c, st
     return 0;
 }
 
-void lens_centres_fini(struct lens_centres *centres)
+void centre_gbuffer_fini(struct centre_gbuffer *centres)
 {
     free(centres->memory);
     centres->memory = NULL;
@@ -68,13 +68,13 @@ static bool is_lit(const struct plan *plan, const struct surface *s, int i)
                                                          (s->albedo.z[i] >= ALBEDO_LEAST);
 }
 
-static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size_t cell)
+static void trace_cell(struct centre_gbuffer *l, int32_t column, int32_t row, size_t cell)
 {
     const struct path_context *c = &l->context;
     const struct plan *plan = c->plan;
     const struct rect image = {0, 0, plan->width_px, plan->height_px};
     const struct surface *s = &l->vertex.surface;
-    struct lens_centre *out = l->centres + cell * LANES;
+    struct gbuffer_pixel *out = l->centres + cell * LANES;
     block_init(&l->block, column * LANES_ACROSS, row * LANES_ACROSS, plan->width_px,
                plan->height_px, image);
     primary_trace(c->queries, plan, &l->block, &l->rays, &l->vertex.surface);
@@ -85,8 +85,8 @@ static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size
     struct glossy_lobes lobes = {.on = {{0}}};
     if (plan->planes & PLANE_BIT(LENS_LOBE)) glossy_lobes_find(&l->vertex, &lobes);
     for (int i = 0; i < LANES; i++) {
-        out[i] = (struct lens_centre){.alpha = lobes.on.on[i] ? lobes.alpha[i] : 0.0f,
-                                      .lit = is_lit(plan, s, i) || lobes.on.on[i]};
+        out[i] = (struct gbuffer_pixel){.alpha = lobes.on.on[i] ? lobes.alpha[i] : 0.0f,
+                                        .lit = is_lit(plan, s, i) || lobes.on.on[i]};
         mirrors_image(&l->vertex, i, out[i].point, out[i].normal);
     }
     l->traced[cell] = true;
@@ -94,7 +94,7 @@ static void trace_cell(struct lens_centres *l, int32_t column, int32_t row, size
 }
 
 /* The pixel's centre; NULL outside the image and out of reach. */
-static const struct lens_centre *centre_at(struct lens_centres *l, float x, float y)
+static const struct gbuffer_pixel *centre_at(struct centre_gbuffer *l, float x, float y)
 {
     const struct plan *plan = l->context.plan;
     if (!(x >= 0.0f && y >= 0.0f && x < (float)plan->width_px && y < (float)plan->height_px))
@@ -122,7 +122,7 @@ static float travelled(const struct plan *plan, float z)
 }
 
 static bool is_same(const struct plan *plan, const float point[3], const float normal[3],
-                    float distance, const struct lens_centre *centre)
+                    float distance, const struct gbuffer_pixel *centre)
 {
     const float d[3] = {point[0] - centre->point[0], point[1] - centre->point[1],
                         point[2] - centre->point[2]};
@@ -140,8 +140,8 @@ static bool is_near_focus(const struct plan *plan, float ahead)
 }
 
 /* The centre that shows lane i's point; NULL: none. */
-static const struct lens_centre *find_centre(struct lens_centres *l, const struct path_vertex *v,
-                                             int i)
+static const struct gbuffer_pixel *find_centre(struct centre_gbuffer *l,
+                                               const struct path_vertex *v, int i)
 {
     const struct plan *plan = l->context.plan;
     const struct plan_camera *c = &plan->camera;
@@ -153,7 +153,7 @@ static const struct lens_centre *find_centre(struct lens_centres *l, const struc
     const float a = dot(from, c->right) / z, b = dot(from, c->up) / z;
     const float x = 0.5f * (a / c->half_width + 1.0f) * (float)plan->width_px;
     const float y = 0.5f * (1.0f - b / c->half_height) * (float)plan->height_px;
-    const struct lens_centre *centre = centre_at(l, x, y);
+    const struct gbuffer_pixel *centre = centre_at(l, x, y);
     if (!centre || !centre->lit) return NULL;
     const float scale = read / z;
     const float point[3] = {c->eye[0] + from[0] * scale, c->eye[1] + from[1] * scale,
@@ -165,19 +165,19 @@ static const struct lens_centre *find_centre(struct lens_centres *l, const struc
 /* Are a sample's lobe and the centre's alike, and wide beside the lens? A GGX lobe's facets are
  * spread by alpha / sqrt(2.26), what it reflects by twice that. */
 static bool is_same_lobe(const struct plan *plan, float ahead, float alpha,
-                         const struct lens_centre *centre)
+                         const struct gbuffer_pixel *centre)
 {
     const float lens = plan->camera.aperture_radius;
     return lens_lobes_alike(alpha, centre->alpha) && lens <= LOBE_SHARE * REFLECTED * alpha * ahead;
 }
 
-void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
-                        const struct path_vertex *v, struct glossy_lobes *lobes,
-                        struct lanes_mask *lit)
+void centre_gbuffer_match(struct centre_gbuffer *centres, const struct path_packet *p,
+                          const struct path_vertex *v, struct glossy_lobes *lobes,
+                          struct lanes_mask *lit)
 {
     const struct plan *plan = centres->context.plan;
     for (int i = 0; i < LANES; i++) {
-        const struct lens_centre *centre = NULL;
+        const struct gbuffer_pixel *centre = NULL;
         const bool active = i < (int)p->count && v->active.on[i];
         const float ahead = active ? path_ahead(&centres->context, p, v, (uint32_t)i) : 0.0f;
         if (active && is_near_focus(plan, ahead)) centre = find_centre(centres, v, i);

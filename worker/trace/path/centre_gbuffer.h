@@ -6,11 +6,11 @@
  * does not depend on the tile. */
 #include "worker/trace/path/path.h"
 
-struct lens_centres {
-    struct rect cells;           /* blocks: image pixels over LANES_ACROSS */
-    bool *traced;                /* of each cell */
-    struct lens_centre *centres; /* of each cell LANES */
-    struct path_context context; /* of pixel centres */
+struct centre_gbuffer {
+    struct rect cells;             /* blocks: image pixels over LANES_ACROSS */
+    bool *traced;                  /* of each cell */
+    struct gbuffer_pixel *centres; /* of each cell LANES */
+    struct path_context context;   /* of pixel centres */
     struct RTCRayHit16 rays;
     struct path_vertex vertex;
     struct block block;
@@ -18,8 +18,8 @@ struct lens_centres {
 };
 
 /* Around a tile of the context's plan. ERR_MEMORY. */
-int lens_centres_init(struct lens_centres *out, const struct path_context *c, struct rect tile);
-void lens_centres_fini(struct lens_centres *centres);
+int centre_gbuffer_init(struct centre_gbuffer *out, const struct path_context *c, struct rect tile);
+void centre_gbuffer_fini(struct centre_gbuffer *centres);
 
 /* Which of the camera paths' first surfaces light fields light for sure: the pixel whose middle
  * lies nearest shows the same surface, well within what reconstruction asks for
@@ -31,6 +31,6 @@ struct glossy_lobes;
  * centre's is about as wide, and wide beside the angle in which the surface sees the lens. Light
  * that a lobe sends to a point of the lens then differs from what it sends to the middle by no more
  * than the lobe's own width lets it. */
-void lens_centres_match(struct lens_centres *centres, const struct path_packet *p,
-                        const struct path_vertex *v, struct glossy_lobes *lobes,
-                        struct lanes_mask *lit);
+void centre_gbuffer_match(struct centre_gbuffer *centres, const struct path_packet *p,
+                          const struct path_vertex *v, struct glossy_lobes *lobes,
+                          struct lanes_mask *lit);
