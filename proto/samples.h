@@ -29,13 +29,13 @@ enum light_plane_id {
 
 enum samples_type { SAMPLES_F32, SAMPLES_U32, SAMPLES_F16, SAMPLES_U16, SAMPLES_U8 };
 
-/* What of a pixel has a plane's components. */
+/* A plane has its components for each of these. */
 enum samples_per {
     SAMPLES_PER_PIXEL,
-    SAMPLES_PER_SUB,     /* sub-sample */
-    SAMPLES_PER_STRATUM, /* of bounce rays */
-    SAMPLES_PER_LENS,    /* lens sample */
-    SAMPLES_PER_BITS,    /* eight of a light's strata */
+    SAMPLES_PER_SUB,     /* a sub-sample */
+    SAMPLES_PER_STRATUM, /* a stratum of bounce rays */
+    SAMPLES_PER_LENS,    /* a lens sample */
+    SAMPLES_PER_BITS,    /* eight strata of a light */
 };
 
 /* What values a plane may hold. */
@@ -50,21 +50,21 @@ enum samples_values {
     SAMPLES_BITS,       /* no bit past the last stratum */
 };
 
-/* What a later pass of the tile does to a plane (server/film/passes.h). */
+/* What happens to a plane when the tile's next pass is added (server/film/passes.h). */
 enum samples_merge {
-    SAMPLES_FIRST,       /* nothing: the first pass alone has it */
-    SAMPLES_SUM,         /* adds its sum over paths */
-    SAMPLES_SPREAD,      /* adds its squared deviations from the mean, and those of the means */
-    SAMPLES_MEAN,        /* is weighed by its bounce rays */
-    SAMPLES_MEAN_LOBES,  /* by its rays of glossy lobes */
-    SAMPLES_MEAN_LENS,   /* by its paths through the lens */
-    SAMPLES_MEAN_HALVES, /* by half its bounce rays, of which half the components have a mean each
-                          */
-    SAMPLES_NEAREST,     /* counts where it is smaller */
-    SAMPLES_LATEST,      /* takes its place */
+    SAMPLES_FIRST,       /* nothing: only the first pass has the plane */
+    SAMPLES_SUM,         /* sums over paths are added */
+    SAMPLES_SPREAD,      /* squared deviations are added, and what the two means differ by */
+    SAMPLES_MEAN,        /* means are weighted by bounce rays */
+    SAMPLES_MEAN_LOBES,  /* means are weighted by rays of glossy lobes */
+    SAMPLES_MEAN_LENS,   /* means are weighted by paths through the lens */
+    SAMPLES_MEAN_HALVES, /* as MEAN; even rays have three components, and then odd ones */
+    SAMPLES_NEAREST,     /* the smaller number stays */
+    SAMPLES_LATEST,      /* the later number stays */
 };
 
-/* Planes in a row: of the frame by their numbers, then of light after light. */
+/* A slot numbers the planes of a layout: first those of the frame, by their numbers, then those of
+ * light after light. */
 #define SAMPLES_SLOTS (PLANE_ID_COUNT + LIMIT_LIGHTS * LIGHT_PLANE_COUNT)
 
 static inline uint32_t samples_light_slot(uint32_t light, enum light_plane_id plane)
@@ -72,18 +72,20 @@ static inline uint32_t samples_light_slot(uint32_t light, enum light_plane_id pl
     return PLANE_ID_COUNT + light * LIGHT_PLANE_COUNT + plane;
 }
 
-static inline uint32_t samples_slot_light(uint32_t slot) /* 0 of the frame's */
+/* Returns the light that the slot's plane belongs to; 0 for a plane of the frame. */
+static inline uint32_t samples_slot_light(uint32_t slot)
 {
     return slot < PLANE_ID_COUNT ? 0 : (slot - PLANE_ID_COUNT) / LIGHT_PLANE_COUNT;
 }
 
-static inline uint32_t samples_row(uint32_t slot) /* of plane.def, whose lights have one for all */
+/* Returns the slot's row in plane.def, where all lights share theirs. */
+static inline uint32_t samples_row(uint32_t slot)
 {
     return slot < PLANE_ID_COUNT ? slot
                                  : PLANE_ID_COUNT + (slot - PLANE_ID_COUNT) % LIGHT_PLANE_COUNT;
 }
 
-/* A row of plane.def; of light planes without `merge`. */
+/* A row of plane.def. */
 struct samples_plane {
     const char *name;
     enum samples_type type;

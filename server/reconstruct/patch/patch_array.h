@@ -8,7 +8,7 @@
 
 #include "server/reconstruct/patch/patch.h"
 
-/* What becomes of an element: of scales radiance_scale and length_unit are taken out. */
+/* How an element becomes a number of the patch. radiance_scale and length_unit are taken out. */
 enum patch_unpack {
     PATCH_AS_IT_IS,
     PATCH_DISTANCE,            /* f32, cut at SURFACE_DISTANCE_MAX */
@@ -24,10 +24,10 @@ enum patch_unpack {
     PATCH_RADIANCE_AND_LENGTH, /* f16: of four components the last a length */
 };
 
-/* Who reads an array outside the core: there it is gathered where the plan has them. */
+/* Which filters read an array outside the core. It is gathered there where the plan has them. */
 enum patch_reach {
-    PATCH_CORE = 0, /* nobody */
-    PATCH_FAR = 1,  /* all filters */
+    PATCH_CORE = 0, /* none */
+    PATCH_FAR = 1,  /* all */
     PATCH_FAR_INDIRECT = 2,
     PATCH_FAR_LOBES = 4,
     PATCH_FAR_IDS = PATCH_FAR_INDIRECT | PATCH_FAR_LOBES,
@@ -43,22 +43,22 @@ struct patch_array {
     enum patch_reach reach;
 };
 
-/* A plane's arrays; of a light's plane those of the first light. */
+/* Returns a plane's arrays; for a light's plane those of the first light. */
 const struct patch_array *patch_arrays(uint32_t slot);
 
-/* Pointer i of an array of the plane. */
+/* Pointer i of an array of the plane, in this patch. */
 void *patch_array_get(const struct patch *patch, uint32_t slot, const struct patch_array *array,
                       uint32_t i);
 void patch_array_set(struct patch *patch, uint32_t slot, const struct patch_array *array,
                      uint32_t i, void *to);
 
-/* Pointers of a component. */
+/* Returns how many pointers a component has. */
 static inline uint32_t patch_array_each(const struct patch_array *array)
 {
     return array->unpack == PATCH_NORMAL || array->unpack == PATCH_SUB_NORMAL ? 3 : 1;
 }
 
-/* Of `components` that a plane has from the array's first on, those that the array has. */
+/* Returns how many components the array has, if the plane has `components` from its first on. */
 static inline uint32_t patch_array_holds(const struct patch_array *array, uint32_t components)
 {
     assert(array->pointers > 0);
