@@ -94,7 +94,7 @@ static const struct token *of_header(const struct access *a, const char *field)
 
 static const char *cookie_of(const struct request *r)
 {
-    return MHD_lookup_connection_value(r->connection, MHD_COOKIE_KIND, r->http->access.cookie);
+    return MHD_lookup_connection_value(r->mhd, MHD_COOKIE_KIND, r->http->access.cookie);
 }
 
 /* A field that is there and wrong is not made good by a cookie. */
@@ -138,7 +138,7 @@ static void refuse_role(struct request *r, const struct token *token, enum role 
 }
 
 /* Browsers name the page that sends a request which changes something; who does not is none, and
- * has no business with a cookie. What the name must be guard.c checks. */
+ * has no business with a cookie. What the name must be request_check.c checks. */
 static bool is_forged(const struct request *r)
 {
     return r->by_cookie && r->method != METHOD_GET && r->method != METHOD_HEAD &&

@@ -24,37 +24,37 @@ static void count_log(void *ctx, const char *format, va_list arguments)
     http->log_lines++;
 }
 
-static void *begin_request(void *ctx, const char *uri, struct MHD_Connection *connection)
+static void *begin_request(void *ctx, const char *uri, struct MHD_Connection *mhd)
 {
     const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    struct peer *peer = info ? info->socket_context : NULL;
-    if (peer) (void)streams_meter(peer->http->options.streams, METER_OTHER);
-    return peer ? request_create(ctx, peer, connection, uri) : NULL;
+        MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    struct connection *connection = info ? info->socket_context : NULL;
+    if (connection) (void)streams_meter(connection->http->options.streams, METER_OTHER);
+    return connection ? request_create(ctx, connection, mhd, uri) : NULL;
 }
 
-static enum MHD_Result step(void *ctx, struct MHD_Connection *connection, const char *url,
+static enum MHD_Result step(void *ctx, struct MHD_Connection *mhd, const char *url,
                             const char *method, const char *version, const char *data,
                             size_t *size_bytes, void **request)
 {
     struct http *http = ctx;
-    (void)connection;
+    (void)mhd;
     (void)url;
     (void)streams_meter(http->options.streams, METER_OTHER);
     return *request ? request_step(*request, method, version, data, size_bytes) : MHD_NO;
 }
 
-static void end_request(void *ctx, struct MHD_Connection *connection, void **request,
+static void end_request(void *ctx, struct MHD_Connection *mhd, void **request,
                         enum MHD_RequestTerminationCode code)
 {
     struct http *http = ctx;
     struct request *r = *request;
-    (void)connection;
+    (void)mhd;
     if (!r) return;
     if (code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->close && !r->handled)
-        peer_linger(r->peer);
-    r->peer->served = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->handled;
-    peer_deadline(r->peer, http->request_ms);
+        connection_linger(r->connection);
+    r->connection->served = code == MHD_REQUEST_TERMINATED_COMPLETED_OK && r->handled;
+    connection_deadline(r->connection, http->request_ms);
     request_done(r);
     *request = NULL;
 }
@@ -144,7 +144,7 @@ static void measure_delay(struct http *http)
 static void cut_signed_out(struct http *http)
 {
     for (struct request *r = http->requests; r; r = r->next)
-        if (r->streams && !access_sign_in_holds(r)) (void)shutdown(r->peer->fd, SHUT_RDWR);
+        if (r->streams && !access_sign_in_holds(r)) (void)shutdown(r->connection->fd, SHUT_RDWR);
 }
 
 static void on_tick(uv_timer_t *timer)
@@ -152,12 +152,12 @@ static void on_tick(uv_timer_t *timer)
     struct http *http = timer->data;
     measure_delay(http);
     uint64_t now = uv_now(http->options.loop);
-    for (struct peer *p = http->peers; p; p = p->next)
-        if (p->deadline_ms && p->deadline_ms <= now) peer_expire(p);
+    for (struct connection *p = http->open; p; p = p->next)
+        if (p->deadline_ms && p->deadline_ms <= now) connection_expire(p);
     cut_signed_out(http);
-    lingering_tick(&http->lingering);
+    linger_tick(&http->linger);
     readiness_tick(http);
-    held_tick(http);
+    pending_tick(http);
     upload_tick(http);
     streams_tick(http->options.streams);
 }
@@ -194,8 +194,8 @@ static int start_mhd(struct http *http, int listen_fd)
     };
     if (!tls->key) guarded[0] = guarded[3];
     http->connections_most = connections_most();
-    http->lingering.most =
-        http->connections_most / 4 < LINGERING_MOST ? http->connections_most / 4 : LINGERING_MOST;
+    http->linger.most =
+        http->connections_most / 4 < LINGER_MOST ? http->connections_most / 4 : LINGER_MOST;
     http->mhd = MHD_start_daemon(
         MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls->key ? MHD_USE_TLS : 0),
         0, NULL, NULL, step, http, MHD_OPTION_EXTERNAL_LOGGER, count_log,
@@ -205,12 +205,12 @@ static int start_mhd(struct http *http, int listen_fd)
         MHD_OPTION_CONNECTION_LIMIT, http->connections_most, /**/
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
-        /* What it would refuse is refused by guard.c and target.c, with answers of ours. */
+        /* What it would refuse is refused by request_check.c and target.c, with answers of ours. */
         MHD_OPTION_STRICT_FOR_CLIENT, 0,                  /**/
         MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1,             /* files go by sendfile */
         MHD_OPTION_URI_LOG_CALLBACK, begin_request, http, /**/
         MHD_OPTION_NOTIFY_COMPLETED, end_request, http,   /**/
-        MHD_OPTION_NOTIFY_CONNECTION, peer_changed, http, MHD_OPTION_END);
+        MHD_OPTION_NOTIFY_CONNECTION, connection_changed, http, MHD_OPTION_END);
     return http->mhd ? 0 : ERR_IO;
 }
 
@@ -267,7 +267,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
     http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
-    http->held.answer_ms = ms_from_env("SHEARWATER_ANSWER_MS", LIMIT_ANSWER_MS);
+    http->pending.answer_ms = ms_from_env("SHEARWATER_ANSWER_MS", LIMIT_ANSWER_MS);
     error = static_files_load(options->web_dir, options->openapi_path, &http->files, fault);
     if (!error) error = open_guards(http, fault);
     if (!error) error = open_socket(http, &fd, fault);
@@ -314,7 +314,7 @@ unsigned http_in_work(const struct http *http)
 
 unsigned http_connections(const struct http *http)
 {
-    return http->connections + http->lingering.count;
+    return http->connections + http->linger.count;
 }
 
 void http_drain(struct http *http)
@@ -360,7 +360,7 @@ void http_destroy(struct http **http)
     uv_poll_stop(&h->poll);
     MHD_stop_daemon(h->mhd);
     h->mhd = NULL;
-    lingering_close_all(&h->lingering);
+    linger_close_all(&h->linger);
     static_files_destroy(&h->files);
     close_guards(h);
     readiness_close(h);

@@ -4,11 +4,11 @@
 #include <uv.h>
 
 #include "server/http/access.h"
-#include "server/http/connection/lingering.h"
+#include "server/http/connection.h"
+#include "server/http/connection/linger.h"
 #include "server/http/connection/tls.h"
-#include "server/http/held.h"
 #include "server/http/http.h"
-#include "server/http/peer.h"
+#include "server/http/pending.h"
 #include "server/http/readiness.h"
 #include "server/http/request_count.h"
 
@@ -28,19 +28,19 @@ struct http {
     uint64_t request_ms, upload_ms;
     uint64_t started_s; /* since 1970 */
     uint64_t start_ns;  /* tells tags of this life from another's */
-    struct peer *peers;
+    struct connection *open;
     struct request *requests;
     struct static_files *files;
     unsigned connections, connections_most, encodings;
     unsigned uploads;         /* under way, also of those who have left (upload.h) */
-    uint64_t connections_cut; /* crowd.h */
+    uint64_t connections_cut; /* connection_limits.h */
     size_t body_room_bytes;   /* for bodies, of all requests */
     uint64_t log_lines;       /* messages of MHD: counted, not printed */
-    struct lingering lingering;
+    struct linger_list linger;
     struct access access;
     struct tls tls; /* texts NULL: none */
     struct readiness readiness;
-    struct held held;
+    struct pending pending;
     struct request_count count;
     uint64_t tick_ns;                 /* when the last one came; 0: none yet */
     struct duration_histogram delays; /* of ticks, after their time */

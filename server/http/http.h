@@ -42,7 +42,7 @@ int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 void http_drain(struct http *http);
 /* Requests whose answers have not gone out. */
 unsigned http_in_work(const struct http *http);
-/* Connections that are open, or were closed and wait for their clients to read (lingering.h). */
+/* Connections that are open, or were closed and wait for their clients to read (linger.h). */
 unsigned http_connections(const struct http *http);
 /* Begins no more work for the pool, which goes before the rest. */
 void http_stop(struct http *http);

@@ -6,19 +6,19 @@
 
 #include "proto/json.h"
 #include "server/http/etag.h"
-#include "server/http/guard.h"
 #include "server/http/request_body.h"
+#include "server/http/request_check.h"
 #include "server/http/request_log.h"
 #include "server/http/static_files.h"
 
-struct request *request_create(struct http *http, struct peer *peer,
-                               struct MHD_Connection *connection, const char *raw)
+struct request *request_create(struct http *http, struct connection *connection,
+                               struct MHD_Connection *mhd, const char *raw)
 {
     struct request *r = calloc(1, sizeof *r);
     if (!r) return NULL;
     r->http = http;
-    r->peer = peer;
     r->connection = connection;
+    r->mhd = mhd;
     r->match.id = ROUTE_COUNT;
     r->start_us = uv_hrtime() / 1000;
     (void)target_read(raw, &r->target, &r->target_fault);
@@ -26,7 +26,7 @@ struct request *request_create(struct http *http, struct peer *peer,
     r->link = &http->requests;
     if (r->next) r->next->link = &r->next;
     http->requests = r;
-    peer->request = r;
+    connection->request = r;
     return r;
 }
 
@@ -51,32 +51,32 @@ void request_done(struct request *r)
     struct http *http = r->http;
     *r->link = r->next;
     if (r->next) r->next->link = r->link;
-    if (r->peer->request == r) r->peer->request = NULL;
-    if (!r->held) give_back(http, r);
+    if (r->connection->request == r) r->connection->request = NULL;
+    if (!r->pending) give_back(http, r);
     request_count_add(&http->count, r->match.id, r->status);
     if (!r->streams && r->status)
         duration_histogram_add(&http->count.durations[r->match.id],
                                uv_hrtime() / 1000 - r->start_us);
     request_log_end(r);
     r->http = NULL;
-    if (!r->held) request_free(r);
+    if (!r->pending) request_free(r);
 }
 
 void request_hold(struct request *r)
 {
-    r->held = true;
+    r->pending = true;
     r->home = r->http;
     r->home->open_handles++;
-    r->home->held.count++;
+    r->home->pending.count++;
 }
 
 bool request_back(struct request *r)
 {
     struct http *home = r->home;
     const bool is_awaited = r->http && !r->overdue;
-    r->held = false;
+    r->pending = false;
     r->home = NULL;
-    home->held.count--;
+    home->pending.count--;
     if (!r->http) {
         give_back(home, r);
         request_free(r);
@@ -96,7 +96,7 @@ void request_answer(struct request *r, unsigned status, struct MHD_Response *res
     r->status = status;
     if (r->suspended) {
         r->suspended = false;
-        MHD_resume_connection(r->connection);
+        MHD_resume_connection(r->mhd);
         http_kick(r->http);
     }
 }
@@ -143,7 +143,7 @@ void request_fault(struct request *r, const struct fault *fault)
 
 const char *request_header(const struct request *r, const char *name)
 {
-    return MHD_lookup_connection_value(r->connection, MHD_HEADER_KIND, name);
+    return MHD_lookup_connection_value(r->mhd, MHD_HEADER_KIND, name);
 }
 
 bool request_is_head(const struct request *r)
@@ -210,7 +210,7 @@ static bool check(struct request *r, const char *method, const char *version)
     r->checked = r->close = true;
     request_log_begin(r);
     (void)method_from_name(method, &r->method);
-    if (!guard_pass(r, version, &claim)) return false;
+    if (!request_check(r, version, &claim)) return false;
     r->close = claim.present;
     if (!find_route(r, method) || !access_pass(r)) return false;
     if (r->http->draining && !served_while_draining(r->match.id)) {
@@ -226,12 +226,12 @@ static enum MHD_Result queue(struct request *r)
     if (r->http->draining || (r->close && !r->handled))
         response_header(r->response, "Connection", "close");
     if (r->streams) {
-        MHD_set_connection_option(r->connection, MHD_CONNECTION_OPTION_TIMEOUT, 0u);
-        peer_deadline(r->peer, 0);
+        MHD_set_connection_option(r->mhd, MHD_CONNECTION_OPTION_TIMEOUT, 0u);
+        connection_deadline(r->connection, 0);
     } else {
-        peer_deadline(r->peer, r->http->upload_ms);
+        connection_deadline(r->connection, r->http->upload_ms);
     }
-    enum MHD_Result result = MHD_queue_response(r->connection, r->status, r->response);
+    enum MHD_Result result = MHD_queue_response(r->mhd, r->status, r->response);
     MHD_destroy_response(r->response);
     r->response = NULL;
     return result;
@@ -244,21 +244,21 @@ static bool may_wait(enum route_id id)
     return strncmp(path, "/v1/jobs", 8) == 0 || strncmp(path, "/v1/assets", 10) == 0;
 }
 
-/* From now on held.h looks at how long it takes. */
+/* From now on pending.h looks at how long it takes. */
 static void begin_answer(struct request *r)
 {
     json_begin();
     r->handled = true;
     r->handled_ms = uv_now(r->http->options.loop);
-    peer_deadline(r->peer, 0);
+    connection_deadline(r->connection, 0);
     const int error = r->upload ? upload_error(r->upload) : r->body_error;
     if (error)
         request_body_refuse(r, error);
-    else if (may_wait(r->match.id) && !held_has_room(r->http))
+    else if (may_wait(r->match.id) && !pending_has_room(r->http))
         request_problem(r, PROBLEM_BUSY, "too many requests wait for the disk", NULL);
     else
         route_of(r->match.id)->handle(r);
-    if (!r->response && !r->held) request_problem(r, PROBLEM_INTERNAL, NULL, NULL);
+    if (!r->response && !r->pending) request_problem(r, PROBLEM_INTERNAL, NULL, NULL);
 }
 
 static enum MHD_Result handle(struct request *r)
@@ -271,7 +271,7 @@ static enum MHD_Result handle(struct request *r)
     if (!r->handled && !r->response) begin_answer(r);
     if (r->response) return queue(r);
     r->suspended = true;
-    MHD_suspend_connection(r->connection);
+    MHD_suspend_connection(r->mhd);
     return MHD_YES;
 }
 

@@ -2,7 +2,7 @@
 /* One request from its first line to the end of its answer.
  *
  * checked -> body taken in -> handled: a handler answers at once, or holds the request (the
- * connection is suspended) and answers from a callback. A request that is held outlives its
+ * connection is suspended) and answers from a callback. A pending request outlives its
  * connection: the callback asks request_back first. */
 #include <jansson.h>
 #include <stdbool.h>
@@ -19,8 +19,8 @@ struct request {
     struct http *http; /* NULL: the connection is gone */
     struct http *home; /* the same, for as long as it is held */
     struct request *next, **link;
-    struct MHD_Connection *connection;
-    struct peer *peer;
+    struct MHD_Connection *mhd;
+    struct connection *connection;
     struct target target;
     struct fault target_fault; /* of reading it */
     struct route_match match;
@@ -35,8 +35,8 @@ struct request {
     bool checked;               /* its head was looked at */
     bool close;                 /* its body, if any, is not read: the connection cannot go on */
     bool handled;               /* its handler was called */
-    bool held;                  /* a callback will come */
-    bool overdue;               /* ... for nobody: it was answered meanwhile (held.h) */
+    bool pending;               /* a callback will come */
+    bool overdue;               /* ... for nobody: it was answered meanwhile (pending.h) */
     bool suspended;             /* its connection sleeps */
     bool streams;               /* its answer has no end in sight */
     bool opens;                 /* it waits for its file to be made, before its body is let come */
@@ -58,8 +58,8 @@ struct request {
 };
 
 /* raw: the request target as it came. NULL on failed allocation. */
-struct request *request_create(struct http *http, struct peer *peer,
-                               struct MHD_Connection *connection, const char *raw);
+struct request *request_create(struct http *http, struct connection *connection,
+                               struct MHD_Connection *mhd, const char *raw);
 
 /* MHD's access handler. */
 enum MHD_Result request_step(struct request *r, const char *method, const char *version,
@@ -82,7 +82,7 @@ void request_fault(struct request *r, const struct fault *fault);
 
 /* Before an operation that calls back; the callback calls request_back, which is false (and the
  * request perhaps freed) when nobody waits for the answer any more: its connection is gone, or it
- * has waited for too long (held.h). */
+ * has waited for too long (pending.h). */
 void request_hold(struct request *r);
 bool request_back(struct request *r);
 

@@ -5,8 +5,8 @@
 #include <string.h>
 #include <strings.h>
 
-#include "server/http/crowd.h"
-#include "server/http/guard.h"
+#include "server/http/connection_limits.h"
+#include "server/http/request_check.h"
 
 static bool check_media_type(struct request *r)
 {
@@ -33,15 +33,15 @@ static void pace(struct request *r)
 {
     const struct http *http = r->http;
     uint64_t ms = http->request_ms + r->file_bytes * 1000 / LIMIT_UPLOAD_PACE;
-    r->peer->deadline_ms = r->file_from_ms + (ms < http->upload_ms ? ms : http->upload_ms);
+    r->connection->deadline_ms = r->file_from_ms + (ms < http->upload_ms ? ms : http->upload_ms);
 }
 
 void request_body_sleep(struct request *r)
 {
     r->suspended = true;
     r->asleep_ms = uv_now(r->http->options.loop);
-    peer_deadline(r->peer, 0);
-    MHD_suspend_connection(r->connection);
+    connection_deadline(r->connection, 0);
+    MHD_suspend_connection(r->mhd);
 }
 
 void request_body_wake(struct request *r)
@@ -50,7 +50,7 @@ void request_body_wake(struct request *r)
     r->suspended = false;
     r->file_from_ms += uv_now(r->http->options.loop) - r->asleep_ms;
     pace(r);
-    MHD_resume_connection(r->connection);
+    MHD_resume_connection(r->mhd);
     http_kick(r->http);
 }
 
@@ -117,7 +117,7 @@ static bool reserve_body(struct request *r, size_t size_bytes)
     if (size_bytes <= r->body_room_bytes) return true;
     if (wanted > json_limit(r) + 1) wanted = json_limit(r) + 1;
     if (wanted < size_bytes) wanted = size_bytes;
-    crowd_make_body_room(r->http, r, wanted - r->body_room_bytes);
+    connection_limits_make_body_room(r->http, r, wanted - r->body_room_bytes);
     char *grown = realloc(r->body, wanted);
     if (!grown) return false;
     r->http->body_room_bytes += wanted - r->body_room_bytes;
@@ -133,7 +133,7 @@ static enum MHD_Result take_json(struct request *r, const char *data, size_t siz
     if (r->status) return MHD_NO; /* cut off meanwhile */
     if (r->body_bytes + size_bytes > json_limit(r)) {
         r->status = 413;
-        peer_abort(r->peer, 413);
+        connection_abort(r->connection, 413);
         return MHD_NO;
     }
     if (!reserve_body(r, r->body_bytes + size_bytes + 1)) {
@@ -153,7 +153,7 @@ static enum MHD_Result take_file(struct request *r, const char *data, size_t *si
     const size_t bytes = *size_bytes < UPLOAD_PIECE_BYTES ? *size_bytes : UPLOAD_PIECE_BYTES;
     if (r->file_bytes + *size_bytes > LIMIT_ASSET_BYTES) {
         r->status = 413;
-        peer_abort(r->peer, 413);
+        connection_abort(r->connection, 413);
         return MHD_NO;
     }
     if (!r->response && !upload_take(r->upload, data, bytes)) {

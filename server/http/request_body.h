@@ -3,7 +3,7 @@
  * come: a document into memory, a file to the disk. */
 #include "server/http/request.h"
 
-struct body_claim; /* guard.h */
+struct body_claim; /* request_check.h */
 
 /* By what the head says. False: the request has its answer. */
 bool request_body_check(struct request *r, const struct body_claim *claim);

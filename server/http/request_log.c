@@ -25,7 +25,7 @@ static enum MHD_Result find_parent(void *ctx, enum MHD_ValueKind kind, const cha
 void request_log_begin(struct request *r)
 {
     struct header_find found = {0};
-    MHD_get_connection_values(r->connection, MHD_HEADER_KIND, find_parent, &found);
+    MHD_get_connection_values(r->mhd, MHD_HEADER_KIND, find_parent, &found);
     trace_begin(&r->http->traces, found.count == 1 ? found.value : NULL, &r->trace);
     r->principal.trace = r->trace;
 }

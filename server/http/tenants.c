@@ -31,7 +31,7 @@ int tenants_share(struct http *http, struct fault *fault)
 static void cut_unwelcome(struct http *http)
 {
     for (struct request *r = http->requests; r; r = r->next)
-        if (!access_still_holds(r)) (void)shutdown(r->peer->fd, SHUT_RDWR);
+        if (!access_still_holds(r)) (void)shutdown(r->connection->fd, SHUT_RDWR);
 }
 
 int http_reload_tokens(struct http *http, size_t *count, struct fault *fault)

@@ -182,10 +182,10 @@ static bool is_overdue(const struct upload *u)
 {
     const struct http *http = u->http;
     const uint64_t now_ms = uv_now(http->options.loop);
-    const uint64_t paced_ms = http->held.answer_ms + u->written_bytes * 1000 / LIMIT_UPLOAD_PACE;
+    const uint64_t paced_ms = http->pending.answer_ms + u->written_bytes * 1000 / LIMIT_UPLOAD_PACE;
     const uint64_t most_ms = paced_ms < http->upload_ms ? paced_ms : http->upload_ms;
     return u->wanted && u->busy &&
-           (now_ms - u->from_ms >= http->held.answer_ms ||
+           (now_ms - u->from_ms >= http->pending.answer_ms ||
             u->waited_ms + now_ms - u->wanted_ms >= most_ms);
 }
 
@@ -195,7 +195,7 @@ void upload_tick(struct http *http)
         struct upload *u = r->upload;
         if (!u || !is_overdue(u)) continue;
         u->error = ERR_TIMEOUT;
-        http->held.overdue++;
+        http->pending.overdue++;
         wake(u);
     }
 }

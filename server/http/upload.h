@@ -5,7 +5,7 @@
  * is room, so that an upload holds UPLOAD_PIECES pieces at most, however slow the disk is.
  *
  * A disk that hangs or crawls keeps the upload, not the request: who has waited for one piece as
- * long as a request waits for an answer (held.h), or for all of them that long and a second more
+ * long as a request waits for an answer (pending.h), or for all of them that long and a second more
  * for each LIMIT_UPLOAD_PACE bytes, or as long as an upload may take to arrive, is told so, and
  * what he sent is thrown away when the disk comes back. Until then the upload is counted, so that
  * asking again and again fills no memory. */

@@ -232,7 +232,7 @@ static bool receive(struct client *c)
 /* Threads have something that will come back. */
 static bool is_at_work(void)
 {
-    return edge.http->held.count > 0 || edge.loop.active_reqs.count > 0;
+    return edge.http->pending.count > 0 || edge.loop.active_reqs.count > 0;
 }
 
 static bool turn(void)
@@ -364,7 +364,7 @@ static bool folder_is_empty(const char *name)
 static bool nothing_is_left(void)
 {
     const struct http *h = edge.http;
-    return h->connections == 0 && !h->requests && !h->peers && h->uploads == 0 && !is_at_work();
+    return h->connections == 0 && !h->requests && !h->open && h->uploads == 0 && !is_at_work();
 }
 
 static void check_end(void)

@@ -5,7 +5,7 @@ import { Agent, request } from "node:http";
 import { Life, RECOVERY_S, scene } from "./fault_life.mjs";
 import { check, note, readFileSync, sha256, sleep, slower, until } from "./service.mjs";
 
-const ANSWER_MS = 2000, ROOM = 2048; // SHEARWATER_ANSWER_MS; requests that may wait (server/http/held.h)
+const ANSWER_MS = 2000, ROOM = 2048; // SHEARWATER_ANSWER_MS; requests that may wait (server/http/pending.h)
 const LATE_MS = 1500;                // of a machine that has other things to do
 const READY_MS = 2000 + 1000;        // what readiness.h waits for, and for how long it believes what it found
 

@@ -58,7 +58,7 @@ static void on_events(void *ctx, int error, json_t *body)
     struct streams *streams = r->http->options.streams;
     const char *last = request_header(r, "Last-Event-ID");
     answer_feed(r,
-                stream_events_response(streams, r->match.job, r->connection,
+                stream_events_response(streams, r->match.job, r->mhd,
                                        last ? streams_event_id(streams, last) : 0,
                                        json_incref(body), has_ended(body)),
                 "text/event-stream");
@@ -99,10 +99,9 @@ static void on_pixels(void *ctx, int error, json_t *body)
         r->match.frame = first_frame(body);
         picture_feed(r);
     } else {
-        answer_feed(
-            r,
-            stream_pixels_response(r->http->options.streams, r->match.job, r->connection, &wanted),
-            "application/octet-stream");
+        answer_feed(r,
+                    stream_pixels_response(r->http->options.streams, r->match.job, r->mhd, &wanted),
+                    "application/octet-stream");
     }
 }
 

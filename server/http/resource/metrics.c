@@ -162,9 +162,9 @@ static void write_http(FILE *out, const struct http *http)
         out, "shearwater_http_waiting", "gauge",
         "Requests that the store, the pool or the importer is to answer, also of those who "
         "were told that it takes too long.",
-        http->held.count);
+        http->pending.count);
     metric_single(out, "shearwater_http_overdue_total", "counter", "Requests answered 503 overdue.",
-                  http->held.overdue);
+                  http->pending.overdue);
     metric_single(out, "shearwater_http_log_lines_total", "counter",
                   "Complaints of the HTTP library about connections.", http->log_lines);
 }

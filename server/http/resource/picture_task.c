@@ -152,7 +152,7 @@ static void answer_feed(struct request *r, struct picture_task *t)
     if (!picture_pixels_request(r, &wanted)) return;
     t->image = NULL;
     struct MHD_Response *response =
-        stream_still_response(r->http->options.streams, r->connection, image, &wanted);
+        stream_still_response(r->http->options.streams, r->mhd, image, &wanted);
     if (response && response_protect(response, "application/octet-stream"))
         response_header(response, "Cache-Control", "no-store");
     r->streams = true;

@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/http/guard.h"
+#include "server/http/request_check.h"
 #include "server/http/route.h"
 #include "tests/unit/unit.h"
 
@@ -192,7 +192,7 @@ TEST(hosts)
                                       "localhost:123456",
                                       "localhost@evil.example"};
     for (size_t i = 0; i < sizeof good / sizeof good[0]; i++)
-        assert_true(guard_host_is_local(good[i]));
+        assert_true(request_check_host_is_local(good[i]));
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
-        assert_false(guard_host_is_local(bad[i]));
+        assert_false(request_check_host_is_local(bad[i]));
 }

@@ -12,14 +12,14 @@
 struct http;
 struct request;
 
-struct held {
+struct pending {
     uint64_t answer_ms; /* what a request may wait for that asks for no more than an answer */
     unsigned count;     /* that a callback will come for, also of those that were told */
     uint64_t overdue;   /* told, since the start */
 };
 
 /* Can one more wait? */
-bool held_has_room(const struct http *http);
+bool pending_has_room(const struct http *http);
 
 /* From time to time: tells those who have waited for too long. */
-void held_tick(struct http *http);
+void pending_tick(struct http *http);

@@ -1,4 +1,4 @@
-#include "server/http/guard.h"
+#include "server/http/request_check.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static enum MHD_Result scan_field(void *ctx, enum MHD_ValueKind kind, const char
     return MHD_YES;
 }
 
-bool guard_host_is_local(const char *host)
+bool request_check_host_is_local(const char *host)
 {
     static const char *const names[] = {"localhost", "127.0.0.1", "[::1]"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
@@ -91,7 +91,7 @@ static bool origin_is_ours(const struct request *r, const struct header_scan *s)
  * another site can stand behind. */
 static bool host_is_ours(const struct request *r, const char *host)
 {
-    return r->http->tls.key || guard_host_is_local(host);
+    return r->http->tls.key || request_check_host_is_local(host);
 }
 
 static bool changes_state(const struct request *r)
@@ -99,11 +99,11 @@ static bool changes_state(const struct request *r)
     return r->method != METHOD_GET && r->method != METHOD_HEAD;
 }
 
-bool guard_pass(struct request *r, const char *version, struct body_claim *claim)
+bool request_check(struct request *r, const char *version, struct body_claim *claim)
 {
     struct header_scan s = {0};
     char detail[128];
-    MHD_get_connection_values(r->connection, MHD_HEADER_KIND, scan_field, &s);
+    MHD_get_connection_values(r->mhd, MHD_HEADER_KIND, scan_field, &s);
     const char *fault = body_fault(&s, version, claim);
     if (fault) {
         request_problem(r, PROBLEM_MALFORMED, fault, NULL);

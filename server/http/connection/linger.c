@@ -1,4 +1,4 @@
-#include "server/http/connection/lingering.h"
+#include "server/http/connection/linger.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -20,7 +20,7 @@ static bool drain(int fd)
     return true;
 }
 
-static void close_at(struct lingering *l, unsigned i)
+static void close_at(struct linger_list *l, unsigned i)
 {
     close(l->fd[i]);
     l->count--;
@@ -28,7 +28,7 @@ static void close_at(struct lingering *l, unsigned i)
     l->ticks[i] = l->ticks[l->count];
 }
 
-static void close_oldest(struct lingering *l)
+static void close_oldest(struct linger_list *l)
 {
     unsigned oldest = 0;
     for (unsigned i = 1; i < l->count; i++)
@@ -36,7 +36,7 @@ static void close_oldest(struct lingering *l)
     close_at(l, oldest);
 }
 
-void lingering_add(struct lingering *l, int fd)
+void linger_add(struct linger_list *l, int fd)
 {
     if (!drain(fd)) return;
     if (l->count > 0 && l->count >= l->most) close_oldest(l);
@@ -47,17 +47,17 @@ void lingering_add(struct lingering *l, int fd)
     l->ticks[l->count++] = 0;
 }
 
-void lingering_tick(struct lingering *l)
+void linger_tick(struct linger_list *l)
 {
     for (unsigned i = 0; i < l->count;) {
-        if (drain(l->fd[i]) && ++l->ticks[i] < LINGERING_TICKS)
+        if (drain(l->fd[i]) && ++l->ticks[i] < LINGER_TICKS)
             i++;
         else
             close_at(l, i);
     }
 }
 
-void lingering_close_all(struct lingering *l)
+void linger_close_all(struct linger_list *l)
 {
     while (l->count > 0) close(l->fd[--l->count]);
 }

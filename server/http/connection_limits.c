@@ -1,4 +1,4 @@
-#include "server/http/crowd.h"
+#include "server/http/connection_limits.h"
 
 #include <stdlib.h>
 #include <sys/socket.h>
@@ -8,21 +8,21 @@
 #define CUT_AT_ONCE 32u
 
 /* It has not said what it wants, or takes its time with it. Uploads have a bound of their own. */
-static bool is_idle(const struct peer *p)
+static bool is_idle(const struct connection *p)
 {
     const struct request *r = p->request;
-    return !p->cut && (!r || (!r->handled && !r->held && !r->upload && r->status == 0));
+    return !p->cut && (!r || (!r->handled && !r->pending && !r->upload && r->status == 0));
 }
 
-/* Newest peers come first: the last ones found are the oldest. */
-void crowd_make_room(struct http *http)
+/* Newest connections come first: the last ones found are the oldest. */
+void connection_limits_make_room(struct http *http)
 {
-    struct peer *oldest[CUT_AT_ONCE];
+    struct connection *oldest[CUT_AT_ONCE];
     size_t found = 0;
     const unsigned eighth = http->connections_most / 8;
-    const unsigned spare = eighth < CROWD_SPARE ? eighth : CROWD_SPARE;
+    const unsigned spare = eighth < CONNECTION_SPARE ? eighth : CONNECTION_SPARE;
     if (http->connections + spare < http->connections_most) return;
-    for (struct peer *p = http->peers; p; p = p->next)
+    for (struct connection *p = http->open; p; p = p->next)
         if (is_idle(p)) oldest[found++ % CUT_AT_ONCE] = p;
     for (size_t i = 0; i < found && i < CUT_AT_ONCE; i++) {
         oldest[i]->cut = true;
@@ -35,17 +35,18 @@ void crowd_make_room(struct http *http)
 static struct request *oldest_body(const struct http *http, const struct request *but)
 {
     struct request *oldest = NULL;
-    for (struct peer *p = http->peers; p; p = p->next) {
+    for (struct connection *p = http->open; p; p = p->next) {
         struct request *r = p->request;
-        if (r && r != but && r->body_bytes > 0 && !r->handled && !r->held && r->status == 0)
+        if (r && r != but && r->body_bytes > 0 && !r->handled && !r->pending && r->status == 0)
             oldest = r;
     }
     return oldest;
 }
 
-void crowd_make_body_room(struct http *http, const struct request *for_whom, size_t more_bytes)
+void connection_limits_make_body_room(struct http *http, const struct request *for_whom,
+                                      size_t more_bytes)
 {
-    while (http->body_room_bytes + more_bytes > CROWD_BODIES_BYTES) {
+    while (http->body_room_bytes + more_bytes > CONNECTION_BODIES_BYTES) {
         struct request *r = oldest_body(http, for_whom);
         if (!r) return;
         http->body_room_bytes -= r->body_room_bytes;
@@ -53,6 +54,6 @@ void crowd_make_body_room(struct http *http, const struct request *for_whom, siz
         r->body = NULL;
         r->body_bytes = r->body_room_bytes = 0;
         r->status = 503;
-        peer_abort(r->peer, 503);
+        connection_abort(r->connection, 503);
     }
 }

@@ -9,31 +9,31 @@ struct request;
 
 /* A connection, and the time until which the request on it must have arrived (or its answer gone).
  */
-struct peer {
-    struct peer *next, **link;
+struct connection {
+    struct connection *next, **link;
     struct http *http;
     int fd;
     uint64_t deadline_ms;    /* of the loop's clock; 0: none */
     struct request *request; /* in work; NULL between requests */
     bool cut;                /* shut down for want of room */
     bool served;             /* the last request was answered by its handler */
-    bool lingers;            /* its socket will be emptied when it is closed (lingering.h) */
+    bool lingers;            /* its socket will be emptied when it is closed (linger.h) */
 };
 
 /* Sets the connection's deadline; 0 ms: none. */
-void peer_deadline(struct peer *peer, uint64_t ms);
+void connection_deadline(struct connection *connection, uint64_t ms);
 
 /* Its last answer is on its way while it may still send: the socket is kept after its end. */
-void peer_linger(struct peer *peer);
+void connection_linger(struct connection *connection);
 
 /* Sends a bare problem answer past MHD and shuts the connection: for requests that MHD lets nobody
  * answer because their body has not ended. */
-void peer_abort(struct peer *peer, unsigned status);
+void connection_abort(struct connection *connection, unsigned status);
 
 /* Its time is over. A request that has begun is told why; one that has not is only closed. */
-void peer_expire(struct peer *peer);
+void connection_expire(struct connection *connection);
 
-/* MHD's, when connections begin and end: `context` is the connection's struct peer, `ctx` the
+/* MHD's, when connections begin and end: `context` is the connection's struct connection, `ctx` the
  * struct http. */
-void peer_changed(void *ctx, struct MHD_Connection *connection, void **context,
-                  enum MHD_ConnectionNotificationCode code);
+void connection_changed(void *ctx, struct MHD_Connection *mhd, void **context,
+                        enum MHD_ConnectionNotificationCode code);

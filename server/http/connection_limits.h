@@ -7,11 +7,12 @@
 struct http;
 struct request;
 
-#define CROWD_SPARE        64u /* connections kept free for those who come; at most an eighth */
-#define CROWD_BODIES_BYTES (16u << 20) /* of JSON bodies that have not been answered */
+#define CONNECTION_SPARE        64u         /* kept free for new connections; at most an eighth */
+#define CONNECTION_BODIES_BYTES (16u << 20) /* of JSON bodies that have not been answered */
 
 /* Cuts some of the oldest connections off whose request is not whole, if few are left. */
-void crowd_make_room(struct http *http);
+void connection_limits_make_room(struct http *http);
 
 /* Makes room for more of the request's body: the oldest others go, with 503. */
-void crowd_make_body_room(struct http *http, const struct request *for_whom, size_t more_bytes);
+void connection_limits_make_body_room(struct http *http, const struct request *for_whom,
+                                      size_t more_bytes);

@@ -10,8 +10,8 @@ struct body_claim {
 };
 
 /* True when the request may go on; else it has its answer. */
-bool guard_pass(struct request *r, const char *version, struct body_claim *claim);
+bool request_check(struct request *r, const char *version, struct body_claim *claim);
 
 /* "localhost", "127.0.0.1" or "[::1]", with or without a port: names that no page of another site
  * can stand behind (DNS rebinding). */
-bool guard_host_is_local(const char *host);
+bool request_check_host_is_local(const char *host);

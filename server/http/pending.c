@@ -1,4 +1,4 @@
-#include "server/http/held.h"
+#include "server/http/pending.h"
 
 #include "server/http/request.h"
 
@@ -6,23 +6,23 @@
 
 /* As many as there may be connections, of which each waits for one answer at a time: only who was
  * told to come again fills more than that. */
-bool held_has_room(const struct http *http)
+bool pending_has_room(const struct http *http)
 {
-    return http->held.count < LIMIT_HTTP_CONNECTIONS;
+    return http->pending.count < LIMIT_HTTP_CONNECTIONS;
 }
 
 /* How long it may wait: more for the disk that takes what it brought, an import, a picture. */
 static uint64_t patience_ms(const struct request *r)
 {
     const bool dry = r->match.id == ROUTE_JOB_SUBMIT && target_parameter(&r->target, "dry_run");
-    uint64_t ms = r->http->held.answer_ms + r->file_bytes / SYNCED_BYTES_PER_MS;
+    uint64_t ms = r->http->pending.answer_ms + r->file_bytes / SYNCED_BYTES_PER_MS;
     return dry || r->encodes ? ms + LIMIT_IMPORT_MS : ms;
 }
 
 static void tell(struct request *r)
 {
     const bool keyed = r->match.id == ROUTE_JOB_SUBMIT && request_header(r, "Idempotency-Key");
-    r->http->held.overdue++;
+    r->http->pending.overdue++;
     r->overdue = true;
     request_problem(r, PROBLEM_OVERDUE,
                     keyed ? "it may be done yet: with the same Idempotency-Key it is done once"
@@ -30,9 +30,9 @@ static void tell(struct request *r)
                     NULL);
 }
 
-void held_tick(struct http *http)
+void pending_tick(struct http *http)
 {
     const uint64_t now_ms = uv_now(http->options.loop);
     for (struct request *r = http->requests; r; r = r->next)
-        if (r->suspended && r->held && now_ms - r->handled_ms >= patience_ms(r)) tell(r);
+        if (r->suspended && r->pending && now_ms - r->handled_ms >= patience_ms(r)) tell(r);
 }
