@@ -67,7 +67,7 @@ static int on_handshake(gnutls_session_t session, unsigned message, unsigned whe
     (void)when;
     (void)incoming;
     (void)bytes;
-    (void)streams_meter(connection->http->options.streams, METER_OTHER);
+    (void)streams_meter(connection->http->options.streams, CPU_METER_OTHER);
     return 0;
 }
 
@@ -89,7 +89,7 @@ static void begin_connection(struct http *http, struct MHD_Connection *mhd, void
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD);
     struct connection *connection = info ? calloc(1, sizeof *connection) : NULL;
     *context = connection;
-    (void)streams_meter(http->options.streams, METER_OTHER);
+    (void)streams_meter(http->options.streams, CPU_METER_OTHER);
     if (!connection) return; /* its requests are refused */
     connection->http = http;
     connection->fd = info->connect_fd;

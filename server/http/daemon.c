@@ -29,7 +29,7 @@ static void *begin_request(void *ctx, const char *uri, struct MHD_Connection *mh
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
     struct connection *connection = info ? info->socket_context : NULL;
-    if (connection) (void)streams_meter(connection->http->options.streams, METER_OTHER);
+    if (connection) (void)streams_meter(connection->http->options.streams, CPU_METER_OTHER);
     return connection ? request_create(ctx, connection, mhd, uri) : NULL;
 }
 
@@ -40,7 +40,7 @@ static enum MHD_Result step(void *ctx, struct MHD_Connection *mhd, const char *u
     struct http *http = ctx;
     (void)mhd;
     (void)url;
-    (void)streams_meter(http->options.streams, METER_OTHER);
+    (void)streams_meter(http->options.streams, CPU_METER_OTHER);
     return *request ? request_step(*request, method, version, data, size_bytes) : MHD_NO;
 }
 
@@ -70,7 +70,7 @@ static void run_mhd(struct http *http)
 
 static void run(struct http *http);
 
-static void on_pace(uv_timer_t *timer)
+static void on_rate_limit(uv_timer_t *timer)
 {
     struct http *http = timer->data;
     (void)streams_pace(http->options.streams);
@@ -107,8 +107,8 @@ static void run(struct http *http)
         uv_timer_start(&http->run, on_run, wait_ms, 0);
     else if (wants)
         http_kick(http);
-    if (streams_wait(http->options.streams) && !uv_is_active((uv_handle_t *)&http->pace))
-        uv_timer_start(&http->pace, on_pace, PACE_EVERY_MS, 0);
+    if (streams_wait(http->options.streams) && !uv_is_active((uv_handle_t *)&http->rate_limit))
+        uv_timer_start(&http->rate_limit, on_rate_limit, RATE_LIMIT_EVERY_MS, 0);
 }
 
 void http_kick(struct http *http)
@@ -222,9 +222,9 @@ static int start_handles(struct http *http)
     uv_idle_init(loop, &http->turn);
     uv_timer_init(loop, &http->run);
     uv_timer_init(loop, &http->tick);
-    uv_timer_init(loop, &http->pace);
+    uv_timer_init(loop, &http->rate_limit);
     http->poll.data = http->turn.data = http->run.data = http;
-    http->tick.data = http->pace.data = http;
+    http->tick.data = http->rate_limit.data = http;
     http->open_handles = 5;
     readiness_open(http);
     uv_poll_start(&http->poll, UV_READABLE, on_poll);
@@ -368,6 +368,6 @@ void http_destroy(struct http **http)
     uv_close((uv_handle_t *)&h->turn, on_closed);
     uv_close((uv_handle_t *)&h->run, on_closed);
     uv_close((uv_handle_t *)&h->tick, on_closed);
-    uv_close((uv_handle_t *)&h->pace, on_closed);
+    uv_close((uv_handle_t *)&h->rate_limit, on_closed);
     *http = NULL;
 }

@@ -17,11 +17,11 @@ struct static_files;
 struct http {
     struct http_options options; /* pointers to other rooms; texts are not kept */
     struct MHD_Daemon *mhd;
-    uv_poll_t poll;  /* MHD's epoll descriptor */
-    uv_idle_t turn;  /* active: MHD runs before the loop sleeps, once a turn of it */
-    uv_timer_t run;  /* when MHD wants to run again */
-    uv_timer_t tick; /* deadlines, heartbeats */
-    uv_timer_t pace; /* turns of feeds, while some wait for one */
+    uv_poll_t poll;        /* MHD's epoll descriptor */
+    uv_idle_t turn;        /* active: MHD runs before the loop sleeps, once a turn of it */
+    uv_timer_t run;        /* when MHD wants to run again */
+    uv_timer_t tick;       /* deadlines, heartbeats */
+    uv_timer_t rate_limit; /* turns of feeds, while some wait for one */
     int open_handles;
     int port;
     bool draining;

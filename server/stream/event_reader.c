@@ -81,7 +81,7 @@ static ssize_t read_events(void *ctx, uint64_t position, char *out, size_t max_b
 {
     struct event_reader *r = ctx;
     (void)position;
-    if (r->base.streams) (void)meter_switch(&r->base.streams->meter, METER_EVENTS);
+    if (r->base.streams) (void)cpu_meter_switch(&r->base.streams->meter, CPU_METER_EVENTS);
     if (!r->greeted) {
         r->greeted = true;
         return send_small(r, out, max_bytes, preface, sizeof preface - 1);

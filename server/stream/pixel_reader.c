@@ -7,8 +7,8 @@
 
 struct pixel_reader {
     struct reader base;
-    struct pixel_sheet *sheet; /* of its layer and format; its stream's, or `own` */
-    struct pixel_sheet *own;   /* of an image without a stream */
+    struct block_cache *cache; /* of its layer and format; its stream's, or `own` */
+    struct block_cache *own;   /* of an image without a stream */
     struct pixel_blocks dirty;
     struct image *still; /* owned; an image without a stream */
     uint64_t generation; /* of the image that the reader was told about; 0: none */
@@ -103,34 +103,34 @@ static bool next_of_still(struct pixel_reader *r)
     struct rect rect;
     if (r->base.ending || !pixel_blocks_take(&r->dirty, &rect)) return false;
     r->has = r->dirty.count == 0 ? PIXELS_STILL_REVISION : 0;
-    return put_block(r, pixel_block_create(r->still, r->sheet->layer, r->sheet->format, rect));
+    return put_block(r, pixel_block_create(r->still, r->cache->layer, r->cache->format, rect));
 }
 
 /* What is left of a turn goes back when there is nothing to send. */
 static void give_back_turn(struct pixel_reader *r)
 {
-    if (r->base.turn_bytes > 0) pace_return(&r->base.streams->pace, r->base.turn_bytes);
+    if (r->base.turn_bytes > 0) rate_limit_return(&r->base.streams->rate_limit, r->base.turn_bytes);
     r->base.turn_bytes = 0;
 }
 
 /* Is it its turn? If not it is in line for one. */
 static bool has_turn(struct pixel_reader *r)
 {
-    struct pace *pace = &r->base.streams->pace;
-    if (r->base.turn_bytes > 0 || !pace_is_on(pace)) return true;
+    struct rate_limit *limit = &r->base.streams->rate_limit;
+    if (r->base.turn_bytes > 0 || !rate_limit_is_on(limit)) return true;
     streams_settle_when_due(r->base.streams);
-    return !r->base.waits && pace_ask(pace, &r->base, streams_clock_us());
+    return !r->base.waits && rate_limit_ask(limit, &r->base, streams_clock_us());
 }
 
 static bool next_block(struct pixel_reader *r, struct rect rect)
 {
     struct stream *stream = r->base.stream;
     struct streams *streams = stream->streams;
-    const uint64_t made = r->sheet->made;
-    struct pixel_block *block = pixel_sheet_block(r->sheet, stream->image, &stream->changes, rect);
-    streams->blocks_made += r->sheet->made - made;
+    const uint64_t made = r->cache->made;
+    struct pixel_block *block = block_cache_block(r->cache, stream->image, &stream->changes, rect);
+    streams->blocks_made += r->cache->made - made;
     if (!put_block(r, block)) return false;
-    if (pace_is_on(&streams->pace)) r->base.turn_bytes -= (int64_t)block->size_bytes;
+    if (rate_limit_is_on(&streams->rate_limit)) r->base.turn_bytes -= (int64_t)block->size_bytes;
     streams->blocks_sent++;
     return true;
 }
@@ -192,7 +192,7 @@ static ssize_t read_pixels(void *ctx, uint64_t position, char *out, size_t max_b
 {
     struct pixel_reader *r = ctx;
     (void)position;
-    if (r->base.streams) (void)meter_switch(&r->base.streams->meter, METER_PIXELS);
+    if (r->base.streams) (void)cpu_meter_switch(&r->base.streams->meter, CPU_METER_PIXELS);
     if (r->sent_bytes == message_bytes(r) && !next_message(r))
         return MHD_CONTENT_READER_END_OF_STREAM;
     if (r->sent_bytes == message_bytes(r)) return reader_sleep(&r->base);
@@ -204,14 +204,14 @@ static ssize_t read_pixels(void *ctx, uint64_t position, char *out, size_t max_b
 
 /* ---- what outlasts the image ---- */
 
-/* All that readers of the sheet lack. */
-static int find_wanted(const struct stream *stream, const struct pixel_sheet *sheet,
+/* All that readers of the cache lack. */
+static int find_wanted(const struct stream *stream, const struct block_cache *cache,
                        struct pixel_blocks *wanted)
 {
     int error = pixel_blocks_init(wanted, stream->changes.width_px, stream->changes.height_px);
     for (struct reader *reader = stream->pixel_readers; !error && reader; reader = reader->next) {
         const struct pixel_reader *r = reader_of(reader);
-        if (r->sheet == sheet && r->generation == stream->generation)
+        if (r->cache == cache && r->generation == stream->generation)
             pixel_blocks_add(wanted, &r->dirty);
     }
     return error;
@@ -220,13 +220,13 @@ static int find_wanted(const struct stream *stream, const struct pixel_sheet *sh
 void pixel_readers_keep(struct stream *stream)
 {
     size_t room = LIMIT_KEPT_PIXELS_BYTES;
-    for (struct pixel_sheet *sheet = stream->sheets; sheet; sheet = sheet->next) {
+    for (struct block_cache *cache = stream->caches; cache; cache = cache->next) {
         struct pixel_blocks wanted;
-        int error = find_wanted(stream, sheet, &wanted);
+        int error = find_wanted(stream, cache, &wanted);
         if (!error)
-            error = pixel_sheet_keep(sheet, stream->image, &stream->changes, &wanted, &room);
+            error = block_cache_keep(cache, stream->image, &stream->changes, &wanted, &room);
         /* Without them its readers end, and ask for the picture's file. */
-        if (error) pixel_sheet_clear(sheet);
+        if (error) block_cache_clear(cache);
         pixel_blocks_fini(&wanted);
     }
     stream->kept = true;
@@ -237,7 +237,7 @@ void pixel_readers_keep(struct stream *stream)
 void pixel_readers_orphan(struct stream *stream)
 {
     for (struct reader *reader = stream->pixel_readers; reader; reader = reader->next)
-        pixel_sheet_leave(&stream->sheets, &reader_of(reader)->sheet);
+        block_cache_leave(&stream->caches, &reader_of(reader)->cache);
 }
 
 static void free_reader(void *ctx)
@@ -246,23 +246,23 @@ static void free_reader(void *ctx)
     struct stream *stream = r->base.stream;
     if (r->base.streams) give_back_turn(r);
     pixel_block_unref(&r->block);
-    pixel_sheet_leave(stream ? &stream->sheets : &r->own, &r->sheet);
+    block_cache_leave(stream ? &stream->caches : &r->own, &r->cache);
     reader_leave(&r->base);
     pixel_blocks_fini(&r->dirty);
     image_destroy(&r->still);
     free(r);
 }
 
-static struct pixel_reader *reader_create(struct streams *s, struct pixel_sheet **sheets,
+static struct pixel_reader *reader_create(struct streams *s, struct block_cache **caches,
                                           const struct pixels_request *wanted)
 {
     struct pixel_reader *r = calloc(1, sizeof *r);
     if (!r) return NULL;
     r->base.kind = READER_PIXELS;
     r->has = wanted->after;
-    r->sheet = pixel_sheet_join(sheets ? sheets : &r->own, &s->sheet_budget, wanted->layer,
+    r->cache = block_cache_join(caches ? caches : &r->own, &s->cache_budget, wanted->layer,
                                 wanted->format);
-    if (r->sheet) return r;
+    if (r->cache) return r;
     free(r);
     return NULL;
 }
@@ -278,10 +278,10 @@ struct MHD_Response *stream_pixels_response(struct streams *s, const char *job,
                                             const struct pixels_request *wanted)
 {
     struct stream *stream = streams_obtain(s, job);
-    struct pixel_reader *r = stream ? reader_create(s, &stream->sheets, wanted) : NULL;
+    struct pixel_reader *r = stream ? reader_create(s, &stream->caches, wanted) : NULL;
     struct MHD_Response *response = r ? response_of(r) : NULL;
     if (!response) {
-        if (r) pixel_sheet_leave(&stream->sheets, &r->sheet);
+        if (r) block_cache_leave(&stream->caches, &r->cache);
         free(r);
         return NULL;
     }
@@ -299,7 +299,7 @@ struct MHD_Response *stream_still_response(struct streams *s, struct MHD_Connect
     if (!response) {
         if (r) {
             pixel_blocks_fini(&r->dirty);
-            pixel_sheet_leave(&r->own, &r->sheet);
+            block_cache_leave(&r->own, &r->cache);
         }
         free(r);
         image_destroy(&image);

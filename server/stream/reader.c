@@ -27,18 +27,18 @@ void reader_join(struct reader *r, struct streams *streams, struct stream *strea
     reader_moved(r);
     link_into(r, list);
     streams->readers++;
-    streams->pace.readers += r->kind == READER_PIXELS;
+    streams->rate_limit.readers += r->kind == READER_PIXELS;
 }
 
 void reader_leave(struct reader *r)
 {
     struct stream *stream = r->stream;
     if (!r->streams) return; /* they went first, and took the lists with them */
-    pace_leave(&r->streams->pace, r);
+    rate_limit_leave(&r->streams->rate_limit, r);
     *r->link = r->next;
     if (r->next) r->next->link = r->link;
     r->streams->readers--;
-    r->streams->pace.readers -= r->kind == READER_PIXELS;
+    r->streams->rate_limit.readers -= r->kind == READER_PIXELS;
     r->stream = NULL;
     if (stream) stream_settle(stream);
 }
@@ -50,7 +50,8 @@ void reader_moved(struct reader *r)
 
 ssize_t reader_gives(struct reader *r, size_t bytes)
 {
-    if (r->streams) r->streams->due = r->kind == READER_PIXELS ? METER_PIXELS : METER_EVENTS;
+    if (r->streams)
+        r->streams->due = r->kind == READER_PIXELS ? CPU_METER_PIXELS : CPU_METER_EVENTS;
     return (ssize_t)bytes;
 }
 

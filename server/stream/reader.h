@@ -27,7 +27,7 @@ struct reader {
     bool cut;          /* it was: it did not read */
     uint64_t moved_ms; /* when it last took something, or was woken to */
     int unsent_bytes;  /* that waited in its socket when that was last looked at */
-    /* In the line for a turn (pace.h). */
+    /* In the line for a turn (rate_limit.h). */
     bool waits;
     struct reader *wait_next, **wait_link;
     int64_t turn_bytes; /* that it may send still */
@@ -70,5 +70,5 @@ void pixel_reader_mark(struct reader *reader, struct rect changed);
 
 /* The image goes: what its readers lack of it is made and kept for them. */
 void pixel_readers_keep(struct stream *stream);
-/* The stream goes: they let go of its sheets. */
+/* The stream goes: they let go of its caches. */
 void pixel_readers_orphan(struct stream *stream);

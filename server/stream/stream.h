@@ -9,9 +9,9 @@
 #include <stdint.h>
 
 #include "server/image/image.h"
-#include "server/stream/meter.h"
-#include "server/stream/pace.h"
+#include "server/stream/cpu_meter.h"
 #include "server/stream/pixels.h"
+#include "server/stream/rate_limit.h"
 #include "server/stream/reader.h"
 
 struct streams;
@@ -90,23 +90,24 @@ struct MHD_Response *stream_still_response(struct streams *streams,
 
 /* Without a call of streams_limit there is none of these limits. */
 struct streams_limits {
-    int64_t feed_bytes_per_s; /* of all feeds, while pictures are in work (pace.h); 0: no limit */
-    int64_t cpu_us_per_s;     /* of all streams (share.h); 0: no limit */
-    uint64_t stuck_ms;        /* a reader whose socket has taken nothing for so long is cut */
+    int64_t
+        feed_bytes_per_s; /* of all feeds, while pictures are in work (rate_limit.h); 0: no limit */
+    int64_t cpu_us_per_s; /* of all streams (cpu_budget.h); 0: no limit */
+    uint64_t stuck_ms;    /* a reader whose socket has taken nothing for so long is cut */
 };
 void streams_limit(struct streams *streams, const struct streams_limits *limits);
 
 /* Whose the time of the loop's thread is from here on; returned is whose it was. Streams switch by
  * themselves when they are called. */
-enum meter_kind streams_meter(struct streams *streams, enum meter_kind kind);
+enum cpu_meter_kind streams_meter(struct streams *streams, enum cpu_meter_kind kind);
 
 /* Around MHD, which sends for them: what it has of theirs to send from before it sends on their
  * time, until streams_meter says that it does something else. */
 void streams_meter_run(struct streams *streams);
 void streams_meter_ran(struct streams *streams);
 
-/* Readers of pixels wait for their turn: then streams_pace is called every PACE_EVERY_MS, and MHD
- * runs behind it. True when some wait still. */
+/* Readers of pixels wait for their turn: then streams_pace is called every RATE_LIMIT_EVERY_MS, and
+ * MHD runs behind it. True when some wait still. */
 bool streams_wait(const struct streams *streams);
 bool streams_pace(struct streams *streams);
 

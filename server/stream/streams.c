@@ -27,8 +27,8 @@ int streams_create(struct streams **out)
     s->epoch = (uint32_t)wall_ms();
     s->now_ms = s->beat_ms = s->peek_ms = now_ms();
     s->stuck_ms = UINT64_MAX;
-    s->sheet_budget.shared_most_bytes = LIMIT_SHARED_PIXELS_BYTES;
-    s->sheet_budget.most_bytes = LIMIT_PIXELS_BYTES;
+    s->cache_budget.shared_most_bytes = LIMIT_SHARED_PIXELS_BYTES;
+    s->cache_budget.most_bytes = LIMIT_PIXELS_BYTES;
     *out = s;
     return 0;
 }
@@ -169,7 +169,7 @@ void stream_event(struct streams *s, const char *job, const char *name, json_t *
 {
     struct stream *stream = streams_obtain(s, job);
     if (!stream) return; /* out of memory: readers find out from the job's state */
-    const enum meter_kind was = meter_switch(&s->meter, METER_EVENTS);
+    const enum cpu_meter_kind was = cpu_meter_switch(&s->meter, CPU_METER_EVENTS);
     (void)event_ring_push(&stream->ring, name, data); /* a failure counts as lost there */
     stream->final |= final;
     if (may_wake(stream, name) || final) readers_wake(stream->event_readers);
@@ -178,7 +178,7 @@ void stream_event(struct streams *s, const char *job, const char *name, json_t *
         readers_wake(stream->pixel_readers);
     }
     stream_settle(stream);
-    (void)meter_switch(&s->meter, was);
+    (void)cpu_meter_switch(&s->meter, was);
     streams_kick(s);
 }
 
@@ -198,8 +198,8 @@ static void let_go_of_image(struct stream *stream, bool follows)
         pixel_readers_keep(stream);
         return;
     }
-    for (struct pixel_sheet *sheet = stream->sheets; sheet; sheet = sheet->next)
-        pixel_sheet_clear(sheet);
+    for (struct block_cache *cache = stream->caches; cache; cache = cache->next)
+        block_cache_clear(cache);
     pixel_changes_fini(&stream->changes);
     stream->kept = false;
 }
@@ -208,7 +208,7 @@ static struct stream *set_image(struct streams *s, const char *job, const struct
 {
     struct stream *stream = image ? streams_obtain(s, job) : streams_find(s, job);
     if (!stream) return NULL;
-    const enum meter_kind was = meter_switch(&s->meter, METER_PIXELS);
+    const enum cpu_meter_kind was = cpu_meter_switch(&s->meter, CPU_METER_PIXELS);
     let_go_of_image(stream, image != NULL);
     if (image && pixel_changes_init(&stream->changes, image->width_px, image->height_px) != 0)
         image = NULL; /* out of memory: no feed, but the frame goes on */
@@ -216,7 +216,7 @@ static struct stream *set_image(struct streams *s, const char *job, const struct
     stream->image = image;
     stream->view = (struct stream_view){0};
     stream->revision++;
-    (void)meter_switch(&s->meter, was);
+    (void)cpu_meter_switch(&s->meter, was);
     return stream;
 }
 
@@ -250,14 +250,14 @@ void stream_pixels(struct streams *s, const char *job, struct rect changed)
 {
     struct stream *stream = streams_find(s, job);
     if (!stream || !stream->image) return;
-    const enum meter_kind was = meter_switch(&s->meter, METER_PIXELS);
+    const enum cpu_meter_kind was = cpu_meter_switch(&s->meter, CPU_METER_PIXELS);
     stream->revision++;
     pixel_changes_mark(&stream->changes, changed, stream->revision);
     for (struct reader *r = stream->pixel_readers; r; r = r->next) {
         pixel_reader_mark(r, changed);
         if (!r->waits) reader_wake(r);
     }
-    (void)meter_switch(&s->meter, was);
+    (void)cpu_meter_switch(&s->meter, was);
     streams_kick(s);
 }
 
@@ -270,8 +270,9 @@ void stream_forget(struct streams *s, const char *job)
 
 static void tick_readers(struct streams *s, struct reader *list, bool beat, bool peek)
 {
-    const enum meter_kind kind = list && list->kind == READER_PIXELS ? METER_PIXELS : METER_EVENTS;
-    const enum meter_kind was = list ? meter_switch(&s->meter, kind) : METER_NOBODY;
+    const enum cpu_meter_kind kind =
+        list && list->kind == READER_PIXELS ? CPU_METER_PIXELS : CPU_METER_EVENTS;
+    const enum cpu_meter_kind was = list ? cpu_meter_switch(&s->meter, kind) : CPU_METER_NONE;
     for (struct reader *r = list; r; r = r->next) {
         if (reader_is_stuck(r, s->now_ms, s->stuck_ms)) reader_cut(r);
         if (!r->suspended) continue;
@@ -279,7 +280,7 @@ static void tick_readers(struct streams *s, struct reader *list, bool beat, bool
         r->beat |= beat;
         if (beat || r->ending) reader_wake(r);
     }
-    if (list) (void)meter_switch(&s->meter, was);
+    if (list) (void)cpu_meter_switch(&s->meter, was);
 }
 
 void streams_tick(struct streams *s)
@@ -310,11 +311,11 @@ void streams_totals(struct streams *s, struct streams_totals *out)
                                    .pixel_bytes = s->pixel_bytes,
                                    .blocks_made = s->blocks_made,
                                    .blocks_sent = s->blocks_sent,
-                                   .kept_bytes = s->sheet_budget.kept_bytes,
-                                   .waits = s->pace.waits,
+                                   .kept_bytes = s->cache_budget.kept_bytes,
+                                   .waits = s->rate_limit.waits,
                                    .tells_late = s->tells_late,
-                                   .events_cpu_us = meter_us(&s->meter, METER_EVENTS),
-                                   .pixels_cpu_us = meter_us(&s->meter, METER_PIXELS)};
+                                   .events_cpu_us = cpu_meter_us(&s->meter, CPU_METER_EVENTS),
+                                   .pixels_cpu_us = cpu_meter_us(&s->meter, CPU_METER_PIXELS)};
 }
 
 uint64_t streams_event_id(const struct streams *s, const char *text)

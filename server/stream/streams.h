@@ -4,13 +4,13 @@
  * A stream comes with its job's first event or reader and goes after the final event with its last
  * reader, or when it is forgotten. Readers that outlive their stream end. */
 #include "proto/limits.h"
+#include "server/stream/block_cache.h"
+#include "server/stream/cpu_budget.h"
+#include "server/stream/cpu_meter.h"
 #include "server/stream/events.h"
-#include "server/stream/meter.h"
-#include "server/stream/pace.h"
-#include "server/stream/pixel_sheet.h"
 #include "server/stream/pixels.h"
+#include "server/stream/rate_limit.h"
 #include "server/stream/reader.h"
-#include "server/stream/share.h"
 #include "server/stream/stream.h"
 
 #define STREAM_JOB_BYTES 32
@@ -23,8 +23,8 @@ struct stream {
     struct event_ring ring;
     struct reader *event_readers, *pixel_readers;
     const struct image *image;    /* borrowed from the job's side */
-    struct pixel_sheet *sheets;   /* its blocks as they go out; of them the readers hold one each */
-    bool kept;                    /* the image is gone: readers are sent what sheets have of it */
+    struct block_cache *caches;   /* its blocks as they go out; of them the readers hold one each */
+    bool kept;                    /* the image is gone: readers are sent what caches have of it */
     struct pixel_changes changes; /* of the image's blocks: for readers that join */
     struct stream_view view;      /* that the image shows; number 0: none */
     uint64_t generation;          /* of the image: grows with stream_image */
@@ -46,12 +46,13 @@ struct streams {
     void (*kick)(void *ctx);
     void *kick_ctx;
     void (*told_cut)(void *ctx, enum reader_kind kind, const char *job); /* of the same ctx */
-    struct meter meter;
-    enum meter_kind due; /* the kind of the last that gave MHD bytes, which it has yet to send */
-    struct share share;
+    struct cpu_meter meter;
+    enum cpu_meter_kind
+        due; /* the kind of the last that gave MHD bytes, which it has yet to send */
+    struct cpu_budget cpu_budget;
     struct settled settled;
-    struct pace pace;
-    struct pixel_budget sheet_budget; /* of all streams' sheets */
+    struct rate_limit rate_limit;
+    struct pixel_budget cache_budget; /* of all streams' caches */
     uint64_t now_ms;                  /* as of the last tick */
     uint64_t stuck_ms;                /* until a reader that takes nothing is cut */
     uint64_t cut[READER_KINDS];
@@ -73,7 +74,7 @@ void stream_settle(struct stream *stream);
 void streams_kick(struct streams *streams);
 
 /* stream_limits.c: what was spent since the last time is counted, and what there is for feeds is
- * told to the pace. */
+ * told to the rate limit. */
 void streams_settle(struct streams *streams);
 /* As often as turns are dealt. */
 void streams_settle_when_due(struct streams *streams);

@@ -32,7 +32,7 @@ TEST(blocks_are_made_once_for_all)
 
 enum { MANY = 12, TURNS = 4 };
 
-static const struct streams_limits few_bytes = {.feed_bytes_per_s = TURNS * PACE_TURN_BYTES,
+static const struct streams_limits few_bytes = {.feed_bytes_per_s = TURNS * RATE_LIMIT_TURN_BYTES,
                                                 .stuck_ms = UINT64_MAX};
 
 static int blocks_of_all(struct MHD_Response **feeds, int count, int *complete)

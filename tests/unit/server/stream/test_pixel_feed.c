@@ -40,7 +40,7 @@ TEST(another_image_replaces_all_of_the_one_before)
     /* At once, too: what was due of the one before is not. */
     stream_pixels(streams, job, (struct rect){0, 0, 65, 1});
     stream_image(streams, job, one);
-    assert_int_equal(streams->sheet_budget.kept_bytes, 0);
+    assert_int_equal(streams->cache_budget.kept_bytes, 0);
     assert_int_equal(blocks_due(feed, 0x3c00), BLOCKS);
     stream_image(streams, job, NULL);
     feed_end(feed);

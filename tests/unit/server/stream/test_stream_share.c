@@ -13,17 +13,17 @@ static uint64_t
     dearer_us; /* what sending took beyond that: a machine whose neighbours take of it */
 
 /* The time of the thread goes to who was asked for bytes last, as MHD's sending does. */
-static void send_it(struct streams *streams, enum meter_kind kind)
+static void send_it(struct streams *streams, enum cpu_meter_kind kind)
 {
-    const uint64_t end_us = meter_us(&streams->meter, kind) + DEAR_US;
+    const uint64_t end_us = cpu_meter_us(&streams->meter, kind) + DEAR_US;
     uint64_t now_us;
-    while ((now_us = meter_us(&streams->meter, kind)) < end_us)
+    while ((now_us = cpu_meter_us(&streams->meter, kind)) < end_us)
         for (int i = 0; i < 200; i++) burnt++;
     dearer_us += now_us - end_us;
 }
 
 /* Reads what is due to those who are awake; how many of them got something. */
-static int read_awake(struct streams *streams, enum meter_kind kind,
+static int read_awake(struct streams *streams, enum cpu_meter_kind kind,
                       struct MHD_Response *const *feed)
 {
     static char bytes[PIXELS_MESSAGE_BYTES];
@@ -37,7 +37,7 @@ static int read_awake(struct streams *streams, enum meter_kind kind,
         }
         got += any;
     }
-    (void)meter_switch(&streams->meter, METER_NOBODY);
+    (void)cpu_meter_switch(&streams->meter, CPU_METER_NONE);
     return got;
 }
 
@@ -94,12 +94,12 @@ TEST(progress_waits_and_news_do_not)
     dearer_us = 0;
     for (int i = 0; i < MANY; i++)
         c.feed[i] = stream_events_response(c.streams, job, NULL, 0, json_object(), false);
-    assert_int_equal(read_awake(c.streams, METER_EVENTS, c.feed), MANY);
+    assert_int_equal(read_awake(c.streams, CPU_METER_EVENTS, c.feed), MANY);
     const uint64_t begun_us = streams_clock_us();
     int told = 0;
     while (goes_on(begun_us, PER_S / 2)) {
         tell(c.streams, "progress");
-        told += read_awake(c.streams, METER_EVENTS, c.feed);
+        told += read_awake(c.streams, CPU_METER_EVENTS, c.feed);
         usleep(10000);
     }
     streams_totals(c.streams, &totals);
@@ -110,7 +110,7 @@ TEST(progress_waits_and_news_do_not)
     /* They owe now, or soon: but what is new goes out, and so does the end. */
     for (int i = 0; i < 8; i++) {
         tell(c.streams, "state");
-        assert_int_equal(read_awake(c.streams, METER_EVENTS, c.feed), MANY);
+        assert_int_equal(read_awake(c.streams, CPU_METER_EVENTS, c.feed), MANY);
     }
     assert_false(streams_may_tell(c.streams));
     stream_event(c.streams, job, "state", NULL, true);
@@ -125,10 +125,10 @@ static int blocks_for(struct crowd *c, int i)
     struct heard heard;
     int blocks = 0;
     while (!r->suspended && hear(c->feed[i], &heard)) {
-        send_it(c->streams, METER_PIXELS);
+        send_it(c->streams, CPU_METER_PIXELS);
         blocks += heard.width > 0;
     }
-    (void)meter_switch(&c->streams->meter, METER_NOBODY);
+    (void)cpu_meter_switch(&c->streams->meter, CPU_METER_NONE);
     return blocks;
 }
 
@@ -142,14 +142,14 @@ TEST(feeds_share_the_time_and_get_all)
     stream_image(c.streams, job, image);
     for (int i = 0; i < MANY; i++)
         c.feed[i] = stream_pixels_response(c.streams, job, NULL, &wanted);
-    read_awake(c.streams, METER_PIXELS, c.feed); /* its size */
+    read_awake(c.streams, CPU_METER_PIXELS, c.feed); /* its size */
     streams_totals(c.streams, &totals);
     const uint64_t before_us = totals.pixels_cpu_us, begun_us = streams_clock_us();
     dearer_us = 0;
     while (goes_on(begun_us, PER_S)) {
         stream_pixels(c.streams, job, everything);
         for (int i = 0; i < MANY; i++) got[i] += blocks_for(&c, i);
-        usleep(PACE_EVERY_MS * 1000);
+        usleep(RATE_LIMIT_EVERY_MS * 1000);
         (void)streams_pace(c.streams);
     }
     streams_totals(c.streams, &totals);
@@ -187,11 +187,11 @@ static void work_us(uint64_t us)
 /* A turn of MHD's that begins with so much work; what events paid for it. */
 static uint64_t paid_us(struct streams *streams)
 {
-    const uint64_t before_us = meter_us(&streams->meter, METER_EVENTS);
+    const uint64_t before_us = cpu_meter_us(&streams->meter, CPU_METER_EVENTS);
     streams_meter_run(streams);
     work_us(20000);
     streams_meter_ran(streams);
-    return meter_us(&streams->meter, METER_EVENTS) - before_us;
+    return cpu_meter_us(&streams->meter, CPU_METER_EVENTS) - before_us;
 }
 
 TEST(turns_begin_with_what_is_due)
@@ -202,8 +202,8 @@ TEST(turns_begin_with_what_is_due)
     dearer_us = 0;
     for (int i = 0; i < MANY; i++)
         c.feed[i] = stream_events_response(c.streams, job, NULL, 0, json_object(), false);
-    read_awake(c.streams, METER_EVENTS, c.feed);
-    c.streams->due = METER_NOBODY; /* as if MHD had sent all that */
+    read_awake(c.streams, CPU_METER_EVENTS, c.feed);
+    c.streams->due = CPU_METER_NONE; /* as if MHD had sent all that */
     /* They are awake: but others' handshakes may come before them. */
     tell(c.streams, "state");
     assert_false(((const struct reader *)c.feed[0]->ctx)->suspended);

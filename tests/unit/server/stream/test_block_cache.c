@@ -2,7 +2,7 @@
  */
 #include "proto/error.h"
 #include "proto/job/job.h"
-#include "server/stream/pixel_sheet.h"
+#include "server/stream/block_cache.h"
 #include "tests/unit/unit.h"
 
 enum { WIDTH = 130, HEIGHT = 70, BLOCKS = 3 * 2 };
@@ -31,25 +31,25 @@ static int end(void **state)
 
 EACH_TEST(begin, end);
 
-static struct pixel_sheet *sheet_of_two(struct pixel_sheet **list, struct pixel_budget *budget)
+static struct block_cache *cache_of_two(struct block_cache **list, struct pixel_budget *budget)
 {
-    struct pixel_sheet *sheet = pixel_sheet_join(list, budget, "beauty", PIXELS_F16);
-    assert_non_null(sheet);
-    assert_ptr_equal(pixel_sheet_join(list, budget, "beauty", PIXELS_F16), sheet);
-    return sheet;
+    struct block_cache *cache = block_cache_join(list, budget, "beauty", PIXELS_F16);
+    assert_non_null(cache);
+    assert_ptr_equal(block_cache_join(list, budget, "beauty", PIXELS_F16), cache);
+    return cache;
 }
 
-static void leave(struct pixel_sheet **list, struct pixel_sheet *sheet)
+static void leave(struct block_cache **list, struct block_cache *cache)
 {
-    struct pixel_sheet *one = sheet, *two = sheet;
-    pixel_sheet_leave(list, &one);
-    pixel_sheet_leave(list, &two);
+    struct block_cache *one = cache, *two = cache;
+    block_cache_leave(list, &one);
+    block_cache_leave(list, &two);
     assert_null(*list);
 }
 
-static void ask(struct pixel_sheet *sheet, struct rect rect)
+static void ask(struct block_cache *cache, struct rect rect)
 {
-    struct pixel_block *block = pixel_sheet_block(sheet, image, &changes, rect);
+    struct pixel_block *block = block_cache_block(cache, image, &changes, rect);
     assert_non_null(block);
     assert_true(block->size_bytes <= whole_bytes);
     pixel_block_unref(&block);
@@ -58,47 +58,47 @@ static void ask(struct pixel_sheet *sheet, struct rect rect)
 TEST(beyond_the_budget_each_reader_makes_its_own)
 {
     struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
-    struct pixel_sheet *list = NULL, *sheet = sheet_of_two(&list, &budget);
-    for (int i = 0; i < 2; i++) ask(sheet, first);
-    assert_int_equal(sheet->made, 1);
+    struct block_cache *list = NULL, *cache = cache_of_two(&list, &budget);
+    for (int i = 0; i < 2; i++) ask(cache, first);
+    assert_int_equal(cache->made, 1);
     assert_int_equal(budget.kept_bytes, whole_bytes);
-    for (int i = 0; i < 2; i++) ask(sheet, second);
-    assert_int_equal(sheet->made, 3);
+    for (int i = 0; i < 2; i++) ask(cache, second);
+    assert_int_equal(cache->made, 3);
     assert_int_equal(budget.kept_bytes, whole_bytes);
     /* What changes takes the place of what was there. */
     pixel_changes_mark(&changes, first, 2);
-    for (int i = 0; i < 2; i++) ask(sheet, first);
-    assert_int_equal(sheet->made, 4);
+    for (int i = 0; i < 2; i++) ask(cache, first);
+    assert_int_equal(cache->made, 4);
     assert_int_equal(budget.kept_bytes, whole_bytes);
-    pixel_sheet_clear(sheet);
+    block_cache_clear(cache);
     assert_int_equal(budget.kept_bytes, 0);
-    for (int i = 0; i < 2; i++) ask(sheet, second);
-    assert_int_equal(sheet->made, 5);
-    leave(&list, sheet);
+    for (int i = 0; i < 2; i++) ask(cache, second);
+    assert_int_equal(cache->made, 5);
+    leave(&list, cache);
     assert_int_equal(budget.kept_bytes, 0);
 }
 
-TEST(sheets_share_the_budget)
+TEST(caches_share_the_budget)
 {
     struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
-    struct pixel_sheet *lists[2] = {NULL}, *sheets[2];
-    for (int i = 0; i < 2; i++) sheets[i] = sheet_of_two(&lists[i], &budget);
-    ask(sheets[0], first);
-    for (int i = 0; i < 2; i++) ask(sheets[1], first);
-    assert_int_equal(sheets[1]->made, 2);
-    leave(&lists[0], sheets[0]);
-    for (int i = 0; i < 2; i++) ask(sheets[1], first);
-    assert_int_equal(sheets[1]->made, 3);
-    leave(&lists[1], sheets[1]);
+    struct block_cache *lists[2] = {NULL}, *caches[2];
+    for (int i = 0; i < 2; i++) caches[i] = cache_of_two(&lists[i], &budget);
+    ask(caches[0], first);
+    for (int i = 0; i < 2; i++) ask(caches[1], first);
+    assert_int_equal(caches[1]->made, 2);
+    leave(&lists[0], caches[0]);
+    for (int i = 0; i < 2; i++) ask(caches[1], first);
+    assert_int_equal(caches[1]->made, 3);
+    leave(&lists[1], caches[1]);
     assert_int_equal(budget.kept_bytes, 0);
 }
 
-static int keep_all(struct pixel_sheet *sheet, size_t room_bytes)
+static int keep_all(struct block_cache *cache, size_t room_bytes)
 {
     struct pixel_blocks wanted;
     assert_int_equal(pixel_blocks_init(&wanted, WIDTH, HEIGHT), 0);
     pixel_blocks_mark(&wanted, (struct rect){0, 0, WIDTH, HEIGHT});
-    int error = pixel_sheet_keep(sheet, image, &changes, &wanted, &room_bytes);
+    int error = block_cache_keep(cache, image, &changes, &wanted, &room_bytes);
     pixel_blocks_fini(&wanted);
     return error;
 }
@@ -106,22 +106,22 @@ static int keep_all(struct pixel_sheet *sheet, size_t room_bytes)
 TEST(what_outlasts_a_picture_is_in_the_budget)
 {
     struct pixel_budget budget = {.most_bytes = BLOCKS * whole_bytes};
-    struct pixel_sheet *list = NULL, *sheet = sheet_of_two(&list, &budget);
-    ask(sheet, first);
+    struct block_cache *list = NULL, *cache = cache_of_two(&list, &budget);
+    ask(cache, first);
     assert_int_equal(budget.kept_bytes, 0); /* nothing while the picture is in work */
-    assert_int_equal(keep_all(sheet, SIZE_MAX), 0);
+    assert_int_equal(keep_all(cache, SIZE_MAX), 0);
     assert_in_range(budget.kept_bytes, whole_bytes, BLOCKS * whole_bytes);
-    struct pixel_block *block = pixel_sheet_block(sheet, NULL, &changes, second);
+    struct pixel_block *block = block_cache_block(cache, NULL, &changes, second);
     assert_non_null(block);
     pixel_block_unref(&block);
-    pixel_sheet_clear(sheet);
+    block_cache_clear(cache);
     assert_int_equal(budget.kept_bytes, 0);
     budget.most_bytes = 2 * whole_bytes - 1;
-    assert_int_equal(keep_all(sheet, SIZE_MAX), ERR_LIMIT);
+    assert_int_equal(keep_all(cache, SIZE_MAX), ERR_LIMIT);
     assert_true(budget.kept_bytes <= budget.most_bytes);
-    pixel_sheet_clear(sheet);
+    block_cache_clear(cache);
     budget.most_bytes = BLOCKS * whole_bytes;
-    assert_int_equal(keep_all(sheet, 2 * whole_bytes - 1), ERR_LIMIT);
-    leave(&list, sheet);
+    assert_int_equal(keep_all(cache, 2 * whole_bytes - 1), ERR_LIMIT);
+    leave(&list, cache);
     assert_int_equal(budget.kept_bytes, 0);
 }

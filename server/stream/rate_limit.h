@@ -2,22 +2,22 @@
 /* How many bytes of pixels all feeds together are sent a second while pictures are in work, and how
  * much CPU time that may take.
  *
- * Watching must not slow what is watched. Who wants to send takes a turn of PACE_TURN_BYTES; when
- * bytes or time (share.h) are spent, readers wait in line, and get their turns in the order in
- * which they came. Each is sent what is newest when its turn comes, so many watchers see fewer
- * states on the way and all of them the last. Bytes that are not used add up to those of one
+ * Watching must not slow what is watched. Who wants to send takes a turn of RATE_LIMIT_TURN_BYTES;
+ * when bytes or time (cpu_budget.h) are spent, readers wait in line, and get their turns in the
+ * order in which they came. Each is sent what is newest when its turn comes, so many watchers see
+ * fewer states on the way and all of them the last. Bytes that are not used add up to those of one
  * second: a few readers never wait. When no picture is in work there is nothing to slow, and no
  * limit; nor for a handful of readers. */
 #include <stdbool.h>
 #include <stdint.h>
 
-#define PACE_TURN_BYTES   INT64_C(65536)
-#define PACE_EVERY_MS     25u /* turns are dealt so often */
-#define PACE_FREE_READERS 8u  /* so few are not limited */
+#define RATE_LIMIT_TURN_BYTES   INT64_C(65536)
+#define RATE_LIMIT_EVERY_MS     25u /* turns are dealt so often */
+#define RATE_LIMIT_FREE_READERS 8u  /* so few are not limited */
 
 struct reader;
 
-struct pace {
+struct rate_limit {
     int64_t bytes_per_s; /* 0: no limit */
     int64_t credit_bytes;
     bool timed;                   /* CPU time is limited */
@@ -31,24 +31,24 @@ struct pace {
 };
 
 /* Begins with the bytes of a second, and without limit of time. */
-void pace_init(struct pace *pace, int64_t bytes_per_s, uint64_t now_us);
+void rate_limit_init(struct rate_limit *limit, int64_t bytes_per_s, uint64_t now_us);
 
-bool pace_is_on(const struct pace *pace);
+bool rate_limit_is_on(const struct rate_limit *limit);
 
 /* One turn, at once or never now: then the reader is in line, and waits. */
-bool pace_ask(struct pace *pace, struct reader *reader, uint64_t now_us);
+bool rate_limit_ask(struct rate_limit *limit, struct reader *reader, uint64_t now_us);
 
 /* Gives turns to those who wait, and wakes them; true when others still do. */
-bool pace_deal(struct pace *pace, uint64_t now_us);
+bool rate_limit_deal(struct rate_limit *limit, uint64_t now_us);
 
 /* So much CPU time there is for turns until this is called again; INT64_MAX: no limit. */
-void pace_set_room(struct pace *pace, int64_t room_us);
+void rate_limit_set_room(struct rate_limit *limit, int64_t room_us);
 
 /* Learns from bytes that were sent how long a turn takes. */
-void pace_learn(struct pace *pace, uint64_t bytes, uint64_t spent_us);
+void rate_limit_learn(struct rate_limit *limit, uint64_t bytes, uint64_t spent_us);
 
 /* Bytes of a turn that found no use. */
-void pace_return(struct pace *pace, int64_t bytes);
+void rate_limit_return(struct rate_limit *limit, int64_t bytes);
 
 /* Takes the reader out of the line, if it is in it. */
-void pace_leave(struct pace *pace, struct reader *reader);
+void rate_limit_leave(struct rate_limit *limit, struct reader *reader);
