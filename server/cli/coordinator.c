@@ -106,7 +106,7 @@ static void tell_of_old_folders(const struct coordinator_options *options)
     static const char *const names[] = {"owners", "removals"};
     char path[PLACES_PATH_BYTES + 16];
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        snprintf(path, sizeof path, "%s/%s", options->places->data, names[i]);
+        snprintf(path, sizeof path, "%s/%s", options->directories->data, names[i]);
         const struct log_field field = {"detail", path, 0};
         if (access(path, F_OK) == 0)
             log_write(options->log, LOG_WARNING, "not read: an older build's folder", NULL, &field,
@@ -117,7 +117,7 @@ static void tell_of_old_folders(const struct coordinator_options *options)
 static int open_store(struct coordinator *c, const struct coordinator_options *options,
                       struct fault *fault)
 {
-    const char *data = options->places->data;
+    const char *data = options->directories->data;
     int error = objects_open(&c->objects, data, options->ephemeral);
     if (!error) error = job_store_open(&c->loop, data, options->ephemeral, &c->store);
     if (!error) {
@@ -151,7 +151,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
                                 .spools = options->ephemeral ? NULL : c->spools,
                                 .streams = c->streams,
                                 .pool = c->pool,
-                                .import_program = options->places->import};
+                                .import_program = options->directories->import};
     if (!error) error = jobs_create(&jobs, &c->jobs);
     return error ? fault_set(fault, error, "", "%s", error_text(error)) : 0;
 }
@@ -160,13 +160,13 @@ static int open_fleet(struct coordinator *c, const struct coordinator_options *o
                       struct fault *fault)
 {
     struct fleet_client client = jobs_fleet_client(c->jobs);
-    struct fleet_options fleet = {.socket_path = options->places->socket,
+    struct fleet_options fleet = {.socket_path = options->directories->socket,
                                   .listen = options->worker_listen,
                                   .key_path = options->worker_key,
-                                  .worker_program = options->places->worker,
+                                  .worker_program = options->directories->worker,
                                   .log = options->log,
-                                  .cache_dir = options->places->cache,
-                                  .blob_dir = options->places->blobs,
+                                  .cache_dir = options->directories->cache,
+                                  .blob_dir = options->directories->blobs,
                                   .local_workers = options->workers,
                                   .worker_threads = options->worker_threads};
     int error = fleet_create(&c->loop, &fleet, &client, &c->fleet, fault);
@@ -185,24 +185,24 @@ static int64_t stream_us_per_s(const struct coordinator_options *options)
 static int open_http(struct coordinator *c, const struct coordinator_options *options,
                      struct fault *fault)
 {
-    struct http_options http = {.loop = &c->loop,
-                                .log = options->log,
-                                .listen = options->listen,
-                                .tokens_path = options->tokens,
-                                .certificate_path = options->certificate,
-                                .key_path = options->key,
-                                .web_dir = options->places->web,
-                                .openapi_path =
-                                    options->places->openapi[0] ? options->places->openapi : NULL,
-                                .objects = &c->objects,
-                                .store = c->store,
-                                .spools = c->spools,
-                                .pool = c->pool,
-                                .jobs = c->jobs,
-                                .fleet = c->fleet,
-                                .streams = c->streams,
-                                .feed_bytes_per_s = options->feed_mb_per_s * INT64_C(1000000),
-                                .stream_us_per_s = stream_us_per_s(options)};
+    struct http_options http = {
+        .loop = &c->loop,
+        .log = options->log,
+        .listen = options->listen,
+        .tokens_path = options->tokens,
+        .certificate_path = options->certificate,
+        .key_path = options->key,
+        .web_dir = options->directories->web,
+        .openapi_path = options->directories->openapi[0] ? options->directories->openapi : NULL,
+        .objects = &c->objects,
+        .store = c->store,
+        .spools = c->spools,
+        .pool = c->pool,
+        .jobs = c->jobs,
+        .fleet = c->fleet,
+        .streams = c->streams,
+        .feed_bytes_per_s = options->feed_mb_per_s * INT64_C(1000000),
+        .stream_us_per_s = stream_us_per_s(options)};
     int error = http_create(&http, &c->http, fault);
     c->reloaded = options->reloaded;
     /* Without tokens a hangup is the end where somebody's terminal is gone, and nowhere else. */
@@ -222,7 +222,7 @@ int coordinator_create(const struct coordinator_options *options, struct coordin
     if (!error) error = open_fleet(c, options, fault);
     if (!error) error = open_http(c, options, fault);
     if (!error && (error = jobs_resume(c->jobs)) != 0)
-        fault_set(fault, error, options->places->data, "unfinished jobs could not be read");
+        fault_set(fault, error, options->directories->data, "unfinished jobs could not be read");
     if (error)
         coordinator_destroy(&c);
     else

@@ -5,14 +5,14 @@
 
 #include "proto/error.h"
 #include "proto/log/log.h"
-#include "server/cli/places.h"
+#include "server/cli/directories.h"
 
 struct coordinator;
 
 struct coordinator_options {
-    struct log *log;               /* must outlive the coordinator; NULL: none */
-    const struct places *places;   /* must outlive the coordinator */
-    const char *listen;            /* HTTP, "ADDR:PORT" */
+    struct log *log;                       /* must outlive the coordinator; NULL: none */
+    const struct directories *directories; /* must outlive the coordinator */
+    const char *listen;                    /* HTTP, "ADDR:PORT" */
     const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */
     unsigned tenant_jobs;          /* that have not ended, of each tenant; 0: no quota */
     unsigned tenant_assets_mib;    /* of its assets; 0: no quota */

@@ -9,10 +9,10 @@
 #include "proto/runtime/clock.h"
 #include "server/cli/cli.h"
 #include "server/cli/client/output_file.h"
+#include "server/cli/embedded_server.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
-#include "server/cli/private_server.h"
 
 #define WORKER_TRIES 1200 /* of 25 ms: half a minute */
 
@@ -213,7 +213,7 @@ int cli_render(int argc, char **argv)
 {
     struct render_options o = {.changes = JOB_CHANGES_NONE};
     struct fault fault = {0};
-    struct private_server server = {0};
+    struct embedded_server server = {0};
     struct progress progress;
     struct client *client = NULL;
     struct rusage usage = {0};
@@ -229,13 +229,13 @@ int cli_render(int argc, char **argv)
     if (!error) error = check_frames(&o, document, &fault);
     if (!error)
         error =
-            private_server_start(&server, (unsigned)o.workers, (unsigned)o.worker_threads, &fault);
+            embedded_server_start(&server, (unsigned)o.workers, (unsigned)o.worker_threads, &fault);
     if (!error) error = client_create(server.base_url, &client);
     if (!error) client_stop_on(client, &interrupted);
     if (!error) error = render(client, argv[1], document, &o, &progress, &job, &fault);
     double wall_s = now_s() - start_s;
     client_destroy(&client); /* a server that nobody is connected to ends at once */
-    private_server_stop(&server, &usage);
+    embedded_server_stop(&server, &usage);
     if (!error && o.stats) error = save_statistics(job, o.stats, wall_s, &usage, &fault);
     if (error) {
         if (!fault.code) fault_set(&fault, error, "", "%s", error_text(error));

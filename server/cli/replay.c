@@ -11,10 +11,10 @@
 #include <unistd.h>
 
 #include "server/cli/cli.h"
+#include "server/cli/directories.h"
+#include "server/cli/embedded_server.h"
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
-#include "server/cli/places.h"
-#include "server/cli/private_server.h"
 
 struct replay_options {
     struct job_changes changes;
@@ -24,8 +24,8 @@ struct replay_options {
 
 /* What the command line says of the job, and where things are. */
 struct replayed {
-    struct private_server server;
-    char worker[PLACES_PATH_BYTES];
+    struct embedded_server server;
+    char worker[DIRECTORIES_PATH_BYTES];
     char plan[320], blobs[320];
 };
 
@@ -74,7 +74,7 @@ static int save_plan(const char *path, const struct replay_options *o, struct re
     struct client *client = NULL;
     int error = job_file_read(path, &document, fault);
     if (!error) error = choose_frame(document, o->frame, fault);
-    if (!error) error = private_server_start(&r->server, PRIVATE_SERVER_ALONE, 0, fault);
+    if (!error) error = embedded_server_start(&r->server, EMBEDDED_SERVER_ALONE, 0, fault);
     snprintf(r->plan, sizeof r->plan, "%s/plan", r->server.data_dir);
     snprintf(r->blobs, sizeof r->blobs, "%s/objects", r->server.data_dir);
     if (!error) error = client_create(r->server.base_url, &client);
@@ -118,10 +118,10 @@ int cli_replay(int argc, char **argv)
     /* Before there is anything to clear up. */
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);
-    int error = places_find_worker(r.worker, &fault);
+    int error = directories_find_worker(r.worker, &fault);
     if (!error) error = save_plan(argv[1], &o, &r, &fault);
     if (!error) error = run_worker(&r, argv + 2, &o, &status, &fault);
-    private_server_stop(&r.server, NULL);
+    embedded_server_stop(&r.server, NULL);
     if (!error) return status;
     if (!fault.code) fault_set(&fault, error, "", "%s", error_text(error));
     status = job_file_complain("replay", &fault);

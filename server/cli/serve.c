@@ -60,7 +60,7 @@ static void announce(const struct coordinator *c, const struct coordinator_optio
                                        {"pid", NULL, getpid()},
                                        {"workers", NULL, options->workers},
                                        {"worker_port", NULL, coordinator_worker_port(c)},
-                                       {"data", options->places->data, 0}};
+                                       {"data", options->directories->data, 0}};
     log_write(&server_log, LOG_INFO, "serving", NULL, fields, sizeof fields / sizeof fields[0]);
 }
 
@@ -165,7 +165,7 @@ static bool go_together(const struct serve_choices *o)
 
 int cli_serve(int argc, char **argv)
 {
-    static struct places places;
+    static struct directories directories;
     const long cores = (long)uv_available_parallelism();
     struct serve_choices o = {.listen = SERVE_LISTEN,
                               .format = "text",
@@ -180,14 +180,14 @@ int cli_serve(int argc, char **argv)
     signal(SIGPIPE, SIG_IGN);
     if (o.with_parent) prctl(PR_SET_PDEATHSIG, SIGTERM);
     log_begin(&server_log);
-    if (places_find(o.data, o.web, &places, &fault) != 0) {
+    if (directories_find(o.data, o.web, &directories, &fault) != 0) {
         status = refuse(&fault);
         log_end(&server_log);
         return status;
     }
     if (o.threads == 0 && o.workers > 0) o.threads = (cores + o.workers - 1) / o.workers;
     const struct coordinator_options options = {.log = &server_log,
-                                                .places = &places,
+                                                .directories = &directories,
                                                 .listen = o.listen,
                                                 .tokens = o.tokens,
                                                 .tenant_jobs = (unsigned)o.tenant_jobs,
@@ -204,7 +204,7 @@ int cli_serve(int argc, char **argv)
                                                 .pool_threads = (unsigned)cores,
                                                 .ephemeral = o.ephemeral};
     status = serve(&options);
-    places_leave(&places);
+    directories_leave(&directories);
     log_end(&server_log);
     return status;
 }

@@ -1,4 +1,4 @@
-#include "server/cli/private_server.h"
+#include "server/cli/embedded_server.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -21,7 +21,7 @@
 #define LOOK_MS     25
 #define PATIENCE_MS 10000 /* the server's own deadline for its workers is 5 s */
 
-static int make_data_dir(struct private_server *s, struct fault *fault)
+static int make_data_dir(struct embedded_server *s, struct fault *fault)
 {
     const char *tmp = getenv("TMPDIR");
     snprintf(s->data_dir, sizeof s->data_dir, "%.200s/shearwater-render-XXXXXX",
@@ -34,11 +34,11 @@ static int make_data_dir(struct private_server *s, struct fault *fault)
 
 /* In the child: goes on as `shearwater serve`, its standard output the pipe. Not by exec, which
  * would load and bind dozens of libraries once more: 5 ms of a picture that takes 100. */
-_Noreturn static void become_server(const struct private_server *s, unsigned workers,
+_Noreturn static void become_server(const struct embedded_server *s, unsigned workers,
                                     unsigned threads, const int ends[2])
 {
     char worker_text[16], thread_text[16];
-    snprintf(worker_text, sizeof worker_text, "%u", workers == PRIVATE_SERVER_ALONE ? 0 : workers);
+    snprintf(worker_text, sizeof worker_text, "%u", workers == EMBEDDED_SERVER_ALONE ? 0 : workers);
     snprintf(thread_text, sizeof thread_text, "%u", threads);
     char *argv[14] = {"serve",       "--listen", "127.0.0.1:0",       "--data", (char *)s->data_dir,
                       "--ephemeral", "--quiet",  "--exit-with-parent"};
@@ -82,7 +82,7 @@ static pid_t fork_child(void)
 }
 
 /* Reads "listening on URL" from the child. */
-static int await_address(struct private_server *s, int in, struct fault *fault)
+static int await_address(struct embedded_server *s, int in, struct fault *fault)
 {
     char line[256];
     FILE *f = fdopen(in, "r");
@@ -100,11 +100,11 @@ static int await_address(struct private_server *s, int in, struct fault *fault)
                              "to see why");
 }
 
-int private_server_start(struct private_server *s, unsigned workers, unsigned worker_threads,
-                         struct fault *fault)
+int embedded_server_start(struct embedded_server *s, unsigned workers, unsigned worker_threads,
+                          struct fault *fault)
 {
     int ends[2];
-    *s = (struct private_server){0};
+    *s = (struct embedded_server){0};
     int error = make_data_dir(s, fault);
     if (error) return error;
     if (pipe2(ends, O_CLOEXEC) != 0) {
@@ -123,7 +123,7 @@ int private_server_start(struct private_server *s, unsigned workers, unsigned wo
     error = await_address(s, ends[0], fault);
     if (!error) return 0;
 fail:
-    private_server_stop(s, NULL);
+    embedded_server_stop(s, NULL);
     return error;
 }
 
@@ -153,7 +153,7 @@ static bool await_end(pid_t pid, int patience_ms, struct rusage *used)
     return ended;
 }
 
-void private_server_stop(struct private_server *s, struct rusage *usage)
+void embedded_server_stop(struct embedded_server *s, struct rusage *usage)
 {
     struct rusage used = {0};
     if (s->pid > 0) {

@@ -7,19 +7,19 @@
 
 #include "proto/error.h"
 
-struct private_server {
+struct embedded_server {
     pid_t pid; /* 0: not running */
     char base_url[64];
     char data_dir[256];
 };
 
-#define PRIVATE_SERVER_ALONE UINT_MAX /* no workers */
+#define EMBEDDED_SERVER_ALONE UINT_MAX /* no workers */
 
 /* Starts it with `workers` local workers of `worker_threads` threads (0: the server's default) and
  * waits until it listens. */
-int private_server_start(struct private_server *s, unsigned workers, unsigned worker_threads,
-                         struct fault *fault);
+int embedded_server_start(struct embedded_server *s, unsigned workers, unsigned worker_threads,
+                          struct fault *fault);
 
 /* Asks it to stop, waits, removes its data. *usage, if not NULL, is the child's with all the
  * processes that it waited for. Safe to call twice. */
-void private_server_stop(struct private_server *s, struct rusage *usage);
+void embedded_server_stop(struct embedded_server *s, struct rusage *usage);

@@ -1,4 +1,4 @@
-#include "server/cli/places.h"
+#include "server/cli/directories.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -11,12 +11,12 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-typedef char path_text[PLACES_PATH_BYTES];
+typedef char path_text[DIRECTORIES_PATH_BYTES];
 
 /* dir/name; false when it is too long. */
 static bool join(path_text out, const char *dir, const char *name)
 {
-    if (strlen(dir) + strlen(name) + 2 > PLACES_PATH_BYTES) return false;
+    if (strlen(dir) + strlen(name) + 2 > DIRECTORIES_PATH_BYTES) return false;
     char *end = stpcpy(out, dir);
     *end = '/';
     stpcpy(end + 1, name);
@@ -25,7 +25,7 @@ static bool join(path_text out, const char *dir, const char *name)
 
 static int own_folder(path_text out, struct fault *fault)
 {
-    ssize_t n = readlink("/proc/self/exe", out, PLACES_PATH_BYTES - 1);
+    ssize_t n = readlink("/proc/self/exe", out, DIRECTORIES_PATH_BYTES - 1);
     if (n <= 0) return fault_set(fault, ERR_IO, "/proc/self/exe", "%s", strerror(errno));
     out[n] = '\0';
     *strrchr(out, '/') = '\0';
@@ -49,7 +49,7 @@ static int find_beside(const char *folder, const char *const tries[3], path_text
                      tries[0], tries[1], tries[2], folder);
 }
 
-static int find_shipped(const char *web, struct places *out, struct fault *fault)
+static int find_shipped(const char *web, struct directories *out, struct fault *fault)
 {
     static const char *const pages[3] = {"../web", "../../web", "../share/shearwater/web"};
     static const char *const contract[3] = {"../proto/openapi.yaml", "../../proto/openapi.yaml",
@@ -66,7 +66,7 @@ static int find_shipped(const char *web, struct places *out, struct fault *fault
     return error;
 }
 
-int places_find_worker(char out[PLACES_PATH_BYTES], struct fault *fault)
+int directories_find_worker(char out[DIRECTORIES_PATH_BYTES], struct fault *fault)
 {
     path_text folder;
     const int error = own_folder(folder, fault);
@@ -90,7 +90,7 @@ static int default_data(path_text out, struct fault *fault)
     return fault_set(fault, ERR_MISSING, "--data", "HOME is not set: give a directory");
 }
 
-static int open_data(const char *data, struct places *out, struct fault *fault)
+static int open_data(const char *data, struct directories *out, struct fault *fault)
 {
     path_text wanted, lock;
     int error = 0;
@@ -113,7 +113,7 @@ static int open_data(const char *data, struct places *out, struct fault *fault)
 
 /* A socket's path has room for 107 bytes. Where the data folder's is longer, the socket goes into a
  * private folder of its own. */
-static int place_socket(struct places *out, struct fault *fault)
+static int place_socket(struct directories *out, struct fault *fault)
 {
     const char *base = getenv("XDG_RUNTIME_DIR");
     size_t room = sizeof((struct sockaddr_un *)NULL)->sun_path;
@@ -130,24 +130,25 @@ static int place_socket(struct places *out, struct fault *fault)
                : fault_set(fault, ERR_LIMIT, out->socket_dir, "the path is too long");
 }
 
-int places_find(const char *data, const char *web, struct places *out, struct fault *fault)
+int directories_find(const char *data, const char *web, struct directories *out,
+                     struct fault *fault)
 {
     memset(out, 0, sizeof *out);
     out->lock_fd = -1;
     int error = find_shipped(web, out, fault);
     if (!error) error = open_data(data, out, fault);
     if (!error) error = place_socket(out, fault);
-    if (error) places_leave(out);
+    if (error) directories_leave(out);
     return error;
 }
 
-void places_leave(struct places *places)
+void directories_leave(struct directories *directories)
 {
-    if (places->socket_dir[0]) {
-        unlink(places->socket);
-        rmdir(places->socket_dir);
+    if (directories->socket_dir[0]) {
+        unlink(directories->socket);
+        rmdir(directories->socket_dir);
     }
-    if (places->lock_fd >= 0) close(places->lock_fd);
-    places->lock_fd = -1;
-    places->socket_dir[0] = '\0';
+    if (directories->lock_fd >= 0) close(directories->lock_fd);
+    directories->lock_fd = -1;
+    directories->socket_dir[0] = '\0';
 }
