@@ -13,7 +13,7 @@
 #include "server/compare/difference.h"
 #include "server/compare/difference_pair.h"
 #include "server/compare/difference_picture.h"
-#include "server/compare/likeness.h"
+#include "server/compare/perceptual_metrics.h"
 #include "server/compare/reduce.h"
 #include "server/compare/zscore.h"
 #include "server/image/exr.h"
@@ -30,7 +30,7 @@ struct comparison {
     struct difference difference;
     struct difference_pair pair; /* beside both references */
     struct zscore zscore;
-    struct likeness likeness;
+    struct perceptual_metrics perceptual;
     bool has_zscore;
 };
 
@@ -85,7 +85,7 @@ static void print_line(const struct comparison *c)
     }
     if (c->second) tell_pair(&c->pair, line);
     if (c->has_zscore) json_object_set_new(line, "z", zscore_json(&c->zscore));
-    likeness_tell(&c->likeness, line);
+    perceptual_metrics_tell(&c->perceptual, line);
     json_dumpf(line, stdout, JSON_COMPACT | JSON_REAL_PRECISION(9));
     putchar('\n');
     json_decref(line);
@@ -202,8 +202,8 @@ static int write_picture(const struct comparison *c, struct fault *fault)
 static int check_options(struct comparison *c, struct fault *fault)
 {
     int error = parse_where(c, fault);
-    if (!error) error = likeness_parse(&c->likeness, fault);
-    if (!error && c->where && (c->likeness.ssim || c->likeness.flip))
+    if (!error) error = perceptual_metrics_parse(&c->perceptual, fault);
+    if (!error && c->where && (c->perceptual.ssim || c->perceptual.flip))
         error =
             fault_set(fault, ERR_RANGE, "", "--ssim and --flip cannot be combined with --where");
     if (!error && c->where && c->second_path)
@@ -234,7 +234,8 @@ static int compare(struct comparison *c, char **paths, struct fault *fault)
         !c->where && !strcmp(c->layer, "beauty") && image_layer_planes(c->test, "error", rgb);
     if (c->has_zscore)
         error = image_zscore(c->reference, c->test, c->difference.mean, &c->zscore, fault);
-    if (!error) error = likeness_find(&c->likeness, c->reference, c->test, c->layer, fault);
+    if (!error)
+        error = perceptual_metrics_find(&c->perceptual, c->reference, c->test, c->layer, fault);
     if (!error && c->picture) error = write_picture(c, fault);
     return error;
 }
@@ -265,22 +266,22 @@ int cli_compare(int argc, char **argv)
          "difference at which its colours are darkest (default: 10)", 1, 100000, &c.range_percent},
         {"ssim", 0, OPTION_FLAG, NULL,
          "also print structural similarity (Wang et al. 2004); 1: identical", 0, 0,
-         &c.likeness.ssim},
+         &c.perceptual.ssim},
         {"flip", 0, OPTION_FLAG, NULL,
          "also print FLIP (Andersson et al. 2020), mean and weighted quartiles; 0: identical", 0, 0,
-         &c.likeness.flip},
+         &c.perceptual.flip},
         {"exposure", 0, OPTION_TEXT, "STOPS",
-         "exposure of both pictures for SSIM and FLIP (default: 0)", 0, 0, &c.likeness.exposure},
+         "exposure of both pictures for SSIM and FLIP (default: 0)", 0, 0, &c.perceptual.exposure},
         {"gamma", 0, OPTION_TEXT, "GAMMA",
          "gamma of both pictures for SSIM and FLIP (default: 1, sRGB alone)", 0, 0,
-         &c.likeness.gamma},
+         &c.perceptual.gamma},
         {"curve", 0, OPTION_TEXT, "linear|filmic",
          "tone curve of both pictures for SSIM and FLIP (default: linear)", 0, 0,
-         &c.likeness.curve},
+         &c.perceptual.curve},
         {"ppd", 0, OPTION_TEXT, "PIXELS",
          "pixels per degree of visual angle, for FLIP (default: 67.02, 3840 pixels on 0.7 m at "
          "0.7 m)",
-         0, 0, &c.likeness.ppd},
+         0, 0, &c.perceptual.ppd},
     };
     const struct option_table table = {
         .usage = "shearwater compare REF.exr [--reference-pair REF2.exr] TEST.exr [options]",

@@ -198,23 +198,23 @@ static void pool(float *sorted, size_t count, struct flip *out)
     }
 }
 
-static void fill_map(const struct shown *shown, const struct perceived p[2], float *sorted,
+static void fill_map(const struct display_pair *pair, const struct perceived p[2], float *sorted,
                      float *map, struct flip *out)
 {
-    const size_t area = (size_t)shown->width_px * (size_t)shown->height_px;
+    const size_t area = (size_t)pair->width_px * (size_t)pair->height_px;
     const double largest = pow(flip_color_largest(), COLOR_POWER);
     size_t count = 0;
     for (size_t i = 0; i < area; i++) {
-        map[i] = shown->counts[i] ? (float)error_at(p, i, largest) : 0.0f;
-        if (shown->counts[i]) sorted[count++] = map[i];
+        map[i] = pair->counts[i] ? (float)error_at(p, i, largest) : 0.0f;
+        if (pair->counts[i]) sorted[count++] = map[i];
     }
     pool(sorted, count, out);
 }
 
-int flip_map(const struct shown *shown, double ppd, float *map, struct flip *out)
+int flip_map(const struct display_pair *pair, double ppd, float *map, struct flip *out)
 {
-    const size_t area = (size_t)shown->width_px * (size_t)shown->height_px;
-    struct flip_work f = {shown->width_px, shown->height_px, area, ppd, {NULL}};
+    const size_t area = (size_t)pair->width_px * (size_t)pair->height_px;
+    struct flip_work f = {pair->width_px, pair->height_px, area, ppd, {NULL}};
     struct perceived p[2];
     assert(ppd >= FLIP_PPD_LEAST && ppd <= FLIP_PPD_MOST);
     float *memory = malloc(14 * area * sizeof *memory), *next = memory;
@@ -226,9 +226,9 @@ int flip_map(const struct shown *shown, double ppd, float *map, struct flip *out
         p[s].point = next + area;
         next += 2 * area;
     }
-    int error = perceive(&f, shown->reference, &p[0]);
-    if (!error) error = perceive(&f, shown->test, &p[1]);
-    if (!error) fill_map(shown, p, f.spare[3], map, out);
+    int error = perceive(&f, pair->reference, &p[0]);
+    if (!error) error = perceive(&f, pair->test, &p[1]);
+    if (!error) fill_map(pair, p, f.spare[3], map, out);
     free(memory);
     return error;
 }

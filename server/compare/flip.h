@@ -3,9 +3,10 @@
  * Nilsson, Akenine-Moller, Oskarsson, Astrom and Fairchild 2020, "FLIP: A Difference Evaluator for
  * Alternating Images", sections 4.1 and 4.2; weighted quartiles after their section 5.
  *
- * FLIP-like, since the pictures are what the viewer shows of linear numbers (shown.h), not files of
- * bytes, and pixels that do not count are black in both and left out of the figures. */
-#include "server/compare/shown.h"
+ * FLIP-like, since the pictures are what the viewer shows of linear numbers (display_transform.h),
+ * not files of bytes, and pixels that do not count are black in both and left out of the figures.
+ */
+#include "server/compare/display_transform.h"
 
 /* Of a screen 0.7 m wide with 3840 pixels, seen from 0.7 m: what the paper takes. */
 #define FLIP_PPD 67.0206432765
@@ -21,4 +22,4 @@ struct flip {
 
 /* map[i], width * height, in [0, 1]: 0 where nobody sees a difference, and where a pixel does not
  * count. `ppd`: pixels a degree of visual angle, within the two above. ERR_MEMORY. */
-int flip_map(const struct shown *shown, double ppd, float *map, struct flip *out);
+int flip_map(const struct display_pair *pair, double ppd, float *map, struct flip *out);

@@ -28,7 +28,7 @@ static double luma(float *const rgb[3], size_t i)
     return 0.2126 * (double)rgb[0][i] + 0.7152 * (double)rgb[1][i] + 0.0722 * (double)rgb[2][i];
 }
 
-static void fill(const struct shown *s, size_t area, float *const sums[SUMS])
+static void fill(const struct display_pair *s, size_t area, float *const sums[SUMS])
 {
     for (size_t i = 0; i < area; i++) {
         const double x = luma(s->reference, i), y = luma(s->test, i);
@@ -52,7 +52,7 @@ static float likeness(float *const sums[SUMS], size_t i)
                    ((v[X] * v[X] + v[Y] * v[Y] + C1) * (xx + yy + C2)));
 }
 
-static double mean_of(const struct shown *s, const float *map)
+static double mean_of(const struct display_pair *s, const float *map)
 {
     const bool whole = s->width_px > 2 * RADIUS_PX && s->height_px > 2 * RADIUS_PX;
     const int32_t edge = whole ? RADIUS_PX : 0;
@@ -68,7 +68,7 @@ static double mean_of(const struct shown *s, const float *map)
     return count > 0 ? sum / (double)count : 1.0;
 }
 
-int ssim_map(const struct shown *s, float *map, double *mean)
+int ssim_map(const struct display_pair *s, float *map, double *mean)
 {
     const size_t area = (size_t)s->width_px * (size_t)s->height_px;
     const struct convolve_weights w = window();

@@ -1,4 +1,4 @@
-#include "server/compare/shown.h"
+#include "server/compare/display_transform.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ static double filmic_of(double v)
     return x > 1e6 ? 1.0 : x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
 }
 
-static float shown_of(double v, double scale, const struct shown_view *view)
+static float displayed(double v, double scale, const struct display_transform *view)
 {
     const double linear = clip(view->filmic ? filmic_of(v * scale) : v * scale);
     const double encoded =
@@ -23,11 +23,11 @@ static float shown_of(double v, double scale, const struct shown_view *view)
     return (float)pow(encoded, 1 / view->gamma);
 }
 
-static int allocate(int32_t width, int32_t height, struct shown *out)
+static int allocate(int32_t width, int32_t height, struct display_pair *out)
 {
     const size_t area = (size_t)width * (size_t)height;
     float *next = calloc(area, 6 * sizeof *next + sizeof *out->counts);
-    *out = (struct shown){.width_px = width, .height_px = height, .memory = next};
+    *out = (struct display_pair){.width_px = width, .height_px = height, .memory = next};
     if (!next) return ERR_MEMORY;
     for (int c = 0; c < 3; c++, next += 2 * area) {
         out->reference[c] = next;
@@ -45,7 +45,7 @@ static bool is_finite(const struct plane *const rgb[3], int32_t x, int32_t y)
 }
 
 static void fill(const struct plane *const r[3], const struct plane *const t[3],
-                 const struct shown_view *view, struct shown *out)
+                 const struct display_transform *view, struct display_pair *out)
 {
     const double scale = exp2(view->exposure_ev);
     size_t i = 0;
@@ -55,17 +55,18 @@ static void fill(const struct plane *const r[3], const struct plane *const t[3],
             out->counts[i] = 1;
             out->count++;
             for (int c = 0; c < 3; c++) {
-                out->reference[c][i] = shown_of((double)*plane_at(r[c], x, y), scale, view);
-                out->test[c][i] = shown_of((double)*plane_at(t[c], x, y), scale, view);
+                out->reference[c][i] = displayed((double)*plane_at(r[c], x, y), scale, view);
+                out->test[c][i] = displayed((double)*plane_at(t[c], x, y), scale, view);
             }
         }
 }
 
-int shown_create(const struct image *reference, const struct image *test, const char *layer,
-                 const struct shown_view *view, struct shown *out, struct fault *fault)
+int display_pair_create(const struct image *reference, const struct image *test, const char *layer,
+                        const struct display_transform *view, struct display_pair *out,
+                        struct fault *fault)
 {
     const struct plane *r[3], *t[3];
-    *out = (struct shown){.memory = NULL};
+    *out = (struct display_pair){.memory = NULL};
     if (reference->width_px != test->width_px || reference->height_px != test->height_px)
         return fault_set(fault, ERR_MISMATCH, "", "sizes differ: %d x %d and %d x %d",
                          reference->width_px, reference->height_px, test->width_px,
@@ -80,8 +81,8 @@ int shown_create(const struct image *reference, const struct image *test, const 
     return 0;
 }
 
-void shown_fini(struct shown *shown)
+void display_pair_fini(struct display_pair *pair)
 {
-    free(shown->memory);
-    *shown = (struct shown){.memory = NULL};
+    free(pair->memory);
+    *pair = (struct display_pair){.memory = NULL};
 }

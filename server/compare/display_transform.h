@@ -7,16 +7,16 @@
 
 #include "server/image/image.h"
 
-struct shown_view {
+struct display_transform {
     double exposure_ev, gamma;
     bool filmic;
 };
 
-#define SHOWN_PLAIN ((struct shown_view){.exposure_ev = 0, .gamma = 1, .filmic = false})
+#define DISPLAY_PLAIN ((struct display_transform){.exposure_ev = 0, .gamma = 1, .filmic = false})
 
 /* Arrays of width * height, row by row. Where one of the two is not finite neither counts and both
  * are black. One allocation. */
-struct shown {
+struct display_pair {
     int32_t width_px, height_px;
     float *reference[3], *test[3]; /* in [0, 1] */
     uint8_t *counts;               /* 1: judged */
@@ -25,6 +25,7 @@ struct shown {
 };
 
 /* `layer` as in image_layer_planes. ERR_MISMATCH for other sizes, ERR_NOT_FOUND, ERR_MEMORY. */
-int shown_create(const struct image *reference, const struct image *test, const char *layer,
-                 const struct shown_view *view, struct shown *out, struct fault *fault);
-void shown_fini(struct shown *shown);
+int display_pair_create(const struct image *reference, const struct image *test, const char *layer,
+                        const struct display_transform *view, struct display_pair *out,
+                        struct fault *fault);
+void display_pair_fini(struct display_pair *pair);

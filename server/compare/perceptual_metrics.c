@@ -1,4 +1,4 @@
-#include "server/compare/likeness.h"
+#include "server/compare/perceptual_metrics.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,7 +19,7 @@ static int parse(const char *option, const char *text, double least, double most
                      least, most);
 }
 
-int likeness_parse(struct likeness *l, struct fault *fault)
+int perceptual_metrics_parse(struct perceptual_metrics *l, struct fault *fault)
 {
     int error = parse("exposure", l->exposure, -32, 32, 0, &l->view.exposure_ev, fault);
     if (!error) error = parse("gamma", l->gamma, 0.2, 5, 1, &l->view.gamma, fault);
@@ -34,24 +34,24 @@ int likeness_parse(struct likeness *l, struct fault *fault)
     return 0;
 }
 
-int likeness_find(struct likeness *l, const struct image *reference, const struct image *test,
-                  const char *layer, struct fault *fault)
+int perceptual_metrics_find(struct perceptual_metrics *l, const struct image *reference,
+                            const struct image *test, const char *layer, struct fault *fault)
 {
-    struct shown shown;
+    struct display_pair pair;
     if (!l->ssim && !l->flip) return 0;
-    int error = shown_create(reference, test, layer, &l->view, &shown, fault);
+    int error = display_pair_create(reference, test, layer, &l->view, &pair, fault);
     if (error) return error;
-    float *map = malloc((size_t)shown.width_px * (size_t)shown.height_px * sizeof *map);
+    float *map = malloc((size_t)pair.width_px * (size_t)pair.height_px * sizeof *map);
     error = map ? 0 : ERR_MEMORY;
-    if (!error && l->ssim) error = ssim_map(&shown, map, &l->ssim_mean);
-    if (!error && l->flip) error = flip_map(&shown, l->pixels_per_degree, map, &l->flip_figures);
-    l->pixels = shown.count;
+    if (!error && l->ssim) error = ssim_map(&pair, map, &l->ssim_mean);
+    if (!error && l->flip) error = flip_map(&pair, l->pixels_per_degree, map, &l->flip_figures);
+    l->pixels = pair.count;
     free(map);
-    shown_fini(&shown);
+    display_pair_fini(&pair);
     return error ? fault_set(fault, error, "", "memory is exhausted") : 0;
 }
 
-void likeness_tell(const struct likeness *l, json_t *line)
+void perceptual_metrics_tell(const struct perceptual_metrics *l, json_t *line)
 {
     const struct flip *f = &l->flip_figures;
     if (l->ssim) json_object_set_new(line, "ssim", json_real(l->ssim_mean));

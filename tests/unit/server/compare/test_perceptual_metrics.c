@@ -61,25 +61,25 @@ static void paint_luma(struct image *image, double (*luma)(int32_t x, int32_t y)
 
 static double ssim(void)
 {
-    struct shown shown;
+    struct display_pair shown;
     struct fault fault;
-    const struct shown_view plain = SHOWN_PLAIN;
+    const struct display_transform plain = DISPLAY_PLAIN;
     double mean;
-    assert_int_equal(shown_create(one, two, "beauty", &plain, &shown, &fault), 0);
+    assert_int_equal(display_pair_create(one, two, "beauty", &plain, &shown, &fault), 0);
     assert_int_equal(ssim_map(&shown, map, &mean), 0);
-    shown_fini(&shown);
+    display_pair_fini(&shown);
     return mean;
 }
 
 static struct flip flip(double ppd)
 {
-    struct shown shown;
+    struct display_pair shown;
     struct fault fault;
     struct flip found;
-    const struct shown_view plain = SHOWN_PLAIN;
-    assert_int_equal(shown_create(one, two, "beauty", &plain, &shown, &fault), 0);
+    const struct display_transform plain = DISPLAY_PLAIN;
+    assert_int_equal(display_pair_create(one, two, "beauty", &plain, &shown, &fault), 0);
     assert_int_equal(flip_map(&shown, ppd, map, &found), 0);
-    shown_fini(&shown);
+    display_pair_fini(&shown);
     return found;
 }
 
@@ -220,17 +220,18 @@ TEST(edges_count)
 /* Numbers that are none are left out of both. */
 TEST(holes_are_left_out)
 {
-    struct shown shown;
+    struct display_pair shown;
     struct fault fault;
-    const struct shown_view plain = SHOWN_PLAIN;
+    const struct display_transform plain = DISPLAY_PLAIN;
     paint_luma(one, scenery);
     paint_luma(two, scenery);
     put(one, 20, 20, NAN, 1, 1);
     put(two, 30, 20, 1, INFINITY, 1);
     assert_true(ssim() == 1.0);
     assert_true(flip(FLIP_PPD).max == 0);
-    assert_int_equal(shown_create(one, two, "beauty", &plain, &shown, &fault), 0);
+    assert_int_equal(display_pair_create(one, two, "beauty", &plain, &shown, &fault), 0);
     assert_int_equal(shown.count, WIDTH * HEIGHT - 2);
-    shown_fini(&shown);
-    assert_int_equal(shown_create(one, two, "normal", &plain, &shown, &fault), ERR_NOT_FOUND);
+    display_pair_fini(&shown);
+    assert_int_equal(display_pair_create(one, two, "normal", &plain, &shown, &fault),
+                     ERR_NOT_FOUND);
 }
