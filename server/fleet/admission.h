@@ -1,6 +1,6 @@
 #pragma once
-/* Who may join: a worker whose samples are the same bytes as every other worker's. A refusal says
- * what to do about it. */
+/* Decides whether a worker may join: its samples must be the same bytes as every other worker's. A
+ * refusal says what to do about it. */
 #include <stdbool.h>
 
 #include "proto/link/message.h"
@@ -8,9 +8,9 @@
 struct admission {
     const char *build_id, *isa; /* the coordinator's */
     const char *embree_version; /* the first worker's; "" before it */
-    unsigned workers;           /* that joined already */
+    unsigned workers;           /* that have joined */
 };
 
-/* False: *refused has the code and the advice. */
+/* Returns false when it is refused; *refused has the code and the advice. */
 bool admission_check(const struct admission *a, const struct message_hello *h,
                      struct message_refused *refused);

@@ -1,7 +1,7 @@
 #include "server/fleet/fleet_work.h"
 #include "server/fleet/speculation.h"
 
-/* How often those who idle look again for tiles that others are late with. */
+/* How often late tiles are looked for while workers idle. */
 #define SPECULATE_EVERY_MS 25u
 
 static size_t gather_offers(struct fleet *fleet)
@@ -20,7 +20,8 @@ static size_t gather_offers(struct fleet *fleet)
     return count;
 }
 
-/* A lease is on the worker, or back with the client. False: the worker gets no more this turn. */
+/* Sends a lease to the worker, or gives it back to the client. False: the worker gets no more this
+ * turn. */
 static bool send_lease(struct fleet *fleet, struct session *s, const struct fleet_tile *tile)
 {
     const struct fleet_client *client = &fleet->client;
@@ -40,7 +41,8 @@ fail:
     return false;
 }
 
-/* For whom there was no tile this turn: of those who hold tiles, and of those who are free. */
+/* Whether there was no tile this turn, and for which capabilities: of workers that hold tiles, and
+ * of free ones. */
 struct dryness {
     bool is_dry;
     uint32_t capabilities;
@@ -121,8 +123,8 @@ static void hand_copies(struct fleet *fleet)
         while (is_idle(fleet->sessions[i]) && hand_copy(fleet, i)) continue;
 }
 
-/* While somebody idles beside others who work, what is right for him changes with time alone:
- * others become late, or so slow that a tile which was left to them is his after all. */
+/* Looks again soon while a worker idles beside busy ones. Time alone then changes what is right:
+ * others become late, or so slow that the idle worker should get a tile that was left to them. */
 static void look_again(struct fleet *fleet)
 {
     bool idles = false, works = false;

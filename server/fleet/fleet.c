@@ -90,8 +90,7 @@ static void session_closed(void *ctx, struct session *s)
     release_one(fleet);
 }
 
-/* Whoever dials may be anybody until its HELLO: of too many the one that has waited longest goes.
- */
+/* Makes room for new links. A link is unknown until its HELLO, so of too many the oldest goes. */
 static void make_room(struct fleet *fleet)
 {
     struct session *oldest = NULL;

@@ -1,9 +1,9 @@
 #pragma once
 /* The workers: their links, sessions, roster, and the local worker processes.
  *
- * The fleet knows tiles as numbers and plans as bytes; what they mean is its client's. It calls the
- * client on the loop's thread. It never calls back from inside a fleet_ function. The process must
- * ignore SIGPIPE. */
+ * The fleet knows tiles as numbers and plans as bytes. Their meaning belongs to its client, which
+ * it calls on the loop's thread, and never from inside a fleet_ function. The process must ignore
+ * SIGPIPE. */
 #include <jansson.h>
 #include <stdbool.h>
 #include <uv.h>
@@ -18,53 +18,53 @@ struct fleet_tile {
     uint32_t index, generation;
     struct plan_pass pass; /* first, count and strata all 0: the schedule's */
     struct rect rect;
-    bool alone;            /* its worker gets no other tile while it holds this one */
-    const uint8_t *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL:
-                              the pass has none */
+    bool alone; /* its worker gets no other tile while it holds this one */
+    const uint8_t
+        *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL: none */
     uint32_t counts_bytes;
 };
 
 /* Why a lease came back without a result. */
 enum fleet_return {
-    FLEET_GIVEN_BACK, /* by a worker that leaves or stops, or that could not be sent it */
+    FLEET_GIVEN_BACK, /* by a worker that leaves or stops, or that it could not be sent to */
     FLEET_TAKEN_BACK, /* from one that is silent or stands still, or whose link broke */
     FLEET_SENT_AWAY,  /* from one that broke the protocol */
     FLEET_DIED,       /* a thread was at it when its worker's link broke */
 };
 
-/* Who asks for a tile. */
+/* What a worker says when it asks for a tile. */
 struct worker_request {
     uint64_t worker;
     uint32_t capabilities;
-    bool is_free; /* it holds no tile: it may have one that is to be alone */
+    bool is_free; /* it holds no tile, so it may get one that must be alone */
 };
 
 struct fleet_client {
     void *ctx;
-    /* The next tile for this worker, leased to it; false when there is none now (fleet_wake later).
+    /* Leases the next tile to this worker. False: there is none now, and fleet_wake follows later.
      */
     bool (*next_tile)(void *ctx, const struct worker_request *request, struct fleet_tile *out);
-    /* What workers are told of a frame; the plan's bytes are borrowed until it is cancelled or
-     * done. False: it is gone. */
+    /* Fills in what workers are told of a frame. The plan's bytes are borrowed until the frame is
+     * cancelled or done. False: the frame is gone. */
     bool (*plan)(void *ctx, uint64_t frame_id, struct message_frame_plan *out);
-    /* A result came. The client either answers now (a verdict) or returns 0, takes over *bytes (to
+    /* Takes a result. The client either returns a verdict, or it returns 0, takes over *bytes (to
      * be freed with free) and answers later with fleet_ack. */
     uint32_t (*result)(void *ctx, uint64_t worker, const struct message_result *result,
                        uint8_t **bytes, uint32_t size_bytes);
     void (*returned)(void *ctx, uint64_t worker, const struct fleet_tile *tile,
                      enum fleet_return why);
-    /* A worker that tiles came back from as if it had died (FLEET_DIED) did not die of them: it has
-     * only lost its link and is back, under another id, or somebody has stopped it. */
+    /* Tells that a worker whose tiles came back with FLEET_DIED did not die of them: it lost its
+     * link and is back under another id, or it was stopped from outside. */
     void (*survived)(void *ctx, uint64_t worker);
-    /* A worker says that a tile cannot be rendered. */
+    /* Tells that a worker cannot render a tile. */
     void (*faulted)(void *ctx, uint64_t worker, const struct message_tile_fault *fault);
-    /* Path of a blob; false when there is none such. */
+    /* Finds the path of a blob; false when there is none such. */
     bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
-    /* About how many tiles next_tile could still give now, so that a short supply is spread evenly;
-     * NULL: not known. */
+    /* Returns about how many tiles next_tile could still give now, so that a short supply is spread
+     * evenly. NULL: not known. */
     uint64_t (*tiles_left)(void *ctx);
-    /* A copy of a tile that is leased, for a worker that would idle while another is late with it;
-     * false: there cannot be one. NULL: no copies; else tiles_left is not. */
+    /* Leases a copy of a leased tile to a worker that would idle while another is late with it.
+     * False: it cannot be copied. NULL: no copies; else tiles_left must be set. */
     bool (*copy_tile)(void *ctx, uint64_t worker, uint32_t capabilities,
                       const struct fleet_tile *of, struct fleet_tile *out);
 };
@@ -84,38 +84,39 @@ struct fleet_options {
     uint32_t stall_ms; /* a tile without progress is taken back; default 10000 */
 };
 
-/* On failure *fault names the option's value and the reason; what was opened already is closed and
- * freed as the loop runs on. Strings are copied. */
+/* Creates the fleet and opens its listeners. On failure *fault names the option's value and the
+ * reason, and what is open already is closed and freed as the loop runs on. Strings are copied. */
 int fleet_create(uv_loop_t *loop, const struct fleet_options *options,
                  const struct fleet_client *client, struct fleet **out, struct fault *fault);
 
-/* Tells local workers to drain (SIGTERM), closes links; `closed` comes when all is released. The
- * client is not called any more. */
+/* Tells local workers to drain (SIGTERM) and closes links. `closed` is called when all is released.
+ * The client is not called any more. */
 void fleet_close(struct fleet *fleet, void (*closed)(void *ctx), void *ctx);
 
-/* There may be tiles again: workers that wait are served before the loop sleeps. */
+/* Tells that there may be tiles again: waiting workers are served before the loop sleeps. */
 void fleet_wake(struct fleet *fleet);
 void fleet_ack(struct fleet *fleet, uint64_t worker, const struct message_ack *ack);
 /* Drops the frame on every worker; their leases are forgotten, not returned. */
 void fleet_cancel(struct fleet *fleet, uint64_t frame_id);
-/* Whoever takes a worker back from a quarantine forgives it all strikes. ERR_NOT_FOUND */
+/* Drains a worker, or takes it back. A worker that is taken back from quarantine has no strikes any
+ * more. ERR_NOT_FOUND */
 int fleet_drain(struct fleet *fleet, uint64_t worker, bool drain);
 
-/* Holds a result that does not fit its plan against the worker (worker_health.h). True when it is
- * put into quarantine for it. */
+/* Counts a result that does not fit its plan as a strike (worker_health.h). Returns true when this
+ * puts the worker into quarantine. */
 bool fleet_strike(struct fleet *fleet, uint64_t worker);
-/* Takes all workers back that are in quarantine. */
+/* Takes all workers in quarantine back. */
 void fleet_forgive(struct fleet *fleet);
 
-/* What a worker calls itself; borrowed until the loop turns. NULL: it is not known (any more). */
+/* Returns a worker's name, borrowed until the loop turns. NULL: it is not known (any more). */
 const char *fleet_worker_name(const struct fleet *fleet, uint64_t worker);
-/* The version of Embree that all workers have, since the first one came; "" before. */
+/* Returns the version of Embree that all workers have, since the first one joined; "" before. */
 const char *fleet_embree(const struct fleet *fleet);
-/* False once its link is ending. */
+/* Returns false once the worker's link is ending. */
 bool fleet_worker_is_here(const struct fleet *fleet, uint64_t worker);
 
-/* The frames that a worker holds tiles of, with how many of each, oldest tile first. Returns how
- * many there are, at most `most`. */
+/* Lists the frames that a worker holds tiles of, with how many of each, oldest tile first. Returns
+ * how many there are, at most `most`. */
 struct fleet_work {
     uint64_t frame_id;
     uint32_t tiles;
@@ -123,12 +124,12 @@ struct fleet_work {
 unsigned fleet_work(const struct fleet *fleet, uint64_t worker, struct fleet_work *out,
                     unsigned most);
 
-/* Port of the TCP listener, 0 without one. */
+/* Returns the port of the TCP listener, 0 without one. */
 int fleet_port(const struct fleet *fleet);
-unsigned fleet_count(const struct fleet *fleet); /* sessions that may work */
+unsigned fleet_count(const struct fleet *fleet); /* of sessions that may work */
 
-/* The roster as an array: id, name, state, threads, isa, build, embree, capabilities, tiles in hand
- * and done, rays, rates, bytes, rss, cpu. New reference. */
+/* Returns the roster as an array: id, name, state, threads, isa, build, embree, capabilities, tiles
+ * in hand and done, rays, rates, bytes, rss, cpu. New reference. */
 json_t *fleet_roster(const struct fleet *fleet);
 
 struct fleet_totals {

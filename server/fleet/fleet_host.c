@@ -56,8 +56,8 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
     return !fleet->closing && fleet->client.blob_path(fleet->client.ctx, digest, out, capacity);
 }
 
-/* What a result is of: what this session holds; the tile in another generation, or a lease that has
- * ended lately, whoever held it, which are the client's to judge; nothing that is known. */
+/* What a result belongs to: nothing that is known; the past, which the client judges (the tile in
+ * another generation, or a lease of any worker that ended lately); or a lease of this session. */
 enum result_of { RESULT_OF_NOTHING, RESULT_OF_THE_PAST, RESULT_OF_A_LEASE };
 
 /* The session's lease ends, and `tile` is what it was of. */

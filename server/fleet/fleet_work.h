@@ -10,11 +10,11 @@
 /* A worker that may have died: its link broke while it held tiles. */
 struct gone {
     char name[LIMIT_NAME_BYTES];
-    uint64_t pid, id; /* id 0: nobody */
+    uint64_t pid, id; /* id 0: the entry is empty */
     bool local;
 };
 #define STOPPED_KNOWN 64
-#define GONE_KNOWN    256 /* the last ones; who comes back later than that many counts as dead */
+#define GONE_KNOWN    256 /* a worker that comes back after more than that many counts as dead */
 
 struct fleet {
     uv_loop_t *loop;
@@ -35,11 +35,12 @@ struct fleet {
     struct worker_health health;
     struct gone gone[GONE_KNOWN];
     unsigned gone_next;
-    int64_t stopped[STOPPED_KNOWN]; /* processes of ours that somebody stopped, the last ones */
+    int64_t
+        stopped[STOPPED_KNOWN]; /* local processes that were stopped from outside, the last ones */
     unsigned stopped_next;
     uv_idle_t turn; /* active: on_turn is due before the loop sleeps */
     uv_timer_t tick;
-    uv_timer_t speculation; /* active: somebody idles while others have tiles */
+    uv_timer_t speculation; /* active: a worker idles while others have tiles */
     struct listener local, tcp;
     struct processes *processes;
     bool closing;
@@ -50,21 +51,21 @@ struct fleet {
     void *closed_ctx;
 };
 
-/* What its sessions call; `closed` when one has gone. */
+/* Returns what the fleet's sessions call. `closed` is called when one has gone. */
 struct session_host fleet_host(struct fleet *fleet, void (*closed)(void *ctx, struct session *s));
 
-/* Gives tiles to those who want them; to those who idle when there are none, copies of tiles that
- * others are late with. */
+/* Gives tiles to workers that want them. When there are none, idle workers get copies of late
+ * tiles. */
 void fleet_dispatch(struct fleet *fleet);
 
 struct session *fleet_find_session(const struct fleet *fleet, uint64_t id); /* NULL: none */
-/* As session_host: takes note of a worker that may have died. */
+/* Serves session_host: takes note of a worker that may have died. */
 bool fleet_note_gone(void *fleet, const struct session *s);
-/* Tells the client when one of those joins again, or was a process of ours that somebody stopped.
- */
+/* Tells the client when such a worker joins again, or was a local process that was stopped from
+ * outside. */
 void fleet_note_joined(struct fleet *fleet, const struct session *s);
 void fleet_note_stopped(void *fleet, int64_t pid);
-/* As session_host: one of our own processes is ended, and started again. */
+/* Serves session_host: kills a silent local process, which is then started again. */
 void fleet_note_silent(void *fleet, const struct session *s);
-/* As session_host. */
+/* Serves session_host. */
 void fleet_struck(void *fleet, struct session *s, enum strike kind);

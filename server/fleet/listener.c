@@ -31,7 +31,8 @@ static int start(struct listener *l, struct fault *fault, const char *place)
 
 /* ---- Unix ---- */
 
-/* Whether somebody listens on the socket: 1, 0, or -1 when the path holds something else. */
+/* Returns 1 if a process listens on the socket, 0 if none does, -1 when the path holds something
+ * else. */
 static int is_answered(const struct sockaddr_un *address)
 {
     struct stat st;
@@ -75,7 +76,7 @@ int listener_open_unix(struct listener *l, uv_loop_t *loop, const char *path,
     l->handle.any.data = l;
     int status = uv_pipe_bind(&l->handle.pipe, path);
     if (status < 0) return give_up(fault, path, "cannot bind a socket there", status);
-    /* Nobody can connect before the listen call, so there is no moment of wider rights. */
+    /* No client can connect before the listen call, so rights are never wider. */
     if (chmod(path, S_IRUSR | S_IWUSR) != 0)
         return give_up(fault, path, "cannot make the socket private", -errno);
     return start(l, fault, path);

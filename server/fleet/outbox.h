@@ -1,6 +1,6 @@
 #pragma once
-/* What goes out on one worker link. Messages are gathered and written once a turn of the loop, so
- * that a burst of leases or acknowledgements costs one system call. */
+/* The outgoing side of one worker link. Messages are gathered and written once a turn of the loop,
+ * so that a burst of leases or acknowledgements costs one system call. */
 #include <stdbool.h>
 #include <uv.h>
 

@@ -116,7 +116,7 @@ static void on_exit_of_child(uv_process_t *process, int64_t status, int signal)
 
 #define ARGS_MAX 20
 
-/* Whoever looks at the picture, and the coordinator, go before tracing on the same CPUs. */
+/* The coordinator, and what shows the picture, go before tracing on the same CPUs. */
 #define LOCAL_NICE "10"
 
 static void fill_args(struct processes *p, char *name, char *args[ARGS_MAX])

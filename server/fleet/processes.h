@@ -1,7 +1,7 @@
 #pragma once
 /* Local workers: child processes that are started, watched, started again when they die, and
- * stopped. A child that keeps dying is started again ever later, up to every 30 s. One that the
- * coordinator refused (exit status 3) stays down: it would be refused again. */
+ * stopped. The delay before a restart doubles up to 30 s while a child keeps dying. A child that
+ * the coordinator refused (exit status 3) stays down, since it would be refused again. */
 #include <stdint.h>
 #include <uv.h>
 
@@ -21,8 +21,8 @@ struct processes_options {
     const char *cache_dir, *blob_dir; /* may be NULL */
     unsigned count, threads;
     const struct log *log; /* whose format and least level the children's lines have; may be NULL */
-    /* A child has ended because somebody stopped it: by SIGKILL or another signal that programs do
-     * not raise by their own faults. May be NULL. */
+    /* Tells that a child was ended from outside, by SIGKILL or another signal that programs do not
+     * raise by their own faults. May be NULL. */
     void (*stopped)(void *ctx, int64_t pid);
     void *ctx;
 };
@@ -32,10 +32,10 @@ struct processes_options {
 int processes_create(uv_loop_t *loop, const struct processes_options *options, uint64_t *respawned,
                      struct processes **out, struct fault *fault);
 
-/* SIGKILL to the child that is process `pid`, if there is one: it is started again, as one that
+/* Sends SIGKILL to the child with this pid, if there is one. It is started again like one that
  * died. */
 void processes_end(struct processes *p, int64_t pid);
 
-/* SIGTERM to all, SIGKILL after 5 s; `closed` is called from the loop when all are gone and freed.
- * Must be called exactly once. */
+/* Sends SIGTERM to all children, and SIGKILL after 5 s. `closed` is called from the loop when all
+ * are gone and freed. Must be called exactly once. */
 void processes_close(struct processes *p, void (*closed)(void *ctx), void *ctx);

@@ -1,5 +1,5 @@
-/* What follows from how workers behave: strikes, quarantine and its end; who died, and who only
- * lost the link. */
+/* Puts workers into quarantine after strikes and takes them back, and tells workers that died from
+ * those that only lost the link. */
 #include <stdio.h>
 #include <string.h>
 
@@ -71,8 +71,8 @@ bool fleet_note_gone(void *ctx, const struct session *s)
     return true;
 }
 
-/* A process that died does not come back under its number; machines have numbers of their own, and
- * are told apart by name. */
+/* A process that died does not come back under its pid. Pids of different machines may be equal, so
+ * the name must be, too. */
 static bool is_same_process(const struct gone *gone, const struct session *s)
 {
     return gone->id != 0 && gone->pid == s->hello.pid && gone->local == s->local &&

@@ -1,11 +1,11 @@
 #pragma once
-/* Who gets how many tiles: a pure function of what the workers hold and ask for.
+/* Decides how many tiles each worker gets: a pure function of what the workers hold and ask for.
  *
  * A worker's queue is filled to two tiles a thread, so that none of its threads waits for the link.
- * When fewer tiles are left than that takes, queues become shorter, down to one tile a thread: what
- * a slow worker has queued at the end, everyone waits for. For the same reason a worker is given
- * nothing that it would not be done with before the others have done all the rest and one tile
- * more. Tiles go where the fewest are held per thread, so that a short supply is spread evenly. */
+ * When fewer tiles are left, queues become shorter, down to one tile a thread, because at the end
+ * all workers wait for what a slow one has queued. For the same reason a worker gets no tile that
+ * it would finish later than the others finish all the rest and one tile more. Tiles go where the
+ * fewest are held per thread, so that a short supply is spread evenly. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -18,11 +18,12 @@ struct schedule_worker {
     double pace_ms;   /* that a thread takes for a tile; 0: not known */
 };
 
-/* Tiles that a worker should hold at most, of `supply` left for `threads_total` threads. */
+/* Returns the most tiles that a worker should hold, of `supply` left for `threads_total` threads.
+ */
 uint32_t schedule_depth(uint32_t threads, uint64_t threads_total, uint64_t supply);
 
-/* All workers that work are given, also those that want nothing. Fills give[i], the tiles for
- * worker i: at most its want, their sum at most `supply`. supply UINT64_MAX: not known. Ties go to
- * the worker that comes first. */
+/* Shares tiles out. `workers` are all that may work, also those that want nothing. Fills give[i],
+ * the tiles for worker i: at most its want, their sum at most `supply`. supply UINT64_MAX: not
+ * known. Ties go to the worker that comes first. */
 void schedule_share(const struct schedule_worker *workers, size_t count, uint64_t supply,
                     uint32_t *give);

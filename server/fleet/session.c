@@ -191,7 +191,7 @@ static void open_sealed(struct session *s)
         wake(s); /* it may have words of its own to send */
         if (e == ERR_INCOMPLETE) return;
         if (e) {
-            /* The line's fault, or somebody's on it, or ours: never the worker's. */
+            /* The fault is the line's or the coordinator's, never the worker's. */
             session_end(s, SESSION_BROKE);
             return;
         }

@@ -1,15 +1,15 @@
 #pragma once
 /* One worker link as the coordinator sees it: its state, its leases, what it is owed.
  *
- *   GREETING --HELLO--> WORKING <--> DRAINING --BYE--> LEAVING --> CLOSING
- *       \---HELLO (refused)--> LEAVING
+ * GREETING --HELLO--> WORKING <--> DRAINING --BYE--> LEAVING --> CLOSING
  *
- * Any state goes to CLOSING when the link breaks, a message is out of state or cannot be decoded,
- * or the session is silent for too long. Every message has one small step function per state, in a
- * table; what is not in the table ends the session.
+ * A HELLO that is refused leads from GREETING to LEAVING. Any state goes to CLOSING when the link
+ * breaks, a message is out of state or cannot be decoded, or the session is silent for too long.
+ * Each message has one small step function per state, in a table. A message that the table does not
+ * have ends the session.
  *
- * A session decides nothing about tiles or jobs: it asks its host. All calls on the loop's thread.
- */
+ * A session decides nothing about tiles or jobs: it asks its host. All calls are on the loop's
+ * thread. */
 #include <stdbool.h>
 #include <uv.h>
 
@@ -42,19 +42,19 @@ struct session;
 
 struct session_host {
     void *ctx;
-    /* May this worker join? True and *welcome, or false and *refused. */
+    /* Decides whether this worker may join: true and *welcome, or false and *refused. */
     bool (*greet)(void *ctx, struct session *s, struct message_welcome *welcome,
                   struct message_refused *refused);
-    /* A result that was decoded but not judged; request_id is for the answer. */
+    /* Takes a result that was decoded but not judged; request_id is for the answer. */
     int (*result)(void *ctx, struct session *s, uint64_t request_id,
                   const struct message_result *result);
     void (*returned)(void *ctx, struct session *s, const struct fleet_tile *tile,
                      enum fleet_return why);
-    /* Its link broke while it held tiles. Whether it may have died of what it was at. */
+    /* Tells that its link broke while it held tiles. Returns whether it may have died of a tile. */
     bool (*gone)(void *ctx, const struct session *s);
-    /* It has not been heard for too long, and is being dropped. */
+    /* Tells that it is being dropped, since it was silent for too long. */
     void (*silent)(void *ctx, const struct session *s);
-    /* It may be put into quarantine from inside. */
+    /* Tells of a strike. The session may be put into quarantine from inside. */
     void (*struck)(void *ctx, struct session *s, enum strike kind);
     void (*faulted)(void *ctx, struct session *s, const struct message_tile_fault *fault);
     bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
@@ -108,8 +108,9 @@ struct session {
 
 const char *session_state_name(enum session_state state);
 
-/* A session on a handle that the caller accepts into handle.stream afterwards. tcp: which kind of
- * handle. key: what the peer must have; NULL: nothing. ERR_MEMORY, ERR_IO, ERR_UNSUPPORTED. */
+/* Creates a session on a handle that the caller accepts into handle.stream afterwards. tcp: the
+ * kind of handle. key: the link key that the worker must have; NULL: none. ERR_MEMORY, ERR_IO,
+ * ERR_UNSUPPORTED. */
 int session_create(uv_loop_t *loop, bool tcp, const struct link_key *key, uint64_t id,
                    const struct session_host *host, struct fleet_totals *totals,
                    struct session **out);
@@ -131,11 +132,11 @@ void session_end(struct session *s, enum session_end why);
 void session_drop(struct session *s);
 
 bool session_may_work(const struct session *s); /* may be given tiles */
-/* Holds nothing that is to be alone, and wants more. */
+/* Returns whether it wants more and holds no tile that must be alone. */
 bool session_takes_more(const struct session *s);
 
-/* What the turn of the loop brought: reads on where a limit had stopped it, writes what was
- * gathered, ends a session whose link has failed. */
+/* Ends a turn of the loop: reads on where a limit had stopped it, writes what was gathered, ends a
+ * session whose link has failed. */
 void session_turn(struct session *s);
 
 /* Checks the clocks: HELLO, silence, leaving, and stalled leases (taken back). */
@@ -147,13 +148,14 @@ bool session_knows_frame(const struct session *s, uint64_t frame_id);
 int session_send_plan(struct session *s, const struct message_frame_plan *plan);
 int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now_ms);
 
-/* The verdict on a result; also for one that is not (or no longer) unacknowledged, whose RESULT
- * came with request_id (0: not known). */
+/* Sends the verdict on a result. Also for a result that is not (or no longer) unacknowledged, whose
+ * RESULT came with request_id (0: not known). */
 void session_ack(struct session *s, const struct message_ack *ack, uint64_t request_id);
 int session_add_unacked(struct session *s, uint64_t request_id, const struct message_result *r);
 void session_cancel(struct session *s, uint64_t frame_id);
 void session_drain(struct session *s, bool drain);
-/* Drains it until then, unless it drains already; 0: works again, if that was why it drained. */
+/* Drains it until then, unless it drains already. 0: ends the quarantine, and with it the draining.
+ */
 void session_quarantine(struct session *s, uint64_t until_ms);
 
 /* ---- between the session's own files ---- */

@@ -99,7 +99,7 @@ static int take_return(struct session *s, const struct frame_view *f)
     struct fleet_tile tile;
     int e = message_decode_returned(f->payload, f->payload_bytes, &m);
     if (e) return e;
-    s->want = 0; /* who gives back is leaving: what it asked for before would come back, too */
+    s->want = 0; /* a worker that gives tiles back is leaving; more would come back, too */
     if (end_lease(s, m.frame_id, m.index, m.generation, &tile))
         s->host->returned(s->host->ctx, s, &tile, FLEET_GIVEN_BACK);
     return 0;

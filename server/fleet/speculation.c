@@ -4,8 +4,8 @@
 #define COPY_PART 0.75
 /* Time from a result to the next tile, over any link: shorter waits are not worth a copy. */
 #define LINK_MS 10.0
-/* Who takes longer than this many typical paces gets no copies: a faster one will be free before.
- */
+/* A worker that takes longer than this many typical paces gets no copies: a faster one will be free
+ * before. */
 #define PACES_MOST 2.0
 
 /* What a thread of the worker takes for a tile; `otherwise` where it has answered none. */
@@ -57,7 +57,7 @@ bool speculation_find(const struct lease_table *const *tables, size_t count, siz
     if (tables[idle]->pace_ms > PACES_MOST * typical_ms(tables, count)) return false;
     for (size_t i = 0; i < count; i++) {
         if (i == idle || !tables[i]) continue;
-        /* Who has not answered yet is taken to be as fast as the other. */
+        /* A worker without results is taken to be as fast as the other. */
         const double own = pace_of(tables[idle], tables[i]->pace_ms);
         if (own == 0) continue;
         struct speculation worst = {.holder = i, .gain_ms = (own + LINK_MS) / COPY_PART};

@@ -36,8 +36,8 @@ static const struct worker_health_record *find(const struct worker_health *c, co
     return NULL;
 }
 
-/* Whom to forget: nobody's record first, then who was struck longest ago; those in quarantine were
- * struck lately, so that only a flood of names reaches them. */
+/* Returns the record to overwrite: an unused one, else the one with the oldest last strike. Workers
+ * in quarantine were struck lately, so only a flood of names reaches them. */
 static struct worker_health_record *oldest(struct worker_health *c)
 {
     struct worker_health_record *found = &c->records[0];

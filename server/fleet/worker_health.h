@@ -1,13 +1,13 @@
 #pragma once
-/* What is held against workers: three strikes within ten minutes put a worker in quarantine for ten
- * minutes. It stays connected, so that an operator sees it and may take it back, and gets no tiles.
+/* Strikes of workers. Three strikes within ten minutes put a worker into quarantine for ten
+ * minutes. It gets no tiles then, but stays connected, so that an operator sees it and may take it
+ * back.
  *
  * A strike is a result that does not fit its plan, a message that breaks the protocol, silence
- * while tiles are held, or tiles without progress. Its link's end is none: machines are switched
- * off.
+ * while tiles are held, or tiles without progress. A link's end is none: machines are switched off.
  *
  * Workers are known by name and by whether they are local, since a link's id ends with the link.
- * Pure data; the clock is the caller's. */
+ * This is pure data; the clock is the caller's. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -21,9 +21,9 @@
 
 enum strike { STRIKE_CORRUPT, STRIKE_PROTOCOL, STRIKE_SILENT, STRIKE_STALLED, STRIKE_COUNT };
 
-/* For people: "sent results that do not fit their plan". */
+/* Returns the strike in words: "sent results that do not fit their plan". */
 const char *strike_text(enum strike kind);
-/* For metrics: "corrupt". */
+/* Returns the strike's name in metrics: "corrupt". */
 const char *strike_name(enum strike kind);
 
 struct worker_health_record {
@@ -34,17 +34,18 @@ struct worker_health_record {
     enum strike last;
 };
 
-/* Zero-initialised knows nobody. */
+/* No strikes when zero-initialised. */
 struct worker_health {
     struct worker_health_record records[WORKER_HEALTH_KNOWN];
 };
 
-/* True when this strike begins a quarantine. now_ms is above 0 and never falls. */
+/* Counts a strike. Returns true when it begins a quarantine. now_ms is above 0 and never falls. */
 bool worker_health_strike(struct worker_health *c, const char *name, bool local, enum strike kind,
                           uint64_t now_ms);
-/* The record of a worker that is in quarantine now, borrowed until the next call; else NULL. */
+/* Returns the record of a worker that is in quarantine now, borrowed until the next call; else
+ * NULL. */
 const struct worker_health_record *worker_health_quarantine(const struct worker_health *c,
                                                             const char *name, bool local,
                                                             uint64_t now_ms);
-/* Nothing is held against it any more. */
+/* Forgets the worker's strikes and ends its quarantine. */
 void worker_health_forgive(struct worker_health *c, const char *name, bool local);
