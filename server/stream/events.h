@@ -20,7 +20,7 @@ struct event_text {
 
 void event_text_unref(struct event_text **text);
 
-/* "id: EPOCH-ID\nevent: NAME\ndata: JSON\n\n"; NULL on failed allocation. One reference. */
+/* Formats "id: EPOCH-ID\nevent: NAME\ndata: JSON\n\n". NULL on failed allocation. One reference. */
 struct event_text *event_text_create(uint32_t epoch, uint64_t id, const char *name,
                                      const json_t *data);
 
@@ -33,31 +33,31 @@ struct event_slot {
 };
 
 struct event_ring {
-    uint32_t epoch;          /* of the coordinator's life: ids of another life replay nothing */
+    uint32_t epoch;          /* of this run of the coordinator: ids of another run replay nothing */
     struct event_slot *slot; /* owned; slot of id: id % capacity */
     uint32_t capacity;       /* a power of two up to LIMIT_EVENT_RING */
     uint32_t count;
     uint64_t last_id;             /* 0: no event yet */
-    uint64_t lost_id;             /* newest event that is no longer here and cannot be skipped */
+    uint64_t lost_id;             /* newest event that was dropped and cannot be skipped */
     uint64_t newest[EVENT_KINDS]; /* id of the newest of each kind */
 };
 
 void event_ring_init(struct event_ring *ring, uint32_t epoch);
 void event_ring_fini(struct event_ring *ring);
 
-/* Adds an event; the oldest goes when LIMIT_EVENT_RING are there. ERR_MEMORY: the event counts as
- * lost, so that readers notice. */
+/* Adds an event; the oldest of LIMIT_EVENT_RING goes. ERR_MEMORY: the event counts as lost, so that
+ * readers notice. */
 int event_ring_push(struct event_ring *ring, const char *name, const json_t *data);
 
-/* Can a reader that has everything up to `cursor` go on from the ring? */
+/* Returns whether a reader that has everything up to `cursor` can go on from the ring. */
 bool event_ring_has_after(const struct event_ring *ring, uint64_t cursor);
 
-/* The next event after *cursor that is still worth sending, with a reference for the caller, and
- * the cursor moved to it. NULL when there is none. */
+/* Returns the next event after *cursor that is still worth sending, with a reference for the
+ * caller, and moves the cursor to it. NULL when there is none. */
 struct event_text *event_ring_next(const struct event_ring *ring, uint64_t *cursor);
 
-/* Is there one? */
+/* Returns whether event_ring_next would find one. */
 bool event_ring_pending(const struct event_ring *ring, uint64_t cursor);
 
-/* The id of a Last-Event-ID field; 0 when it is malformed or of another epoch. */
+/* Parses a Last-Event-ID field; 0 when it is malformed or of another epoch. */
 uint64_t event_id_read(uint32_t epoch, const char *text);

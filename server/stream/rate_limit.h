@@ -1,19 +1,18 @@
 #pragma once
-/* How many bytes of pixels all feeds together are sent a second while pictures are in work, and how
- * much CPU time that may take.
+/* Limits the bytes of pixels that all feeds together send a second while pictures are in work, and
+ * the CPU time that this takes, so that viewers do not slow rendering down.
  *
- * Watching must not slow what is watched. Who wants to send takes a turn of RATE_LIMIT_TURN_BYTES;
- * when bytes or time (cpu_budget.h) are spent, readers wait in line, and get their turns in the
- * order in which they came. Each is sent what is newest when its turn comes, so many watchers see
- * fewer states on the way and all of them the last. Bytes that are not used add up to those of one
- * second: a few readers never wait. When no picture is in work there is nothing to slow, and no
- * limit; nor for a handful of readers. */
+ * A reader takes turns of RATE_LIMIT_TURN_BYTES. When bytes or time (cpu_budget.h) are spent,
+ * readers wait in line and get their turns in the order in which they came. Each is sent the newest
+ * pixels when its turn comes, so many viewers see fewer states on the way, and all of them see the
+ * last. Unused bytes add up to those of one second. There is no limit for a handful of readers, nor
+ * when no picture is in work. */
 #include <stdbool.h>
 #include <stdint.h>
 
 #define RATE_LIMIT_TURN_BYTES   INT64_C(65536)
-#define RATE_LIMIT_EVERY_MS     25u /* turns are dealt so often */
-#define RATE_LIMIT_FREE_READERS 8u  /* so few are not limited */
+#define RATE_LIMIT_EVERY_MS     25u /* turns are dealt this often */
+#define RATE_LIMIT_FREE_READERS 8u  /* this many are not limited */
 
 struct reader;
 
@@ -21,34 +20,34 @@ struct rate_limit {
     int64_t bytes_per_s; /* 0: no limit */
     int64_t credit_bytes;
     bool timed;                   /* CPU time is limited */
-    int64_t room_us;              /* of CPU time, for turns that are given from now on */
-    int64_t turn_us;              /* that a turn takes, as far as is known */
+    int64_t room_us;              /* CPU time for turns that are given from now on */
+    int64_t turn_us;              /* what a turn takes, as far as is known */
     uint64_t at_us;               /* when credit was last given */
-    unsigned pictures;            /* in work: until all that is to be made of them is there */
+    unsigned pictures;            /* whose work is not done */
     unsigned readers;             /* of pixels */
-    struct reader *first, **last; /* who waits, by wait_next */
-    uint64_t turns, waits;        /* taken; of them those that had to wait */
+    struct reader *first, **last; /* readers that wait, by wait_next */
+    uint64_t turns, waits;        /* taken; those of them that had to wait */
 };
 
-/* Begins with the bytes of a second, and without limit of time. */
+/* Begins with the bytes of a second, and without a limit of time. */
 void rate_limit_init(struct rate_limit *limit, int64_t bytes_per_s, uint64_t now_us);
 
 bool rate_limit_is_on(const struct rate_limit *limit);
 
-/* One turn, at once or never now: then the reader is in line, and waits. */
+/* Takes one turn. False: there is none now, and the reader waits in line. */
 bool rate_limit_ask(struct rate_limit *limit, struct reader *reader, uint64_t now_us);
 
-/* Gives turns to those who wait, and wakes them; true when others still do. */
+/* Gives turns to waiting readers, and wakes them. Returns true when others still wait. */
 bool rate_limit_deal(struct rate_limit *limit, uint64_t now_us);
 
-/* So much CPU time there is for turns until this is called again; INT64_MAX: no limit. */
+/* Sets the CPU time for turns until the next call; INT64_MAX: no limit. */
 void rate_limit_set_room(struct rate_limit *limit, int64_t room_us);
 
-/* Learns from bytes that were sent how long a turn takes. */
+/* Learns from sent bytes how long a turn takes. */
 void rate_limit_learn(struct rate_limit *limit, uint64_t bytes, uint64_t spent_us);
 
-/* Bytes of a turn that found no use. */
+/* Gives back bytes of a turn that were not used. */
 void rate_limit_return(struct rate_limit *limit, int64_t bytes);
 
-/* Takes the reader out of the line, if it is in it. */
+/* Takes the reader out of the line, if it stands in it. */
 void rate_limit_leave(struct rate_limit *limit, struct reader *reader);

@@ -1,9 +1,10 @@
 #pragma once
-/* What goes out while a job runs: events (Server-Sent Events with ids and replay) and pixels (a
- * binary feed, newest wins).
+/* The streams of running jobs: events (Server-Sent Events with ids and replay) and pixels (a binary
+ * feed, newest wins).
  *
- * A stream belongs to one job. The job's side publishes; readers are MHD responses. All on the
- * loop's thread. MHD_run must follow a publish for suspended readers to go on: stream_set_kick. */
+ * A stream belongs to one job. The job's side publishes; readers are MHD responses. All calls are
+ * on the loop's thread. MHD_run must follow a publish, so that suspended readers go on:
+ * streams_set_kick. */
 #include <jansson.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -21,38 +22,39 @@ struct MHD_Connection;
 int streams_create(struct streams **out);
 void streams_destroy(struct streams **streams);
 
-/* Heartbeats, clients that have left, progress that was held back: the HTTP side calls this about
- * four times a second. */
+/* Sends heartbeats and delayed progress, and drops clients that have left. The HTTP side calls it
+ * about four times a second. */
 void streams_tick(struct streams *streams);
 
-/* The id that a Last-Event-ID field names; 0 when it is none of this coordinator's life. On the
- * wire an id is EPOCH-NUMBER, so that ids from before a restart replay nothing. */
+/* Returns the id that a Last-Event-ID field names; 0 when it is none of this run of the
+ * coordinator. On the wire an id is EPOCH-NUMBER, so that ids from before a restart replay nothing.
+ */
 uint64_t streams_event_id(const struct streams *streams, const char *text);
 
-/* Called after connections were resumed; the HTTP side runs MHD soon. */
+/* Sets what is called after connections were resumed; the HTTP side then runs MHD soon. */
 void streams_set_kick(struct streams *streams, void (*kick)(void *ctx), void *ctx);
 
 /* Ends every reader (before the daemon stops). */
 void streams_end_all(struct streams *streams);
 
-/* An event of a job: name is state, progress, tile, frame, error or snapshot. data is written as
- * compact JSON in one line and borrowed. Ids grow by one per job, from 1. `final` ends the readers
- * after it. Kept in a ring of LIMIT_EVENT_RING; progress and tile events replace an unsent older
- * one of their kind for slow readers. */
+/* Publishes an event of a job: name is state, progress, tile, frame, error or snapshot. data is
+ * borrowed and written as compact JSON in one line. Ids grow by one per job, from 1. `final` ends
+ * the readers after it. Events are kept in a ring of LIMIT_EVENT_RING. For slow readers, progress
+ * and tile events replace an unsent older one of their kind. */
 void stream_event(struct streams *streams, const char *job, const char *name, json_t *data,
                   bool final);
 
-/* The image that pixel readers see, borrowed until stream_image is called with NULL, and the part
- * that changed. All of an image that follows another is new to them. */
+/* Sets the image that pixel readers see, borrowed until stream_image is called with NULL. All of it
+ * is new to them, also when it follows another. */
 void stream_image(struct streams *streams, const char *job, const struct image *image);
-/* One camera's view of a live job: pictures of it at growing resolution follow each other. */
+/* One camera's view of a live job. Its pictures follow each other at growing resolution. */
 struct stream_view {
     uint32_t number;             /* from 1; another one is another view */
     int32_t width_px, height_px; /* of its full picture */
 };
 
-/* As stream_image, for an image that shows a view: of another size than the full picture it is a
- * coarser one of the same. Readers are told both, and have nothing of it until stream_pixels. */
+/* Does the same for an image that shows a view. An image of another size than the full picture is a
+ * coarser one of the same. Readers are told both sizes, and get no pixels until stream_pixels. */
 void stream_view(struct streams *streams, const char *job, const struct image *image,
                  const struct stream_view *view);
 void stream_pixels(struct streams *streams, const char *job, struct rect changed);
@@ -60,9 +62,9 @@ void stream_pixels(struct streams *streams, const char *job, struct rect changed
 /* Forgets the job; readers end. */
 void stream_forget(struct streams *streams, const char *job);
 
-/* A reader as an MHD response; NULL on failed allocation. `snapshot` (taken) is sent first when
- * last_event_id (0: none) cannot be replayed from the ring. For jobs that have ended, the snapshot
- * is the only event. */
+/* Creates a reader of events as an MHD response; NULL on failed allocation. `snapshot` (taken) is
+ * sent first when last_event_id (0: none) cannot be replayed from the ring. For ended jobs the
+ * snapshot is the only event. */
 struct MHD_Response *stream_events_response(struct streams *streams, const char *job,
                                             struct MHD_Connection *connection,
                                             uint64_t last_event_id, json_t *snapshot, bool ended);
@@ -83,12 +85,13 @@ struct MHD_Response *stream_pixels_response(struct streams *streams, const char 
                                             struct MHD_Connection *connection,
                                             const struct pixels_request *wanted);
 
-/* The same of an image that will not change any more (taken): all of it once, then the end. */
+/* Creates a reader of an image that will not change any more (taken): it gets all of it once, then
+ * ends. */
 struct MHD_Response *stream_still_response(struct streams *streams,
                                            struct MHD_Connection *connection, struct image *image,
                                            const struct pixels_request *wanted);
 
-/* Without a call of streams_limit there is none of these limits. */
+/* The limits of all streams. Without a call of streams_limit there are none. */
 struct streams_limits {
     int64_t
         feed_bytes_per_s; /* of all feeds, while pictures are in work (rate_limit.h); 0: no limit */
@@ -97,21 +100,22 @@ struct streams_limits {
 };
 void streams_limit(struct streams *streams, const struct streams_limits *limits);
 
-/* Whose the time of the loop's thread is from here on; returned is whose it was. Streams switch by
- * themselves when they are called. */
+/* Counts the thread's CPU time for this kind from here on, and returns the kind before. Streams
+ * switch by themselves when they are called. */
 enum cpu_meter_kind streams_meter(struct streams *streams, enum cpu_meter_kind kind);
 
-/* Around MHD, which sends for them: what it has of theirs to send from before it sends on their
- * time, until streams_meter says that it does something else. */
+/* Must be called before and after MHD runs. What MHD has yet to send for streams is sent on their
+ * time, until streams_meter switches. */
 void streams_meter_run(struct streams *streams);
 void streams_meter_ran(struct streams *streams);
 
-/* Readers of pixels wait for their turn: then streams_pace is called every RATE_LIMIT_EVERY_MS, and
- * MHD runs behind it. True when some wait still. */
+/* Returns whether readers of pixels wait for their turn. While they do, streams_pace must be called
+ * every RATE_LIMIT_EVERY_MS, and MHD run after it. streams_pace deals turns and returns whether
+ * some still wait. */
 bool streams_wait(const struct streams *streams);
 bool streams_pace(struct streams *streams);
 
-/* Called with streams_set_kick's ctx when a reader is cut. */
+/* Sets what is called, with streams_set_kick's ctx, when a reader is cut. */
 void streams_set_told_cut(struct streams *streams,
                           void (*told)(void *ctx, enum reader_kind kind, const char *job));
 
@@ -122,7 +126,7 @@ struct streams_totals {
     uint64_t blocks_made, blocks_sent; /* of pictures in work: those made once serve many */
     uint64_t kept_bytes;               /* of blocks that are kept for all feeds */
     uint64_t waits;                    /* turns of feeds that had to wait */
-    uint64_t tells_late;               /* times that events waited because events owe time */
+    uint64_t tells_late;               /* times that events waited for their budget */
     uint64_t events_cpu_us, pixels_cpu_us;
 };
 void streams_totals(struct streams *streams, struct streams_totals *out);
