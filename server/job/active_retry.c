@@ -1,20 +1,19 @@
-/* What failed for the machine's sake and not for the job's: a disk that is full or fails, memory
- * that is not there. An accepted job is not lost by that: each step is tried again until it is
- * done, from where it was. Pictures that are drawn wait in memory for their files; what was to be
- * recorded is recorded later; and all else begins again as after a restart, with what the spool
- * has. */
+/* Retries what failed because of the machine and not of the job: a full or failing disk, exhausted
+ * memory. No accepted job is lost by that. Each step is tried again until it succeeds, from where
+ * it was. Drawn pictures wait in memory for their files, records are made later, and all else
+ * begins again as after a restart, with what the spool has. */
 #include <limits.h>
 #include <stdlib.h>
 
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-/* Pauses double from the first to the last: an end of the trouble is noticed in time. */
+/* Pauses double from the first to the last, so that recovery is noticed in time. */
 #define PAUSE_FIRST_MS 500u
 #define PAUSE_LAST_MS  4000u
 
-/* Tries of what the job itself may have brought about: of a file that the importer has no memory
- * for; of a frame that is too large for this machine, some minutes' worth of pauses. */
+/* Limits for what the job itself may have caused: a file that the importer has no memory for; a
+ * frame that is too large for this machine, some minutes' worth of pauses. */
 #define TRIES_OF_FILES  5u
 #define TRIES_OF_MEMORY 60u
 
@@ -23,8 +22,8 @@ static bool is_of_the_machine(int code)
     return code == ERR_NO_SPACE || code == ERR_IO || code == ERR_MEMORY;
 }
 
-/* A fault with a place is one of the document, or of a file that it names, as the importer saw it.
- */
+/* Returns how often a fault is tried again. A fault with a pointer belongs to the document, or to a
+ * file that it names, as the importer saw it. */
 static unsigned tries_of(const struct fault *fault)
 {
     if (fault->code == ERR_NO_SPACE) return UINT_MAX;
@@ -44,7 +43,7 @@ static void wait_for(struct active_job *job, unsigned what)
     jobs_retry_soon(jobs);
 }
 
-/* As it was before its turn came, but for its log. */
+/* Resets the job to before its turn, but for its log. */
 static void reset(struct active_job *job)
 {
     active_job_drop(job);

@@ -1,14 +1,14 @@
 #pragma once
-/* Whose turn it is among tenants of one priority: start-time fair queueing (Goyal, Vin, Cheng 1996)
- * over samples. A tenant of weight 2 gets twice the samples of one of weight 1 while both have
- * work.
+/* Shares workers among the tenants of one priority: start-time fair queueing (Goyal, Vin, Cheng
+ * 1996) over samples. A tenant of weight 2 gets twice the samples of one of weight 1 while both
+ * have work.
  *
- * A tenant with work stands in a line, one for each priority; who has been served least goes first.
- * One who comes, or comes back after a time without work, starts where the least served of those
- * who stayed is: time away earns nothing. Nor does what he was served before weigh on one who finds
- * the line empty. Who has work that could not be served falls behind by FAIR_SHARE_CREDIT at most.
+ * Tenants with work stand in a line, one line per priority, and the least served goes first. A
+ * tenant that comes, or comes back after a time without work, starts where the least served of the
+ * others is: time away earns nothing. In an empty line, what it was served before does not count
+ * against it. A tenant whose work cannot be served falls behind by FAIR_SHARE_CREDIT at most.
  *
- * Pure data; which tile goes where changes no picture. */
+ * Pure data. Which tile goes where changes no picture. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -23,11 +23,11 @@ struct fair_tenant {
     struct fair_tenant *next;
     char owner[JOB_OWNER_BYTES];
     int32_t priority;
-    size_t jobs;        /* that have work; 0: away, but remembered, as others are behind */
+    size_t jobs;        /* with work; 0: away, but remembered while others are behind */
     uint32_t weight;    /* at least 1 */
     uint32_t rest;      /* samples that `served` does not show yet, below the weight */
-    uint64_t served;    /* samples over weight; counted from the beginning of the line */
-    size_t seen, ahead; /* scratch of who goes through the jobs */
+    uint64_t served;    /* samples over weight, since the line began */
+    size_t seen, ahead; /* scratch for passes over the jobs */
 };
 
 struct fair_weights {
@@ -40,29 +40,29 @@ struct fair_weights {
 
 struct fair_share {
     struct fair_tenant *first;    /* owned, in no order */
-    struct fair_weights *weights; /* owned; who is not there has 1; NULL: everybody */
+    struct fair_weights *weights; /* owned; a tenant that is not listed has 1; NULL: all have 1 */
 };
 
-/* From now on tenants have these weights, which are taken; what they were given before stays as it
- * was counted. */
+/* Sets the weights of tenants, and takes the list. What was served before stays as it was counted.
+ */
 void fair_share_weigh(struct fair_share *share, struct fair_weights *weights);
 
-/* One more job of the owner has work; NULL when memory is exhausted. It stays where it is until as
- * many leave. */
+/* Adds one job with work to the owner's tenant. It stays where it is until as many leave. NULL when
+ * memory is exhausted. */
 struct fair_tenant *fair_share_join(struct fair_share *share, const char *owner, int32_t priority);
 void fair_share_leave(struct fair_share *share, struct fair_tenant *tenant);
-/* It is given that many samples to trace. */
+/* Charges the tenant for samples that its tiles take. */
 void fair_share_charge(struct fair_share *share, struct fair_tenant *tenant, uint64_t samples);
 
-/* Tenants with work. */
+/* Returns how many tenants have work. */
 size_t fair_share_count(const struct fair_share *share, int32_t priority);
-/* Of them those who go before this one. */
+/* Returns how many of them go before this one. */
 size_t fair_share_rank(const struct fair_share *share, const struct fair_tenant *tenant);
-/* Who goes first; NULL: nobody has work. */
+/* Returns the tenant that goes first; NULL: none has work. */
 const struct fair_tenant *fair_share_next(const struct fair_share *share, int32_t priority);
-/* Does a go before b? NULL, of which there is no account, goes before all who were served. */
+/* Returns whether a goes before b. NULL, which has no account, goes before all that have one. */
 bool fair_tenant_before(const struct fair_tenant *a, const struct fair_tenant *b);
-/* Begins anew to count what is seen. */
+/* Resets `seen` and `ahead` of all tenants. */
 void fair_share_look(struct fair_share *share);
 
 void fair_share_fini(struct fair_share *share);

@@ -1,6 +1,6 @@
 #pragma once
-/* Names of jobs: 26 characters that sort by time of creation (as ULIDs do: 48 bits of milliseconds,
- * 80 random ones, Crockford's base 32 in lower case). */
+/* Ids of jobs: 26 characters that sort by time of creation. As in ULIDs they are 48 bits of
+ * milliseconds and 80 random ones, in Crockford's base 32, lower case. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -11,8 +11,9 @@ struct job_id_source {
     uint8_t random[10];
 };
 
-/* The next one; grows even when the clock stands or steps back. ERR_IO without randomness. */
+/* Makes the next id, which grows even when the clock stands or steps back. ERR_IO without
+ * randomness. */
 int job_id_next(struct job_id_source *source, uint64_t now_ms, char out[JOB_ID_BYTES]);
 
-/* Whether a text from outside can be a name at all. */
+/* Returns whether a text from outside has the form of an id. */
 bool job_id_is_valid(const char *text);

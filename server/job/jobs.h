@@ -1,7 +1,8 @@
 #pragma once
-/* The jobs: accepted, durable, imported, planned, traced, reconstructed, encoded, told about.
+/* The jobs, from submission to the last file: accepted, stored, imported, planned, traced,
+ * reconstructed, encoded, reported.
  *
- * One thread, the loop's, owns all of it. Answers that need the disk or the importer come by
+ * All of it is owned by one thread, the loop's. Answers that need the disk or the importer come by
  * callback on the same thread. */
 #include <jansson.h>
 #include <stdbool.h>
@@ -21,53 +22,53 @@
 
 struct jobs;
 
-/* How long a live job usually rests until it ends. */
+/* Default of how long a live job rests until it ends. */
 #define LIVE_IDLE_MS 1800000
 
 struct jobs_options {
     uv_loop_t *loop;
-    struct log *log; /* what jobs come to is told there; NULL: nothing */
+    struct log *log; /* takes the outcomes of jobs; NULL: none */
     struct job_store *store;
     const struct objects *objects;
     struct spools *spools; /* tiles of frames in work; NULL: a restart begins frames anew */
     struct streams *streams;
     struct thread_pool *pool;   /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
-    size_t tenant_jobs_most;    /* that have not ended, of each tenant; 0: no quota */
-    uint64_t live_idle_ms;      /* without a move, until a live job that rests ends */
+    size_t tenant_jobs_most;    /* of active jobs, of each tenant; 0: no quota */
+    uint64_t live_idle_ms;      /* without a move, until a resting live job ends */
 };
 
 int jobs_create(const struct jobs_options *options, struct jobs **out);
 
-/* The fleet's client; fleet is set once both exist. */
+/* Returns the fleet's client. The fleet is set once both exist. */
 struct fleet_client jobs_fleet_client(struct jobs *jobs);
 void jobs_set_fleet(struct jobs *jobs, struct fleet *fleet);
 
-/* Takes up what the store holds unfinished, and removes the spools of all else. Blocking; before
+/* Resumes the unfinished jobs of the store, and removes the spools of all others. Blocking; before
  * the loop runs. */
 int jobs_resume(struct jobs *jobs);
 
-/* Stops importers and drops frames in work (they stay unfinished in the store); calls neither fleet
- * nor streams any more and gives pool and store no more work. Then pool, spools and store are
- * destroyed, whose last callbacks still come here, the fleet is closed, and the loop runs once
+/* Stops importers and drops frames in work, which stay unfinished in the store. Neither fleet nor
+ * streams are called any more, and pool and store get no more work. Then pool, spools and store
+ * must be destroyed, whose last callbacks still come here, the fleet closed, and the loop run once
  * more. */
 void jobs_stop(struct jobs *jobs);
 
-/* Frees the rest, after all that. */
+/* Frees the rest, after jobs_stop and what must follow it. */
 void jobs_destroy(struct jobs **jobs);
 
-/* How tenants of one priority share what there is (fair_share.h); weights are taken, NULL: alike.
- */
+/* Sets how tenants of one priority share the workers (fair_share.h). Weights are taken; NULL:
+ * alike. */
 struct fair_weights;
 void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights);
 
-/* Whoever asks below sees the jobs that principal.h lets him; of all others he learns that there
- * are no such ones (ERR_NOT_FOUND). The principal is copied.
+/* All calls below answer for the jobs that the principal may see (principal.h). Any other job does
+ * not exist for it (ERR_NOT_FOUND). The principal is copied.
  *
- * Submission. On success `id` names a durable job, existed tells that the key was known. On failure
- * *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a reused key, ERR_FULL,
- * ERR_QUOTA. `job` is taken. The principal becomes the owner, and must have uploaded what the job
- * names. */
+ * jobs_submit accepts a job. On success `id` names a durable job, and `existed` tells that the key
+ * was known. On failure *fault says why: ERR_NOT_FOUND for a missing asset, ERR_MISMATCH for a
+ * reused key, ERR_FULL, ERR_QUOTA. `job` is taken. The principal becomes the owner, and must have
+ * uploaded what the job names. */
 typedef void (*jobs_submitted)(void *ctx, const struct fault *fault, const char *id, bool existed);
 void jobs_submit(struct jobs *jobs, const struct principal *principal, struct job *job,
                  const char *idempotency_key, const struct digest *body, jobs_submitted done,
@@ -80,43 +81,42 @@ typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *repor
 void jobs_dry_run(struct jobs *jobs, const struct principal *principal, struct job *job,
                   jobs_planned done, void *ctx);
 
-/* {id, state, owner, created, document, progress {tiles_done, tiles_total, fraction, eta_s}, plan
- * {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment, camera,
- * warnings}, statistics {...},
- * warnings, error, log (job_log.h), frames: [{number, state, exr, png}], priority, revision}; exr
- * and png are addresses, null until the file is there; paused, region, near: see steering.h. NULL:
- * no such job. Borrowed. */
+/* Gets a job: {id, state, owner, created, document, progress {tiles_done, tiles_total, fraction,
+ * eta_s}, plan {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment,
+ * camera, warnings}, statistics {...}, warnings, error, log (job_log.h), frames: [{number, state,
+ * exr, png}], priority, revision}. exr and png are addresses, null until the file is there. For
+ * paused, region and near see steering.h. NULL: no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const struct principal *principal, const char *id,
               jobs_answer done, void *ctx);
 
-/* {jobs: [{id, state, owner, created, priority, paused, progress, revision, width, height}], next:
- * cursor or null}. ERR_RANGE for an unknown state or a cursor that is none; ERR_STATE
- * (job_store.h). The listing's owner is the principal's choice only if he sees all. */
+/* Lists jobs: {jobs: [{id, state, owner, created, priority, paused, progress, revision, width,
+ * height}], next: cursor or null}. ERR_RANGE for an unknown state or an invalid cursor; ERR_STATE
+ * (job_store.h). The listing's owner counts only for a principal that sees all. */
 void jobs_list(struct jobs *jobs, const struct principal *principal,
                const struct job_listing *listing, jobs_answer done, void *ctx);
 
-/* ERR_NOT_FOUND; ERR_STATE when it has ended already (not an error for purge). With purge the row
- * is removed, too. */
+/* Cancels a job; with purge its row is removed, too. ERR_NOT_FOUND; ERR_STATE when it has ended
+ * already (not an error for purge). */
 void jobs_cancel(struct jobs *jobs, const struct principal *principal, const char *id, bool purge,
                  job_store_done done, void *ctx);
 
-/* The job and the number of a frame in work; false: it is over, there never was one, or it is not
- * for the principal. */
+/* Finds the job and the number of a frame in work. False: it is over, there never was one, or the
+ * principal may not see it. */
 bool jobs_find_work(struct jobs *jobs, const struct principal *principal, uint64_t frame_id,
                     char id[JOB_ID_BYTES], int32_t *number);
 
-/* Changes what `steering` gives. ERR_STATE when there is no such job that has not ended;
- * ERR_MISMATCH when its revision is not the one that was seen (0: whatever it is); 0 when it is in
- * force and, but for region and point, durable. */
+/* Applies what `steering` gives. ERR_STATE when the job is not active; ERR_MISMATCH when its
+ * revision is not the one that was seen (0: any). 0 when it is in force and, but for region and
+ * point, durable. */
 void jobs_steer(struct jobs *jobs, const struct principal *principal, const char *id,
                 uint64_t seen_revision, const struct steering *steering, job_store_done done,
                 void *ctx);
 
-/* Moves the camera of a live job: `text` is {camera, lens}, of which one may be absent
+/* Moves the camera of a live job. `text` is {camera, lens}, of which one may be absent
  * (job_view_read of proto/job/job.h). body: {id, view {number, scale, complete}, camera, lens};
- * borrowed. Faults of the document have a pointer; without one ERR_NOT_FOUND is for no such job,
- * ERR_STATE for one that is not live, has not begun, or has ended. */
+ * borrowed. Faults of the document have a pointer. Without one, ERR_NOT_FOUND means that there is
+ * no such job, ERR_STATE that it is not live, has not begun, or has ended. */
 typedef void (*jobs_moved)(void *ctx, const struct fault *fault, json_t *body);
 void jobs_move(struct jobs *jobs, const struct principal *principal, const char *id,
                const char *text, size_t size_bytes, jobs_moved done, void *ctx);

@@ -1,6 +1,6 @@
 #pragma once
-/* For whom, and by which request, something of the jobs is asked: what one may not see is not there
- * for him. */
+/* The user for whom something is asked of the jobs, and the request that asks. A job that a user
+ * may not see does not exist for them. */
 #include <stdbool.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "server/store/job_store.h"
 
 struct principal {
-    char owner[JOB_OWNER_BYTES]; /* whose jobs are his, and whose his own will be; "": nobody's */
+    char owner[JOB_OWNER_BYTES]; /* the user's tenant, which also owns what they submit; "": none */
     bool sees_all;
     struct trace trace; /* of the request; zero: none */
 };

@@ -1,6 +1,6 @@
 #pragma once
-/* What somebody asks of a job that has not ended: who goes first, whether it goes at all, which of
- * its tiles go first. The document of PATCH /v1/jobs/{id}. Nothing of it changes a pixel. */
+/* Steering of an active job: its priority, whether it is paused, which of its tiles go first. This
+ * is the document of PATCH /v1/jobs/{id}. None of it changes a pixel. */
 #include "proto/json.h"
 #include "proto/tile.h"
 
@@ -25,6 +25,7 @@ struct steering {
  * of them. On failure *fault has the code, the JSON pointer and a sentence. */
 int steering_read(const char *text, size_t size_bytes, struct steering *out, struct fault *fault);
 
-/* ERR_RANGE with the member's pointer unless region and point lie within a picture of this size. */
+/* Returns ERR_RANGE with the member's pointer unless region and point lie within a picture of this
+ * size. */
 int steering_check(const struct steering *s, int32_t width_px, int32_t height_px,
                    struct fault *fault);

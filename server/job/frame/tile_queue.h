@@ -1,21 +1,20 @@
 #pragma once
-/* The tiles of a frame: who traces which, and what became of it. Pure data, no clock, no IO.
+/* The tiles of a frame, and the state of each. Pure data, no clock, no IO.
  *
- * A tile is traced in passes, one after the other. For its pass it waits, is leased to a worker
- * under a generation, its result is received (taken to be decoded) and then lands; it then waits
- * for the next pass, until its last has landed. Anything else puts it back in the queue, where it
- * goes first. A result counts under the lease that is in force, or, while the tile waits after this
- * came back, under the one that was last: whose link broke may send under another name what nobody
- * has begun since.
+ * A tile is traced in passes, one after the other. In each pass it waits, is leased to a worker
+ * under a generation, its result is received (taken to be decoded) and lands; then it waits for the
+ * next pass, until the last has landed. In any other case it goes back to the head of the queue. A
+ * result counts under the lease in force. While the tile waits again, it also counts under the last
+ * lease that ended, so a worker that comes back under a new id can still deliver it.
  *
- * Of a tile whose worker is slow a copy may be leased to a second one: two leases are in force, and
- * the first result counts. The bytes are the same whoever sends them.
+ * A tile of a slow worker may be leased to a second one as a copy: two leases are in force, and the
+ * first result counts. The bytes are the same from any worker.
  *
- * A window of tiles after the other is brought to its last pass, so that what is held between
- * passes is bounded; small pictures are one window. Within it the pass that is least far goes
- * first, so that the window forms early and no tile is left behind with many passes to go. Within
- * a pass tiles are given in the order of tile_order.h. A priority goes before all that, but for
- * tiles that came back, and for the bound on tiles between passes. */
+ * Tiles are brought to their last pass window by window, so that what is held between passes is
+ * bounded; small pictures are one window. Within a window the least advanced pass goes first, so
+ * that the picture forms early and no tile is left behind with many passes to go. Within a pass
+ * tiles are leased in the order of tile_order.h. A priority goes before all that, but for tiles
+ * that came back, and for the bound on tiles between passes. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -23,22 +22,23 @@
 #include "proto/tile.h"
 #include "server/job/frame/tile_order.h"
 
-/* Different workers that must have failed at a tile before the frame fails. */
+/* The number of different workers that must fail at a tile before the frame fails. */
 #define TILE_QUEUE_FAULTS 3
-/* Times that a pass of a tile may come back without a result, by workers that died or gave up: a
- * tile that kills every worker must not do so for ever. */
+/* The number of times that a pass of a tile may come back without a result from workers that died
+ * or gave up: a tile that kills every worker must not do so for ever. */
 #define TILE_QUEUE_RETURNS 32
-/* Workers that may die in a row while they trace a pass of a tile. After the first, the tile is a
- * suspect: it is to be leased to workers that hold nothing else, so that those that die after it
- * were ended by it, and what died with it by chance is cleared. */
+/* The number of workers in a row that may die while they trace a pass of a tile. After the first
+ * the tile is a suspect, leased only to workers that hold nothing else. So a worker that dies after
+ * that died of it, and tiles that were held beside it by chance are cleared. */
 #define TILE_QUEUE_DEATHS 3
-/* Windows of tiles that may be between their first pass and their last when priorities change. */
+/* The number of windows of tiles that may be between their first pass and their last when
+ * priorities change. */
 #define TILE_QUEUE_WINDOWS 4
 
 struct tile_queue;
 
-/* Tiles are taken cell by cell, cell_px a side, in windows of `window` tiles in their order (at
- * least 1); each has `passes` passes, 1 .. LIMIT_PASSES. ERR_MEMORY. */
+/* Creates the queue. Tiles are leased cell by cell, cell_px a side, in windows of `window` tiles in
+ * their order (at least 1). Each has `passes` passes, 1 .. LIMIT_PASSES. ERR_MEMORY. */
 int tile_queue_create(const struct tile_grid *grid, int32_t cell_px, uint32_t passes,
                       uint32_t window, struct tile_queue **out);
 void tile_queue_destroy(struct tile_queue **queue);
@@ -46,11 +46,11 @@ void tile_queue_destroy(struct tile_queue **queue);
 /* Leases the next tile to a worker; false when none waits. Generations of a tile grow from 1 over
  * all its passes. */
 bool tile_queue_lease(struct tile_queue *q, uint64_t worker, uint32_t *tile, uint32_t *generation);
-/* A worker has died at this pass of the tile. */
+/* Returns whether a worker has died at this pass of the tile. */
 bool tile_queue_is_suspect(const struct tile_queue *q, uint32_t tile);
-/* The next tile is one: only a worker that holds nothing should ask. */
+/* Returns whether the next tile is a suspect, which only a worker that holds nothing should get. */
 bool tile_queue_gives_suspect(const struct tile_queue *q);
-/* It did not die of what it was at. */
+/* Clears the worker's deaths: it did not die of its tiles. */
 void tile_queue_survived(struct tile_queue *q, uint64_t worker);
 
 /* Leases a copy of a leased tile to another worker. False, and nothing is leased, when that lease
@@ -62,58 +62,58 @@ bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint3
 /* Changes the order from now on. An empty priority is the order of the start. */
 void tile_queue_steer(struct tile_queue *q, const struct tile_priority *priority);
 
-/* A tile whose passes have all landed gets more of them, LIMIT_PASSES in all at most. */
+/* Gives a tile whose passes have all landed more of them, LIMIT_PASSES in all at most. */
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes);
 
-/* The pass that a tile waits for, is leased or received for; the count of passes when the last has
- * landed. */
+/* Returns the pass that a tile waits for, is leased or received for; the count of passes when the
+ * last has landed. */
 uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile);
 
-/* A result came: ACCEPTED (the tile is now received; land or reject it), DUPLICATE, STALE (leased
+/* Judges a result: ACCEPTED (the tile is now received; land or reject it), DUPLICATE, STALE (leased
  * again since) or FOREIGN (no such tile, never leased in that generation, or leased to another
  * worker). */
 enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                 uint32_t generation);
 
-/* What a received tile turned out to be. */
+/* Ends the decoding of a received tile: its pass lands, or is rejected. */
 void tile_queue_land(struct tile_queue *q, uint32_t tile);
 void tile_queue_reject(struct tile_queue *q, uint32_t tile);
 
-/* Tiles whose result is there already: takes all of those that wait, for a pass not leased before,
- * and that `is_wanted`; they are received from then on, and stand in `out` (room for all tiles), as
- * many as it returns, in the order in which they would have been leased. No tile that came back
- * may wait. */
+/* Takes waiting tiles whose result is there already. It takes all that `is_wanted` and that wait
+ * for a pass not leased before. They are received then, and stand in `out` (room for all tiles), as
+ * many as it returns, in the order in which they would have been leased. No tile that came back may
+ * wait. */
 uint32_t tile_queue_take(struct tile_queue *q, bool (*is_wanted)(void *ctx, uint32_t tile),
                          void *ctx, uint32_t *out);
-/* Lands a pass of a received tile that has another, of which it is received at once, too. */
+/* Lands a pass of a received tile that has another pass, and receives that at once, too. */
 void tile_queue_land_and_take(struct tile_queue *q, uint32_t tile);
-/* A tile that was taken waits to be leased after all. */
+/* Puts a tile that was taken back into the queue. */
 void tile_queue_give_up(struct tile_queue *q, uint32_t tile);
-/* Passes of a tile, in all. */
+/* Returns how many passes a tile has in all. */
 uint32_t tile_queue_passes(const struct tile_queue *q, uint32_t tile);
 
 /* Why a lease came back without a result. */
 enum tile_cause {
-    TILE_GIVEN_BACK, /* for any reason that may be the tile's */
-    TILE_DIED,       /* its worker did, at the tile */
-    TILE_INNOCENT,   /* its worker was sent away for what it did; not counted */
+    TILE_GIVEN_BACK, /* the tile may be the reason */
+    TILE_DIED,       /* its worker died at the tile */
+    TILE_INNOCENT,   /* its worker broke the protocol; not counted */
 };
 enum tile_return { TILE_GOES_ON, TILE_CAME_BACK_OFTEN, TILE_IS_DEADLY };
 
-/* Ignored unless the lease is in force. What is not TILE_GOES_ON should be given to nobody any
- * more. */
+/* Returns a lease without a result; ignored unless the lease is in force. A tile that is not
+ * TILE_GOES_ON should not be leased any more. */
 enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                    uint32_t generation, enum tile_cause cause);
 
-/* A worker cannot trace the tile; ignored unless the lease is in force. False when too many
- * different workers said so. */
+/* Notes that a worker cannot trace the tile; ignored unless the lease is in force. Returns false
+ * when too many different workers said so. */
 bool tile_queue_fault(struct tile_queue *q, uint64_t worker, uint32_t tile, uint32_t generation);
 
 uint32_t tile_queue_count(const struct tile_queue *q);   /* passes of all tiles */
 uint32_t tile_queue_waiting(const struct tile_queue *q); /* tiles that could be leased now */
 uint32_t tile_queue_landed(const struct tile_queue *q);  /* passes of all tiles */
-/* Leases beyond the first of each pass of each tile. */
+/* Returns the leases beyond the first of each pass of each tile, without copies. */
 uint64_t tile_queue_reissued(const struct tile_queue *q);
-/* Copies that were leased; they are not among these. */
+/* Returns the copies that were leased. */
 uint64_t tile_queue_copied(const struct tile_queue *q);
 bool tile_queue_complete(const struct tile_queue *q);
