@@ -1,11 +1,12 @@
 #pragma once
-/* Whose a request is, and whether he may. Two ways to say who one is: a token in the header
- * Authorization, as programs do; or the cookie that POST /v1/session gives for one, as browsers do,
- * whose EventSource can send no header. The cookie is HttpOnly and SameSite=Strict, and with it
- * only requests change things whose Origin is ours: no other page can use it. Nothing of either is
- * ever in a URL or a log.
+/* Authenticates requests and checks what they may do. A client names its user by a token in the
+ * header Authorization, as programs do, or by the cookie that POST /v1/session gives for a token,
+ * as browsers do, whose EventSource can send no header. The cookie is HttpOnly and SameSite=Strict,
+ * and a request with it changes things only when its Origin is ours, so no other page can use it.
+ * Neither is ever in a URL or a log.
  *
- * Without a file of tokens everybody may do everything, and the server listens on loopback only. */
+ * Without a file of tokens all clients may do everything, and the server listens on loopback only.
+ */
 #include <stdbool.h>
 
 #include "server/access/sign_ins.h"
@@ -20,14 +21,15 @@ struct access {
     const char *path; /* borrowed; NULL: no tokens are asked for */
     struct tokens *tokens;
     struct sign_ins *sign_ins;
-    char cookie[ACCESS_COOKIE_BYTES]; /* its name: cookies do not tell ports apart, so it does */
+    char cookie[ACCESS_COOKIE_BYTES]; /* its name, which contains the port, since cookies do not
+                                         tell ports apart */
     bool secure;                      /* the cookie goes over TLS alone */
 };
 
-/* *fault says what is wrong with the file. */
+/* Reads the file of tokens. *fault says what is wrong with it. */
 int access_open(struct access *a, const char *tokens_path, bool secure, struct fault *fault);
 void access_close(struct access *a);
-/* The cookie's name, once the port is known. */
+/* Sets the cookie's name, once the port is known. */
 void access_name_cookie(struct access *a, int port);
 
 /* Reads the file again; on failure the tokens from before stay. */
@@ -35,20 +37,20 @@ int access_reload(struct access *a, struct fault *fault);
 
 enum role access_role_of(enum route_id route);
 
-/* Finds out whose the request is, which notes it down; true when he may have what the route has,
- * else the request has its answer (401, 403). */
+/* Finds the request's user and notes it in the request. Returns true when that user may use the
+ * route; else the request has its answer (401, 403). */
 bool access_pass(struct request *r);
 
-/* Is what was allowed when the request came allowed now? */
+/* Returns whether the request would still be allowed now. */
 bool access_still_holds(const struct request *r);
-/* The part of it that changes by itself: does the sign-in hold that it came by, if it came by one?
- */
+/* Returns whether the sign-in that the request came by still holds, or it came by none: the part
+ * that changes by itself. */
 bool access_sign_in_holds(const struct request *r);
 
-/* The request's token, or NULL: without tokens, and on routes for everybody. */
+/* Returns the request's token; NULL without tokens, and on routes that need none. */
 const struct token *access_token_of(const struct request *r);
 
-/* For the header Set-Cookie: signs in with the request's token, or, with `sign_out`, takes the
- * browser's cookie back. ERR_IO. */
+/* Signs in with the request's token, and writes the header Set-Cookie; ERR_IO. access_sign_out
+ * takes the browser's cookie back. */
 int access_sign_in(struct request *r, char *set_cookie, size_t capacity);
 void access_sign_out(struct request *r, char *set_cookie, size_t capacity);

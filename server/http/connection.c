@@ -71,8 +71,9 @@ static int on_handshake(gnutls_session_t session, unsigned message, unsigned whe
     return 0;
 }
 
-/* A handshake takes milliseconds, and MHD tells nobody of it: who had the turn before it would pay.
- * The pointer is that of a database of sessions, which there is none of. */
+/* Charges the handshake to CPU_METER_OTHER. It takes milliseconds, and MHD does not announce it, so
+ * its time would go to the kind before. The pointer is the one for a database of sessions, which
+ * does not exist here. */
 static void meter_handshake(struct connection *connection, struct MHD_Connection *mhd)
 {
     const union MHD_ConnectionInfo *info =
@@ -109,7 +110,8 @@ static bool has_unread(int fd)
     return recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) > 0;
 }
 
-/* What MHD refuses by itself (a request line that is too long) it answers and closes at once. */
+/* Ends a connection. MHD answers and closes at once what it refuses by itself (a request line that
+ * is too long). */
 static void end_connection(struct http *http, struct connection *connection)
 {
     if (!connection) return;

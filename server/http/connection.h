@@ -1,5 +1,5 @@
 #pragma once
-/* Who is connected, and how long each may take. */
+/* The open connections, and the deadline of each. */
 #include <microhttpd.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -23,17 +23,19 @@ struct connection {
 /* Sets the connection's deadline; 0 ms: none. */
 void connection_deadline(struct connection *connection, uint64_t ms);
 
-/* Its last answer is on its way while it may still send: the socket is kept after its end. */
+/* Keeps the socket after the connection's end, since its last answer is on its way while the client
+ * may still send. */
 void connection_linger(struct connection *connection);
 
-/* Sends a bare problem answer past MHD and shuts the connection: for requests that MHD lets nobody
- * answer because their body has not ended. */
+/* Sends a bare problem answer past MHD and shuts the connection down, for requests that MHD does
+ * not let us answer because their body has not ended. */
 void connection_abort(struct connection *connection, unsigned status);
 
-/* Its time is over. A request that has begun is told why; one that has not is only closed. */
+/* Ends a connection whose time is over. A request that has begun gets an answer; otherwise the
+ * connection is only closed. */
 void connection_expire(struct connection *connection);
 
-/* MHD's, when connections begin and end: `context` is the connection's struct connection, `ctx` the
- * struct http. */
+/* Notes that connections begin and end. Called by MHD: `context` is the connection's struct
+ * connection, `ctx` the struct http. */
 void connection_changed(void *ctx, struct MHD_Connection *mhd, void **context,
                         enum MHD_ConnectionNotificationCode code);

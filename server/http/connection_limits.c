@@ -14,7 +14,7 @@ static bool is_idle(const struct connection *p)
     return !p->cut && (!r || (!r->handled && !r->pending && !r->upload && r->status == 0));
 }
 
-/* Newest connections come first: the last ones found are the oldest. */
+/* Newest connections come first in the list, so the last ones found are the oldest. */
 void connection_limits_make_room(struct http *http)
 {
     struct connection *oldest[CUT_AT_ONCE];

@@ -1,5 +1,5 @@
 #pragma once
-/* MHD inside the uv loop: what request handlers share. */
+/* MHD inside the uv loop, and what request handlers share. */
 #include <microhttpd.h>
 #include <uv.h>
 
@@ -27,12 +27,12 @@ struct http {
     bool draining;
     uint64_t request_ms, upload_ms;
     uint64_t started_s; /* since 1970 */
-    uint64_t start_ns;  /* tells tags of this life from another's */
+    uint64_t start_ns;  /* tells entity tags of this run from those of others */
     struct connection *open;
     struct request *requests;
     struct static_files *files;
     unsigned connections, connections_most, encodings;
-    unsigned uploads;         /* under way, also of those who have left (upload.h) */
+    unsigned uploads;         /* under way, also when their client has left (upload.h) */
     uint64_t connections_cut; /* connection_limits.h */
     size_t body_room_bytes;   /* for bodies, of all requests */
     uint64_t log_lines;       /* messages of MHD: counted, not printed */
@@ -42,13 +42,13 @@ struct http {
     struct readiness readiness;
     struct pending pending;
     struct request_count count;
-    uint64_t tick_ns;                 /* when the last one came; 0: none yet */
+    uint64_t tick_ns;                 /* time of the last tick; 0: none yet */
     struct duration_histogram delays; /* of ticks, after their time */
     struct trace_source traces;
 };
 
-/* MHD has something to do: it runs before the loop sleeps. */
+/* Lets MHD run before the loop sleeps. */
 void http_kick(struct http *http);
 
-/* One of open_handles has gone; with the last of a destroyed one it is freed. */
+/* Counts one of open_handles less. The last one frees a destroyed server. */
 void http_release(struct http *http);

@@ -12,9 +12,9 @@ struct http;
 
 struct http_options {
     uv_loop_t *loop;
-    struct log *log;    /* what was asked and answered is told there; NULL: nothing */
+    struct log *log;    /* takes requests and their answers; NULL: none */
     const char *listen; /* "ADDR:PORT"; beyond loopback only with tokens and TLS; port 0: any */
-    const char *tokens_path;                 /* NULL: everybody may do everything */
+    const char *tokens_path;                 /* NULL: all clients may do everything */
     const char *certificate_path, *key_path; /* PEM; NULL: no TLS */
     const char *web_dir;                     /* the viewer's files */
     const char *openapi_path;
@@ -29,20 +29,21 @@ struct http_options {
     int64_t stream_us_per_s;  /* of CPU time that streams may take; 0: no limit */
 };
 
-/* *fault says why an address was refused. */
+/* Creates the server and listens. *fault says why an address was refused. */
 int http_create(const struct http_options *options, struct http **out, struct fault *fault);
 int http_port(const struct http *http);
 
-/* Reads the file of tokens again; what goes on for somebody who may not have it any more is cut
+/* Reads the file of tokens again. Answers under way that their user may not have any more are cut
  * off. On failure the tokens from before stay. *count: how many there are. */
 int http_reload_tokens(struct http *http, size_t *count, struct fault *fault);
 
-/* Answers new requests with 503 (but /livez, /readyz and /metrics), ends streams; then destroy,
- * after which the loop must run once more. The process ignores SIGPIPE. streams must outlive it. */
+/* Answers new requests with 503 (but /livez, /readyz and /metrics), and ends streams. Then
+ * http_destroy must follow, after which the loop must run once more. The process ignores SIGPIPE.
+ * streams must outlive it. */
 void http_drain(struct http *http);
-/* Requests whose answers have not gone out. */
+/* Returns the number of requests whose answers have not gone out. */
 unsigned http_in_work(const struct http *http);
-/* Connections that are open, or were closed and wait for their clients to read (linger.h). */
+/* Returns the number of connections that are open, or closed and lingering (linger.h). */
 unsigned http_connections(const struct http *http);
 /* Begins no more work for the pool, which goes before the rest. */
 void http_stop(struct http *http);

@@ -1,11 +1,11 @@
 #pragma once
-/* Requests that wait for what the store, the pool or the importer does: how many there may be, and
- * for how long each is kept waiting.
+/* Requests that wait for the store, the pool or the importer: how many there may be, and for how
+ * long each may wait.
  *
- * Nobody waits for ever on a disk that hangs. Who has waited for his time is told so (503
- * `overdue`), and what he asked for is done later or not at all, never by half: nothing more is
- * begun for him, and what the store has already comes out whole. Until that is over he is counted
- * here, whether his connection goes on or not, so that asking again and again fills no memory. */
+ * No client waits for ever on a disk that hangs. After its time a request is answered with 503
+ * `overdue`. What it asked for is then done later or not at all, never by half: nothing more is
+ * begun for it, and what the store has already is completed. It is counted here until then, even
+ * after its connection has ended, so that repeated requests fill no memory. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -13,13 +13,13 @@ struct http;
 struct request;
 
 struct pending {
-    uint64_t answer_ms; /* what a request may wait for that asks for no more than an answer */
-    unsigned count;     /* that a callback will come for, also of those that were told */
-    uint64_t overdue;   /* told, since the start */
+    uint64_t answer_ms; /* longest wait of a request that needs no more than an answer */
+    unsigned count;     /* with a callback to come, also those that were answered */
+    uint64_t overdue;   /* answered as overdue, since the start */
 };
 
-/* Can one more wait? */
+/* Returns whether one more may wait. */
 bool pending_has_room(const struct http *http);
 
-/* From time to time: tells those who have waited for too long. */
+/* Answers requests that have waited for too long. Called from time to time. */
 void pending_tick(struct http *http);

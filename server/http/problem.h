@@ -18,12 +18,14 @@ struct problem {
 
 const struct problem *problem_of(enum problem_id id);
 
-/* type, title, status, detail (when not NULL or empty) and pointer (likewise). New reference; NULL
- * on failed allocation. */
+/* Writes type, title, status, detail (when not NULL or empty) and pointer (likewise). New
+ * reference; NULL on failed allocation. */
 json_t *problem_json(enum problem_id id, const char *detail, const char *pointer);
 
-/* What a fault in a document that was sent is: SYNTAX when it could not be read at all,
- * MISSING_ASSET, KEY_REUSED, QUOTA, BUSY, as below for our own troubles, else INVALID. */
+/* Returns the problem for a fault in a document that was sent: SYNTAX when it could not be read at
+ * all, MISSING_ASSET, KEY_REUSED, QUOTA, BUSY, that of problem_of_trouble for our own troubles,
+ * else INVALID. */
 enum problem_id problem_of_document(const struct fault *fault);
-/* What an ERR_ code of our own troubles is: DISK_FULL, STORAGE, OUT_OF_MEMORY, else INTERNAL. */
+/* Returns the problem for an ERR_ code of our own: DISK_FULL, STORAGE, OUT_OF_MEMORY, else
+ * INTERNAL. */
 enum problem_id problem_of_trouble(int code);

@@ -1,5 +1,5 @@
 #pragma once
-/* Which resource a request means: one table, route.def. */
+/* Finds the resource that a request means, in one table, route.def. */
 #include <stdint.h>
 
 #include "proto/digest.h"
@@ -45,7 +45,7 @@ struct route_match {
 
 const struct route *route_of(enum route_id id);
 
-/* "GET" and so on; false for a method that no route has. */
+/* Reads "GET" and so on; false for a method that no route has. */
 bool method_from_name(const char *name, enum method *out);
 const char *method_name(enum method method);
 

@@ -16,12 +16,12 @@ struct static_file {
 
 struct static_files;
 
-/* web_dir: its plain files with known endings, and those of its folders; those that begin with a
- * dot, and links, are left out. openapi_path: becomes "/openapi.yaml". Either may be NULL. ERR_IO,
+/* Loads the plain files with known endings in web_dir and its folders, without those that begin
+ * with a dot, and without links. openapi_path becomes "/openapi.yaml". Either may be NULL. ERR_IO,
  * ERR_LIMIT, ERR_MEMORY; *fault names the file. */
 int static_files_load(const char *web_dir, const char *openapi_path, struct static_files **out,
                       struct fault *fault);
 void static_files_destroy(struct static_files **files);
 
-/* "/" is "/index.html". NULL: no such file. */
+/* Finds a file by its path; "/" is "/index.html". NULL: no such file. */
 const struct static_file *static_files_find(const struct static_files *files, const char *path);

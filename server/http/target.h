@@ -1,7 +1,7 @@
 #pragma once
 /* A request target in origin form, taken apart: "/v1/jobs?limit=5".
  *
- * The path is decoded once and refused when it could mean another one to somebody else: dot
+ * The path is decoded once. It is refused when another program could read it differently: dot
  * segments, empty segments, encoded slashes, backslashes, control characters. Nothing here touches
  * a file. */
 #include <stdbool.h>
@@ -25,11 +25,11 @@ struct target {
     size_t parameter_count;
 };
 
-/* 0 and *out, to be freed with target_fini. ERR_LIMIT: longer than LIMIT_HTTP_URL_BYTES;
- * ERR_NOT_FOUND: more segments than any route has; ERR_SYNTAX: anything else, *fault says what;
- * ERR_MEMORY. */
+/* Parses a target into *out, to be freed with target_fini. ERR_LIMIT: longer than
+ * LIMIT_HTTP_URL_BYTES; ERR_NOT_FOUND: more segments than any route has; ERR_SYNTAX: anything else,
+ * *fault says what; ERR_MEMORY. */
 int target_read(const char *raw, struct target *out, struct fault *fault);
 void target_fini(struct target *t);
 
-/* The parameter's value, or NULL. */
+/* Returns the parameter's value, or NULL. */
 const char *target_parameter(const struct target *t, const char *name);

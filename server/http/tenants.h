@@ -1,9 +1,9 @@
 #pragma once
-/* What the file of tokens says of tenants: who they are, and how they share the workers. */
+/* The tenants of the file of tokens, and their shares of the workers. */
 #include "proto/error.h"
 
 struct http;
 
-/* Tells the jobs what the file weighs each tenant by; without a file nothing. ERR_MEMORY: they
- * share as they did before. */
+/* Tells the jobs the weight of each tenant in the file; without a file nothing. ERR_MEMORY: shares
+ * stay as before. */
 int tenants_share(struct http *http, struct fault *fault);

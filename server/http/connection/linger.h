@@ -1,7 +1,7 @@
 #pragma once
-/* Closing a connection whose client still sends: if unread bytes lie in the socket when it is
- * closed, the kernel resets the connection, and the answer may be lost on its way. So the socket is
- * kept a second longer, emptied now and then, and closed; sooner where the client has ended. */
+/* Lingering close, for connections whose client still sends. If unread bytes lie in a socket when
+ * it is closed, the kernel resets the connection, and the answer may be lost on its way. So the
+ * socket is kept a second longer, emptied now and then, and closed earlier if the client ends. */
 #define LINGER_MOST  256
 #define LINGER_TICKS 4
 
@@ -12,8 +12,8 @@ struct linger_list {
     unsigned ticks[LINGER_MOST];
 };
 
-/* Keeps a duplicate of the descriptor and says that no more will be sent. When there is no room,
- * the one that was kept longest is closed for it. */
+/* Keeps a duplicate of the descriptor and shuts sending down. When there is no room, the one that
+ * was kept longest is closed for it. */
 void linger_add(struct linger_list *l, int fd);
 void linger_tick(struct linger_list *l);
 void linger_close_all(struct linger_list *l);
