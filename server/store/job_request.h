@@ -24,8 +24,8 @@ enum request_kind {
 
 typedef void (*job_store_passed)(void *ctx, int error, const struct removal_pass *pass);
 
-/* What is asked, and then what came of it. Written by the loop's thread, then by the store's, then
- * read by the loop's: the pool's queue hands it over. Texts are owned copies, NULL where absent. */
+/* A request, and then its result. The loop's thread writes it, then the store's, then the loop's
+ * reads it; the pool's queue hands it over. Texts are owned copies, NULL where absent. */
 struct job_request {
     struct job_request *next;
     enum request_kind kind;
@@ -74,7 +74,7 @@ char *job_request_copy(const char *text, int *error);
 /* Copies these to r->assets. ERR_MEMORY. */
 int job_request_take_assets(struct job_request *r, const struct digest *assets, size_t count);
 
-/* Puts those texts that a newer request of its kind has in place of its own. */
+/* Replaces its texts with those that a newer request of its kind has. */
 void job_request_take_texts(struct job_request *r, struct job_request *newer);
 
 /* In the batch's transaction. */
@@ -84,8 +84,8 @@ bool job_request_is_lone_write(const struct job_request *r);
 /* Performed, it may have left a removal that waits. */
 bool job_request_may_wait(const struct job_request *r);
 
-/* On the store's thread: runs the query, returns its error. */
+/* Runs the query, on the store's thread. Returns its error. */
 int job_request_perform(struct job_request *r, struct job_database *db);
 
-/* On the loop's thread: calls back with what came of it. */
+/* Calls back with the result, on the loop's thread. */
 void job_request_answer(const struct job_request *r);

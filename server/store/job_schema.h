@@ -1,5 +1,5 @@
 #pragma once
-/* The database of jobs: how it is opened, and how an older one becomes today's. */
+/* Opens the database of jobs, and migrates an older schema. */
 #include <sqlite3.h>
 #include <stdbool.h>
 
@@ -8,8 +8,9 @@
  * schema from a newer program, ERR_CORRUPT for a file that is no database. */
 int job_schema_open(const char *path, bool ephemeral, sqlite3 **out);
 
-/* Can a file beside the database be made, written and synced now? 0, ERR_NO_SPACE, ERR_IO. */
+/* Tests whether a file beside the database can be created, written and synced now. 0, ERR_NO_SPACE,
+ * ERR_IO. */
 int job_schema_probe(const char *path);
 
-/* The project's code of an SQLite result. */
+/* Returns the error code for an SQLite result. */
 int job_schema_error(int sqlite_code);

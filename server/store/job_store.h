@@ -1,8 +1,8 @@
 #pragma once
-/* Jobs on disk: SQLite in WAL mode, every change of a job's state a synced commit.
+/* Jobs on disk: SQLite in WAL mode. Every change of a job's state is a synced commit.
  *
- * Queries run on the store's own thread (a pool of one, so in order); callbacks come on the loop's
- * thread. Text handed in is copied; text in callbacks is borrowed for the call. */
+ * Queries run on the store's own thread (a pool of one, so in order), and callbacks come on the
+ * loop's thread. Text handed in is copied; text in callbacks is borrowed for the call. */
 #include <stdbool.h>
 #include <uv.h>
 
@@ -28,8 +28,8 @@ struct job_row {
     int64_t created_ms, updated_ms;
     int32_t priority;
     bool paused;
-    char owner[JOB_OWNER_BYTES];  /* the tenant who submitted it; "": of before there were any */
-    char trace[TRACE_TEXT_BYTES]; /* of the request that did (trace_keep); "": not known */
+    char owner[JOB_OWNER_BYTES];  /* the tenant that submitted it; "": before there were tenants */
+    char trace[TRACE_TEXT_BYTES]; /* of the request that submitted it (trace_keep); "": not known */
 };
 
 /* One row of `frames`. */
@@ -45,10 +45,9 @@ struct frame_row {
 int job_store_open(uv_loop_t *loop, const char *dir, bool ephemeral, struct job_store **out);
 
 struct job_store_totals {
-    struct duration_histogram
-        commits;       /* groups of changes, until they are durable or have failed */
-    uint64_t failures; /* of these */
-    uint64_t waiting;  /* requests now, but for those in work */
+    struct duration_histogram commits; /* groups of changes, until they are durable or fail */
+    uint64_t failures;                 /* of these */
+    uint64_t waiting;                  /* waiting requests now */
 };
 void job_store_totals(const struct job_store *s, struct job_store_totals *out);
 
@@ -57,8 +56,8 @@ void job_store_close(struct job_store **store);
 
 typedef void (*job_store_done)(void *ctx, int error);
 
-/* Durable when `done` is called with 0. With idempotency_key (may be NULL; each owner has keys of
- * its own): if the key is known with the same body digest, nothing is inserted and done gets
+/* Inserts a job, durable when `done` is called with 0. With idempotency_key (may be NULL; each
+ * owner has its own keys), a known key with the same body digest inserts nothing, and done gets
  * ERR_EXISTS with `existing` the first job's id; with another body, ERR_MISMATCH. ERR_STATE when
  * the row's own id is taken. */
 typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
@@ -77,14 +76,14 @@ void job_store_submit(struct job_store *s, const struct job_row *row, const char
                       const struct digest *body, const struct job_assets *assets,
                       job_store_inserted done, void *ctx);
 
-/* The same for who would be refused a new job: ERR_EXISTS with `existing`, ERR_MISMATCH, 0 for a
- * key that is not known. */
+/* Looks a key up for a client that would be refused a new job: ERR_EXISTS with `existing`,
+ * ERR_MISMATCH, 0 for an unknown key. */
 void job_store_find_key(struct job_store *s, const char *owner, const char *idempotency_key,
                         const struct digest *body, job_store_inserted done, void *ctx);
 
 /* Sets state, error, report (each if not NULL). ERR_NOT_FOUND when there is no such job, here and
- * below. done may be NULL: then it may be done together with one before it that still waits, and a
- * job has one that waits at most. */
+ * below. An update with done NULL may be merged with a waiting one before it, so that at most one
+ * waits for each job. */
 void job_store_update(struct job_store *s, const char *id, const char *state, const char *error,
                       const char *report, job_store_done done, void *ctx);
 /* Sets priority and paused (each if not NULL). ERR_NOT_FOUND for a job that has ended, too. */
@@ -93,7 +92,7 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
 /* Sets a frame's row and with it the job's report (if not NULL): both or neither. */
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
                             const char *report, job_store_done done, void *ctx);
-/* Another document in its place: of a job whose camera was moved. */
+/* Replaces the document of a job whose camera was moved. */
 void job_store_update_document(struct job_store *s, const char *id, const char *document,
                                job_store_done done, void *ctx);
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx);
@@ -103,31 +102,32 @@ typedef void (*job_store_found)(void *ctx, int error, const struct job_row *row,
                                 const struct frame_row *frames, size_t frame_count);
 void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx);
 
-/* Which jobs, newest first. */
+/* Selects jobs, newest first. */
 struct job_listing {
     const char *state;  /* NULL: any */
     const char *cursor; /* strictly before this id; NULL: from the newest */
     const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
-    const char *owner;  /* NULL: whoever's */
+    const char *owner;  /* NULL: any */
     size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
 };
-/* A text is looked for in all documents, and everything else waits meanwhile: ERR_STATE while that
+/* Lists jobs. A text is searched in all documents while everything else waits: ERR_STATE while that
  * is done for another listing. */
 typedef void (*job_store_listed)(void *ctx, int error, const struct job_row *rows, size_t count,
                                  bool more);
 void job_store_list(struct job_store *s, const struct job_listing *listing, job_store_listed done,
                     void *ctx);
 
-/* Start-up, blocking: every job that is not finished, failed or cancelled, oldest first. The
- * callback's pointers are borrowed; it may submit changes. ERR_STATE while requests are pending. */
+/* Calls `each` for every job that is not finished, failed or cancelled, oldest first. Blocking, at
+ * start-up. The callback's pointers are borrowed; it may submit changes. ERR_STATE while requests
+ * are pending. */
 int job_store_unfinished(struct job_store *s,
                          void (*each)(void *ctx, const struct job_row *row,
                                       const struct frame_row *frames, size_t frame_count),
                          void *ctx);
 
-/* Which blob an import gave. `source` is a digest over the importer's build, the scene asset and
- * its files, which are `assets`. ERR_NOT_FOUND when one of these has gone meanwhile: the blob goes,
- * too. done may be NULL. */
+/* Remembers which blob an import gave. `source` is a digest over the importer's build, the scene
+ * asset and its files, which are `assets`. ERR_NOT_FOUND when one of these has gone meanwhile: the
+ * blob goes, too. done may be NULL. */
 void job_store_remember_blob(struct job_store *s, const struct digest *source,
                              const struct digest *blob, const struct digest *assets,
                              size_t asset_count, job_store_done done, void *ctx);

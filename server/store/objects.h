@@ -1,6 +1,7 @@
 #pragma once
-/* Files by the SHA-256 of their bytes: assets, scene blobs, results. A file is there whole or not
- * at all: it is written beside its place, synced, then renamed.
+/* Files by the SHA-256 of their bytes: assets, scene blobs, results. A file is there as a whole or
+ * not at all: it is written beside its place, synced, then renamed. Files are in
+ * DIR/objects/ab/cdef..., and while they are written in DIR/tmp/, which is swept at start.
  *
  *   DIR/objects/ab/cdef...   the files         DIR/tmp/   what is being written, swept at start
  *
@@ -29,12 +30,12 @@ struct object_holds {
 
 struct objects {
     char dir[4096];
-    bool ephemeral;             /* the folder goes with this process: no file waits for the disk */
-    struct object_holds *holds; /* points to the one below: it changes where the rest is const */
+    bool ephemeral; /* the folder is deleted with this process: no file waits for the disk */
+    struct object_holds *holds; /* points to own_holds, which changes where the rest is const */
     struct object_holds own_holds;
 };
 
-/* Makes the folders, sweeps tmp. The struct stays where it is from then on. */
+/* Creates the folders and sweeps tmp. The struct must not move from then on. */
 int objects_open(struct objects *o, const char *dir, bool ephemeral);
 bool objects_have(const struct objects *o, const struct digest *d, uint64_t *size_bytes);
 /* Is it certain that there is no such file? */
@@ -59,7 +60,7 @@ struct object_writer;
 int object_writer_begin(const struct objects *o, struct object_writer **out);
 int object_writer_append(struct object_writer *w, const void *data, size_t size_bytes);
 
-/* The file's name while it is being written, for a library that opens files itself. */
+/* Returns the file's name while it is written, for a library that opens files itself. */
 const char *object_writer_path(const struct object_writer *w);
 
 /* The first half of finish: syncs. With `expected`, ERR_MISMATCH when the bytes' digest is another.
@@ -76,15 +77,15 @@ int object_writer_finish(struct object_writer **w, const struct digest *expected
                          struct digest *out, bool *existed);
 void object_writer_abort(struct object_writer **w);
 
-/* Can a file be kept now? Writes one, syncs it and takes it away. 0, ERR_NO_SPACE, ERR_IO, ... as
- * the disk has it. */
+/* Tests whether a file can be kept now: writes one, syncs it and removes it. 0, ERR_NO_SPACE,
+ * ERR_IO, ... as the disk has it. */
 int objects_probe(const struct objects *o);
 
-/* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. With
- * 0 it is held. */
+/* Takes over a finished file at `path` (on the same file system): hashes, syncs, renames. With 0 it
+ * is held. */
 int objects_adopt(const struct objects *o, const char *path, struct digest *out);
 
-/* A fresh private folder under tmp/ for the importer's work; the caller removes it with
+/* Creates a private folder under tmp/ for the importer. The caller removes it with
  * objects_remove_dir. */
 int objects_make_dir(const struct objects *o, char out[OBJECTS_PATH_BYTES]);
 void objects_remove_dir(const char *dir);
