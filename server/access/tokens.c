@@ -90,7 +90,7 @@ static const struct json_member token_members[] = {
     {0},
 };
 
-/* Two tokens of one name could not be told apart by people, nor two of one hash by anybody. */
+/* Tokens of one name could not be told apart by people, nor tokens of one hash by the server. */
 static int check_alone(struct json_cursor *at, const struct tokens *tokens)
 {
     const struct token *last = &tokens->list[tokens->count];
