@@ -18,9 +18,9 @@ void client_destroy(struct client **client);
 
 /* Sent with every request from now on, as a bearer token. ERR_MEMORY. */
 int client_set_token(struct client *c, const char *token);
-/* Who vouches for certificates: a file in PEM, borrowed; NULL: whom the system trusts. */
+/* Trusted certificates: a file in PEM, borrowed; NULL: those of the system. */
 void client_trust(struct client *c, const char *authority);
-/* Gives another request (a curl handle) what this client's have: whom it trusts, its token. */
+/* Configures another request (a curl handle) like this client's: trusted certificates, token. */
 void client_lend(const struct client *c, void *curl);
 
 /* From now on requests end early, with an error, once *stop is not 0 (set by a signal handler). */

@@ -1,5 +1,5 @@
 #pragma once
-/* Which server a command talks to, and as whom. */
+/* The server that a command talks to, and the token that it uses. */
 #include "server/cli/client/client.h"
 
 struct client_target {
