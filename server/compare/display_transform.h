@@ -1,7 +1,8 @@
 #pragma once
-/* Two pictures as a screen shows them: what judges of likeness look at.
+/* Two pictures after the display transform, as a screen shows them. The perceptual metrics compare
+ * these.
  *
- * A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the viewer's shader: the
+ * A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the viewer's shader. The
  * curve is v itself, or Narkowicz's fit of the ACES curve (2015) at 0.6 v. */
 #include <stdbool.h>
 
@@ -14,17 +15,18 @@ struct display_transform {
 
 #define DISPLAY_PLAIN ((struct display_transform){.exposure_ev = 0, .gamma = 1, .filmic = false})
 
-/* Arrays of width * height, row by row. Where one of the two is not finite neither counts and both
- * are black. One allocation. */
+/* Arrays of width * height, row by row. Where either picture is not finite, the pixel does not
+ * count and both are black. One allocation. */
 struct display_pair {
     int32_t width_px, height_px;
     float *reference[3], *test[3]; /* in [0, 1] */
-    uint8_t *counts;               /* 1: judged */
+    uint8_t *counts;               /* 1: the pixel counts */
     int64_t count;                 /* of such pixels */
     void *memory;                  /* owned */
 };
 
-/* `layer` as in image_layer_planes. ERR_MISMATCH for other sizes, ERR_NOT_FOUND, ERR_MEMORY. */
+/* Displays both pictures. `layer` as in image_layer_planes. ERR_MISMATCH for other sizes,
+ * ERR_NOT_FOUND, ERR_MEMORY. */
 int display_pair_create(const struct image *reference, const struct image *test, const char *layer,
                         const struct display_transform *view, struct display_pair *out,
                         struct fault *fault);

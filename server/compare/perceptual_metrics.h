@@ -1,13 +1,13 @@
 #pragma once
-/* Of `shearwater compare`: how alike two pictures look, as a screen shows them. */
+/* The perceptual metrics of `shearwater compare`: how alike two pictures look on a screen. */
 #include <jansson.h>
 
 #include "server/compare/flip.h"
 #include "server/compare/ssim.h"
 
 struct perceptual_metrics {
-    bool ssim, flip;                            /* what is asked for */
-    const char *exposure, *gamma, *curve, *ppd; /* the command line's words; NULL: defaults */
+    bool ssim, flip;                            /* which ones are wanted */
+    const char *exposure, *gamma, *curve, *ppd; /* from the command line; NULL: defaults */
     struct display_transform view;
     double pixels_per_degree;
     double ssim_mean;
@@ -15,10 +15,10 @@ struct perceptual_metrics {
     int64_t pixels;
 };
 
-/* Checks the words. ERR_SYNTAX or ERR_RANGE with *fault naming the option. */
+/* Parses the options. ERR_SYNTAX or ERR_RANGE with *fault naming the option. */
 int perceptual_metrics_parse(struct perceptual_metrics *l, struct fault *fault);
 
-/* Finds what is asked for. As display_pair_create. */
+/* Computes the wanted metrics. Fails as display_pair_create does. */
 int perceptual_metrics_find(struct perceptual_metrics *l, const struct image *reference,
                             const struct image *test, const char *layer, struct fault *fault);
 
