@@ -1,10 +1,10 @@
 #pragma once
-/* How long things took, counted in buckets that are the same for all. */
+/* A histogram of durations, in buckets that are the same for all. */
 #include <stdint.h>
 
 #define DURATION_BUCKETS 12
 
-/* Upper bounds in seconds, each included; what is longer is counted behind the last. */
+/* Upper bounds in seconds, each included. Longer durations are counted behind the last. */
 extern const double duration_bounds[DURATION_BUCKETS];
 
 struct duration_histogram {
