@@ -63,7 +63,10 @@ static void record_frame(const struct scene *blob, const struct render_scene *sc
         for (int32_t x = 0; x + TILE_PX <= SIDE_PX; x += TILE_PX) {
             struct samples *samples;
             struct rect rect = {x, y, x + TILE_PX, y + TILE_PX};
-            if (tile_trace(tracer, scene, NULL, &plan, 0, rect, NULL, NULL, &samples, &counters))
+            if (tile_trace(tracer,
+                           &(struct tile_job){
+                               .scene = scene, .plan = &plan, .rect = rect, .counters = &counters},
+                           0, &samples))
                 fail("a tile cannot be traced");
             samples_destroy(&samples);
         }

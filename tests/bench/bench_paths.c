@@ -40,8 +40,10 @@ static void trace(struct bench *b, struct rect rect, struct counters *counters)
 {
     struct samples *samples;
     for (uint32_t pass = 0; pass < plan_pass_count(&b->plan); pass++) {
-        if (tile_trace(b->tracer, b->scene, NULL, &b->plan, pass, rect, NULL, NULL, &samples,
-                       counters))
+        if (tile_trace(b->tracer,
+                       &(struct tile_job){
+                           .scene = b->scene, .plan = &b->plan, .rect = rect, .counters = counters},
+                       pass, &samples))
             fail("a tile cannot be traced");
         samples_destroy(&samples);
     }

@@ -59,7 +59,10 @@ static void trace_one(struct share *s, struct rect rect)
 {
     struct samples *samples;
     double start = cpu_s();
-    if (tile_trace(s->tracer, s->scene, NULL, s->plan, 0, rect, NULL, NULL, &samples, &s->counters))
+    if (tile_trace(s->tracer,
+                   &(struct tile_job){
+                       .scene = s->scene, .plan = s->plan, .rect = rect, .counters = &s->counters},
+                   0, &samples))
         fail("a tile cannot be traced");
     samples_destroy(&samples);
     s->worker_s += cpu_s() - start;

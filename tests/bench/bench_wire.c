@@ -110,7 +110,10 @@ static void add_tile(struct tile_tracer *tracer, const struct render_scene *scen
     struct counters counters = {0};
     for (uint32_t pass = 0; pass < plan_pass_count(plan); pass++) {
         struct samples *samples;
-        if (tile_trace(tracer, scene, NULL, plan, pass, rect, NULL, NULL, &samples, &counters))
+        if (tile_trace(tracer,
+                       &(struct tile_job){
+                           .scene = scene, .plan = plan, .rect = rect, .counters = &counters},
+                       pass, &samples))
             fail("a tile cannot be traced");
         add_entropy(samples, wire);
         add_packed(plan, pass, samples, PACKING_QUICK, wire);

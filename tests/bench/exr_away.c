@@ -53,7 +53,10 @@ static void *run(void *context)
     for (uint32_t t; (t = atomic_fetch_add(&a->next_tile, 1)) < tile_grid_count(&a->grid);) {
         const struct rect r = tile_grid_rect(&a->grid, t);
         struct samples *samples;
-        if (tile_trace(tracer, a->scene, NULL, a->plan, 0, r, NULL, NULL, &samples, &counters))
+        if (tile_trace(tracer,
+                       &(struct tile_job){
+                           .scene = a->scene, .plan = a->plan, .rect = r, .counters = &counters},
+                       0, &samples))
             fail("a tile could not be traced");
         size_t i = 0;
         for (int32_t y = r.y0; y < r.y1; y++)

@@ -69,7 +69,10 @@ static void trace_block(struct tile_tracer *tracer, const struct render_scene *s
     struct samples *samples;
     struct counters counters = {0};
     memset(noter->most, 0, sizeof noter->most);
-    if (tile_trace(tracer, scene, NULL, &f->plan, 0, rect, NULL, NULL, &samples, &counters))
+    if (tile_trace(tracer,
+                   &(struct tile_job){
+                       .scene = scene, .plan = &f->plan, .rect = rect, .counters = &counters},
+                   0, &samples))
         fail("a tile cannot be traced");
     const struct plan_pass pass = plan_scheduled_pass(&f->plan, 0);
     gather_tile(&f->plan, samples, pass_counts_of(&pass), rect, f->patch);

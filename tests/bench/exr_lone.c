@@ -55,7 +55,10 @@ static void make_plan(const struct job *job, bool lone, struct plan *plan)
 static struct samples *trace(struct frame *f, uint32_t pass, struct rect rect)
 {
     struct samples *samples;
-    if (tile_trace(tracer, scene, NULL, &f->plan, pass, rect, NULL, NULL, &samples, &f->counters))
+    if (tile_trace(tracer,
+                   &(struct tile_job){
+                       .scene = scene, .plan = &f->plan, .rect = rect, .counters = &f->counters},
+                   pass, &samples))
         fail("a tile cannot be traced");
     return samples;
 }

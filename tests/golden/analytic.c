@@ -120,9 +120,13 @@ static struct samples *set_trace(const struct set *set, const struct plan *plan,
     struct samples *samples = NULL;
     struct counters counters = {0};
     struct fault fault = {0};
-    if (tile_trace(set->tracer, set->scene, set->environment, plan, pass,
-                   (struct rect){0, 0, plan->width_px, plan->height_px}, NULL, NULL, &samples,
-                   &counters))
+    if (tile_trace(set->tracer,
+                   &(struct tile_job){.scene = set->scene,
+                                      .environment = set->environment,
+                                      .plan = plan,
+                                      .rect = (struct rect){0, 0, plan->width_px, plan->height_px},
+                                      .counters = &counters},
+                   pass, &samples))
         die("tile_trace", &fault);
     return samples;
 }

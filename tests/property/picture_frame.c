@@ -93,8 +93,14 @@ static void trace(struct session *s, const struct fleet_tile *tile)
     int error = plan_pass_check(s->plan, &pass);
     if (!error && pass.sides) error = plan_sides_check(&pass, (size_t)rect_area(tile->rect));
     if (error) die("a pass that no worker takes", error);
-    error = tile_trace_pass(s->tracer, s->scene, s->environment, s->plan, &pass, tile->rect, NULL,
-                            NULL, &samples, &result.counters);
+    error = tile_trace_pass(s->tracer,
+                            &(struct tile_job){.scene = s->scene,
+                                               .environment = s->environment,
+                                               .plan = s->plan,
+                                               .pass = &pass,
+                                               .rect = tile->rect,
+                                               .counters = &result.counters},
+                            &samples);
     if (error) die("a tile cannot be traced", error);
     bytes_writer_init(&w);
     error = samples_pack(samples, PACKING_SMALL, &w, NULL);

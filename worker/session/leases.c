@@ -123,9 +123,16 @@ static void run_tile(struct pool_task *task)
 {
     struct leased_tile *t = tile_of(task);
     struct leases *leases = t->leases;
-    t->error = leases->tracing->trace(leases->tracing->ctx, task->tool, t->scene, t->environment,
-                                      &t->frame->plan, &t->lease.pass, t->lease.rect, &leases->rows,
-                                      &t->stop, leases->packing, &t->packed, &t->counters);
+    const struct tracing_job job = {.scene = t->scene,
+                                    .environment = t->environment,
+                                    .plan = &t->frame->plan,
+                                    .pass = &t->lease.pass,
+                                    .rect = t->lease.rect,
+                                    .progress = &leases->rows,
+                                    .stop = &t->stop,
+                                    .packing = leases->packing,
+                                    .counters = &t->counters};
+    t->error = leases->tracing->trace(leases->tracing->ctx, task->tool, &job, &t->packed);
 }
 
 static void send_result(struct leases *leases, const struct leased_tile *t)

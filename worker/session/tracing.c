@@ -138,24 +138,34 @@ static void tracer_destroy(void *ctx, void **tracer)
     tile_tracer_destroy(&t);
 }
 
-static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
-                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                 _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
-                 struct bytes_writer *packed, struct counters *counters)
+static int pack(struct samples *samples, const struct tracing_job *job, struct bytes_writer *packed)
+{
+    uint64_t dropped = 0, before_us = thread_cpu_us();
+    const int e = samples_pack(samples, job->packing, packed, &dropped);
+    job->counters->value[COUNTER_PACK_CPU_US] += thread_cpu_us() - before_us;
+    job->counters->value[COUNTER_SKIPPED_EMPTY_PLANE] += dropped;
+    return e;
+}
+
+static int trace(void *ctx, void *tracer, const struct tracing_job *job,
+                 struct bytes_writer *packed)
 {
     (void)ctx;
-    const struct loaded *s = scene, *around = environment;
+    const struct loaded *scene = job->scene, *around = job->environment;
     struct samples *samples = NULL;
-    if (s->kind != TRACING_SCENE || (around && around->kind != TRACING_ENVIRONMENT))
+    if (scene->kind != TRACING_SCENE || (around && around->kind != TRACING_ENVIRONMENT))
         return ERR_MAGIC;
-    int e = tile_trace_pass(tracer, s->scene.render, around ? around->environment.map : NULL, plan,
-                            pass, rect, progress, stop, &samples, counters);
-    if (e) return e;
-    uint64_t dropped = 0, before_us = thread_cpu_us();
-    e = samples_pack(samples, packing, packed, &dropped);
+    const struct tile_job tile = {.scene = scene->scene.render,
+                                  .environment = around ? around->environment.map : NULL,
+                                  .plan = job->plan,
+                                  .pass = job->pass,
+                                  .rect = job->rect,
+                                  .progress = job->progress,
+                                  .stop = job->stop,
+                                  .counters = job->counters};
+    int e = tile_trace_pass(tracer, &tile, &samples);
+    if (e == 0) e = pack(samples, job, packed);
     samples_destroy(&samples);
-    counters->value[COUNTER_PACK_CPU_US] += thread_cpu_us() - before_us;
-    counters->value[COUNTER_SKIPPED_EMPTY_PLANE] += dropped;
     return e;
 }
 

@@ -12,6 +12,19 @@
 /* What a blob turned out to be, by its first bytes. */
 enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT };
 
+/* A pass of a tile, and the loaded blobs it is traced with; all borrowed. */
+struct tracing_job {
+    const void *scene;       /* loaded as one */
+    const void *environment; /* the plan's map; NULL: it has none */
+    const struct plan *plan;
+    const struct plan_pass *pass;
+    struct rect rect;
+    _Atomic uint64_t *progress; /* grows by the tile's rows */
+    const _Atomic bool *stop;   /* true: trace ends with ERR_STATE */
+    enum packing packing;
+    struct counters *counters;
+};
+
 struct tracing {
     void *ctx;
     uint32_t capabilities;                    /* bits of enum capability */
@@ -29,14 +42,10 @@ struct tracing {
     int (*tracer_create)(void *ctx, void **tracer);
     void (*tracer_destroy)(void *ctx, void **tracer);
 
-    /* Traces a pass of a tile and packs its samples, as `packing` has it, into *packed. `scene` was
-     * loaded as one; `environment` is the plan's map, NULL when it has none. *progress grows by the
-     * tile's rows; *stop ends it with ERR_STATE. ERR_MAGIC for what was loaded as the other kind.
-     */
-    int (*trace)(void *ctx, void *tracer, const void *scene, const void *environment,
-                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                 _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
-                 struct bytes_writer *packed, struct counters *counters);
+    /* Traces the job and packs its samples into *packed. ERR_STATE when stopped, ERR_MAGIC for a
+     * blob that was loaded as the other kind. */
+    int (*trace)(void *ctx, void *tracer, const struct tracing_job *job,
+                 struct bytes_writer *packed);
 };
 
 /* The real one: Embree. */

@@ -46,34 +46,33 @@ static bool is_stopped(const _Atomic bool *stop)
 }
 
 /* Blocks from (x, y) on, at most PRIMARY_ROW, up to the tile's end. */
-static int trace_blocks(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
-                        int32_t x, int32_t y, struct rect rect, const _Atomic bool *stop,
-                        struct samples *samples, struct counters *counters)
+static int trace_blocks(struct tile_tracer *t, const struct stages *stages,
+                        const struct tile_job *job, int32_t x, int32_t y, struct samples *samples)
 {
-    const int32_t left = (rect.x1 - x + LANES_ACROSS - 1) / LANES_ACROSS;
+    const struct plan *plan = job->plan;
+    const int32_t left = (job->rect.x1 - x + LANES_ACROSS - 1) / LANES_ACROSS;
     const int32_t count = left < PRIMARY_ROW ? left : PRIMARY_ROW;
     if (tile_sees_centres(stages))
         primary_trace_row(&t->queries, plan, x, y, (uint32_t)count, t->row);
     for (int32_t k = 0; k < count; k++, x += LANES_ACROSS) {
-        block_init(&t->block, x, y, plan->width_px, plan->height_px, rect);
-        tile_trace_block(t, stages, plan, &t->row[k], samples, counters);
-        if (is_stopped(stop)) return ERR_STATE;
+        block_init(&t->block, x, y, plan->width_px, plan->height_px, job->rect);
+        tile_trace_block(t, stages, plan, &t->row[k], samples, job->counters);
+        if (is_stopped(job->stop)) return ERR_STATE;
     }
     return 0;
 }
 
-static int trace_rows(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
-                      struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-                      struct samples *samples, struct counters *counters)
+static int trace_rows(struct tile_tracer *t, const struct stages *stages,
+                      const struct tile_job *job, struct samples *samples)
 {
+    const struct rect rect = job->rect;
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += PRIMARY_ROW * LANES_ACROSS)
-            if (trace_blocks(t, stages, plan, x, y, rect, stop, samples, counters))
-                return ERR_STATE;
+            if (trace_blocks(t, stages, job, x, y, samples)) return ERR_STATE;
         int32_t first = y > rect.y0 ? y : rect.y0;
         int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
-        if (progress)
-            atomic_fetch_add_explicit(progress, (uint64_t)(end - first), memory_order_relaxed);
+        if (job->progress)
+            atomic_fetch_add_explicit(job->progress, (uint64_t)(end - first), memory_order_relaxed);
     }
     return 0;
 }
@@ -96,63 +95,83 @@ static bool rect_fits(const struct plan *plan, struct rect rect)
            rect_width(rect) <= LIMIT_TILE_SIDE_PX && rect_height(rect) <= LIMIT_TILE_SIDE_PX;
 }
 
-int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene,
-                    const struct environment *environment, const struct plan *plan,
-                    const struct plan_pass *pass, struct rect rect, _Atomic uint64_t *progress,
-                    const _Atomic bool *stop, struct samples **out, struct counters *counters)
+static int check_job(const struct tile_job *job)
 {
-    struct samples_layout layout;
-    struct stages stages;
-    struct samples *samples = NULL;
-    int rc = rect_fits(plan, rect) ? plan_pass_check(plan, pass) : ERR_RANGE;
-    if (rc) return rc;
-    if (plan->environment.kind == ENVIRONMENT_MAP && !environment) return ERR_MISSING;
-    if (pass->sides) rc = plan_sides_check(pass, (size_t)rect_area(rect));
-    if (rc) return rc;
-    rc = samples_layout_init(&layout, plan, pass->number, rect_width(rect), rect_height(rect));
-    if (rc == 0) rc = samples_create(&layout, &samples);
-    if (rc) return rc;
-    geometry_planes_init(&tracer->planes, samples);
-    uint64_t started_us = thread_cpu_us();
-    unsigned int mode = _mm_getcsr();
-    _mm_setcsr(mode | MXCSR_FLUSH);
-    tracer->queries.scene = scene;
-    tracer->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
-    tracer->queries.rejected = 0;
-    light_table_init(&tracer->lights, plan, scene->emitters != NULL);
-    sky_init(&tracer->sky, &plan->environment, environment);
-    const struct path_context parts = {.queries = &tracer->queries,
-                                       .light_kernels = KERNELS_FOR(light_kernels, scene->isa),
-                                       .kernels = KERNELS_FOR(path_kernels, scene->isa),
-                                       .lights = &tracer->lights,
-                                       .sky = &tracer->sky,
-                                       .plan = plan,
-                                       .counters = counters};
-    tracer->point.kernels = parts.light_kernels;
-    stages_init(&parts, &tracer->centres, pass, &stages);
-    if (stages.lens) lens_scratch_init(&tracer->lens, plan);
-    if (stages.through_lens.centres)
-        rc = centre_gbuffer_init(&tracer->centres, &stages.field, rect);
-    stages.field.progress = stages.through_lens.progress = stages.whole.progress = progress;
-    stages.field.stop = stages.through_lens.stop = stages.whole.stop = stop;
-    if (rc == 0) rc = trace_rows(tracer, &stages, plan, rect, progress, stop, samples, counters);
-    if (rc == 0) rc = trace_lone(tracer, &stages, rect, samples);
-    if (stages.through_lens.centres) centre_gbuffer_fini(&tracer->centres);
-    _mm_setcsr(mode);
-    counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
-    counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;
-    if (rc) samples_destroy(&samples);
-    *out = samples;
-    return rc;
+    const struct plan *plan = job->plan;
+    const int e = rect_fits(plan, job->rect) ? plan_pass_check(plan, job->pass) : ERR_RANGE;
+    if (e) return e;
+    if (plan->environment.kind == ENVIRONMENT_MAP && !job->environment) return ERR_MISSING;
+    return job->pass->sides ? plan_sides_check(job->pass, (size_t)rect_area(job->rect)) : 0;
 }
 
-int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
-               const struct environment *environment, const struct plan *plan, uint32_t pass,
-               struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-               struct samples **out, struct counters *counters)
+static int create_samples(const struct tile_job *job, struct samples **out)
 {
-    if (pass >= plan_pass_count(plan)) return ERR_RANGE;
-    const struct plan_pass scheduled = plan_scheduled_pass(plan, pass);
-    return tile_trace_pass(tracer, scene, environment, plan, &scheduled, rect, progress, stop, out,
-                           counters);
+    struct samples_layout layout;
+    const int e = samples_layout_init(&layout, job->plan, job->pass->number, rect_width(job->rect),
+                                      rect_height(job->rect));
+    return e ? e : samples_create(&layout, out);
+}
+
+/* Points the tracer's tables at what the job is traced with, and chooses the stages. */
+static void prepare(struct tile_tracer *t, const struct tile_job *job, struct stages *stages)
+{
+    const struct render_scene *scene = job->scene;
+    t->queries.scene = scene;
+    t->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
+    t->queries.rejected = 0;
+    light_table_init(&t->lights, job->plan, scene->emitters != NULL);
+    sky_init(&t->sky, &job->plan->environment, job->environment);
+    const struct path_context parts = {.queries = &t->queries,
+                                       .light_kernels = KERNELS_FOR(light_kernels, scene->isa),
+                                       .kernels = KERNELS_FOR(path_kernels, scene->isa),
+                                       .lights = &t->lights,
+                                       .sky = &t->sky,
+                                       .plan = job->plan,
+                                       .counters = job->counters};
+    t->point.kernels = parts.light_kernels;
+    stages_init(&parts, &t->centres, job->pass, stages);
+}
+
+static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struct samples *samples)
+{
+    struct stages stages;
+    int e = 0;
+    prepare(t, job, &stages);
+    if (stages.lens) lens_scratch_init(&t->lens, job->plan);
+    if (stages.through_lens.centres) e = centre_gbuffer_init(&t->centres, &stages.field, job->rect);
+    stages.field.progress = stages.through_lens.progress = stages.whole.progress = job->progress;
+    stages.field.stop = stages.through_lens.stop = stages.whole.stop = job->stop;
+    if (e == 0) e = trace_rows(t, &stages, job, samples);
+    if (e == 0) e = trace_lone(t, &stages, job->rect, samples);
+    if (stages.through_lens.centres) centre_gbuffer_fini(&t->centres);
+    return e;
+}
+
+int tile_trace_pass(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out)
+{
+    struct samples *samples = NULL;
+    int e = check_job(job);
+    if (e == 0) e = create_samples(job, &samples);
+    if (e) return e;
+    geometry_planes_init(&tracer->planes, samples);
+    const uint64_t started_us = thread_cpu_us();
+    const unsigned int mode = _mm_getcsr();
+    _mm_setcsr(mode | MXCSR_FLUSH);
+    e = trace_stages(tracer, job, samples);
+    _mm_setcsr(mode);
+    job->counters->value[COUNTER_REJECTED_NOT_FINITE] += tracer->queries.rejected;
+    job->counters->value[COUNTER_TRACE_CPU_US] += thread_cpu_us() - started_us;
+    if (e) samples_destroy(&samples);
+    *out = samples;
+    return e;
+}
+
+int tile_trace(struct tile_tracer *tracer, const struct tile_job *job, uint32_t pass,
+               struct samples **out)
+{
+    if (pass >= plan_pass_count(job->plan)) return ERR_RANGE;
+    const struct plan_pass scheduled = plan_scheduled_pass(job->plan, pass);
+    struct tile_job of_pass = *job;
+    of_pass.pass = &scheduled;
+    return tile_trace_pass(tracer, &of_pass, out);
 }

@@ -26,24 +26,30 @@ void tile_tracer_destroy(struct tile_tracer **tracer);
 /* What the tracer asks Embree through; a benchmark hangs its recorder on it. Borrowed. */
 struct queries *tile_tracer_queries(struct tile_tracer *tracer);
 
-/* Traces a pass of `rect` of the plan's image: samples of samples_layout_init for its number.
- * `environment` is the plan's map, NULL when it has none. *progress (may be NULL) grows by the rows
- * done so far, by rect_height in all, and within blocks of more than PATH_SAMPLES bounce rays or
- * lens samples a pixel; *stop (may be NULL) is looked at after every block and as often within.
- * What was counted is added to *counters, also when the tile fails. The samples are the caller's.
+/* A pass of a tile, and what it is traced with; all borrowed. */
+struct tile_job {
+    const struct render_scene *scene;
+    const struct environment *environment; /* the plan's map; NULL: it has none */
+    const struct plan *plan;
+    const struct plan_pass *pass;
+    struct rect rect;           /* of the plan's image */
+    _Atomic uint64_t *progress; /* NULL: not told */
+    const _Atomic bool *stop;   /* NULL: never stopped */
+    struct counters *counters;  /* grow, also when the tile fails */
+};
+
+/* Traces the job's pass into samples of samples_layout_init for its number, which the caller owns.
  *
- * Denormals are flushed to zero while it runs; the thread's own setting is restored.
+ * *progress grows by the rows done so far, by rect_height in all, and within blocks of more than
+ * PATH_SAMPLES bounce rays or lens samples a pixel. *stop is looked at after every block and as
+ * often within. Denormals are flushed to zero meanwhile; the thread's own setting is restored.
  *
  * ERR_STATE when stopped, ERR_RANGE for a rectangle that is empty, outside the image or larger than
  * LIMIT_TILE_SIDE_PX, what plan_pass_check says, ERR_MISSING for a plan with a map but no
  * environment, ERR_LIMIT or ERR_MEMORY from samples.h. */
-int tile_trace_pass(struct tile_tracer *tracer, const struct render_scene *scene,
-                    const struct environment *environment, const struct plan *plan,
-                    const struct plan_pass *pass, struct rect rect, _Atomic uint64_t *progress,
-                    const _Atomic bool *stop, struct samples **out, struct counters *counters);
+int tile_trace_pass(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out);
 
-/* The same of a pass of the schedule; ERR_RANGE for one beyond it. */
-int tile_trace(struct tile_tracer *tracer, const struct render_scene *scene,
-               const struct environment *environment, const struct plan *plan, uint32_t pass,
-               struct rect rect, _Atomic uint64_t *progress, const _Atomic bool *stop,
-               struct samples **out, struct counters *counters);
+/* Does the same with a pass of the plan's schedule instead of job->pass; ERR_RANGE for one beyond
+ * it. */
+int tile_trace(struct tile_tracer *tracer, const struct tile_job *job, uint32_t pass,
+               struct samples **out);

@@ -18,7 +18,10 @@ struct traced trace(struct scene_fixture *f, const struct plan *plan, struct rec
     if (rc) print_message("%s: %s\n", fault.pointer, fault.detail);
     assert_int_equal(rc, 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    rc = tile_trace(t.tracer, t.scene, NULL, plan, 0, rect, NULL, NULL, &t.samples, &t.counters);
+    rc = tile_trace(
+        t.tracer,
+        &(struct tile_job){.scene = t.scene, .plan = plan, .rect = rect, .counters = &t.counters},
+        0, &t.samples);
     assert_int_equal(rc, 0);
     return t;
 }

@@ -70,10 +70,14 @@ static void sums_are_those_of_tiles(const struct plan *p, struct traced *t)
     for (uint32_t pass = 0; pass < plan_pass_count(p); pass++) {
         struct samples *s = NULL;
         const struct plan_pass range = plan_scheduled_pass(p, pass);
-        assert_int_equal(tile_trace(t->tracer, t->scene, NULL, p, pass,
-                                    (struct rect){0, 0, SIDE_PX, SIDE_PX}, NULL, NULL, &s,
-                                    &t->counters),
-                         0);
+        assert_int_equal(
+            tile_trace(t->tracer,
+                       &(struct tile_job){.scene = t->scene,
+                                          .plan = p,
+                                          .rect = (struct rect){0, 0, SIDE_PX, SIDE_PX},
+                                          .counters = &t->counters},
+                       pass, &s),
+            0);
         for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i += 5) {
             float sum[3] = {0, 0, 0}, traced[3];
             for (uint32_t k = 0; k < range.count; k++) {

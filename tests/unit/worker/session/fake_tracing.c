@@ -64,16 +64,16 @@ static void tracer_destroy(void *ctx, void **tracer)
     *tracer = NULL;
 }
 
-static int trace(void *ctx, void *tracer, const void *scene, const void *environment,
-                 const struct plan *plan, const struct plan_pass *pass, struct rect rect,
-                 _Atomic uint64_t *progress, const _Atomic bool *stop, enum packing packing,
-                 struct bytes_writer *packed, struct counters *counters)
+static int trace(void *ctx, void *tracer, const struct tracing_job *job,
+                 struct bytes_writer *packed)
 {
     (void)ctx;
-    (void)packing;
-    assert_true(tracer && scene && plan->width_px == 720);
-    assert_int_equal(*(const enum tracing_kind *)scene, TRACING_SCENE);
-    assert_int_equal(environment != NULL, plan->environment.kind == ENVIRONMENT_MAP);
+    const void *environment = job->environment;
+    const struct plan_pass *pass = job->pass;
+    const struct rect rect = job->rect;
+    assert_true(tracer && job->scene && job->plan->width_px == 720);
+    assert_int_equal(*(const enum tracing_kind *)job->scene, TRACING_SCENE);
+    assert_int_equal(environment != NULL, job->plan->environment.kind == ENVIRONMENT_MAP);
     if (environment) assert_int_equal(*(const enum tracing_kind *)environment, TRACING_ENVIRONMENT);
     traced_pass = pass->number;
     uint32_t sides = 0;
@@ -84,11 +84,11 @@ static int trace(void *ctx, void *tracer, const void *scene, const void *environ
     traced_lobes = sides;
     traced_map = environment != NULL;
     tracing++;
-    while (hold && !*stop) usleep(1000);
-    *progress += (uint64_t)rect_height(rect);
-    counters->value[COUNTER_RAYS_PRIMARY] = (uint64_t)rect_area(rect);
+    while (hold && !*job->stop) usleep(1000);
+    *job->progress += (uint64_t)rect_height(rect);
+    job->counters->value[COUNTER_RAYS_PRIMARY] = (uint64_t)rect_area(rect);
     bytes_write_u32(packed, (uint32_t)rect.x0);
-    return *stop ? ERR_STATE : 0;
+    return *job->stop ? ERR_STATE : 0;
 }
 
 const struct tracing fake_tracing = {.capabilities = CAPABILITY_DIRECT,

@@ -88,10 +88,18 @@ static int trace(const void *scene, const void *environment, const struct plan *
     _Atomic uint64_t progress = 0;
     _Atomic bool stop = false;
     struct counters counters = {0};
+    const struct tracing_job job = {.scene = scene,
+                                    .environment = environment,
+                                    .plan = plan,
+                                    .pass = &pass,
+                                    .rect = all,
+                                    .progress = &progress,
+                                    .stop = &stop,
+                                    .packing = PACKING_SMALL,
+                                    .counters = &counters};
     void *tracer = NULL;
     assert_int_equal(t->tracer_create(t->ctx, &tracer), 0);
-    const int error = t->trace(t->ctx, tracer, scene, environment, plan, &pass, all, &progress,
-                               &stop, PACKING_SMALL, packed, &counters);
+    const int error = t->trace(t->ctx, tracer, &job, packed);
     t->tracer_destroy(t->ctx, &tracer);
     assert_null(tracer);
     return error;

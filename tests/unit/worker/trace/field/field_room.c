@@ -102,10 +102,15 @@ struct sums *trace_sums(struct scene_fixture *f, const struct plan *p)
     assert_int_equal(tile_tracer_create(&tracer), 0);
     for (uint32_t pass = 0; pass < plan_pass_count(p); pass++) {
         struct samples *s = NULL;
-        assert_int_equal(tile_trace(tracer, scene, map.map, p, pass,
-                                    (struct rect){0, 0, SIDE_PX, SIDE_PX}, NULL, NULL, &s,
-                                    &out->counters),
-                         0);
+        assert_int_equal(
+            tile_trace(tracer,
+                       &(struct tile_job){.scene = scene,
+                                          .environment = map.map,
+                                          .plan = p,
+                                          .rect = (struct rect){0, 0, SIDE_PX, SIDE_PX},
+                                          .counters = &out->counters},
+                       pass, &s),
+            0);
         if (p->paths.spp > 0) {
             add_plane(s, PLANE_PATH_RADIANCE, out->radiance, p->paths.spp);
             add_plane(s, PLANE_PATH_DIRECT, out->direct, p->paths.spp);

@@ -180,7 +180,11 @@ TEST(parts_are_the_whole)
     struct fault fault = {0};
     assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
-    assert_int_equal(tile_trace(tracer, scene, NULL, &p, 0, r, NULL, NULL, &part, &counters), 0);
+    assert_int_equal(
+        tile_trace(tracer,
+                   &(struct tile_job){.scene = scene, .plan = &p, .rect = r, .counters = &counters},
+                   0, &part),
+        0);
     for (int y = r.y0; y < r.y1; y++)
         for (int x = r.x0; x < r.x1; x++) {
             const int from = y * SIDE_PX + x, to = (y - r.y0) * (r.x1 - r.x0) + x - r.x0;
@@ -265,10 +269,15 @@ TEST(later_passes_have_lobes)
     struct samples *more;
     assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
-    assert_int_equal(tile_trace_pass(tracer, scene, NULL, &p, &later,
-                                     (struct rect){0, 0, SIDE_PX, SIDE_PX}, NULL, NULL, &more,
-                                     &counters),
-                     0);
+    assert_int_equal(
+        tile_trace_pass(tracer,
+                        &(struct tile_job){.scene = scene,
+                                           .plan = &p,
+                                           .pass = &later,
+                                           .rect = (struct rect){0, 0, SIDE_PX, SIDE_PX},
+                                           .counters = &counters},
+                        &more),
+        0);
     assert_int_equal(more->layout.planes & (PLANES_GLOSSY | BIT(INDIRECT_HALVES)), planes);
     uint32_t equal = 0;
     for (int i = 0; i < AREA; i++)
@@ -324,13 +333,19 @@ TEST(second_sets_are_of_each_lobe)
     const struct plan_pass second = {last, 0, 0, 7, none, mixed},
                            same = {last, 0, 0, 7, some, equal},
                            in_part = {last, 0, 0, 7, none, cut_lobes};
-#define TRACE(pass, rect, out, count)                                                              \
-    assert_int_equal(tile_trace_pass(tracer, scene, NULL, &p, pass, rect, NULL, NULL, out, count), \
+#define TRACE(its_pass, its_rect, out, count)                                                      \
+    assert_int_equal(tile_trace_pass(tracer,                                                       \
+                                     &(struct tile_job){.scene = scene,                            \
+                                                        .plan = &p,                                \
+                                                        .pass = its_pass,                          \
+                                                        .rect = its_rect,                          \
+                                                        .counters = count},                        \
+                                     out),                                                         \
                      0)
-    TRACE(&start, all, &first, &(struct counters){0});
+    TRACE(&start, all, &first, &(struct counters){{0}});
     TRACE(&second, all, &more, &counters);
-    TRACE(&same, all, &whole, &(struct counters){0});
-    TRACE(&in_part, part, &cut, &(struct counters){0});
+    TRACE(&same, all, &whole, &(struct counters){{0}});
+    TRACE(&in_part, part, &cut, &(struct counters){{0}});
 #undef TRACE
     assert_int_equal(more->layout.planes, BIT(INDIRECT_MEAN) | BIT(GLOSSY_MEAN));
     assert_int_equal(counters.value[COUNTER_SKIPPED_ENOUGH], AREA / 3);

@@ -274,12 +274,18 @@ TEST(second_sets_are_of_pixels_that_ask)
         const struct plan_pass start = plan_scheduled_pass(&p, 0),
                                pass = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = sides},
                                of_part = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = cut};
-#define TRACE(pass, rect, out, count)                                                              \
-    assert_int_equal(                                                                              \
-        tile_trace_pass(t.tracer, t.scene, NULL, &p, pass, rect, NULL, NULL, out, count), 0)
-        TRACE(&start, all, &own, &(struct counters){0});
+#define TRACE(its_pass, its_rect, out, count)                                                      \
+    assert_int_equal(tile_trace_pass(t.tracer,                                                     \
+                                     &(struct tile_job){.scene = t.scene,                          \
+                                                        .plan = &p,                                \
+                                                        .pass = its_pass,                          \
+                                                        .rect = its_rect,                          \
+                                                        .counters = count},                        \
+                                     out),                                                         \
+                     0)
+        TRACE(&start, all, &own, &(struct counters){{0}});
         TRACE(&pass, all, &more, &counters);
-        TRACE(&of_part, part, &some, &(struct counters){0});
+        TRACE(&of_part, part, &some, &(struct counters){{0}});
 #undef TRACE
         assert_int_equal(counters.value[COUNTER_PATHS], 86 * 36);
         assert_int_equal(counters.value[COUNTER_SKIPPED_ENOUGH], 256 - 86);
@@ -362,8 +368,14 @@ TEST(many_samples_can_be_stopped)
     add_room(f, &p);
     assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    assert_int_equal(tile_trace(t.tracer, t.scene, NULL, &p, 0, (struct rect){0, 0, 8, 8},
-                                &progress, &stop, &t.samples, &t.counters),
+    assert_int_equal(tile_trace(t.tracer,
+                                &(struct tile_job){.scene = t.scene,
+                                                   .plan = &p,
+                                                   .rect = (struct rect){0, 0, 8, 8},
+                                                   .progress = &progress,
+                                                   .stop = &stop,
+                                                   .counters = &t.counters},
+                                0, &t.samples),
                      ERR_STATE);
     assert_int_equal(count(&t, COUNTER_LENS_SAMPLES), 16 * 16); /* a batch of the first block */
     traced_fini(&t);

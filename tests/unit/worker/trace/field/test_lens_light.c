@@ -392,7 +392,12 @@ static struct samples *second_set(uint32_t light, struct counters *counters)
     struct traced t = trace_all(f, &p);
     const struct rect all = {0, 0, SIDE, SIDE};
     assert_int_equal(
-        tile_trace_pass(t.tracer, t.scene, NULL, &p, &pass, all, NULL, NULL, &out, counters), 0);
+        tile_trace_pass(
+            t.tracer,
+            &(struct tile_job){
+                .scene = t.scene, .plan = &p, .pass = &pass, .rect = all, .counters = counters},
+            &out),
+        0);
     traced_fini(&t);
     free(f);
     return out;

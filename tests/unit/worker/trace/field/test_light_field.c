@@ -340,9 +340,15 @@ TEST(later_passes_go_on)
     const struct plan_pass start = {0, 0, 16, 4, NULL, NULL}, pass = {1, 16, 16, 8, NULL, NULL},
                            next = {1, 16, 16, 0, NULL, NULL};
     struct samples *first, *more, *cut, *scheduled;
-#define TRACE(plan, pass, rect, out)                                                               \
-    assert_int_equal(                                                                              \
-        tile_trace_pass(tracer, scene, NULL, plan, pass, rect, NULL, NULL, out, &counters), 0)
+#define TRACE(its_plan, its_pass, its_rect, out)                                                   \
+    assert_int_equal(tile_trace_pass(tracer,                                                       \
+                                     &(struct tile_job){.scene = scene,                            \
+                                                        .plan = its_plan,                          \
+                                                        .pass = its_pass,                          \
+                                                        .rect = its_rect,                          \
+                                                        .counters = &counters},                    \
+                                     out),                                                         \
+                     0)
     TRACE(&p, &start, all, &first);
     TRACE(&p, &pass, all, &more);
     TRACE(&p, &pass, part, &cut);
@@ -419,14 +425,18 @@ TEST(second_sets_are_of_each_pixel)
                            same = {.number = last, .strata = 7, .sides = equal},
                            in_part = {.number = last, .strata = 7, .sides = cut_sides},
                            bad = {.number = last, .strata = 7, .sides = wrong};
-#define TRACE(pass, rect, out, count)                                                              \
-    tile_trace_pass(tracer, scene, NULL, &p, pass, rect, NULL, NULL, out, count)
-    assert_int_equal(TRACE(&start, all, &first, &(struct counters){0}), 0);
+#define TRACE(its_pass, its_rect, out, count)                                                      \
+    tile_trace_pass(                                                                               \
+        tracer,                                                                                    \
+        &(struct tile_job){                                                                        \
+            .scene = scene, .plan = &p, .pass = its_pass, .rect = its_rect, .counters = count},    \
+        out)
+    assert_int_equal(TRACE(&start, all, &first, &(struct counters){{0}}), 0);
     assert_int_equal(TRACE(&second, all, &more, &counters), 0);
     assert_int_equal(TRACE(&same, all, &whole, &alike), 0);
-    assert_int_equal(TRACE(&in_part, part, &cut, &(struct counters){0}), 0);
+    assert_int_equal(TRACE(&in_part, part, &cut, &(struct counters){{0}}), 0);
     struct samples *none = NULL;
-    assert_int_equal(TRACE(&bad, all, &none, &(struct counters){0}), ERR_RANGE);
+    assert_int_equal(TRACE(&bad, all, &none, &(struct counters){{0}}), ERR_RANGE);
 #undef TRACE
     assert_int_equal(more->layout.planes, BIT(INDIRECT_MEAN));
     assert_int_equal(counters.value[COUNTER_SKIPPED_ENOUGH], AREA / 3);

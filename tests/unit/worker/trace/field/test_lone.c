@@ -400,9 +400,14 @@ TEST(stops_when_asked)
     _Atomic bool stop = true;
     assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    assert_int_equal(
-        tile_trace(t.tracer, t.scene, NULL, &p, 0, whole, NULL, &stop, &t.samples, &t.counters),
-        ERR_STATE);
+    assert_int_equal(tile_trace(t.tracer,
+                                &(struct tile_job){.scene = t.scene,
+                                                   .plan = &p,
+                                                   .rect = whole,
+                                                   .stop = &stop,
+                                                   .counters = &t.counters},
+                                0, &t.samples),
+                     ERR_STATE);
     assert_null(t.samples);
     traced_fini(&t);
     free(f);
@@ -419,9 +424,14 @@ TEST(progress_goes_on)
     _Atomic uint64_t progress = 0;
     assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    assert_int_equal(
-        tile_trace(t.tracer, t.scene, NULL, &p, 0, whole, &progress, NULL, &t.samples, &t.counters),
-        0);
+    assert_int_equal(tile_trace(t.tracer,
+                                &(struct tile_job){.scene = t.scene,
+                                                   .plan = &p,
+                                                   .rect = whole,
+                                                   .progress = &progress,
+                                                   .counters = &t.counters},
+                                0, &t.samples),
+                     0);
     assert_true(progress >= (uint64_t)rect_height(whole) + t.samples->lone->count / LANES);
     traced_fini(&t);
     free(f);
