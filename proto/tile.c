@@ -5,19 +5,20 @@
 #include "proto/error.h"
 #include "proto/limits.h"
 
-static int32_t least(int32_t a, int32_t b)
+static int32_t min_i32(int32_t a, int32_t b)
 {
     return a < b ? a : b;
 }
 
-static int32_t most(int32_t a, int32_t b)
+static int32_t max_i32(int32_t a, int32_t b)
 {
     return a > b ? a : b;
 }
 
 struct rect rect_intersect(struct rect a, struct rect b)
 {
-    return (struct rect){most(a.x0, b.x0), most(a.y0, b.y0), least(a.x1, b.x1), least(a.y1, b.y1)};
+    return (struct rect){max_i32(a.x0, b.x0), max_i32(a.y0, b.y0), min_i32(a.x1, b.x1),
+                         min_i32(a.y1, b.y1)};
 }
 
 bool rect_is_empty(struct rect r)
@@ -56,8 +57,8 @@ struct rect tile_grid_rect(const struct tile_grid *g, uint32_t index)
     assert(index < tile_grid_count(g));
     int32_t x0 = (int32_t)(index % (uint32_t)g->columns) * g->side_px;
     int32_t y0 = (int32_t)(index / (uint32_t)g->columns) * g->side_px;
-    return (struct rect){x0, y0, least(x0 + g->side_px, g->width_px),
-                         least(y0 + g->side_px, g->height_px)};
+    return (struct rect){x0, y0, min_i32(x0 + g->side_px, g->width_px),
+                         min_i32(y0 + g->side_px, g->height_px)};
 }
 
 uint32_t tile_grid_at(const struct tile_grid *g, int32_t x_px, int32_t y_px)
