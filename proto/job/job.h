@@ -24,7 +24,7 @@
 #include "proto/error.h"
 #include "proto/json.h"
 #include "proto/plan.h"
-#include "proto/scene/path.h"
+#include "proto/scene/relative_path.h"
 
 /* A file that the scene's main file refers to: its relative name there and its asset. */
 struct job_file {

@@ -18,7 +18,7 @@
 static int read_file(struct json_cursor *at, const char *path, const json_t *v, struct job *job)
 {
     struct job_file *file = &job->files[job->file_count];
-    if (!path_is_inside(path))
+    if (!relative_path_is_inside(path))
         return json_cursor_refuse(at, ERR_RANGE,
                                   "the path does not stay inside the scene's folder");
     const int error = json_cursor_digest(at, v, &file->asset);

@@ -7,7 +7,7 @@
 #include "proto/counter.h"
 #include "proto/digest.h"
 #include "proto/error.h"
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 #include "proto/plan.h"
 #include "proto/tile.h"
 
@@ -49,10 +49,11 @@ struct message_want {
 };
 
 struct message_frame_plan {
-    uint64_t frame_id;            /* unique in the coordinator's life */
-    char job[LIMIT_JOB_ID_BYTES]; /* whose it is, for the worker's log; "": not told */
-    char trace[TRACE_TEXT_BYTES]; /* of the request that submitted it (trace_keep), or "" */
-    const uint8_t *plan;          /* plan_decode reads it; borrowed */
+    uint64_t frame_id;                    /* unique in the coordinator's life */
+    char job[LIMIT_JOB_ID_BYTES];         /* whose it is, for the worker's log; "": not told */
+    char trace[TRACE_CONTEXT_TEXT_BYTES]; /* of the request that submitted it (trace_context_keep),
+                                             or "" */
+    const uint8_t *plan;                  /* plan_decode reads it; borrowed */
     uint32_t plan_bytes;
 };
 

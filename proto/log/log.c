@@ -89,8 +89,8 @@ void log_end(struct log *log)
     log->dropped += failed;
 }
 
-void log_write(struct log *log, enum log_level level, const char *what, const struct trace *trace,
-               const struct log_field *fields, size_t count)
+void log_write(struct log *log, enum log_level level, const char *what,
+               const struct trace_context *trace, const struct log_field *fields, size_t count)
 {
     char line[LOG_LINE_BYTES];
     if (!log || level < log->least) return;

@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 
 struct log_writer;
 
@@ -52,10 +52,10 @@ uint64_t log_lost(const struct log *log);
 
 /* trace may be NULL; log, too: nothing is written. Fields whose text is "" are left out. What is
  * too long is cut short. */
-void log_write(struct log *log, enum log_level level, const char *what, const struct trace *trace,
-               const struct log_field *fields, size_t count);
+void log_write(struct log *log, enum log_level level, const char *what,
+               const struct trace_context *trace, const struct log_field *fields, size_t count);
 
 /* The line, with its '\n'; returns its size. at_ms: since 1970. */
 size_t log_line(enum log_format format, int64_t at_ms, enum log_level level, const char *what,
-                const struct trace *trace, const struct log_field *fields, size_t count,
+                const struct trace_context *trace, const struct log_field *fields, size_t count,
                 char out[LOG_LINE_BYTES]);

@@ -152,7 +152,7 @@ static void put_head(struct line *l, enum log_format format, int64_t at_ms, enum
 }
 
 size_t log_line(enum log_format format, int64_t at_ms, enum log_level level, const char *what,
-                const struct trace *trace, const struct log_field *fields, size_t count,
+                const struct trace_context *trace, const struct log_field *fields, size_t count,
                 char out[LOG_LINE_BYTES])
 {
     struct line l = {.out = out};

@@ -90,7 +90,7 @@ static int add_file(struct bundle *b, const char *given)
     struct digest digest;
     tidy(given, name, sizeof name);
     if (json_object_get(b->files, name)) return 0;
-    if (!path_is_inside(name))
+    if (!relative_path_is_inside(name))
         return fault_set(b->fault, ERR_RANGE, "/scene/file",
                          "the scene refers to \"%.200s\", which is not inside its folder", given);
     snprintf(path, sizeof path, "%s%s", b->folder, name);

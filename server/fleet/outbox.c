@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "proto/error.h"
-#include "proto/link/frame.h"
+#include "proto/link/wire_frame.h"
 
 struct outbox_write {
     uv_write_t request;
@@ -46,9 +46,9 @@ static void append_frame(struct outbox *box, uint16_t type, uint64_t request_id,
         fail(box, ERR_MEMORY);
         return;
     }
-    uint8_t header[FRAME_HEADER_BYTES];
-    frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes, tail,
-                 tail_bytes);
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
+    wire_frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes, tail,
+                      tail_bytes);
     bytes_write_raw(&box->pending, header, sizeof header);
     if (head->size_bytes > 0) bytes_write_raw(&box->pending, head->data, head->size_bytes);
     if (box->pending.failed) fail(box, ERR_MEMORY);

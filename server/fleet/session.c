@@ -71,7 +71,7 @@ int session_create(uv_loop_t *loop, bool tcp, const struct link_key *key, uint64
     s->id = id;
     s->local = !tcp;
     s->next_request = 1;
-    frame_inbox_init(&s->inbox, LIMIT_HELLO_BYTES);
+    wire_frame_inbox_init(&s->inbox, LIMIT_HELLO_BYTES);
     outbox_init(&s->outbox, &s->handle.stream, &s->sent_bytes, on_written);
     s->outbox.channel = s->channel;
     blob_source_init(&s->blob);
@@ -85,7 +85,7 @@ void session_destroy(struct session **session)
     struct session *s = *session;
     *session = NULL;
     *s->host->unacked_bytes -= s->unacked_bytes;
-    frame_inbox_fini(&s->inbox);
+    wire_frame_inbox_fini(&s->inbox);
     outbox_fini(&s->outbox);
     channel_destroy(&s->channel);
     lease_table_fini(&s->leases);
@@ -168,9 +168,9 @@ static void end_corrupt(struct session *s, int error)
 /* Takes whole frames while limits allow. A fault ends the session. */
 static void digest_inbox(struct session *s)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     while (session_is_listening(s) && may_read(s)) {
-        int e = frame_inbox_next(&s->inbox, &f);
+        int e = wire_frame_inbox_next(&s->inbox, &f);
         if (e == ERR_INCOMPLETE) return;
         if (e == 0) e = session_take(s, &f);
         if (e != 0) {
@@ -186,7 +186,7 @@ static void open_sealed(struct session *s)
 {
     while (session_is_listening(s) && may_read(s)) {
         size_t space_bytes = 0, got = 0;
-        uint8_t *space = frame_inbox_space(&s->inbox, &space_bytes);
+        uint8_t *space = wire_frame_inbox_space(&s->inbox, &space_bytes);
         const int e = space ? channel_read(s->channel, space, space_bytes, &got) : ERR_MEMORY;
         wake(s); /* it may have words of its own to send */
         if (e == ERR_INCOMPLETE) return;
@@ -195,7 +195,7 @@ static void open_sealed(struct session *s)
             session_end(s, SESSION_BROKE);
             return;
         }
-        frame_inbox_filled(&s->inbox, got);
+        wire_frame_inbox_filled(&s->inbox, got);
         digest_inbox(s);
     }
 }
@@ -217,7 +217,7 @@ static void on_space(uv_handle_t *handle, size_t suggested, uv_buf_t *out)
         return;
     }
     size_t space_bytes = 0;
-    uint8_t *space = frame_inbox_space(&s->inbox, &space_bytes);
+    uint8_t *space = wire_frame_inbox_space(&s->inbox, &space_bytes);
     if (space_bytes > INT32_MAX) space_bytes = INT32_MAX;
     *out = uv_buf_init((char *)space, space ? (unsigned)space_bytes : 0);
 }
@@ -240,7 +240,7 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
     s->heard_ms = now_ms(s);
     if (!session_is_listening(s)) return;
     if (!s->channel) {
-        frame_inbox_filled(&s->inbox, (size_t)size_bytes);
+        wire_frame_inbox_filled(&s->inbox, (size_t)size_bytes);
         digest_inbox(s);
     } else if (channel_feed(s->channel, buf->base, (size_t)size_bytes) == 0) {
         open_sealed(s);

@@ -14,8 +14,8 @@
 #include <uv.h>
 
 #include "proto/link/channel.h"
-#include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/link/wire_frame.h"
 #include "server/fleet/blobs.h"
 #include "server/fleet/fleet.h"
 #include "server/fleet/lease.h"
@@ -86,7 +86,7 @@ struct session {
     bool reading;            /* libuv reads this link */
     bool stalled;            /* its tiles were taken back; it gets none until it shows progress */
     uint64_t quarantined_until_ms; /* the quarantine in which it drains; 0: none */
-    struct frame_inbox inbox;
+    struct wire_frame_inbox inbox;
     struct outbox outbox;
     struct lease_table leases;
     struct blob_source blob;
@@ -166,4 +166,4 @@ void session_enter(struct session *s, enum session_state next);
 /* Gives the leases back, lets the last bytes go out, then closes. */
 void session_leave(struct session *s);
 /* Acts on one message. A negative code: the session must end. */
-int session_take(struct session *s, const struct frame_view *f);
+int session_take(struct session *s, const struct wire_frame_view *f);

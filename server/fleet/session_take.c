@@ -13,7 +13,7 @@ static void refuse(struct session *s, uint64_t request_id, const struct message_
 }
 
 /* The version comes first in every HELLO, whatever follows it. */
-static bool speaks_another_version(struct session *s, const struct frame_view *f)
+static bool speaks_another_version(struct session *s, const struct wire_frame_view *f)
 {
     struct bytes_reader r;
     bytes_reader_init(&r, f->payload, f->payload_bytes);
@@ -23,7 +23,7 @@ static bool speaks_another_version(struct session *s, const struct frame_view *f
     return true;
 }
 
-static int take_hello(struct session *s, const struct frame_view *f)
+static int take_hello(struct session *s, const struct wire_frame_view *f)
 {
     struct message_welcome welcome = {0};
     struct message_refused refused = {0};
@@ -45,7 +45,7 @@ static int take_hello(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_want(struct session *s, const struct frame_view *f)
+static int take_want(struct session *s, const struct wire_frame_view *f)
 {
     struct message_want m;
     int e = message_decode_want(f->payload, f->payload_bytes, &m);
@@ -69,7 +69,7 @@ static void count_rays(struct session *s, const struct counters *c)
         if (strcmp(counter_group((enum counter_id)i), "rays") == 0) s->rays += c->value[i];
 }
 
-static int take_result(struct session *s, const struct frame_view *f)
+static int take_result(struct session *s, const struct wire_frame_view *f)
 {
     struct message_result m;
     int e = message_decode_result(f->payload, f->payload_bytes, &m);
@@ -93,7 +93,7 @@ static bool end_lease(struct session *s, uint64_t frame_id, uint32_t index, uint
     return true;
 }
 
-static int take_return(struct session *s, const struct frame_view *f)
+static int take_return(struct session *s, const struct wire_frame_view *f)
 {
     struct message_returned m;
     struct fleet_tile tile;
@@ -105,7 +105,7 @@ static int take_return(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_fault(struct session *s, const struct frame_view *f)
+static int take_fault(struct session *s, const struct wire_frame_view *f)
 {
     struct message_tile_fault m;
     struct fleet_tile tile;
@@ -133,7 +133,7 @@ static int open_blob(struct session *s, const struct digest *digest)
     return blob_source_open(&s->blob, digest, path);
 }
 
-static int take_blob_get(struct session *s, const struct frame_view *f)
+static int take_blob_get(struct session *s, const struct wire_frame_view *f)
 {
     struct message_blob_get m;
     void *bytes = NULL;
@@ -155,7 +155,7 @@ static int take_blob_get(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_beat(struct session *s, const struct frame_view *f)
+static int take_beat(struct session *s, const struct wire_frame_view *f)
 {
     struct message_beat m;
     int e = message_decode_beat(f->payload, f->payload_bytes, &m);
@@ -166,7 +166,7 @@ static int take_beat(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_bye(struct session *s, const struct frame_view *f)
+static int take_bye(struct session *s, const struct wire_frame_view *f)
 {
     struct message_bye m;
     int e = message_decode_bye(f->payload, f->payload_bytes, &m);
@@ -176,7 +176,7 @@ static int take_bye(struct session *s, const struct frame_view *f)
 }
 
 #define MESSAGE_TYPE_END (MESSAGE_FAULT + 1)
-typedef int (*step)(struct session *s, const struct frame_view *f);
+typedef int (*step)(struct session *s, const struct wire_frame_view *f);
 static const step steps[SESSION_STATE_COUNT][MESSAGE_TYPE_END] = {
     [SESSION_GREETING] = {[MESSAGE_HELLO] = take_hello},
     [SESSION_WORKING] = {[MESSAGE_WANT] = take_want,
@@ -195,7 +195,7 @@ static const step steps[SESSION_STATE_COUNT][MESSAGE_TYPE_END] = {
                           [MESSAGE_BYE] = take_bye},
 };
 
-int session_take(struct session *s, const struct frame_view *f)
+int session_take(struct session *s, const struct wire_frame_view *f)
 {
     step take = f->type < MESSAGE_TYPE_END ? steps[s->state][f->type] : NULL;
     return take ? take(s, f) : ERR_STATE;

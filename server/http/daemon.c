@@ -262,7 +262,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     struct http *http = calloc(1, sizeof *http);
     if (!http) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     http->options = *options;
-    trace_source_init(&http->traces);
+    trace_context_source_init(&http->traces);
     http->started_s = (uint64_t)time(NULL);
     http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
     http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);

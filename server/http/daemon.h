@@ -44,7 +44,7 @@ struct http {
     struct request_count count;
     uint64_t tick_ns;                 /* time of the last tick; 0: none yet */
     struct duration_histogram delays; /* of ticks, after their time */
-    struct trace_source traces;
+    struct trace_context_source traces;
 };
 
 /* Lets MHD run before the loop sleeps. */

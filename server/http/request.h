@@ -31,7 +31,7 @@ struct request {
     bool has_token;
     bool by_cookie;             /* and not by a header */
     struct sign_in_ref sign_in; /* then: by which */
-    struct trace trace;         /* its id, and the caller's; begun with its head */
+    struct trace_context trace; /* its id, and the caller's; begun with its head */
     bool checked;               /* its head was looked at */
     bool close;                 /* its body, if any, is not read: the connection cannot go on */
     bool handled;               /* its handler was called */

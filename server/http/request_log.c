@@ -26,14 +26,14 @@ void request_log_begin(struct request *r)
 {
     struct header_find found = {0};
     MHD_get_connection_values(r->mhd, MHD_HEADER_KIND, find_parent, &found);
-    trace_begin(&r->http->traces, found.count == 1 ? found.value : NULL, &r->trace);
+    trace_context_begin(&r->http->traces, found.count == 1 ? found.value : NULL, &r->trace);
     r->principal.trace = r->trace;
 }
 
 void request_log_answer(struct request *r)
 {
-    char parent[TRACE_PARENT_BYTES];
-    trace_write(&r->trace, parent);
+    char parent[TRACE_CONTEXT_PARENT_BYTES];
+    trace_context_write(&r->trace, parent);
     response_header(r->response, "X-Request-Id", r->trace.request);
     response_header(r->response, "traceparent", parent);
 }

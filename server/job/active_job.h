@@ -40,7 +40,7 @@ struct active_job {
     struct tile_priority tile_priority;
     bool live; /* its camera may be moved */
     int64_t created_ms;
-    struct trace trace; /* of the request that submitted it; zero: not known */
+    struct trace_context trace; /* of the request that submitted it; zero: not known */
     enum job_state state;
     uint64_t revision; /* grows with all that GET shows; starts at the time in ms, so that it goes
                           on growing after a restart */

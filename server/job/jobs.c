@@ -229,7 +229,7 @@ static void resume_one(void *ctx, const struct job_row *row, const struct frame_
     if (job) {
         job->live = is_live(row);
         job->paused = row->paused;
-        (void)trace_kept(row->trace, &job->trace);
+        (void)trace_context_kept(row->trace, &job->trace);
     }
     struct job_counts *counts = &resumption->jobs->counts;
     if (job && row->owner[0]) job->counted = job_counts_take(counts, row->owner, 0) == 0;

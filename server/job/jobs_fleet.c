@@ -50,7 +50,7 @@ static bool plan(void *ctx, uint64_t id, struct message_frame_plan *out)
     if (!open) return false;
     *out = (struct message_frame_plan){.frame_id = id};
     memcpy(out->job, open->job->id, sizeof open->job->id);
-    trace_keep(&open->job->trace, out->trace);
+    trace_context_keep(&open->job->trace, out->trace);
     out->plan = frame_plan_bytes(open->frame->work, &out->plan_bytes);
     return out->plan != NULL;
 }

@@ -171,7 +171,7 @@ static int insert(struct jobs *jobs, const struct principal *principal, const ch
                           .priority = job->priority};
     memcpy(row.id, s->job->id, sizeof row.id);
     memcpy(row.owner, s->job->owner, sizeof row.owner);
-    trace_keep(&s->job->trace, row.trace);
+    trace_context_keep(&s->job->trace, row.trace);
     jobs->live_coming += job->live;
     jobs->coming++;
     job_store_submit(jobs->options.store, &row, key, body, &assets, on_inserted, s);

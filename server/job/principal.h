@@ -4,13 +4,13 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 #include "server/store/job_store.h"
 
 struct principal {
     char owner[JOB_OWNER_BYTES]; /* the user's tenant, which also owns what they submit; "": none */
     bool sees_all;
-    struct trace trace; /* of the request; zero: none */
+    struct trace_context trace; /* of the request; zero: none */
 };
 
 static inline bool principal_sees(const struct principal *principal, const char *owner)

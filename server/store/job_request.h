@@ -31,7 +31,7 @@ struct job_request {
     enum request_kind kind;
     int error;
     void *ctx;
-    char id[JOB_ID_BYTES], owner[JOB_OWNER_BYTES], trace[TRACE_TEXT_BYTES];
+    char id[JOB_ID_BYTES], owner[JOB_OWNER_BYTES], trace[TRACE_CONTEXT_TEXT_BYTES];
     char *state, *fault, *report, *document, *key, *cursor, *text;
     int64_t created_ms, updated_ms;
     int32_t priority;

@@ -8,7 +8,7 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 #include "server/metric/duration_histogram.h"
 #include "server/store/objects.h"
 
@@ -28,8 +28,9 @@ struct job_row {
     int64_t created_ms, updated_ms;
     int32_t priority;
     bool paused;
-    char owner[JOB_OWNER_BYTES];  /* the tenant that submitted it; "": before there were tenants */
-    char trace[TRACE_TEXT_BYTES]; /* of the request that submitted it (trace_keep); "": not known */
+    char owner[JOB_OWNER_BYTES]; /* the tenant that submitted it; "": before there were tenants */
+    char trace[TRACE_CONTEXT_TEXT_BYTES]; /* of the request that submitted it (trace_context_keep);
+                                             "": not known */
 };
 
 /* One row of `frames`. */

@@ -10,7 +10,7 @@
 #include <unistd.h>
 
 #include "proto/bytes.h"
-#include "proto/link/frame.h"
+#include "proto/link/wire_frame.h"
 
 #define FILE_MAGIC   0x50534853u /* "SHSP" */
 #define RECORD_MAGIC 0x656c6974u /* "tile" */
@@ -28,20 +28,25 @@ static void make_file_head(const struct digest *fingerprint, uint8_t out[SPOOL_F
     put_u32(out, FILE_MAGIC);
     put_u32(out + 4, VERSION);
     memcpy(out + 8, fingerprint->bytes, DIGEST_BYTES);
-    put_u32(out + 40, frame_crc32c(0, out, 40));
+    put_u32(out + 40, wire_frame_crc32c(0, out, 40));
 }
 
 static void make_record_head(const struct spool_key *key, const struct iovec payload[2],
                              uint8_t out[SPOOL_RECORD_HEAD_BYTES])
 {
     const uint32_t size_bytes = (uint32_t)(payload[0].iov_len + payload[1].iov_len);
-    const uint32_t crc = frame_crc32c(0, payload[0].iov_base, payload[0].iov_len);
-    const uint32_t numbers[] = {
-        RECORD_MAGIC, size_bytes,     key->tile,
-        key->pass,    key->first,     key->count,
-        key->strata,  key->sides_crc, frame_crc32c(crc, payload[1].iov_base, payload[1].iov_len)};
+    const uint32_t crc = wire_frame_crc32c(0, payload[0].iov_base, payload[0].iov_len);
+    const uint32_t numbers[] = {RECORD_MAGIC,
+                                size_bytes,
+                                key->tile,
+                                key->pass,
+                                key->first,
+                                key->count,
+                                key->strata,
+                                key->sides_crc,
+                                wire_frame_crc32c(crc, payload[1].iov_base, payload[1].iov_len)};
     for (int i = 0; i < 9; i++) put_u32(out + 4 * i, numbers[i]);
-    put_u32(out + 36, frame_crc32c(0, out + 4, 32));
+    put_u32(out + 36, wire_frame_crc32c(0, out + 4, 32));
 }
 
 /* False for bytes that are no head of a record. */
@@ -59,7 +64,7 @@ static bool read_record_head(const uint8_t in[SPOOL_RECORD_HEAD_BYTES], struct s
     out->key.sides_crc = bytes_read_u32(&r);
     out->payload_crc = bytes_read_u32(&r);
     const uint32_t crc = bytes_read_u32(&r);
-    return magic == RECORD_MAGIC && crc == frame_crc32c(0, in + 4, 32) &&
+    return magic == RECORD_MAGIC && crc == wire_frame_crc32c(0, in + 4, 32) &&
            out->payload_bytes <= LIMIT_FRAME_BYTES;
 }
 
@@ -217,7 +222,7 @@ int spool_file_read(const struct spool_file *file, const struct spool_record *re
 {
     int error = read_at(file->fd, record->offset, out, record->payload_bytes);
     if (error) return error == ERR_TRUNCATED ? ERR_CHECKSUM : error;
-    const uint32_t crc = frame_crc32c(0, out, record->payload_bytes);
+    const uint32_t crc = wire_frame_crc32c(0, out, record->payload_bytes);
     return crc == record->payload_crc ? 0 : ERR_CHECKSUM;
 }
 

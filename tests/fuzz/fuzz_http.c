@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 #include "server/http/etag.h"
 #include "server/http/range.h"
 #include "server/http/route.h"
@@ -165,13 +165,13 @@ static void try_event_id(const char *value)
 
 static void try_trace(const char *value)
 {
-    struct trace_source source = {1};
-    struct trace trace, next;
-    char text[TRACE_PARENT_BYTES];
-    trace_begin(&source, value, &trace);
+    struct trace_context_source source = {1};
+    struct trace_context trace, next;
+    char text[TRACE_CONTEXT_PARENT_BYTES];
+    trace_context_begin(&source, value, &trace);
     must(strlen(trace.id) == 32 && strlen(trace.request) == 16);
-    trace_write(&trace, text);
-    trace_begin(&source, text, &next);
+    trace_context_write(&trace, text);
+    trace_context_begin(&source, text, &next);
     must(strcmp(next.id, trace.id) == 0 && strcmp(next.parent, trace.request) == 0);
 }
 

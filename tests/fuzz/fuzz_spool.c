@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "proto/link/frame.h"
+#include "proto/link/wire_frame.h"
 #include "server/store/spool_file.h"
 
 static const struct digest fingerprint = {{1, 2, 3}};
@@ -43,8 +43,9 @@ static void set_checksums_right(uint8_t *at, size_t left)
         memcpy(at, "tile", 4);
         put_u32(at + 4, size_bytes);
         /* Every other one keeps a payload that is not what was written. */
-        if (at[8] & 1) put_u32(at + 32, frame_crc32c(0, at + SPOOL_RECORD_HEAD_BYTES, size_bytes));
-        put_u32(at + 36, frame_crc32c(0, at + 4, 32));
+        if (at[8] & 1)
+            put_u32(at + 32, wire_frame_crc32c(0, at + SPOOL_RECORD_HEAD_BYTES, size_bytes));
+        put_u32(at + 36, wire_frame_crc32c(0, at + 4, 32));
         at += SPOOL_RECORD_HEAD_BYTES + size_bytes;
         left -= SPOOL_RECORD_HEAD_BYTES + size_bytes;
     }
@@ -99,7 +100,7 @@ static void read_records(const struct spool_file *file)
         must(out != NULL);
         const int error = spool_file_read(file, r, out);
         must(error == 0 || error == ERR_CHECKSUM);
-        must(error != 0 || frame_crc32c(0, out, r->payload_bytes) == r->payload_crc);
+        must(error != 0 || wire_frame_crc32c(0, out, r->payload_bytes) == r->payload_crc);
         free(out);
         const struct spool_record *found = spool_file_find(file, &r->key);
         must(!found || found->key.tile == r->key.tile);

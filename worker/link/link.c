@@ -18,7 +18,7 @@ void link_release_if_done(struct link *l)
     void (*closed)(void *ctx) = l->closed;
     void *ctx = l->closed_ctx;
     channel_destroy(&l->channel);
-    frame_inbox_fini(&l->inbox);
+    wire_frame_inbox_fini(&l->inbox);
     bytes_writer_fini(&l->pending);
     bytes_writer_fini(&l->scratch);
     if (l->found) uv_freeaddrinfo(l->found);
@@ -161,7 +161,7 @@ int link_create(uv_loop_t *loop, const char *address, const struct link_key *key
     uv_idle_init(loop, &l->turn);
     l->timer.data = l->turn.data = l;
     l->open_handles = 2;
-    frame_inbox_init(&l->inbox, LIMIT_FRAME_BYTES);
+    wire_frame_inbox_init(&l->inbox, LIMIT_FRAME_BYTES);
     bytes_writer_init(&l->pending);
     bytes_writer_init(&l->scratch);
     *out = l;

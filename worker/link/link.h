@@ -7,8 +7,8 @@
 
 #include "proto/bytes.h"
 #include "proto/error.h"
-#include "proto/link/frame.h"
 #include "proto/link/link_key.h"
+#include "proto/link/wire_frame.h"
 #include "worker/link/shared_buffer.h"
 
 #define LINK_RETRY_MS     100u
@@ -20,7 +20,7 @@ struct link_client {
     void *ctx;
     void (*up)(void *ctx); /* connected */
     /* A negative code drops the link. */
-    int (*frame)(void *ctx, const struct frame_view *f);
+    int (*frame)(void *ctx, const struct wire_frame_view *f);
     /* The link was lost, or could not be made: `error` and a sentence. It is dialled again after
      * wait_ms unless link_close is called from inside. */
     void (*down)(void *ctx, int error, const char *why, uint32_t wait_ms);

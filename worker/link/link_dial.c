@@ -125,8 +125,8 @@ static void dial_unix(struct link *l)
 void link_dial(struct link *l)
 {
     if (l->closing || l->state != LINK_STOPPED) return;
-    frame_inbox_fini(&l->inbox);
-    frame_inbox_init(&l->inbox, LIMIT_FRAME_BYTES);
+    wire_frame_inbox_fini(&l->inbox);
+    wire_frame_inbox_init(&l->inbox, LIMIT_FRAME_BYTES);
     channel_destroy(&l->channel);
     if (l->is_unix)
         dial_unix(l);

@@ -12,7 +12,7 @@ static void on_space(uv_handle_t *handle, size_t suggested, uv_buf_t *out)
         return;
     }
     size_t space_bytes = 0;
-    uint8_t *space = frame_inbox_space(&l->inbox, &space_bytes);
+    uint8_t *space = wire_frame_inbox_space(&l->inbox, &space_bytes);
     if (space_bytes > INT32_MAX) space_bytes = INT32_MAX;
     *out = uv_buf_init((char *)space, space ? (unsigned)space_bytes : 0);
 }
@@ -20,9 +20,9 @@ static void on_space(uv_handle_t *handle, size_t suggested, uv_buf_t *out)
 /* Takes the whole frames that are there. False when the link is not up any more. */
 static bool take_frames(struct link *l)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     int e = 0;
-    while (l->state == LINK_UP && !l->closing && (e = frame_inbox_next(&l->inbox, &f)) == 0) {
+    while (l->state == LINK_UP && !l->closing && (e = wire_frame_inbox_next(&l->inbox, &f)) == 0) {
         e = l->client.frame(l->client.ctx, &f);
         if (e) break;
     }
@@ -44,7 +44,7 @@ void link_open_sealed(struct link *l)
 {
     do {
         size_t space_bytes = 0, got = 0;
-        uint8_t *space = frame_inbox_space(&l->inbox, &space_bytes);
+        uint8_t *space = wire_frame_inbox_space(&l->inbox, &space_bytes);
         const int e = space ? channel_read(l->channel, space, space_bytes, &got) : ERR_MEMORY;
         link_write_out(l, NULL); /* its own words */
         if (l->state == LINK_SEALING && channel_is_up(l->channel)) be_up(l);
@@ -53,7 +53,7 @@ void link_open_sealed(struct link *l)
             link_drop(l, e, l->state == LINK_SEALING ? no_key : error_text(e));
             return;
         }
-        frame_inbox_filled(&l->inbox, got);
+        wire_frame_inbox_filled(&l->inbox, got);
     } while (take_frames(l));
 }
 
@@ -69,7 +69,7 @@ static void on_read(uv_stream_t *stream, ssize_t size_bytes, const uv_buf_t *buf
         return;
     }
     if (!l->channel) {
-        frame_inbox_filled(&l->inbox, (size_t)size_bytes);
+        wire_frame_inbox_filled(&l->inbox, (size_t)size_bytes);
         (void)take_frames(l);
         return;
     }

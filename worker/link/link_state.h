@@ -37,7 +37,7 @@ struct link {
     struct addrinfo *found, *trying; /* owned; the one in use */
     uv_timer_t timer;                /* waits between attempts; the end of patience when closing */
     uv_idle_t turn;
-    struct frame_inbox inbox;
+    struct wire_frame_inbox inbox;
     struct bytes_writer pending, scratch;
     size_t queued_bytes;
     unsigned attempt;

@@ -103,9 +103,9 @@ static bool append(struct link *l, uint16_t type, uint64_t request_id,
         break_later(l, ERR_MEMORY);
         return false;
     }
-    uint8_t header[FRAME_HEADER_BYTES];
-    frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes,
-                 buffer ? buffer->data : NULL, buffer ? (uint32_t)buffer->size_bytes : 0);
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
+    wire_frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes,
+                      buffer ? buffer->data : NULL, buffer ? (uint32_t)buffer->size_bytes : 0);
     bytes_write_raw(&l->pending, header, sizeof header);
     if (head->size_bytes > 0) bytes_write_raw(&l->pending, head->data, head->size_bytes);
     return true;

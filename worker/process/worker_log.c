@@ -4,7 +4,7 @@
 #include <string.h>
 
 void worker_log_write_traced(struct worker_log *worker_log, enum log_level level, const char *what,
-                             const struct trace *trace, const struct log_field *fields,
+                             const struct trace_context *trace, const struct log_field *fields,
                              size_t count)
 {
     struct log_field all[1 + WORKER_LOG_FIELDS_MAX];

@@ -12,8 +12,9 @@ struct worker_log {
 
 /* What a line is about. */
 struct worker_log_lease {
-    const char *job;           /* "": not told */
-    const struct trace *trace; /* of the request that submitted it; its request "": not known */
+    const char *job; /* "": not told */
+    const struct trace_context
+        *trace; /* of the request that submitted it; its request "": not known */
     uint64_t frame_id;
     uint32_t tile, generation;
 };
@@ -25,7 +26,7 @@ struct worker_log_lease {
 void worker_log_write(struct worker_log *worker_log, enum log_level level, const char *what,
                       const struct log_field *fields, size_t count);
 void worker_log_write_traced(struct worker_log *worker_log, enum log_level level, const char *what,
-                             const struct trace *trace, const struct log_field *fields,
+                             const struct trace_context *trace, const struct log_field *fields,
                              size_t count);
 void worker_log_write_lease(struct worker_log *worker_log, enum log_level level, const char *what,
                             const struct worker_log_lease *lease, const char *detail);

@@ -11,7 +11,7 @@ struct leased_frame {
     struct leased_frame *next;
     uint64_t id;
     char job[LIMIT_JOB_ID_BYTES]; /* whose it is */
-    struct trace trace;           /* of the request that submitted that; zero: not known */
+    struct trace_context trace;   /* of the request that submitted that; zero: not known */
     struct frame_blobs blobs;     /* held while tiles are open */
     uint32_t tiles;               /* all that point here */
     uint32_t open;                /* of them, not DONE and not dropped */
@@ -284,7 +284,7 @@ int leases_add_frame(struct leases *leases, const struct message_frame_plan *m)
     }
     f->id = m->frame_id;
     memcpy(f->job, m->job, sizeof f->job);
-    (void)trace_kept(m->trace, &f->trace);
+    (void)trace_context_kept(m->trace, &f->trace);
     note_job(leases, f);
     f->next = leases->frames;
     leases->frames = f;

@@ -107,7 +107,7 @@ static void on_greeting_patience(uv_timer_t *timer)
     link_drop(s->link, ERR_TIMEOUT, "the coordinator does not answer");
 }
 
-static int on_frame(void *ctx, const struct frame_view *f)
+static int on_frame(void *ctx, const struct wire_frame_view *f)
 {
     return session_take(ctx, f);
 }

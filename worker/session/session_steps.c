@@ -3,7 +3,7 @@
 #define BEAT_MIN_MS 20u
 #define BEAT_MAX_MS 60000u
 
-static int take_welcome(struct session *s, const struct frame_view *f)
+static int take_welcome(struct session *s, const struct wire_frame_view *f)
 {
     struct message_welcome m;
     int e = message_decode_welcome(f->payload, f->payload_bytes, &m);
@@ -26,7 +26,7 @@ static int take_welcome(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_refused(struct session *s, const struct frame_view *f)
+static int take_refused(struct session *s, const struct wire_frame_view *f)
 {
     struct message_refused m;
     int e = message_decode_refused(f->payload, f->payload_bytes, &m);
@@ -35,14 +35,14 @@ static int take_refused(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_frame(struct session *s, const struct frame_view *f)
+static int take_frame(struct session *s, const struct wire_frame_view *f)
 {
     struct message_frame_plan m;
     int e = message_decode_frame_plan(f->payload, f->payload_bytes, &m);
     return e ? e : leases_add_frame(s->leases, &m);
 }
 
-static int take_tile(struct session *s, const struct frame_view *f)
+static int take_tile(struct session *s, const struct wire_frame_view *f)
 {
     struct message_tile m;
     int e = message_decode_tile(f->payload, f->payload_bytes, &m);
@@ -55,7 +55,7 @@ static int take_tile(struct session *s, const struct frame_view *f)
 }
 
 /* A lease that crossed our leaving. */
-static int return_tile(struct session *s, const struct frame_view *f)
+static int return_tile(struct session *s, const struct wire_frame_view *f)
 {
     struct message_tile m;
     int e = message_decode_tile(f->payload, f->payload_bytes, &m);
@@ -66,7 +66,7 @@ static int return_tile(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_ack(struct session *s, const struct frame_view *f)
+static int take_ack(struct session *s, const struct wire_frame_view *f)
 {
     struct message_ack m;
     int e = message_decode_ack(f->payload, f->payload_bytes, &m);
@@ -76,7 +76,7 @@ static int take_ack(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_cancel(struct session *s, const struct frame_view *f)
+static int take_cancel(struct session *s, const struct wire_frame_view *f)
 {
     struct message_cancel m;
     int e = message_decode_cancel(f->payload, f->payload_bytes, &m);
@@ -86,7 +86,7 @@ static int take_cancel(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_blob_part(struct session *s, const struct frame_view *f)
+static int take_blob_part(struct session *s, const struct wire_frame_view *f)
 {
     struct message_blob_part m;
     int e = message_decode_blob_part(f->payload, f->payload_bytes, &m);
@@ -95,7 +95,7 @@ static int take_blob_part(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_blob_none(struct session *s, const struct frame_view *f)
+static int take_blob_none(struct session *s, const struct wire_frame_view *f)
 {
     struct message_blob_none m;
     int e = message_decode_blob_none(f->payload, f->payload_bytes, &m);
@@ -104,7 +104,7 @@ static int take_blob_none(struct session *s, const struct frame_view *f)
     return 0;
 }
 
-static int take_drain(struct session *s, const struct frame_view *f)
+static int take_drain(struct session *s, const struct wire_frame_view *f)
 {
     struct message_drain m;
     int e = message_decode_drain(f->payload, f->payload_bytes, &m);
@@ -117,7 +117,7 @@ static int take_drain(struct session *s, const struct frame_view *f)
 }
 
 #define MESSAGE_TYPE_END (MESSAGE_FAULT + 1)
-typedef int (*step)(struct session *s, const struct frame_view *f);
+typedef int (*step)(struct session *s, const struct wire_frame_view *f);
 #define STEPS_WHEN_ON                                                                              \
     [MESSAGE_FRAME] = take_frame, [MESSAGE_ACK] = take_ack, [MESSAGE_CANCEL] = take_cancel,        \
     [MESSAGE_BLOB_PART] = take_blob_part, [MESSAGE_BLOB_NONE] = take_blob_none,                    \
@@ -129,7 +129,7 @@ static const step steps[SESSION_STATE_COUNT][MESSAGE_TYPE_END] = {
     [SESSION_LEAVING] = {STEPS_WHEN_ON, [MESSAGE_TILE] = return_tile},
 };
 
-int session_take(struct session *s, const struct frame_view *f)
+int session_take(struct session *s, const struct wire_frame_view *f)
 {
     if (s->state == SESSION_ENDED) return 0;
     step take = f->type < MESSAGE_TYPE_END ? steps[s->state][f->type] : NULL;

@@ -61,4 +61,4 @@ void session_begin_beats(struct session *s);
 
 /* A message of the coordinator's; ERR_STATE for one that has no place now, else what is wrong with
  * it. */
-int session_take(struct session *s, const struct frame_view *f);
+int session_take(struct session *s, const struct wire_frame_view *f);

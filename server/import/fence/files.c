@@ -11,7 +11,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include "proto/scene/path.h"
+#include "proto/scene/relative_path.h"
 
 int files_open(struct files *files, const char *root, struct fault *fault)
 {
@@ -81,7 +81,7 @@ static int map_descriptor(int fd, const char *path, const char *place, struct fi
 int files_map(struct files *files, const char *path, const char *place, struct file_view *out,
               struct fault *fault)
 {
-    if (!path_is_inside(path))
+    if (!relative_path_is_inside(path))
         return fault_set(fault, ERR_RANGE, place, "\"%s\" leaves the scene's folder", path);
     if (files->opened > LIMIT_SCENE_FILES)
         return fault_set(fault, ERR_LIMIT, place, "the scene has more than %d files",
@@ -168,7 +168,7 @@ int files_resolve(const char *beside, const char *name, bool decode_percent,
     if (!append_parts(out, folder) || !append_parts(out, decoded))
         return fault_set(fault, ERR_LIMIT, place, "the name is longer than %d bytes",
                          LIMIT_PATH_BYTES - 1);
-    if (!path_is_inside(out))
+    if (!relative_path_is_inside(out))
         return fault_set(fault, ERR_RANGE, place, "\"%.200s\" leaves the scene's folder", decoded);
     return 0;
 }

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/link/frame.h"
+#include "proto/link/wire_frame.h"
 #include "proto/runtime/build.h"
 #include "server/job/frame/frame_work.h"
 
@@ -32,7 +32,7 @@ static struct spool_key key_of(const struct frame *f, uint32_t tile, const struc
                             .count = pass->count,
                             .strata = pass->strata};
     const size_t area = (size_t)rect_area(tile_grid_rect(&f->grid, tile));
-    if (pass->sides) key.sides_crc = frame_crc32c(0, pass->sides, area * f->adaptive.maps);
+    if (pass->sides) key.sides_crc = wire_frame_crc32c(0, pass->sides, area * f->adaptive.maps);
     return key;
 }
 

@@ -84,7 +84,7 @@ static int place_file(const struct objects *objects, const struct job_file *file
     char path[sizeof folder->root + LIMIT_PATH_BYTES + 2];
     char pointer[LIMIT_POINTER_BYTES];
     snprintf(pointer, sizeof pointer, "/scene/files/%.200s", file->path);
-    if (!path_is_inside(file->path))
+    if (!relative_path_is_inside(file->path))
         return fault_set(fault, ERR_RANGE, pointer, "this path leaves the scene's folder");
     snprintf(path, sizeof path, "%s/%s", folder->root, file->path);
     if (make_parents(path, strlen(folder->root)) != 0)

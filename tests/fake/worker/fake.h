@@ -4,8 +4,8 @@
 #include <stdint.h>
 #include <time.h>
 
-#include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/link/wire_frame.h"
 #include "proto/plan.h"
 
 #define FAKE_FRAMES 64u
@@ -32,7 +32,7 @@ struct fake {
     uint64_t tiles_most, reconnects;
     int fd; /* -1: there is no link */
     bool refused;
-    struct frame_inbox inbox;
+    struct wire_frame_inbox inbox;
     struct known_frame *frames; /* the last FAKE_FRAMES */
     uint64_t frame_count;
     struct bytes_writer packed; /* the last zero samples, of these: */

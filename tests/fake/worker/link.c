@@ -78,9 +78,9 @@ void link_send(struct fake *f, const void *data, size_t size_bytes)
 void link_send_message(struct fake *f, uint16_t type, uint64_t request_id,
                        struct bytes_writer *head, const void *tail, size_t tail_bytes)
 {
-    uint8_t header[FRAME_HEADER_BYTES];
-    frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes, tail,
-                 (uint32_t)tail_bytes);
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
+    wire_frame_header(header, type, request_id, head->data, (uint32_t)head->size_bytes, tail,
+                      (uint32_t)tail_bytes);
     link_send(f, header, sizeof header);
     link_send(f, head->data, head->size_bytes);
     link_send(f, tail, tail_bytes);

@@ -89,7 +89,7 @@ void result_whole(struct fake *f, uint64_t request_id, const struct message_tile
 {
     const struct bytes_writer *packed = result_zero_samples(f, tile);
     struct bytes_writer head;
-    uint8_t header[FRAME_HEADER_BYTES];
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
     bytes_writer_init(&head);
     bytes_writer_init(whole);
     const struct message_result m = {.frame_id = tile->frame_id,
@@ -97,8 +97,8 @@ void result_whole(struct fake *f, uint64_t request_id, const struct message_tile
                                      .generation = tile->generation,
                                      .samples_bytes = (uint32_t)packed->size_bytes};
     message_encode_result(&head, &m);
-    frame_header(header, MESSAGE_RESULT, request_id, head.data, (uint32_t)head.size_bytes,
-                 packed->data, (uint32_t)packed->size_bytes);
+    wire_frame_header(header, MESSAGE_RESULT, request_id, head.data, (uint32_t)head.size_bytes,
+                      packed->data, (uint32_t)packed->size_bytes);
     bytes_write_raw(whole, header, sizeof header);
     bytes_write_raw(whole, head.data, head.size_bytes);
     bytes_write_raw(whole, packed->data, packed->size_bytes);

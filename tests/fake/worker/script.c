@@ -35,8 +35,8 @@ static void tile_flip(struct fake *f, uint64_t request_id, const struct message_
 {
     struct bytes_writer whole;
     result_whole(f, request_id, tile, &whole);
-    size_t payload_bytes = whole.size_bytes - FRAME_HEADER_BYTES;
-    flip(&whole, 8 * FRAME_HEADER_BYTES + (f->answers * 2654435761u) % (8 * payload_bytes));
+    size_t payload_bytes = whole.size_bytes - WIRE_FRAME_HEADER_BYTES;
+    flip(&whole, 8 * WIRE_FRAME_HEADER_BYTES + (f->answers * 2654435761u) % (8 * payload_bytes));
     send_whole(f, &whole);
 }
 
@@ -45,7 +45,7 @@ static void tile_header(struct fake *f, uint64_t request_id, const struct messag
 {
     struct bytes_writer whole;
     result_whole(f, request_id, tile, &whole);
-    flip(&whole, f->answers % (8 * FRAME_HEADER_BYTES));
+    flip(&whole, f->answers % (8 * WIRE_FRAME_HEADER_BYTES));
     send_whole(f, &whole);
     link_end_soon(f);
 }
@@ -65,15 +65,15 @@ static void tile_mutate(struct fake *f, uint64_t request_id, const struct messag
     struct bytes_writer whole;
     result_whole(f, request_id, tile, &whole);
     const uint64_t seed = random_of(f->answers);
-    const size_t body_bytes = whole.size_bytes - FRAME_HEADER_BYTES;
-    uint8_t *body = whole.data + FRAME_HEADER_BYTES;
-    const uint32_t right = frame_crc32c(0, body, body_bytes);
+    const size_t body_bytes = whole.size_bytes - WIRE_FRAME_HEADER_BYTES;
+    uint8_t *body = whole.data + WIRE_FRAME_HEADER_BYTES;
+    const uint32_t right = wire_frame_crc32c(0, body, body_bytes);
     for (uint64_t i = 0; i < 1 + seed % 8; i++) {
         const uint64_t r = random_of(seed + i);
         body[(r >> 8) % body_bytes] ^= (uint8_t)(1 + r % 255);
     }
     /* A few in a million change a byte twice, back to what it was. */
-    if (frame_crc32c(0, body, body_bytes) == right) body[0] ^= 1;
+    if (wire_frame_crc32c(0, body, body_bytes) == right) body[0] ^= 1;
     send_whole(f, &whole);
     link_end_soon(f);
 }
@@ -142,15 +142,15 @@ static void tile_half(struct fake *f, uint64_t request_id, const struct message_
 {
     const struct bytes_writer *packed = result_zero_samples(f, tile);
     struct bytes_writer head;
-    uint8_t header[FRAME_HEADER_BYTES];
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
     bytes_writer_init(&head);
     const struct message_result m = {.frame_id = tile->frame_id,
                                      .index = tile->index,
                                      .generation = tile->generation,
                                      .samples_bytes = (uint32_t)packed->size_bytes};
     message_encode_result(&head, &m);
-    frame_header(header, MESSAGE_RESULT, request_id, head.data, (uint32_t)head.size_bytes,
-                 packed->data, (uint32_t)packed->size_bytes);
+    wire_frame_header(header, MESSAGE_RESULT, request_id, head.data, (uint32_t)head.size_bytes,
+                      packed->data, (uint32_t)packed->size_bytes);
     link_send(f, header, sizeof header);
     link_send(f, head.data, head.size_bytes / 2);
     bytes_writer_fini(&head);

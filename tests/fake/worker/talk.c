@@ -50,7 +50,7 @@ static void print_text(const char *text)
     }
 }
 
-static void saw_welcome(struct fake *f, const struct frame_view *v)
+static void saw_welcome(struct fake *f, const struct wire_frame_view *v)
 {
     struct message_welcome m;
     if (message_decode_welcome(v->payload, v->payload_bytes, &m) != 0) return;
@@ -62,7 +62,7 @@ static void saw_welcome(struct fake *f, const struct frame_view *v)
     link_send_want(f, tiles < LIMIT_TILES_IN_HAND ? tiles : LIMIT_TILES_IN_HAND);
 }
 
-static void saw_refused(struct fake *f, const struct frame_view *v)
+static void saw_refused(struct fake *f, const struct wire_frame_view *v)
 {
     struct message_refused m;
     if (message_decode_refused(v->payload, v->payload_bytes, &m) != 0) return;
@@ -73,7 +73,7 @@ static void saw_refused(struct fake *f, const struct frame_view *v)
     link_lose(f);
 }
 
-static void saw_frame(struct fake *f, const struct frame_view *v)
+static void saw_frame(struct fake *f, const struct wire_frame_view *v)
 {
     struct message_frame_plan m;
     struct fault fault = {0};
@@ -86,7 +86,7 @@ static void saw_frame(struct fake *f, const struct frame_view *v)
            (unsigned long long)m.frame_id, k->plan.width_px, k->plan.height_px);
 }
 
-static void saw_tile(struct fake *f, const struct frame_view *v)
+static void saw_tile(struct fake *f, const struct wire_frame_view *v)
 {
     struct message_tile m;
     if (message_decode_tile(v->payload, v->payload_bytes, &m) != 0) return;
@@ -96,7 +96,7 @@ static void saw_tile(struct fake *f, const struct frame_view *v)
     f->script->tile(f, v->request_id, &m);
 }
 
-static void saw_ack(struct fake *f, const struct frame_view *v)
+static void saw_ack(struct fake *f, const struct wire_frame_view *v)
 {
     struct message_ack m;
     if (message_decode_ack(v->payload, v->payload_bytes, &m) != 0) return;
@@ -104,7 +104,7 @@ static void saw_ack(struct fake *f, const struct frame_view *v)
     if (f->acks[m.verdict]++ == 0) printf("{\"saw\": \"ACK\", \"verdict\": %u}\n", m.verdict);
 }
 
-static void saw(struct fake *f, const struct frame_view *v)
+static void saw(struct fake *f, const struct wire_frame_view *v)
 {
     switch (v->type) {
     case MESSAGE_WELCOME:
@@ -145,20 +145,20 @@ static int time_left_ms(const struct fake *f)
 static void read_some(struct fake *f)
 {
     size_t space_bytes = 0;
-    uint8_t *space = frame_inbox_space(&f->inbox, &space_bytes);
+    uint8_t *space = wire_frame_inbox_space(&f->inbox, &space_bytes);
     ssize_t n = space ? recv(f->fd, space, space_bytes, 0) : -1;
     if (n <= 0) {
         link_lose(f);
         return;
     }
-    frame_inbox_filled(&f->inbox, (size_t)n);
-    struct frame_view v;
-    while (f->fd >= 0 && !fake_is_over(f) && frame_inbox_next(&f->inbox, &v) == 0) saw(f, &v);
+    wire_frame_inbox_filled(&f->inbox, (size_t)n);
+    struct wire_frame_view v;
+    while (f->fd >= 0 && !fake_is_over(f) && wire_frame_inbox_next(&f->inbox, &v) == 0) saw(f, &v);
 }
 
 void talk(struct fake *f)
 {
-    frame_inbox_init(&f->inbox, LIMIT_FRAME_BYTES);
+    wire_frame_inbox_init(&f->inbox, LIMIT_FRAME_BYTES);
     f->beat_ms = 0;
     send_hello(f);
     while (f->fd >= 0 && !fake_is_over(f)) {
@@ -169,5 +169,5 @@ void talk(struct fake *f)
         send_beat(f);
         f->next_beat_ms = fake_now_ms() + f->beat_ms;
     }
-    frame_inbox_fini(&f->inbox);
+    wire_frame_inbox_fini(&f->inbox);
 }

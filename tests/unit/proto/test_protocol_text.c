@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/link/wire_frame.h"
 #include "proto/plan.h"
 #include "proto/samples.h"
 #include "proto/scene/scene.h"
@@ -146,7 +146,7 @@ TEST(limits_are_true)
 {
     expect("| u32 | protocol_version | %u |", PROTOCOL_VERSION);
     expect("| u32 | threads | 1…%d |", LIMIT_THREADS);
-    expect("| %u | … | payload |", FRAME_HEADER_BYTES);
+    expect("| %u | … | payload |", WIRE_FRAME_HEADER_BYTES);
     assert_int_equal(LIMIT_HELLO_BYTES, 4096);
     expect("4,096 bytes (`LIMIT_HELLO_BYTES`)");
     assert_int_equal(LIMIT_FRAME_BYTES, 134217728);

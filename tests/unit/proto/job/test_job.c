@@ -276,8 +276,10 @@ TEST(paths_stay_inside)
     static const char *const good[] = {"a", "a/b", "..a", "...", "a b", ".a", "\xc3\xa4"};
     static const char *const bad[] = {"",     "/",    "/a",  "a/",   "..",   ".",
                                       "a//b", "a/..", "./a", "a\\b", "a\nb", "a/./b"};
-    for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) assert_true(path_is_inside(good[i]));
-    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) assert_false(path_is_inside(bad[i]));
+    for (size_t i = 0; i < sizeof good / sizeof good[0]; i++)
+        assert_true(relative_path_is_inside(good[i]));
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        assert_false(relative_path_is_inside(bad[i]));
 }
 
 static int is_visible(const struct dirent *entry)

@@ -34,9 +34,9 @@ TEST(reads_in_text)
 TEST(reads_in_json)
 {
     char line[LOG_LINE_BYTES];
-    struct trace_source source = {5};
-    struct trace trace;
-    trace_begin(&source, NULL, &trace);
+    struct trace_context_source source = {5};
+    struct trace_context trace;
+    trace_context_begin(&source, NULL, &trace);
     const struct log_field fields[] = {{"n", NULL, 3}, {"text", "\"\\\xff\xc3\xa9\t", 0}};
     const size_t n = log_line(LOG_JSON, 1700000000042, LOG_ERROR, "what", &trace, fields, 2, line);
     json_t *read = json_loadb(line, n, 0, NULL);

@@ -10,8 +10,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/link/wire_frame.h"
 #include "proto/runtime/build.h"
 #include "tests/unit/server/fleet/fleet_fixture.h"
 #include "tests/unit/unit.h"
@@ -19,7 +19,7 @@
 struct peer {
     struct world *world;
     int fd;
-    struct frame_inbox inbox;
+    struct wire_frame_inbox inbox;
     struct bytes_writer w;
 };
 
@@ -31,7 +31,7 @@ static inline struct peer peer_open(struct world *w)
     p.fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     assert_int_equal(connect(p.fd, (struct sockaddr *)&a, sizeof a), 0);
     fcntl(p.fd, F_SETFL, O_NONBLOCK);
-    frame_inbox_init(&p.inbox, LIMIT_FRAME_BYTES);
+    wire_frame_inbox_init(&p.inbox, LIMIT_FRAME_BYTES);
     bytes_writer_init(&p.w);
     return p;
 }
@@ -39,7 +39,7 @@ static inline struct peer peer_open(struct world *w)
 static inline void peer_close(struct peer *p)
 {
     close(p->fd);
-    frame_inbox_fini(&p->inbox);
+    wire_frame_inbox_fini(&p->inbox);
     bytes_writer_fini(&p->w);
 }
 
@@ -59,9 +59,9 @@ static inline bool peer_send_raw(struct peer *p, const void *data, size_t size_b
 static inline bool peer_send(struct peer *p, uint16_t type, uint64_t id, const void *tail,
                              uint32_t tail_bytes)
 {
-    uint8_t header[FRAME_HEADER_BYTES];
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
     assert_false(p->w.failed);
-    frame_header(header, type, id, p->w.data, (uint32_t)p->w.size_bytes, tail, tail_bytes);
+    wire_frame_header(header, type, id, p->w.data, (uint32_t)p->w.size_bytes, tail, tail_bytes);
     bool sent = peer_send_raw(p, header, sizeof header) &&
                 peer_send_raw(p, p->w.data, p->w.size_bytes) && peer_send_raw(p, tail, tail_bytes);
     p->w.size_bytes = 0;
@@ -72,17 +72,17 @@ static inline bool peer_send(struct peer *p, uint16_t type, uint64_t id, const v
 static inline bool peer_read(struct peer *p)
 {
     size_t space_bytes = 0;
-    uint8_t *space = frame_inbox_space(&p->inbox, &space_bytes);
+    uint8_t *space = wire_frame_inbox_space(&p->inbox, &space_bytes);
     ssize_t n = recv(p->fd, space, space_bytes, 0);
     if (n == 0 || (n < 0 && errno != EAGAIN)) return false;
-    if (n > 0) frame_inbox_filled(&p->inbox, (size_t)n);
+    if (n > 0) wire_frame_inbox_filled(&p->inbox, (size_t)n);
     return true;
 }
 
-static inline void peer_expect(struct peer *p, uint16_t type, struct frame_view *f)
+static inline void peer_expect(struct peer *p, uint16_t type, struct wire_frame_view *f)
 {
     for (int waited = 0; waited < PATIENCE_MS; waited++) {
-        int e = frame_inbox_next(&p->inbox, f);
+        int e = wire_frame_inbox_next(&p->inbox, f);
         if (e == 0) {
             if (f->type != type)
                 fail_msg("%s, expected %s", message_name(f->type), message_name(type));
@@ -97,12 +97,12 @@ static inline void peer_expect(struct peer *p, uint16_t type, struct frame_view 
 
 static inline void peer_expect_nothing(struct peer *p)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     for (int i = 0; i < 40; i++) {
         turn(p->world);
         assert_true(peer_read(p));
     }
-    assert_int_equal(frame_inbox_next(&p->inbox, &f), ERR_INCOMPLETE);
+    assert_int_equal(wire_frame_inbox_next(&p->inbox, &f), ERR_INCOMPLETE);
 }
 
 static inline int peer_expect_close(struct peer *p)
@@ -137,7 +137,7 @@ static inline void peer_hello(struct peer *p)
 
 static inline uint64_t peer_join(struct peer *p)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_welcome m;
     peer_hello(p);
     peer_expect(p, MESSAGE_WELCOME, &f);
@@ -154,7 +154,7 @@ static inline void peer_want(struct peer *p, uint32_t tiles)
 
 static inline void peer_tile(struct peer *p, struct message_tile *m)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     peer_expect(p, MESSAGE_TILE, &f);
     assert_int_equal(message_decode_tile(f.payload, f.payload_bytes, m), 0);
 }
@@ -175,7 +175,7 @@ static inline bool peer_result(struct peer *p, const struct message_tile *tile, 
 
 static inline uint32_t peer_verdict(struct peer *p)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_ack m;
     peer_expect(p, MESSAGE_ACK, &f);
     assert_int_equal(message_decode_ack(f.payload, f.payload_bytes, &m), 0);
@@ -192,7 +192,7 @@ static inline bool peer_beat(struct peer *p, uint64_t progress)
 
 static inline void peer_expect_refusal(struct peer *p, const char *says)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_refused m;
     peer_expect(p, MESSAGE_REFUSED, &f);
     assert_int_equal(message_decode_refused(f.payload, f.payload_bytes, &m), 0);

@@ -94,7 +94,7 @@ TEST(silence_ends_a_session)
 {
     struct world *w = world_open(200, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     peer_join(&p);
     w->tiles = 1;
     peer_want(&p, 1);

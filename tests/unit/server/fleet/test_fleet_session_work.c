@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <sys/socket.h>
 
-#include "proto/link/frame.h"
+#include "proto/link/wire_frame.h"
 #include "tests/unit/server/fleet/fleet_fixture.h"
 #include "tests/unit/server/fleet/fleet_peer.h"
 #include "tests/unit/unit.h"
@@ -14,7 +14,7 @@ TEST(a_tile_goes_out_and_its_result_in)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile;
     uint64_t id = peer_join(&p);
     assert_int_equal(fleet_count(w->fleet), 1);
@@ -53,7 +53,7 @@ TEST(waiting_workers_are_served_on_a_wake)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile;
     peer_join(&p);
     peer_want(&p, 4);
@@ -70,7 +70,7 @@ TEST(late_verdicts_and_cancelled_frames)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile, other;
     peer_join(&p);
     w->tiles = 2;
@@ -102,7 +102,7 @@ TEST(foreign_and_old_results_do_not_pass_as_leases)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile, other;
     peer_join(&p);
     w->tiles = 1;
@@ -140,7 +140,7 @@ TEST(given_back_and_faulted_tiles_reach_the_client)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile;
     peer_join(&p);
     w->tiles = 2;
@@ -174,7 +174,7 @@ TEST(a_stalled_tile_is_taken_back)
     /* Far longer than a turn may take while others use the machine. */
     struct world *w = world_open(LONG_MS, 1000);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile;
     peer_join(&p);
     w->tiles = 2;
@@ -213,7 +213,7 @@ TEST(unacknowledged_results_stop_the_reading)
     enum { BYTES = 12 << 20, TILES = 4 };
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile[TILES];
     peer_join(&p);
     w->tiles = TILES;
@@ -227,8 +227,9 @@ TEST(unacknowledged_results_stop_the_reading)
     const struct message_result m = {
         .frame_id = 7, .index = 3, .generation = 1, .samples_bytes = BYTES};
     message_encode_result(&p.w, &m);
-    uint8_t header[FRAME_HEADER_BYTES];
-    frame_header(header, MESSAGE_RESULT, 1, p.w.data, (uint32_t)p.w.size_bytes, samples, BYTES);
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
+    wire_frame_header(header, MESSAGE_RESULT, 1, p.w.data, (uint32_t)p.w.size_bytes, samples,
+                      BYTES);
     bytes_write_raw(&p.w, samples, BYTES);
     ssize_t n = send(p.fd, header, sizeof header, MSG_NOSIGNAL);
     assert_int_equal(n, sizeof header);
@@ -261,7 +262,7 @@ TEST(blobs_are_served_in_parts)
     struct peer p = peer_open(w);
     peer_join(&p);
     for (uint64_t at = 0; at < BYTES;) {
-        struct frame_view f;
+        struct wire_frame_view f;
         struct message_blob_part part;
         struct message_blob_get get = {
             .digest = {{1}}, .offset = at, .size_bytes = LIMIT_BLOB_PART_BYTES};
@@ -275,7 +276,7 @@ TEST(blobs_are_served_in_parts)
         assert_memory_equal(part.bytes, blob + at, part.size_bytes);
         at += part.size_bytes;
     }
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_blob_get get = {.digest = {{2}}, .size_bytes = 10};
     message_encode_blob_get(&p.w, &get);
     assert_true(peer_send(&p, MESSAGE_BLOB_GET, 6, NULL, 0));
@@ -293,7 +294,7 @@ TEST(draining_workers_get_nothing)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile tile;
     uint64_t id = peer_join(&p);
     assert_int_equal(fleet_drain(w->fleet, id + 1, true), ERR_NOT_FOUND);

@@ -90,7 +90,7 @@ struct world *world_open(uint32_t threads, bool with_blobs)
     load_hangs = load_spins = false;
     listen_there(w);
     uv_loop_init(&w->loop);
-    frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
+    wire_frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
     bytes_writer_init(&w->w);
     if (session_create(&w->loop, &w->options, &fake_tracing, &client, &w->session, &fault) != 0)
         fail_msg("%s: %s", fault.pointer, fault.detail);
@@ -108,7 +108,7 @@ void world_close(struct world *w)
     if (w->fd >= 0) close(w->fd);
     close(w->worker_log.log.fd);
     close(w->listener);
-    frame_inbox_fini(&w->inbox);
+    wire_frame_inbox_fini(&w->inbox);
     bytes_writer_fini(&w->w);
     snprintf(command, sizeof command, "rm -rf %s", w->dir);
     assert_int_equal(system(command), 0);
@@ -118,8 +118,8 @@ void world_close(struct world *w)
 
 void accept_link(struct world *w)
 {
-    frame_inbox_fini(&w->inbox);
-    frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
+    wire_frame_inbox_fini(&w->inbox);
+    wire_frame_inbox_init(&w->inbox, LIMIT_FRAME_BYTES);
     for (int i = 0; i < 2 * PATIENCE_MS && w->fd < 0; i++) {
         w->fd = accept4(w->listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
         turn(w);
@@ -136,9 +136,9 @@ void drop_link(struct world *w)
 
 void put(struct world *w, uint16_t type, const void *tail, uint32_t tail_bytes)
 {
-    uint8_t header[FRAME_HEADER_BYTES];
+    uint8_t header[WIRE_FRAME_HEADER_BYTES];
     struct bytes_writer whole;
-    frame_header(header, type, 1, w->w.data, (uint32_t)w->w.size_bytes, tail, tail_bytes);
+    wire_frame_header(header, type, 1, w->w.data, (uint32_t)w->w.size_bytes, tail, tail_bytes);
     bytes_writer_init(&whole);
     bytes_write_raw(&whole, header, sizeof header);
     bytes_write_raw(&whole, w->w.data, w->w.size_bytes);
@@ -156,17 +156,17 @@ void put(struct world *w, uint16_t type, const void *tail, uint32_t tail_bytes)
 bool read_some(struct world *w)
 {
     size_t space_bytes = 0;
-    uint8_t *space = frame_inbox_space(&w->inbox, &space_bytes);
+    uint8_t *space = wire_frame_inbox_space(&w->inbox, &space_bytes);
     ssize_t n = recv(w->fd, space, space_bytes, 0);
     if (n == 0 || (n < 0 && errno != EAGAIN)) return false;
-    if (n > 0) frame_inbox_filled(&w->inbox, (size_t)n);
+    if (n > 0) wire_frame_inbox_filled(&w->inbox, (size_t)n);
     return true;
 }
 
-bool next(struct world *w, struct frame_view *f, int patience_ms)
+bool next(struct world *w, struct wire_frame_view *f, int patience_ms)
 {
     for (int waited = 0; waited < patience_ms; waited++) {
-        while (frame_inbox_next(&w->inbox, f) == 0) {
+        while (wire_frame_inbox_next(&w->inbox, f) == 0) {
             struct message_want m;
             if (f->type == MESSAGE_WANT &&
                 message_decode_want(f->payload, f->payload_bytes, &m) == 0)
@@ -179,7 +179,7 @@ bool next(struct world *w, struct frame_view *f, int patience_ms)
     return false;
 }
 
-void expect(struct world *w, uint16_t type, struct frame_view *f)
+void expect(struct world *w, uint16_t type, struct wire_frame_view *f)
 {
     if (!next(w, f, PATIENCE_MS)) fail_msg("no %s", message_name(type));
     if (f->type != type) fail_msg("%s, expected %s", message_name(f->type), message_name(type));
@@ -187,13 +187,13 @@ void expect(struct world *w, uint16_t type, struct frame_view *f)
 
 void expect_nothing(struct world *w)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     if (next(w, &f, 40)) fail_msg("%s", message_name(f.type));
 }
 
 void welcome(struct world *w, uint64_t worker_id)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_hello m;
     if (w->fd < 0) accept_link(w);
     expect(w, MESSAGE_HELLO, &f);
@@ -254,7 +254,7 @@ uint64_t answer(struct world *w, const struct message_blob_get *get)
 
 void expect_get(struct world *w, struct message_blob_get *get)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     expect(w, MESSAGE_BLOB_GET, &f);
     assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, get), 0);
 }
@@ -277,7 +277,7 @@ void give_map(struct world *w)
 
 uint32_t expect_result(struct world *w)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_result m;
     expect(w, MESSAGE_RESULT, &f);
     assert_int_equal(message_decode_result(f.payload, f.payload_bytes, &m), 0);

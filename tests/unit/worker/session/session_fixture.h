@@ -3,8 +3,8 @@
  * a real Unix socket. Waiting turns the worker's loop. */
 #include <stdbool.h>
 
-#include "proto/link/frame.h"
 #include "proto/link/message.h"
+#include "proto/link/wire_frame.h"
 #include "proto/runtime/build.h"
 #include "proto/scene/environment.h"
 #include "tests/unit/proto/plan_case.h"
@@ -27,7 +27,7 @@ struct world {
     char text[LIMIT_DETAIL_BYTES];
     struct worker_log worker_log; /* to a file in dir */
     int listener, fd;
-    struct frame_inbox inbox;
+    struct wire_frame_inbox inbox;
     struct bytes_writer w;
     struct plan plan;
     uint8_t *blob;
@@ -50,9 +50,9 @@ void put(struct world *w, uint16_t type, const void *tail, uint32_t tail_bytes);
 bool read_some(struct world *w);
 
 /* The next frame but beats and wants. False: the worker closed the link, or nothing came. */
-bool next(struct world *w, struct frame_view *f, int patience_ms);
+bool next(struct world *w, struct wire_frame_view *f, int patience_ms);
 
-void expect(struct world *w, uint16_t type, struct frame_view *f);
+void expect(struct world *w, uint16_t type, struct wire_frame_view *f);
 void expect_nothing(struct world *w);
 void welcome(struct world *w, uint64_t worker_id);
 void send_frame(struct world *w, uint64_t id);

@@ -55,7 +55,7 @@ TEST(a_cached_blob_is_not_fetched_again)
 TEST(a_missing_blob_is_a_fault_of_its_tiles)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile_fault fault;
     welcome(w, LIFE | 1);
     send_frame(w, 9);
@@ -79,7 +79,7 @@ TEST(a_missing_blob_is_a_fault_of_its_tiles)
 TEST(a_fetch_goes_on_after_a_reconnect)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_blob_get get;
     welcome(w, LIFE | 1);
     send_frame(w, 9);
@@ -110,7 +110,7 @@ TEST(a_fetch_goes_on_after_a_reconnect)
 TEST(damaged_blobs_are_not_traced)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     welcome(w, LIFE | 1);
     send_frame(w, 9);
     send_tile(w, 9, 1);
@@ -174,7 +174,7 @@ TEST(a_map_is_fetched_beside_the_scene)
 
 static void expect_fault(struct world *w, int code, const char *part)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_tile_fault fault;
     expect(w, MESSAGE_FAULT, &f);
     assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);

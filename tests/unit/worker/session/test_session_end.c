@@ -11,7 +11,7 @@ ALL_TESTS(ignore_broken_pipes, NULL);
 TEST(a_refusal_ends_the_worker)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     accept_link(w);
     expect(w, MESSAGE_HELLO, &f);
     message_encode_refused(&w->w, &(struct message_refused){ERR_MISMATCH, "install the same"});
@@ -25,7 +25,7 @@ TEST(a_refusal_ends_the_worker)
 TEST(told_to_stop_it_finishes_what_it_traces)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_returned back;
     warm_up(w);
     hold = true;
@@ -53,7 +53,7 @@ TEST(told_to_stop_it_finishes_what_it_traces)
 TEST(told_twice_it_leaves_at_once)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     warm_up(w);
     hold = true;
     send_tile(w, 9, 1);
@@ -81,7 +81,7 @@ TEST(with_its_parent_it_ends)
 
 static void expect_end_of_load(struct world *w, const char *part)
 {
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_returned back;
     for (int i = 0; !w->ended && i < 2 * PATIENCE_MS; i++) turn(w);
     assert_true(w->ended);

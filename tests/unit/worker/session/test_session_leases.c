@@ -59,7 +59,7 @@ TEST(results_are_kept_until_acknowledged)
 TEST(illegal_messages_break_the_link)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     for (int i = 0; i < 6; i++) {
         welcome(w, LIFE | 1);
         switch (i) {
@@ -176,7 +176,7 @@ TEST(a_lease_has_its_lobes_sides)
 TEST(sides_that_do_not_fit_break_the_link)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     const struct plan plain = w->plan;
     for (int i = 0; i < 6; i++) {
         w->plan = plain;
@@ -252,13 +252,13 @@ TEST(a_drained_worker_asks_again_after_a_tile)
 TEST(beats_tell_of_progress)
 {
     struct world *w = world_open(1, false);
-    struct frame_view f;
+    struct wire_frame_view f;
     struct message_beat m = {0};
     warm_up(w);
     for (int i = 0; i < PATIENCE_MS && m.progress < 34; i++) {
         turn(w);
         read_some(w);
-        while (frame_inbox_next(&w->inbox, &f) == 0)
+        while (wire_frame_inbox_next(&w->inbox, &f) == 0)
             if (f.type == MESSAGE_BEAT)
                 assert_int_equal(message_decode_beat(f.payload, f.payload_bytes, &m), 0);
     }

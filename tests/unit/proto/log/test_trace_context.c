@@ -1,7 +1,7 @@
 /* traceparent as it comes from outside (W3C Trace Context, section 3.2). */
 #include <string.h>
 
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 #include "tests/unit/unit.h"
 
 #define ID   "4bf92f3577b34da6a3ce929d0e0e4736"
@@ -17,10 +17,10 @@ TEST(valid)
         {"00-" ID "-" SPAN "-ff", true},      {"00-" ID "-" SPAN "-0a", false},
         {"01-" ID "-" SPAN "-01-more", true}, {"fe-" ID "-" SPAN "-01", true},
     };
-    struct trace_source source = {7};
+    struct trace_context_source source = {7};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct trace t;
-        trace_begin(&source, cases[i].header, &t);
+        struct trace_context t;
+        trace_context_begin(&source, cases[i].header, &t);
         assert_string_equal(t.id, ID);
         assert_string_equal(t.parent, SPAN);
         assert_int_equal(t.sampled, cases[i].sampled);
@@ -53,10 +53,10 @@ TEST(invalid)
         " 00-" ID "-" SPAN "-01",
         "\xff\xfe\"\n",
     };
-    struct trace_source source = {7};
+    struct trace_context_source source = {7};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct trace t;
-        trace_begin(&source, cases[i], &t);
+        struct trace_context t;
+        trace_context_begin(&source, cases[i], &t);
         assert_string_not_equal(t.id, ID);
         assert_int_equal(strspn(t.id, "0123456789abcdef"), 32);
         assert_string_equal(t.parent, "");
@@ -66,13 +66,13 @@ TEST(invalid)
 
 TEST(goes_on)
 {
-    struct trace_source source = {1};
-    struct trace first, second;
-    char header[TRACE_PARENT_BYTES];
-    trace_begin(&source, "00-" ID "-" SPAN "-01", &first);
-    trace_write(&first, header);
+    struct trace_context_source source = {1};
+    struct trace_context first, second;
+    char header[TRACE_CONTEXT_PARENT_BYTES];
+    trace_context_begin(&source, "00-" ID "-" SPAN "-01", &first);
+    trace_context_write(&first, header);
     assert_int_equal(strlen(header), 55);
-    trace_begin(&source, header, &second);
+    trace_context_begin(&source, header, &second);
     assert_string_equal(second.id, ID);
     assert_string_equal(second.parent, first.request);
     assert_true(second.sampled);
@@ -81,19 +81,19 @@ TEST(goes_on)
 
 TEST(is_kept)
 {
-    struct trace_source source = {3};
-    struct trace begun, continued, none = {0}, back;
-    char text[TRACE_TEXT_BYTES];
-    trace_begin(&source, NULL, &begun);
-    trace_begin(&source, "00-" ID "-" SPAN "-01", &continued);
-    const struct trace *all[] = {&begun, &continued};
+    struct trace_context_source source = {3};
+    struct trace_context begun, continued, none = {0}, back;
+    char text[TRACE_CONTEXT_TEXT_BYTES];
+    trace_context_begin(&source, NULL, &begun);
+    trace_context_begin(&source, "00-" ID "-" SPAN "-01", &continued);
+    const struct trace_context *all[] = {&begun, &continued};
     for (size_t i = 0; i < 2; i++) {
-        trace_keep(all[i], text);
+        trace_context_keep(all[i], text);
         assert_int_equal(strlen(text), i ? 72 : 55);
-        assert_true(trace_kept(text, &back));
+        assert_true(trace_context_kept(text, &back));
         assert_memory_equal(&back, all[i], sizeof back);
     }
-    trace_keep(&none, text);
+    trace_context_keep(&none, text);
     assert_string_equal(text, "");
     static const char *const wrong[] = {"",
                                         "x",
@@ -106,7 +106,7 @@ TEST(is_kept)
                                         "00-" ID "-" SPAN "-01-" SPAN "0",
                                         "00-" ID "-0000000000000000-01"};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
-        assert_false(trace_kept(wrong[i], &back));
+        assert_false(trace_context_kept(wrong[i], &back));
         assert_memory_equal(&back, &none, sizeof back);
     }
 }

@@ -1,4 +1,4 @@
-#include "proto/scene/path.h"
+#include "proto/scene/relative_path.h"
 
 #include <stddef.h>
 #include <string.h>
@@ -18,7 +18,7 @@ static bool character_is_plain(char c)
     return byte >= 0x20 && byte != 0x7f && c != '\\';
 }
 
-bool path_is_inside(const char *path)
+bool relative_path_is_inside(const char *path)
 {
     if (strlen(path) >= LIMIT_PATH_BYTES) return false;
     for (const char *c = path; *c; c++)

@@ -1,4 +1,4 @@
-#include "proto/link/frame.h"
+#include "proto/link/wire_frame.h"
 
 #include <assert.h>
 #include <isa-l/crc.h>
@@ -16,7 +16,7 @@
 #define CHECKED_BYTES       16u        /* ... for so many bytes, and the payload */
 
 /* The library leaves the inversions before and after to its caller. */
-uint32_t frame_crc32c(uint32_t crc, const void *data, size_t size_bytes)
+uint32_t wire_frame_crc32c(uint32_t crc, const void *data, size_t size_bytes)
 {
     /* Not written to: the library's declaration lacks a const. */
     unsigned char *at = (unsigned char *)(uintptr_t)data;
@@ -36,17 +36,18 @@ static int incomplete(size_t enough_bytes, size_t *used_bytes)
     return ERR_INCOMPLETE;
 }
 
-int frame_decode(const uint8_t *data, size_t size_bytes, uint32_t limit_bytes,
-                 struct frame_view *out, size_t *used_bytes)
+int wire_frame_decode(const uint8_t *data, size_t size_bytes, uint32_t limit_bytes,
+                      struct wire_frame_view *out, size_t *used_bytes)
 {
-    static const uint32_t magic = FRAME_MAGIC;
+    static const uint32_t magic = WIRE_FRAME_MAGIC;
     size_t magic_bytes = size_bytes < sizeof magic ? size_bytes : sizeof magic;
     *used_bytes = 0;
     if (magic_bytes > 0 && memcmp(data, &magic, magic_bytes) != 0) return ERR_MAGIC;
-    if (size_bytes < FRAME_HEADER_BYTES) return incomplete(FRAME_HEADER_BYTES, used_bytes);
+    if (size_bytes < WIRE_FRAME_HEADER_BYTES)
+        return incomplete(WIRE_FRAME_HEADER_BYTES, used_bytes);
 
     struct bytes_reader r;
-    bytes_reader_init(&r, data + CHECKED_FROM, FRAME_HEADER_BYTES - CHECKED_FROM);
+    bytes_reader_init(&r, data + CHECKED_FROM, WIRE_FRAME_HEADER_BYTES - CHECKED_FROM);
     uint32_t payload_bytes = bytes_read_u32(&r);
     uint16_t type = bytes_read_u16(&r);
     uint16_t flags = bytes_read_u16(&r);
@@ -55,47 +56,47 @@ int frame_decode(const uint8_t *data, size_t size_bytes, uint32_t limit_bytes,
     if (payload_bytes > limit_bytes) return ERR_LIMIT;
     if (flags != 0) return ERR_RANGE;
 
-    size_t whole_bytes = (size_t)FRAME_HEADER_BYTES + payload_bytes;
+    size_t whole_bytes = (size_t)WIRE_FRAME_HEADER_BYTES + payload_bytes;
     if (size_bytes < whole_bytes) return incomplete(whole_bytes, used_bytes);
-    const uint8_t *payload = data + FRAME_HEADER_BYTES;
-    uint32_t crc = frame_crc32c(0, data + CHECKED_FROM, CHECKED_BYTES);
-    if (frame_crc32c(crc, payload, payload_bytes) != checksum) return ERR_CHECKSUM;
+    const uint8_t *payload = data + WIRE_FRAME_HEADER_BYTES;
+    uint32_t crc = wire_frame_crc32c(0, data + CHECKED_FROM, CHECKED_BYTES);
+    if (wire_frame_crc32c(crc, payload, payload_bytes) != checksum) return ERR_CHECKSUM;
 
-    *out = (struct frame_view){type, request_id, payload, payload_bytes};
+    *out = (struct wire_frame_view){type, request_id, payload, payload_bytes};
     *used_bytes = whole_bytes;
     return ERR_OK;
 }
 
-void frame_header(uint8_t out[FRAME_HEADER_BYTES], uint16_t type, uint64_t request_id,
-                  const void *head, uint32_t head_bytes, const void *tail, uint32_t tail_bytes)
+void wire_frame_header(uint8_t out[WIRE_FRAME_HEADER_BYTES], uint16_t type, uint64_t request_id,
+                       const void *head, uint32_t head_bytes, const void *tail, uint32_t tail_bytes)
 {
     assert(head_bytes <= UINT32_MAX - tail_bytes);
-    const uint32_t magic = FRAME_MAGIC, payload_bytes = head_bytes + tail_bytes;
+    const uint32_t magic = WIRE_FRAME_MAGIC, payload_bytes = head_bytes + tail_bytes;
     const uint16_t flags = 0;
     memcpy(out, &magic, 4);
     memcpy(out + 4, &payload_bytes, 4);
     memcpy(out + 8, &type, 2);
     memcpy(out + 10, &flags, 2);
     memcpy(out + 12, &request_id, 8);
-    uint32_t crc = frame_crc32c(0, out + CHECKED_FROM, CHECKED_BYTES);
-    crc = frame_crc32c(crc, head, head_bytes);
-    crc = frame_crc32c(crc, tail, tail_bytes);
+    uint32_t crc = wire_frame_crc32c(0, out + CHECKED_FROM, CHECKED_BYTES);
+    crc = wire_frame_crc32c(crc, head, head_bytes);
+    crc = wire_frame_crc32c(crc, tail, tail_bytes);
     memcpy(out + 20, &crc, 4);
 }
 
-void frame_inbox_init(struct frame_inbox *in, uint32_t limit_bytes)
+void wire_frame_inbox_init(struct wire_frame_inbox *in, uint32_t limit_bytes)
 {
-    *in = (struct frame_inbox){.limit_bytes = limit_bytes};
+    *in = (struct wire_frame_inbox){.limit_bytes = limit_bytes};
 }
 
-void frame_inbox_fini(struct frame_inbox *in)
+void wire_frame_inbox_fini(struct wire_frame_inbox *in)
 {
     free(in->data);
-    *in = (struct frame_inbox){0};
+    *in = (struct wire_frame_inbox){0};
 }
 
 /* Moves what is pending to the front. An empty inbox that a large frame has grown shrinks again. */
-static void inbox_compact(struct frame_inbox *in)
+static void inbox_compact(struct wire_frame_inbox *in)
 {
     size_t pending_bytes = in->end - in->start;
     if (pending_bytes == 0 && in->capacity_bytes > CAPACITY_KEPT_BYTES) {
@@ -110,9 +111,9 @@ static void inbox_compact(struct frame_inbox *in)
 }
 
 /* Doubles as bytes really arrive: a peer that merely announces a large frame costs nothing. */
-static int inbox_grow(struct frame_inbox *in)
+static int inbox_grow(struct wire_frame_inbox *in)
 {
-    size_t most_bytes = (size_t)in->limit_bytes + FRAME_HEADER_BYTES;
+    size_t most_bytes = (size_t)in->limit_bytes + WIRE_FRAME_HEADER_BYTES;
     size_t capacity_bytes = in->capacity_bytes * 2;
     if (capacity_bytes > most_bytes) capacity_bytes = most_bytes;
     /* What arrived whole and is not decoded yet may fill the bound: a read still gets its room. */
@@ -124,7 +125,7 @@ static int inbox_grow(struct frame_inbox *in)
     return ERR_OK;
 }
 
-uint8_t *frame_inbox_space(struct frame_inbox *in, size_t *space_bytes)
+uint8_t *wire_frame_inbox_space(struct wire_frame_inbox *in, size_t *space_bytes)
 {
     *space_bytes = 0;
     bool empty = in->start == in->end;
@@ -134,18 +135,18 @@ uint8_t *frame_inbox_space(struct frame_inbox *in, size_t *space_bytes)
     return in->data + in->end;
 }
 
-void frame_inbox_filled(struct frame_inbox *in, size_t size_bytes)
+void wire_frame_inbox_filled(struct wire_frame_inbox *in, size_t size_bytes)
 {
     assert(size_bytes <= in->capacity_bytes - in->end);
     in->end += size_bytes;
 }
 
-int frame_inbox_next(struct frame_inbox *in, struct frame_view *out)
+int wire_frame_inbox_next(struct wire_frame_inbox *in, struct wire_frame_view *out)
 {
     size_t used_bytes;
     if (in->start == in->end) return ERR_INCOMPLETE;
-    int code =
-        frame_decode(in->data + in->start, in->end - in->start, in->limit_bytes, out, &used_bytes);
+    int code = wire_frame_decode(in->data + in->start, in->end - in->start, in->limit_bytes, out,
+                                 &used_bytes);
     if (code == ERR_OK) in->start += used_bytes;
     return code;
 }

@@ -13,10 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define FRAME_HEADER_BYTES 24u
-#define FRAME_MAGIC        0x52574853u /* "SHWR" */
+#define WIRE_FRAME_HEADER_BYTES 24u
+#define WIRE_FRAME_MAGIC        0x52574853u /* "SHWR" */
 
-struct frame_view {
+struct wire_frame_view {
     uint16_t type;
     uint64_t request_id;
     const uint8_t *payload; /* borrowed from the input */
@@ -26,30 +26,31 @@ struct frame_view {
 /* Decodes one frame from the start of `data`. 0 and *used_bytes on success; ERR_INCOMPLETE when
  * more is needed, with *used_bytes the size that would be enough; ERR_MAGIC, ERR_LIMIT, ERR_RANGE
  * (flags), ERR_CHECKSUM otherwise. `limit_bytes` caps the payload. */
-int frame_decode(const uint8_t *data, size_t size_bytes, uint32_t limit_bytes,
-                 struct frame_view *out, size_t *used_bytes);
+int wire_frame_decode(const uint8_t *data, size_t size_bytes, uint32_t limit_bytes,
+                      struct wire_frame_view *out, size_t *used_bytes);
 
 /* Writes the header for a payload that consists of `head` and then `tail` (either may be empty), so
  * that a large tail need not be copied. */
-void frame_header(uint8_t out[FRAME_HEADER_BYTES], uint16_t type, uint64_t request_id,
-                  const void *head, uint32_t head_bytes, const void *tail, uint32_t tail_bytes);
+void wire_frame_header(uint8_t out[WIRE_FRAME_HEADER_BYTES], uint16_t type, uint64_t request_id,
+                       const void *head, uint32_t head_bytes, const void *tail,
+                       uint32_t tail_bytes);
 
-uint32_t frame_crc32c(uint32_t crc, const void *data, size_t size_bytes);
+uint32_t wire_frame_crc32c(uint32_t crc, const void *data, size_t size_bytes);
 
 /* Bytes that came in and are not yet decoded: a growing buffer, bounded by limit + header. */
-struct frame_inbox {
+struct wire_frame_inbox {
     uint8_t *data; /* owned */
     size_t start, end, capacity_bytes;
     uint32_t limit_bytes;
 };
 
-void frame_inbox_init(struct frame_inbox *in, uint32_t limit_bytes);
-void frame_inbox_fini(struct frame_inbox *in);
+void wire_frame_inbox_init(struct wire_frame_inbox *in, uint32_t limit_bytes);
+void wire_frame_inbox_fini(struct wire_frame_inbox *in);
 
 /* Where to read more into, and how much fits (at least 4 KiB). NULL on failed allocation. */
-uint8_t *frame_inbox_space(struct frame_inbox *in, size_t *space_bytes);
-void frame_inbox_filled(struct frame_inbox *in, size_t size_bytes);
+uint8_t *wire_frame_inbox_space(struct wire_frame_inbox *in, size_t *space_bytes);
+void wire_frame_inbox_filled(struct wire_frame_inbox *in, size_t size_bytes);
 
-/* The next whole frame, ERR_INCOMPLETE, or what frame_decode refuses. The view holds until the next
- * call on this inbox. */
-int frame_inbox_next(struct frame_inbox *in, struct frame_view *out);
+/* The next whole frame, ERR_INCOMPLETE, or what wire_frame_decode refuses. The view holds until the
+ * next call on this inbox. */
+int wire_frame_inbox_next(struct wire_frame_inbox *in, struct wire_frame_view *out);

@@ -1,4 +1,4 @@
-#include "proto/log/trace.h"
+#include "proto/log/trace_context.h"
 
 #include <stddef.h>
 #include <stdio.h>
@@ -10,7 +10,7 @@
 /* version-trace-parent-flags */
 enum { AT_TRACE = 3, AT_PARENT = 36, AT_FLAGS = 53, SIZE = 55 };
 
-void trace_source_init(struct trace_source *source)
+void trace_context_source_init(struct trace_context_source *source)
 {
     struct timespec now;
     if (getrandom(&source->state, sizeof source->state, 0) == sizeof source->state) return;
@@ -20,7 +20,7 @@ void trace_source_init(struct trace_source *source)
 }
 
 /* SplitMix64 (Steele, Lea, Flood 2014); an id of zeros would be none. */
-static uint64_t next(struct trace_source *source)
+static uint64_t next(struct trace_context_source *source)
 {
     uint64_t x;
     do {
@@ -62,13 +62,14 @@ static bool is_sampled(const char *flags)
     return ((digit <= '9' ? digit - '0' : digit - 'a' + 10) & 1) != 0;
 }
 
-void trace_begin(struct trace_source *source, const char *header, struct trace *out)
+void trace_context_begin(struct trace_context_source *source, const char *header,
+                         struct trace_context *out)
 {
-    *out = (struct trace){0};
+    *out = (struct trace_context){0};
     snprintf(out->request, sizeof out->request, "%016llx", (unsigned long long)next(source));
     if (header && is_valid(header)) {
-        memcpy(out->id, header + AT_TRACE, TRACE_ID_BYTES - 1);
-        memcpy(out->parent, header + AT_PARENT, TRACE_SPAN_BYTES - 1);
+        memcpy(out->id, header + AT_TRACE, TRACE_CONTEXT_ID_BYTES - 1);
+        memcpy(out->parent, header + AT_PARENT, TRACE_CONTEXT_SPAN_BYTES - 1);
         out->sampled = is_sampled(header + AT_FLAGS);
         return;
     }
@@ -76,34 +77,35 @@ void trace_begin(struct trace_source *source, const char *header, struct trace *
     snprintf(out->id, sizeof out->id, "%016llx%016llx", high, low);
 }
 
-void trace_write(const struct trace *trace, char out[TRACE_PARENT_BYTES])
+void trace_context_write(const struct trace_context *trace, char out[TRACE_CONTEXT_PARENT_BYTES])
 {
-    snprintf(out, TRACE_PARENT_BYTES, "00-%s-%s-0%d", trace->id, trace->request,
+    snprintf(out, TRACE_CONTEXT_PARENT_BYTES, "00-%s-%s-0%d", trace->id, trace->request,
              (int)trace->sampled);
 }
 
-void trace_keep(const struct trace *trace, char out[TRACE_TEXT_BYTES])
+void trace_context_keep(const struct trace_context *trace, char out[TRACE_CONTEXT_TEXT_BYTES])
 {
     out[0] = '\0';
     if (!trace->request[0]) return;
-    trace_write(trace, out);
+    trace_context_write(trace, out);
     if (!trace->parent[0]) return;
     out[SIZE] = '-';
-    memcpy(out + SIZE + 1, trace->parent, TRACE_SPAN_BYTES);
+    memcpy(out + SIZE + 1, trace->parent, TRACE_CONTEXT_SPAN_BYTES);
 }
 
-bool trace_kept(const char *text, struct trace *out)
+bool trace_context_kept(const char *text, struct trace_context *out)
 {
-    const size_t size = strnlen(text, TRACE_TEXT_BYTES), whole = TRACE_TEXT_BYTES - 1;
+    const size_t size = strnlen(text, TRACE_CONTEXT_TEXT_BYTES),
+                 whole = TRACE_CONTEXT_TEXT_BYTES - 1;
     const char *parent = size == whole ? text + SIZE + 1 : NULL;
-    char head[TRACE_PARENT_BYTES];
-    *out = (struct trace){0};
+    char head[TRACE_CONTEXT_PARENT_BYTES];
+    *out = (struct trace_context){0};
     snprintf(head, sizeof head, "%s", text);
     if ((size != SIZE && !parent) || strncmp(head, "00", 2) != 0 || !is_valid(head)) return false;
-    const size_t digits = TRACE_SPAN_BYTES - 1;
+    const size_t digits = TRACE_CONTEXT_SPAN_BYTES - 1;
     if (parent && (parent[-1] != '-' || !is_hex(parent, digits) || is_zero(parent, digits)))
         return false;
-    memcpy(out->id, text + AT_TRACE, TRACE_ID_BYTES - 1);
+    memcpy(out->id, text + AT_TRACE, TRACE_CONTEXT_ID_BYTES - 1);
     memcpy(out->request, text + AT_PARENT, digits);
     if (parent) memcpy(out->parent, parent, digits);
     out->sampled = is_sampled(text + AT_FLAGS);
