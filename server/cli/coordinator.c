@@ -104,7 +104,7 @@ static void init_loop(struct coordinator *c)
 static void tell_of_old_folders(const struct coordinator_options *options)
 {
     static const char *const names[] = {"owners", "removals"};
-    char path[PLACES_PATH_BYTES + 16];
+    char path[DIRECTORIES_PATH_BYTES + 16];
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         snprintf(path, sizeof path, "%s/%s", options->directories->data, names[i]);
         const struct log_field field = {"detail", path, 0};
