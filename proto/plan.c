@@ -156,12 +156,12 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
     if (number == 0) return plan->planes;
-    if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH;
+    if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH_ALL;
     if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_MORE;
     if (plan->indirect_filter == INDIRECT_FILTER_RATE)
         return plan->planes &
                (PLANES_SECOND_SET | (plan_side_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));
-    return plan->planes & (PLANES_PATH | PLANES_BOUNCE_MORE);
+    return plan->planes & (PLANES_PATH_ALL | PLANES_BOUNCE_MORE);
 }
 
 bool plan_has_rounds(const struct plan *plan)

@@ -117,6 +117,11 @@ struct plan_rate {
 
 /* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.
  * docs/reconstruction.md, Glossy lobes. */
+enum residual_filter {
+    RESIDUAL_FILTER_NONE = 0,
+    RESIDUAL_FILTER_HALVES = 1 /* non-local means over two halves of the samples */
+};
+
 enum glossy_filter {
     GLOSSY_FILTER_NONE = 0,        /* the plain average */
     GLOSSY_FILTER_VIRTUAL_HIT = 1, /* by what the neighbours' lobes see of the same points */
@@ -182,6 +187,7 @@ struct plan {
     float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
+    uint32_t residual_filter; /* enum residual_filter: of what paths bring */
     uint32_t glossy_filter;   /* enum glossy_filter */
     uint32_t lens_filter;     /* enum lens_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */

@@ -208,7 +208,7 @@ static int check_path_planes(const struct plan_place *at, const struct plan *pla
 {
     const uint64_t planes = plan->planes;
     const bool open = planes & (PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN));
-    if ((planes & PLANES_PATH) && plan->paths.spp == 0)
+    if ((planes & PLANES_PATH_ALL) && plan->paths.spp == 0)
         return plan_field_refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
                                  (double)planes);
     if (!(planes & PLANES_PATH) && plan->paths.spp > 0)

@@ -88,6 +88,16 @@ static int check_glossy_filter(const struct plan_place *at, const struct plan *p
     return 0;
 }
 
+/* Halves of the paths, and what their weights look at. */
+static int check_residual_filter(const struct plan_place *at, const struct plan *plan)
+{
+    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
+    if ((plan->planes & PLANES_RESIDUAL_READ) != PLANES_RESIDUAL_READ)
+        return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what the residual filter reads",
+                                 (double)plan->planes);
+    return 0;
+}
+
 /* Lens samples have their planes, and filters of them the slopes. */
 static int check_lens_planes(const struct plan_place *at, const struct plan *plan)
 {
@@ -183,6 +193,7 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_rate(at, plan);
     if (!error) error = check_span(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
+    if (!error) error = check_residual_filter(at, plan);
     if (!error) error = check_lens_planes(at, plan);
     if (!error) error = check_lens_light(at, plan);
     if (!error) error = check_lens_mirrors(at, plan);

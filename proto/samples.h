@@ -121,6 +121,18 @@ uint32_t samples_type_bytes(enum samples_type type);
 #define PLANES_PATH                                                                                \
     ((2 * PLANE_BIT(PATH_OCCLUSION) - PLANE_BIT(PATH_RADIANCE)) | PLANE_BIT(PATH_SPLIT))
 
+/* What the residual filter needs of paths besides, and all that it reads. */
+#define PLANES_RESIDUAL                                                                            \
+    (PLANE_BIT(PATH_HALF_SCATTERED) | PLANE_BIT(PATH_HALF_DIRECT) |                                \
+     PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_NORMAL) | PLANE_BIT(PATH_DISTANCE))
+#define PLANES_RESIDUAL_READ                                                                       \
+    ((PLANES_RESIDUAL & ~PLANE_BIT(PATH_HALF_INDIRECT)) | PLANE_BIT(PATH_RADIANCE) |               \
+     PLANE_BIT(PATH_EMISSION) | PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_ALBEDO) |          \
+     PLANE_BIT(PATH_COVERAGE))
+
+/* All planes of the path tracer. */
+#define PLANES_PATH_ALL (PLANES_PATH | PLANES_RESIDUAL)
+
 /* Planes of bounce rays: of the light that they bring, and all. */
 #define PLANES_BOUNCE_LIGHT                                                                        \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))

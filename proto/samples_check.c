@@ -71,6 +71,22 @@ static bool check_floats(const float *v, size_t count, struct finding *found)
     return false;
 }
 
+static bool float_is_finite(float v)
+{
+    return v >= -FLT_MAX && v <= FLT_MAX;
+}
+
+static bool check_finite_floats(const float *v, size_t count, struct finding *found)
+{
+    bool good = true;
+    for (size_t i = 0; i < count; i++) good &= float_is_finite(v[i]);
+    if (good) return true;
+    size_t i = 0;
+    while (float_is_finite(v[i])) i++;
+    *found = (struct finding){i, (double)v[i], ERR_NOT_FINITE};
+    return false;
+}
+
 static bool check_ids(const uint32_t *v, size_t count, struct finding *found)
 {
     for (size_t i = 0; i < count; i++) {
@@ -137,7 +153,8 @@ static bool check_component(const struct samples *s, uint32_t slot, uint32_t c, 
         return plane->type == SAMPLES_F32 ? check_floats(v, area, found)
                                           : check_halves(v, area, HALF_SIGN, found);
     case SAMPLES_FINITE:
-        return check_finite_halves(v, area, found);
+        return plane->type == SAMPLES_F32 ? check_finite_floats(v, area, found)
+                                          : check_finite_halves(v, area, found);
     case SAMPLES_ABOVE_MISS:
         return check_halves(v, area, HALF_MINUS_ONE, found);
     case SAMPLES_ID:

@@ -50,6 +50,13 @@ const struct json_choice job_glossy_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_residual_words[] = {
+    {"auto", RESIDUAL_AUTO, NULL},
+    {"none", RESIDUAL_NONE, NULL},
+    {"halves", RESIDUAL_HALVES, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_lens_words[] = {
     {"auto", LENS_AUTO, NULL},
     {"average", LENS_AVERAGE, NULL},
@@ -122,6 +129,11 @@ const char *indirect_method_name(enum indirect_method method)
 const char *glossy_method_name(enum glossy_method method)
 {
     return job_word(job_glossy_words, method);
+}
+
+const char *residual_method_name(enum residual_method method)
+{
+    return job_word(job_residual_words, method);
 }
 
 const char *lens_method_name(enum lens_method method)

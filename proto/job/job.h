@@ -13,7 +13,7 @@
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
  *             seed, tile_px}
- *   filter    {method, indirect, glossy, lens, mu}
+ *   filter    {method, indirect, glossy, lens, residual, mu}
  *   layers    [names]      frames {first, last}      priority      live: bool
  *
  * What later versions know is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
@@ -64,6 +64,9 @@ enum indirect_method {
 
 /* filter.glossy: how the light field of glossy lobes is filtered. */
 enum glossy_method { GLOSSY_AUTO, GLOSSY_AVERAGE, GLOSSY_VIRTUAL_HIT, GLOSSY_BANDLIMIT };
+
+/* filter.residual: how what paths bring is filtered. */
+enum residual_method { RESIDUAL_AUTO, RESIDUAL_NONE, RESIDUAL_HALVES };
 
 /* filter.lens: how the light field of the lens is filtered. */
 enum lens_method {
@@ -141,6 +144,7 @@ struct job {
     uint64_t seed;    /* 0..2^53; default 1 */
     enum filter_method method;       /* default auto */
     enum indirect_method indirect;   /* default auto */
+    enum residual_method residual;   /* default auto */
     enum glossy_method glossy;       /* default auto */
     enum lens_method lens;           /* default auto */
     float mu;                        /* (0, 100]; default 1 */
@@ -180,5 +184,6 @@ const char *layer_name(enum layer layer);
 uint32_t layer_from_name(const char *name);
 const char *filter_method_name(enum filter_method method);
 const char *indirect_method_name(enum indirect_method method);
+const char *residual_method_name(enum residual_method method);
 const char *glossy_method_name(enum glossy_method method);
 const char *lens_method_name(enum lens_method method);

@@ -160,6 +160,7 @@ static const struct json_member filter_members[] = {
     WORD("indirect", indirect, job_indirect_words),
     WORD("glossy", glossy, job_glossy_words),
     WORD("lens", lens, job_lens_words),
+    WORD("residual", residual, job_residual_words),
     NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
     {.name = NULL}};
 
@@ -202,6 +203,7 @@ static void set_defaults(struct job *job)
                         .indirect = INDIRECT_AUTO,
                         .glossy = GLOSSY_AUTO,
                         .lens = LENS_AUTO,
+                        .residual = RESIDUAL_AUTO,
                         .mu = 1.0f,
                         .layers = LAYER_BEAUTY,
                         .first_frame = 1,

@@ -46,6 +46,8 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
         error = set_member(document, "filter", "glossy", json_string(changes->glossy));
     if (!error && changes->lens)
         error = set_member(document, "filter", "lens", json_string(changes->lens));
+    if (!error && changes->residual)
+        error = set_member(document, "filter", "residual", json_string(changes->residual));
     if (!error && changes->bounces >= 0)
         error = set_member(document, "effects", "indirect_bounces", json_integer(changes->bounces));
     if (!error && changes->spp > 0)

@@ -12,6 +12,7 @@ struct job_changes {
     const char *indirect;    /* filter.indirect; NULL */
     const char *glossy;      /* filter.glossy; NULL */
     const char *lens;        /* filter.lens; NULL */
+    const char *residual;    /* filter.residual; NULL */
     long bounces;            /* effects.indirect_bounces; -1 */
     long spp;                /* sampling.spp; 0 */
     long tile_px;            /* sampling.tile_px; 0 */
@@ -48,7 +49,9 @@ struct job_changes {
         JOB_CHANGE_TEXT("glossy", 0, "auto|average|virtual_hit|bandlimit",                         \
                         "filter of glossy reflections", &(c)->glossy),                             \
         JOB_CHANGE_TEXT("lens", 0, "auto|average|axis_aligned|sheared",                            \
-                        "filter of depth of field", &(c)->lens)
+                        "filter of depth of field", &(c)->lens),                                   \
+        JOB_CHANGE_TEXT("residual", 0, "auto|none|halves",                                         \
+                        "filter of light that comes along paths", &(c)->residual)
 
 /* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
  * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.

@@ -28,7 +28,8 @@ static bool is_filtered(const struct plan *plan)
 {
     return plan->shadow_filter != SHADOW_FILTER_NONE ||
            plan->indirect_filter != INDIRECT_FILTER_NONE ||
-           plan->glossy_filter != GLOSSY_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
+           plan->glossy_filter != GLOSSY_FILTER_NONE ||
+           plan->residual_filter != RESIDUAL_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
 }
 
 /* Pixels beside a block whose lighting the resolve borrows. */
@@ -48,6 +49,7 @@ int32_t block_halo_px(const struct plan *plan)
     if (indirect < glossy) indirect = glossy;
     if (indirect < shadow) indirect = shadow;
     if (indirect < paths) indirect = paths;
+    if (indirect < residual_halo_px(plan)) indirect = residual_halo_px(plan);
     indirect += lens_light_ring_px(plan);
     return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
@@ -79,7 +81,8 @@ uint64_t block_patch_bytes_least(const struct plan *plan)
 int32_t block_side_px(const struct plan *plan)
 {
     const int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
-    const bool wide = plan->lens_filter != LENS_FILTER_NONE;
+    const bool wide = plan->lens_filter != LENS_FILTER_NONE ||
+                      plan->residual_filter != RESIDUAL_FILTER_NONE;
     const int64_t enough = wide ? BLOCKS_ENOUGH_WIDE : BLOCKS_ENOUGH;
     const bool many = (int64_t)plan->width_px * plan->height_px >= enough * large;
     int32_t side = many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
@@ -150,7 +153,8 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
 {
     const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
-    if (paths) paths_compose(patch, block, image, statistics);
+    if (paths) error = paths_compose(plan, patch, block, image, statistics);
+    if (error) return error;
     if (paths && squares->memory) error = path_error_find(patch, squares);
     if (error) return error;
     if (lens)

@@ -53,22 +53,24 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     const struct plan *plan = parts->plan;
     const struct render_scene *scene = parts->queries->scene;
     const bool first = pass->number == 0;
-    *out = (struct stages){.centres = first && ((plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL |
-                                                                  PLANES_LENS_MORE)) != 0 ||
-                                                plan->light_planes != 0),
-                           .lights = first,
-                           .lens = first && plan->lens_strata_per_axis > 0,
-                           .more = pass->sides && plan->lens_extra > 0,
-                           .pass = *pass,
-                           .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                           .glossy = traces_lobes(plan, pass),
-                           .first = pass->first,
-                           .count = plan->paths.spp > 0 ? pass->count : 0};
+    *out = (struct stages){
+        .centres = first &&
+                   ((plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_MORE)) != 0 ||
+                    plan->light_planes != 0),
+        .lights = first,
+        .lens = first && plan->lens_strata_per_axis > 0,
+        .more = pass->sides && plan->lens_extra > 0,
+        .pass = *pass,
+        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+        .glossy = traces_lobes(plan, pass),
+        .first = pass->first,
+        .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->vertices = out->bounces || out->glossy || pass->sides || plan->lens_mirrors > 0 ||
                     (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     out->paths = *parts;
     out->paths.demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
+    out->paths.features = (plan->planes & PLANES_RESIDUAL) != 0;
     out->paths.blended = has_blended(scene->materials);
     out->paths.shines = out->paths.shines_beside =
         plan->environment.kind != ENVIRONMENT_NONE || shines_beside(scene, plan);
@@ -82,10 +84,12 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     out->field.pass = pass->number;
     out->field.listed = is_listed(scene, plan);
     out->field.mirrors = plan->lens_mirrors > 0;
-    out->field.demodulate = out->field.leaves_diffuse = out->field.leaves_glossy = false;
+    out->field.features = out->field.demodulate = out->field.leaves_diffuse =
+        out->field.leaves_glossy = false;
     out->whole = out->paths;
     out->whole.lens = true;
-    out->whole.demodulate = out->whole.leaves_diffuse = out->whole.leaves_glossy = false;
+    out->whole.features = out->whole.demodulate = out->whole.leaves_diffuse =
+        out->whole.leaves_glossy = false;
     out->through_lens = out->whole;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
     out->through_lens.mirrors = plan->lens_mirrors > 0;

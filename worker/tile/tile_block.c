@@ -232,8 +232,7 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
 /* The pass's paths, batch by batch. */
 static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
 {
-    const bool splits = samples->layout.planes >> PLANE_PATH_SPLIT & 1;
-    path_sums_init(&t->sums, &stages->pass, splits);
+    path_sums_init(&t->sums, &stages->pass, samples->layout.planes);
     for (uint32_t done = 0; done < stages->count;) {
         uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);

@@ -216,6 +216,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
                     struct plan_report *report)
 {
     plan_bounces(job, plan, report);
+    plan_residual_none(report);
     const enum plan_integrator who = report->integrator;
     if (who == INTEGRATOR_LIGHT_FIELD || who == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
         plan_indirect(job, plan, report);

@@ -87,6 +87,7 @@ struct plan_report {
     char filter_why[PLAN_FILTER_WHY_BYTES];
     char indirect_filter_why[PLAN_FILTER_WHY_BYTES];
     char glossy_filter_why[PLAN_FILTER_WHY_BYTES];
+    char residual_filter_why[PLAN_FILTER_WHY_BYTES];
     char lens_filter_why[PLAN_FILTER_WHY_BYTES];
     char lens_light_why[PLAN_FILTER_WHY_BYTES]; /* "" without lens samples */
     uint32_t skip_count;

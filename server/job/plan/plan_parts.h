@@ -68,6 +68,13 @@ void plan_glossy(const struct job *job, const struct scene *scene, struct plan *
                  struct plan_report *report);
 const char *plan_glossy_filter_name(uint32_t filter);
 
+/* The residual filter of a plan with paths and their number, and the planes that it reads; else why
+ * not. Before plan_paths' own planes. */
+void plan_residual(const struct job *job, struct plan *plan, struct plan_report *report);
+/* There are no paths. */
+void plan_residual_none(struct plan_report *report);
+const char *plan_residual_filter_name(uint32_t filter);
+
 /* Of a plan with all its other planes: the list of lone sub-samples (proto/lone.h), where pixels
  * without a lens have sub-samples and light fields for them; else why not. */
 void plan_lone(struct plan *plan, struct plan_report *report);

@@ -88,6 +88,7 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
          (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
     plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
     plan->capabilities |= CAPABILITY_PATHS;
+    plan_residual(job, plan, report);
     plan_planes(plan, report);
     plan_path_lights(job, plan, report);
     plan_path_effects(plan, report);

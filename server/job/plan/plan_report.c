@@ -126,7 +126,7 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const bool centres = plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL | PLANES_LENS_MORE);
+    const bool centres = plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_MORE);
     json_t *samples = NULL;
     if (lens > 0)
         samples = json_pack("{s:i,s:i,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias", 0,
@@ -187,7 +187,7 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
         "s:s,s:f,"
         "s:f,s:o,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
@@ -199,10 +199,12 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         report->indirect_filter_why, "glossy_filter", plan_glossy_filter_name(plan->glossy_filter),
         "glossy_filter_why", report->glossy_filter_why, "lens_filter",
         plan_lens_filter_name(plan->lens_filter), "lens_filter_why", report->lens_filter_why,
-        "lens_light", plan_lens_light_name(plan->lens_light), "lens_light_why",
-        report->lens_light_why, "skipped", skips_of(report), "lights", lights_of(plan, report),
-        "environment", environment_of(plan), "emitters", emitters_of(plan, report), "camera",
-        camera_of(plan, report), "samples", samples_of(plan), "tiles", tiles_of(plan), "scene",
-        scene, "radiance_scale", (double)plan->radiance_scale, "length_unit",
-        (double)plan->length_unit, "warnings", warnings_of(report), "cameras", cameras_of(report));
+        "residual_filter", plan_residual_filter_name(plan->residual_filter), "residual_filter_why",
+        report->residual_filter_why, "lens_light", plan_lens_light_name(plan->lens_light),
+        "lens_light_why", report->lens_light_why, "skipped", skips_of(report), "lights",
+        lights_of(plan, report), "environment", environment_of(plan), "emitters",
+        emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
+        "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
+        "length_unit", (double)plan->length_unit, "warnings", warnings_of(report), "cameras",
+        cameras_of(report));
 }

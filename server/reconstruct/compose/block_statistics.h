@@ -4,6 +4,7 @@
 #include "server/reconstruct/indirect/indirect.h"
 #include "server/reconstruct/lens/lens.h"
 #include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/residual/residual.h"
 #include "server/reconstruct/shadow/shadow.h"
 
 struct block_statistics {
@@ -14,9 +15,11 @@ struct block_statistics {
     struct shadow_statistics shadow; /* over the lights */
     struct indirect_statistics indirect;
     struct glossy_statistics glossy;
+    struct residual_statistics residual;
     struct lens_statistics lens;
     struct lens_light_statistics lens_light;
     uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
-        lens_cpu_us;            /* CPU time of the filters */
+        lens_cpu_us; /* CPU time of the filters */
+    uint64_t residual_cpu_us;
     uint64_t lens_light_cpu_us; /* and of taking their light to lens samples */
 };

@@ -1,6 +1,8 @@
 #include "server/reconstruct/compose/paths.h"
 
+#include "proto/runtime/clock.h"
 #include "server/reconstruct/lighting/lighting.h"
+#include "server/reconstruct/residual/residual.h"
 
 /* Channels that are means of a sum. */
 struct mean {
@@ -53,8 +55,42 @@ static uint64_t count_background(const struct patch *patch, struct rect block)
     return count;
 }
 
-void paths_compose(const struct patch *patch, struct rect block, struct image *image,
-                   struct block_statistics *statistics)
+static void put_filtered(const struct residual_picture *p, const float *in, const struct plane *out)
+{
+    if (!out) return;
+    const struct rect b = p->block;
+    for (int32_t y = b.y0; y < b.y1; y++) {
+        const float *from = in + residual_picture_at(p, b.x0, y);
+        float *to = plane_at(out, b.x0, y);
+        for (int32_t x = 0; x < rect_width(b); x++) to[x] = bounded(from[x]);
+    }
+}
+
+/* Puts what the residual filter makes of the samples in place of their means. */
+static int filter(const struct patch *patch, struct rect block, struct image *image,
+                  struct block_statistics *statistics)
+{
+    static const char *const radiance[] = {"R", "G", "B"};
+    static const char *const direct[] = {"diffuse_direct.R", "diffuse_direct.G",
+                                         "diffuse_direct.B"};
+    static const char *const indirect[] = {"diffuse_indirect.R", "diffuse_indirect.G",
+                                           "diffuse_indirect.B"};
+    struct residual_picture picture;
+    const uint64_t begun_us = thread_cpu_us();
+    const int error = residual_filter(patch, block, &picture, &statistics->residual);
+    if (error) return error;
+    for (int c = 0; c < 3; c++) {
+        put_filtered(&picture, picture.radiance[c], image_plane(image, radiance[c]));
+        put_filtered(&picture, picture.diffuse_direct[c], image_plane(image, direct[c]));
+        put_filtered(&picture, picture.diffuse_indirect[c], image_plane(image, indirect[c]));
+    }
+    residual_picture_fini(&picture);
+    statistics->residual_cpu_us += thread_cpu_us() - begun_us;
+    return 0;
+}
+
+int paths_compose(const struct plan *plan, const struct patch *patch, struct rect block,
+                  struct image *image, struct block_statistics *statistics)
 {
     const struct mean means[] = {
         {"R", patch->path_radiance[0]},
@@ -85,4 +121,6 @@ void paths_compose(const struct patch *patch, struct rect block, struct image *i
         put_mean(patch, means[i].sum, block, image_plane(image, means[i].channel));
     put_samples(patch, block, image_plane(image, "samples.N"));
     statistics->pixels_background += count_background(patch, block);
+    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
+    return filter(patch, block, image, statistics);
 }

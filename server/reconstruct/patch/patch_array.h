@@ -31,7 +31,8 @@ enum patch_reach {
     PATCH_FAR_INDIRECT = 2,
     PATCH_FAR_LOBES = 4,
     PATCH_FAR_IDS = PATCH_FAR_INDIRECT | PATCH_FAR_LOBES,
-    PATCH_FAR_PATHS = 8, /* what tells of errors of paths */
+    PATCH_FAR_PATHS = 8,     /* what tells of errors of paths */
+    PATCH_FAR_RESIDUAL = 16, /* the filter of what paths bring */
 };
 
 struct patch_array {

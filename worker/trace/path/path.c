@@ -132,6 +132,14 @@ static void note_normal(const struct path_packet *p, const struct path_vertex *v
     }
 }
 
+/* What camera rays meet without a lens is so far away. */
+static void note_distance(const struct path_packet *p, const struct path_vertex *v,
+                          struct path_harvest *h)
+{
+    for (uint32_t i = 0; i < p->count; i++)
+        h->distance[p->slot[i]] = v->surface.hit.on[i] ? v->surface.distance[i] : 0.0f;
+}
+
 /* Cosine-distributed rays that look for anything nearer than the plan's distance. */
 static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, struct RTCRayHit16 *rays,
@@ -318,7 +326,8 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 0) note_camera_surface(p, v, &s->harvest);
     if (v->mirrors.any) note_mirrors(p, v, &s->harvest);
     if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
-    if (depth == 0 && c->centres) note_normal(p, v, &s->harvest);
+    if (depth == 0 && c->features) note_distance(p, v, &s->harvest);
+    if (depth == 0 && (c->centres || c->features)) note_normal(p, v, &s->harvest);
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);

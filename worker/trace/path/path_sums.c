@@ -6,11 +6,13 @@
 
 #include "worker/trace/hit/block_store.h"
 
-void path_sums_init(struct path_sums *s, const struct plan_pass *pass, bool splits)
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint64_t planes)
 {
     memset(s, 0, sizeof *s);
     s->first = pass->first;
-    if (splits) s->parts = plan_pass_split(pass);
+    s->parts = plan_pass_split(pass);
+    s->splits = (planes & PLANE_BIT(PATH_SPLIT)) != 0;
+    s->halves = (planes & PLANES_RESIDUAL) != 0;
 }
 
 static void clear(struct path_rgb *c, size_t slot)
@@ -74,6 +76,15 @@ static void add_radiance(const struct path_harvest *h, size_t first, struct path
     }
 }
 
+/* Where in its part the latest sample is; false: in none. */
+static bool find_part(const struct path_sums *s, uint32_t *at)
+{
+    const uint32_t sample = s->first + s->count - 1, length = s->parts.length;
+    if (sample < s->parts.first || sample >= s->parts.first + length * s->parts.count) return false;
+    *at = (sample - s->parts.first) % length;
+    return true;
+}
+
 static void end_part(struct path_sums *s)
 {
     for (int i = 0; i < LANES; i++)
@@ -85,17 +96,30 @@ static void end_part(struct path_sums *s)
 static void add_split(const struct path_harvest *h, size_t first, struct path_sums *s)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
-    const uint32_t sample = s->first + s->count - 1, length = s->parts.length;
-    if (sample < s->parts.first || sample >= s->parts.first + length * s->parts.count) return;
-    const uint32_t at = (sample - s->parts.first) % length;
-    const float sign = at < length / 2 ? 1.0f : -1.0f;
+    uint32_t at;
+    if (!find_part(s, &at)) return;
+    const float sign = at < s->parts.length / 2 ? 1.0f : -1.0f;
     for (size_t i = 0; i < LANES; i++) {
         size_t k = first + i;
         s->split.x[i] += sign * (e->r[k] + d->r[k] + n->r[k]);
         s->split.y[i] += sign * (e->g[k] + d->g[k] + n->g[k]);
         s->split.z[i] += sign * (e->b[k] + d->b[k] + n->b[k]);
     }
-    if (at == length - 1) end_part(s);
+    if (at == s->parts.length - 1) end_part(s);
+}
+
+/* What the residual filter reads: features of the first surface, and sums over half of the samples.
+ */
+static void add_halves(const struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    uint32_t at;
+    add(&h->normal, first, &s->normal);
+    for (size_t i = 0; i < LANES; i++) s->distance[i] += h->distance[first + i];
+    if (!find_part(s, &at) || at >= s->parts.length / 2) return;
+    add(&h->direct, first, &s->half_scattered);
+    add(&h->indirect, first, &s->half_scattered);
+    add(&h->diffuse_direct, first, &s->half_direct);
+    add(&h->diffuse_indirect, first, &s->half_indirect);
 }
 
 /* What came after the first scattering, its diffuse part with albedo taken out: direct light that
@@ -114,7 +138,8 @@ void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, 
         reject(h, first, counters);
         s->count++;
         add_radiance(h, first, s);
-        if (s->parts.length > 0) add_split(h, first, s);
+        if (s->splits) add_split(h, first, s);
+        if (s->halves) add_halves(h, first, s);
         add(&h->emission, first, &s->emission);
         add(&h->direct, first, &s->direct);
         add(&h->indirect, first, &s->indirect);
@@ -153,6 +178,11 @@ void path_sums_store(const struct path_sums *s, const struct block *b, struct sa
     store(&s->diffuse_direct, b, samples, PLANE_PATH_DIFFUSE_DIRECT);
     store(&s->diffuse_indirect, b, samples, PLANE_PATH_DIFFUSE_INDIRECT);
     store(&s->albedo, b, samples, PLANE_PATH_ALBEDO);
+    store(&s->half_scattered, b, samples, PLANE_PATH_HALF_SCATTERED);
+    store(&s->half_direct, b, samples, PLANE_PATH_HALF_DIRECT);
+    store(&s->half_indirect, b, samples, PLANE_PATH_HALF_INDIRECT);
+    store(&s->normal, b, samples, PLANE_PATH_NORMAL);
+    block_store_f32(b, s->distance, samples_f32(samples, PLANE_PATH_DISTANCE, 0));
     block_store_f32(b, s->coverage, samples_f32(samples, PLANE_PATH_COVERAGE, 0));
     block_store_f32(b, s->occlusion, samples_f32(samples, PLANE_PATH_OCCLUSION, 0));
 }

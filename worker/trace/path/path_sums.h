@@ -11,13 +11,19 @@ struct path_sums {
     _Alignas(LANES_ALIGN) float coverage[LANES];
     _Alignas(LANES_ALIGN) float occlusion[LANES];
     uint32_t first;          /* sample of the pass */
-    struct plan_split parts; /* of which PATH_SPLIT is made; length 0: nobody wants it */
-    struct lanes3 split;     /* of this part: first half of radiance less the second */
+    struct plan_split parts; /* of which PATH_SPLIT and halves are made */
+    /* Over the samples in first halves of parts; what is scattered, and its diffuse part. */
+    bool halves; /* somebody wants them */
+    struct lanes3 half_scattered, half_direct, half_indirect;
+    struct lanes3 normal; /* shading normals of what the camera sees; zeros where it sees nothing */
+    _Alignas(LANES_ALIGN) float distance[LANES]; /* to it, along the rays */
+    bool splits;                                 /* PATH_SPLIT is wanted */
+    struct lanes3 split; /* of this part: first half of radiance less the second */
     _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
 };
 
-/* No samples yet of the pass; `splits`: PATH_SPLIT is wanted. */
-void path_sums_init(struct path_sums *s, const struct plan_pass *pass, bool splits);
+/* No samples yet of the pass, for what the planes want. */
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint64_t planes);
 
 /* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and
  * are counted in `counters`; `demodulate` as in struct path_context. */

@@ -1,0 +1,49 @@
+/* The residual filter of what paths bring: whether it runs, and the planes that it reads. */
+#include <stdio.h>
+
+#include "proto/samples.h"
+#include "server/job/plan/plan_parts.h"
+
+#define LAYERS_FILTERED (LAYER_BEAUTY | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT)
+
+static uint32_t choose(const struct job *job, const struct plan *plan,
+                       const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
+{
+    const size_t n = PLAN_FILTER_WHY_BYTES;
+    if (job->residual == RESIDUAL_NONE)
+        snprintf(why, n, "filter.residual is none");
+    else if (job->residual == RESIDUAL_AUTO &&
+             (job->method == FILTER_NONE || job->method == FILTER_AVERAGE))
+        snprintf(why, n, "filter.method is %s", filter_method_name(job->method));
+    else if (!(report->layers & LAYERS_FILTERED))
+        snprintf(why, n, "no layer shows what it filters");
+    else if (plan->paths.spp < 2)
+        snprintf(why, n, "one path a pixel has no halves");
+    else {
+        snprintf(why, n,
+                 job->residual == RESIDUAL_AUTO
+                     ? "light that comes along paths is noise where no light field covers it"
+                     : "filter.residual is halves");
+        return RESIDUAL_FILTER_HALVES;
+    }
+    return RESIDUAL_FILTER_NONE;
+}
+
+void plan_residual(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    plan->residual_filter = choose(job, plan, report, report->residual_filter_why);
+    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return;
+    plan->planes |= PLANES_RESIDUAL_READ;
+    if (!plan->paths.without_diffuse_indirect && plan->bounces > 0)
+        plan->planes |= PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT);
+}
+
+void plan_residual_none(struct plan_report *report)
+{
+    snprintf(report->residual_filter_why, PLAN_FILTER_WHY_BYTES, "no light comes along paths");
+}
+
+const char *plan_residual_filter_name(uint32_t filter)
+{
+    return filter == RESIDUAL_FILTER_HALVES ? residual_method_name(RESIDUAL_HALVES) : "none";
+}

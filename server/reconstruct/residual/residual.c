@@ -1,0 +1,105 @@
+#include "server/reconstruct/residual/residual.h"
+
+#include <stdlib.h>
+
+#include "server/reconstruct/residual/residual_pass.h"
+
+int32_t residual_halo_px(const struct plan *plan)
+{
+    int32_t halo = 0;
+    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
+    for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
+    return halo;
+}
+
+static int picture_create(struct rect block, struct residual_picture *out)
+{
+    const size_t area = (size_t)rect_area(block);
+    float *next = malloc(9 * area * sizeof *next);
+    out->block = block;
+    out->memory = next;
+    if (!next) return ERR_MEMORY;
+    for (int c = 0; c < 3; c++, next += 3 * area) {
+        out->radiance[c] = next;
+        out->diffuse_direct[c] = next + area;
+        out->diffuse_indirect[c] = next + 2 * area;
+    }
+    return 0;
+}
+
+void residual_picture_fini(struct residual_picture *picture)
+{
+    free(picture->memory);
+    picture->memory = NULL;
+}
+
+/* Where light meets albedo again. Nothing is negative but by the filter's error. */
+static void compose_pixel(const struct residual_field *f, const struct patch *p, size_t i,
+                          size_t at, struct residual_picture *out, size_t to)
+{
+    for (size_t c = 0; c < 3; c++) {
+        const size_t k = c * f->features.shape.plane + at;
+        const float direct = f->light[RESIDUAL_DIRECT].half[0][k];
+        const float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
+        const float rest = f->light[RESIDUAL_REST].half[0][k];
+        const float sum = p->path_emission[c][i] / p->paths.spp[i] +
+                          (f->features.albedo[k] * (direct + indirect) + rest);
+        out->radiance[c][to] = sum > 0.0f ? sum : 0.0f;
+        out->diffuse_direct[c][to] = direct;
+        out->diffuse_indirect[c][to] = indirect;
+    }
+}
+
+/* Pixels without a surface, and those of a single sample, keep the plain mean. */
+static void copy_pixel(const struct patch *p, size_t i, struct residual_picture *out, size_t to)
+{
+    for (int c = 0; c < 3; c++) {
+        out->radiance[c][to] = p->path_radiance[c][i] / p->paths.spp[i];
+        out->diffuse_direct[c][to] = p->path_diffuse_direct[c][i] / p->paths.spp[i];
+        out->diffuse_indirect[c][to] =
+            p->path_diffuse_indirect[c] ? p->path_diffuse_indirect[c][i] / p->paths.spp[i] : 0.0f;
+    }
+}
+
+static void compose(const struct patch *patch, const struct residual_field *f,
+                    struct residual_picture *out, struct residual_statistics *statistics)
+{
+    const struct rect b = out->block;
+    for (int32_t y = b.y0; y < b.y1; y++)
+        for (int32_t x = b.x0; x < b.x1; x++) {
+            const size_t i = patch_pixel(patch, x, y), to = residual_picture_at(out, x, y);
+            const size_t at =
+                residual_at(&f->features.shape, x - patch->rect.x0, y - patch->rect.y0);
+            if (f->features.barred[at] > 0.0f || f->features.share[at] == 0.0f) {
+                copy_pixel(patch, i, out, to);
+            } else {
+                compose_pixel(f, patch, i, at, out, to);
+                statistics->pixels++;
+            }
+        }
+}
+
+/* The block in the patch's own coordinates, and as much around as the passes after need. */
+static struct rect area_of(const struct patch *patch, struct rect block, int number)
+{
+    const struct rect whole = {0, 0, rect_width(patch->rect), rect_height(patch->rect)};
+    struct rect area = {block.x0 - patch->rect.x0, block.y0 - patch->rect.y0,
+                        block.x1 - patch->rect.x0, block.y1 - patch->rect.y0};
+    for (int k = number + 1; k < RESIDUAL_PASSES; k++) area = rect_grow(area, residual_reach_px(k));
+    return rect_intersect(area, whole);
+}
+
+int residual_filter(const struct patch *patch, struct rect block, struct residual_picture *out,
+                    struct residual_statistics *statistics)
+{
+    struct residual_field field;
+    int error = picture_create(block, out);
+    if (error) return error;
+    error = residual_field_create(patch, &field);
+    for (int k = 0; k < RESIDUAL_PASSES && !error; k++)
+        error = residual_pass_run(k, area_of(patch, block, k), &field, statistics);
+    if (!error) compose(patch, &field, out, statistics);
+    residual_field_fini(&field);
+    if (error) residual_picture_fini(out);
+    return error;
+}

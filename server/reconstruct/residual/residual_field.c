@@ -1,0 +1,196 @@
+#include "server/reconstruct/residual/residual_field.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Weights of 2^-30 and less are none: an exponent that no pixel survives. */
+#define BARRED 1e4f
+
+/* Sums may have overflowed; no comparison holds for NaN. */
+#define LIGHT_MOST 1e30f
+
+/* Slopes of depth where the picture ends on that side. */
+#define NO_NEIGHBOUR 1e9f
+
+enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3 };
+
+static size_t round_up(int32_t n, int32_t of)
+{
+    return (size_t)((n + of - 1) / of * of);
+}
+
+static void set_shape(struct rect rect, struct residual_shape *s)
+{
+    s->width = rect_width(rect);
+    s->height = rect_height(rect);
+    s->stride = round_up(s->width, RESIDUAL_TILE_X) + 2 * RESIDUAL_PAD_PX;
+    s->plane = s->stride * (round_up(s->height, RESIDUAL_TILE_Y) + 2 * RESIDUAL_PAD_PX);
+    s->origin = RESIDUAL_PAD_PX * s->stride + RESIDUAL_PAD_PX;
+}
+
+static float *take(float **next, const struct residual_shape *s, size_t planes)
+{
+    float *at = *next;
+    *next += planes * s->plane;
+    return at;
+}
+
+static void hand_out(struct residual_field *f)
+{
+    const struct residual_shape *s = &f->features.shape;
+    float *next = f->memory;
+    f->features.normal = take(&next, s, 3);
+    f->features.depth = take(&next, s, 1);
+    f->features.slope_x = take(&next, s, 1);
+    f->features.slope_y = take(&next, s, 1);
+    f->features.albedo = take(&next, s, 3);
+    f->features.barred = take(&next, s, 1);
+    f->features.share = take(&next, s, 1);
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
+        struct residual_light *l = &f->light[c];
+        for (int h = 0; h < 2; h++) {
+            l->half[h] = take(&next, s, 3);
+            l->filtered[h] = take(&next, s, 3);
+            l->guide[h] = take(&next, s, 1);
+        }
+        l->variance = take(&next, s, 1);
+    }
+}
+
+void residual_pad(const struct residual_shape *s, float *planes, int count)
+{
+    const int32_t width = s->width, height = s->height, pad = RESIDUAL_PAD_PX;
+    const int32_t right = (int32_t)s->stride - pad, below = (int32_t)(s->plane / s->stride) - pad;
+    for (int k = 0; k < count; k++) {
+        float *p = planes + (size_t)k * s->plane;
+        for (int32_t y = 0; y < height; y++) {
+            float *row = p + residual_at(s, 0, y);
+            for (int32_t x = -pad; x < 0; x++) row[x] = row[0];
+            for (int32_t x = width; x < right; x++) row[x] = row[width - 1];
+        }
+        for (int32_t y = -pad; y < below; y++) {
+            const int32_t from = y < 0 ? 0 : height - 1;
+            if (y < 0 || y >= height)
+                memcpy(p + residual_at(s, -pad, y), p + residual_at(s, -pad, from),
+                       s->stride * sizeof *p);
+        }
+    }
+}
+
+/* What is shared by all pixels of a run: where they are in the patch and in the planes. */
+struct run {
+    const struct patch *patch;
+    size_t from, to;
+    int32_t count;
+};
+
+static void read_features(const struct run *r, struct residual_features *f)
+{
+    const struct patch *p = r->patch;
+    const size_t plane = f->shape.plane;
+    for (int32_t x = 0; x < r->count; x++) {
+        const size_t i = r->from + (size_t)x, k = r->to + (size_t)x;
+        const float seen = p->path_coverage[i], part = seen > 0.0f ? 1.0f / seen : 0.0f;
+        for (size_t c = 0; c < 3; c++) {
+            f->normal[c * plane + k] = p->path_normal[c][i] * part;
+            f->albedo[c * plane + k] = p->path_albedo[c][i] / p->paths.spp[i];
+        }
+        f->depth[k] = p->path_distance[i] * part;
+        f->barred[k] = seen > 0.0f ? 0.0f : BARRED;
+        f->share[k] = 0.5f * p->paths.split_spp[i] / p->paths.spp[i];
+    }
+}
+
+/* What a half of the samples brings: `half` of them are in a. Without halves both are the mean. */
+static float mean_of_half(int h, float sum, float sum_a, float spp, float half)
+{
+    float mean = sum / spp;
+    if (half >= 0.5f) mean = h == 0 ? sum_a / half : (sum - sum_a) / (spp - half);
+    return mean < LIGHT_MOST ? (mean > -LIGHT_MOST ? mean : -LIGHT_MOST) : LIGHT_MOST;
+}
+
+static void read_light(const struct run *r, struct residual_field *f)
+{
+    const struct patch *p = r->patch;
+    const size_t plane = f->features.shape.plane;
+    for (int h = 0; h < 2; h++)
+        for (size_t c = 0; c < 3; c++) {
+            float *direct = f->light[RESIDUAL_DIRECT].half[h] + c * plane + r->to;
+            float *indirect = f->light[RESIDUAL_INDIRECT].half[h] + c * plane + r->to;
+            float *rest = f->light[RESIDUAL_REST].half[h] + c * plane + r->to;
+            const float *albedo = f->features.albedo + c * plane + r->to;
+            for (int32_t x = 0; x < r->count; x++) {
+                const size_t i = r->from + (size_t)x;
+                const float n = p->paths.spp[i], half = 0.5f * p->paths.split_spp[i];
+                const float all = mean_of_half(h, p->path_radiance[c][i] - p->path_emission[c][i],
+                                               p->path_half_scattered[c][i], n, half);
+                direct[x] = mean_of_half(h, p->path_diffuse_direct[c][i], p->path_half_direct[c][i],
+                                         n, half);
+                indirect[x] = p->path_diffuse_indirect[c]
+                                  ? mean_of_half(h, p->path_diffuse_indirect[c][i],
+                                                 p->path_half_indirect[c][i], n, half)
+                                  : 0.0f;
+                rest[x] = all - albedo[x] * (direct[x] + indirect[x]);
+            }
+        }
+}
+
+static void find_slopes(struct residual_features *f)
+{
+    const struct residual_shape *s = &f->shape;
+    const ptrdiff_t stride = (ptrdiff_t)s->stride;
+    for (int32_t y = 0; y < s->height; y++) {
+        const size_t first = residual_at(s, 0, y);
+        const float *z = f->depth + first;
+        for (ptrdiff_t x = 0; x < s->width; x++) {
+            const float right = x + 1 < s->width ? z[x + 1] - z[x] : NO_NEIGHBOUR;
+            const float left = x > 0 ? z[x] - z[x - 1] : NO_NEIGHBOUR;
+            const float down = y + 1 < s->height ? z[x + stride] - z[x] : NO_NEIGHBOUR;
+            const float up = y > 0 ? z[x] - z[x - stride] : NO_NEIGHBOUR;
+            f->slope_x[first + (size_t)x] = fabsf(right) < fabsf(left) ? right : left;
+            f->slope_y[first + (size_t)x] = fabsf(down) < fabsf(up) ? down : up;
+        }
+    }
+}
+
+/* Nothing is taken from beyond the picture. */
+static void bar_outside(struct residual_features *f)
+{
+    const struct residual_shape *s = &f->shape;
+    for (size_t i = 0; i < s->plane; i++) f->barred[i] = BARRED;
+}
+
+int residual_field_create(const struct patch *patch, struct residual_field *out)
+{
+    struct residual_shape *s = &out->features.shape;
+    memset(out, 0, sizeof *out);
+    set_shape(patch->rect, s);
+    const size_t bytes =
+        s->plane * (PLANES_FEATURES + RESIDUAL_COMPONENTS * PLANES_LIGHT) * sizeof(float);
+    out->scratch = patch->scratch;
+    out->memory = scratch_take(out->scratch, bytes);
+    if (!out->memory) return ERR_MEMORY;
+    memset(out->memory, 0, bytes);
+    hand_out(out);
+    bar_outside(&out->features);
+    for (int32_t y = 0; y < s->height; y++) {
+        const struct run run = {patch, (size_t)y * (size_t)s->width, residual_at(s, 0, y),
+                                s->width};
+        read_features(&run, &out->features);
+        read_light(&run, out);
+    }
+    residual_pad(s, out->features.normal, 3);
+    residual_pad(s, out->features.depth, 1);
+    residual_pad(s, out->features.albedo, 3);
+    residual_pad(s, out->features.share, 1);
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        for (int h = 0; h < 2; h++) residual_pad(s, out->light[c].half[h], 3);
+    find_slopes(&out->features);
+    return 0;
+}
+
+void residual_field_fini(struct residual_field *field)
+{
+    scratch_give(field->scratch, field->memory);
+    field->memory = NULL;
+}

@@ -1,0 +1,64 @@
+#pragma once
+/* What the residual filter reads and writes: features and light of a block's surroundings as padded
+ * planes, so that no tap needs to ask where the picture ends. */
+#include "server/reconstruct/patch/patch.h"
+
+/* Columns and rows that a kernel works on at a time. */
+#define RESIDUAL_TILE_X 64
+#define RESIDUAL_TILE_Y 16
+
+/* Around the pixels: the farthest tap and its patch. Borders repeat there. */
+#define RESIDUAL_PAD_PX 24
+
+/* Components of light, filtered apart: they have different features and different noise. */
+enum residual_component {
+    RESIDUAL_DIRECT = 0,   /* direct light of the diffuse lobe, before albedo */
+    RESIDUAL_INDIRECT = 1, /* indirect light of that lobe, before albedo */
+    RESIDUAL_REST = 2,     /* all that was scattered less albedo times the two; signed */
+    RESIDUAL_COMPONENTS = 3
+};
+
+/* Planes of `plane` floats each, `stride` floats a row. Pixel (0, 0) of the patch is at `origin`.
+ */
+struct residual_shape {
+    int32_t width, height; /* of the patch */
+    size_t stride, plane, origin;
+};
+
+/* Means over the pixel's samples. */
+struct residual_features {
+    struct residual_shape shape;
+    float *normal;            /* 3 planes */
+    float *depth;             /* 0: no surface */
+    float *slope_x, *slope_y; /* of depth, per pixel: the smaller of both sides' */
+    float *albedo;            /* 3 planes */
+    float *barred;            /* 0, or more than any weight survives: no surface */
+    float *share;             /* of the pixel's samples that are in half a */
+};
+
+struct residual_light {
+    float *half[2]; /* 3 planes each: what half a and half b of the samples bring, in the mean */
+    float *filtered[2]; /* the same of a pass's output */
+    float *guide[2];    /* sum over rgb of what the weights look at; twice the same but in pass 1 */
+    float *variance;    /* of a guide */
+};
+
+struct residual_field {
+    struct residual_features features;
+    struct residual_light light[RESIDUAL_COMPONENTS];
+    struct scratch *scratch; /* borrowed */
+    void *memory;            /* owned; taken from there */
+};
+
+/* Reads the patch, whose plan has the planes of the residual filter. ERR_MEMORY. */
+int residual_field_create(const struct patch *patch, struct residual_field *out);
+void residual_field_fini(struct residual_field *field);
+
+/* Where pixel (x, y) of the patch is; also of pixels in the padding. */
+static inline size_t residual_at(const struct residual_shape *s, int32_t x, int32_t y)
+{
+    return (size_t)((ptrdiff_t)s->origin + (ptrdiff_t)y * (ptrdiff_t)s->stride + x);
+}
+
+/* Repeats the border of `count` planes around the pixels. */
+void residual_pad(const struct residual_shape *s, float *planes, int count);

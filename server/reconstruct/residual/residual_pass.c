@@ -1,0 +1,158 @@
+#include "server/reconstruct/residual/residual_pass.h"
+
+#include <pthread.h>
+#include <string.h>
+
+/* Taps of each pass: points of rotated square lattices, of which no grid shows in the picture.
+ * `slant` dx + dy is a multiple of `modulus`, and both lie within `reach`. */
+static const struct lattice {
+    enum residual_kind kind;
+    int32_t reach_px, slant, modulus, patch_px;
+    float k; /* how many standard deviations of noise apart is far */
+} lattices[RESIDUAL_PASSES] = {
+    {RESIDUAL_CROSS, 3, 0, 1, 3, 0.7f},
+    {RESIDUAL_JOINT, 7, 2, 5, 1, 0.9f},
+    {RESIDUAL_MEAN, 15, 5, 13, 1, 1.0f},
+};
+
+static struct residual_pass passes[RESIDUAL_PASSES];
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+
+static void make_pass(const struct lattice *l, struct residual_pass *pass)
+{
+    *pass = (struct residual_pass){
+        .kind = l->kind, .patch_px = l->patch_px, .sharpness = 1.0f / (l->k * l->k)};
+    for (int32_t y = -l->reach_px; y <= l->reach_px; y++)
+        for (int32_t x = -l->reach_px; x <= l->reach_px; x++)
+            if ((x != 0 || y != 0) && (l->slant * x + y) % l->modulus == 0)
+                pass->taps[pass->tap_count++] = (struct residual_tap){x, y};
+}
+
+static void make_passes(void)
+{
+    for (int k = 0; k < RESIDUAL_PASSES; k++) make_pass(&lattices[k], &passes[k]);
+}
+
+const struct residual_pass *residual_pass_of(int number)
+{
+    pthread_once(&once, make_passes);
+    return &passes[number];
+}
+
+/* Taps, their patches, and the pixels that variances are found of. */
+int32_t residual_reach_px(int number)
+{
+    return lattices[number].reach_px + lattices[number].patch_px + 1;
+}
+
+struct job {
+    const struct residual_pass *pass;
+    const struct residual_kernels *kernels;
+    struct residual_field *field;
+    struct residual_tile *tile;
+    int32_t reach_px;
+};
+
+static bool row_is_dark(const float *row, int32_t count)
+{
+    float any = 0.0f;
+    for (int32_t x = 0; x < count; x++) any = row[x] != 0.0f ? 1.0f : any;
+    return any == 0.0f;
+}
+
+/* Whether the component brings nothing to any pixel that the tile reads. */
+static bool is_dark(const struct job *j, const struct residual_light *light, int32_t x0, int32_t y0)
+{
+    const struct residual_shape *s = &j->field->features.shape;
+    const int32_t reach = j->reach_px;
+    for (int h = 0; h < (j->pass->kind == RESIDUAL_MEAN ? 1 : 2); h++)
+        for (size_t c = 0; c < 3; c++)
+            for (int32_t y = y0 - reach; y < y0 + RESIDUAL_TILE_Y + reach; y++)
+                if (!row_is_dark(light->half[h] + c * s->plane + residual_at(s, x0 - reach, y),
+                                 RESIDUAL_TILE_X + 2 * reach))
+                    return false;
+    return true;
+}
+
+/* All taps of the components in `lit` over a tile. */
+static void filter_tile(const struct job *j, const bool lit[RESIDUAL_COMPONENTS], size_t base)
+{
+    const struct residual_pass *pass = j->pass;
+    const int halves = pass->kind == RESIDUAL_CROSS ? 2 : 1;
+    memset(j->tile->sums, 0, sizeof j->tile->sums);
+    for (uint32_t first = 0; first < pass->tap_count; first += RESIDUAL_TAPS_CHUNK) {
+        const uint32_t left = pass->tap_count - first;
+        const uint32_t count = left < RESIDUAL_TAPS_CHUNK ? left : RESIDUAL_TAPS_CHUNK;
+        j->kernels->compare_features(&j->field->features, pass->taps + first, count, base, j->tile);
+        for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+            for (int h = 0; h < halves && lit[c]; h++)
+                j->kernels->add_taps(pass, j->field, c, first, count, h, base, j->tile);
+    }
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        for (int h = 0; h < (pass->kind == RESIDUAL_MEAN ? 1 : 2) && lit[c]; h++)
+            j->kernels->finish(j->field, c, h, halves == 2 ? h : 0, base, j->tile);
+}
+
+static void clear_tile(const struct residual_shape *s, const struct residual_light *light,
+                       size_t base)
+{
+    for (int h = 0; h < 2; h++)
+        for (size_t c = 0; c < 3; c++)
+            for (size_t y = 0; y < RESIDUAL_TILE_Y; y++)
+                memset(light->filtered[h] + c * s->plane + base + y * s->stride, 0,
+                       RESIDUAL_TILE_X * sizeof(float));
+}
+
+static void run_tile(const struct job *j, int32_t x, int32_t y,
+                     struct residual_statistics *statistics)
+{
+    const struct residual_shape *s = &j->field->features.shape;
+    const size_t base = residual_at(s, x, y);
+    bool lit[RESIDUAL_COMPONENTS], any = false;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
+        lit[c] = !is_dark(j, &j->field->light[c], x, y);
+        any |= lit[c];
+        if (lit[c]) continue;
+        statistics->tiles_skipped++;
+        clear_tile(s, &j->field->light[c], base);
+    }
+    if (any) filter_tile(j, lit, base);
+}
+
+static void run_tiles(const struct job *j, struct rect area, struct residual_statistics *statistics)
+{
+    for (int32_t y = area.y0 / RESIDUAL_TILE_Y * RESIDUAL_TILE_Y; y < area.y1; y += RESIDUAL_TILE_Y)
+        for (int32_t x = area.x0 / RESIDUAL_TILE_X * RESIDUAL_TILE_X; x < area.x1;
+             x += RESIDUAL_TILE_X)
+            run_tile(j, x, y, statistics);
+}
+
+static void take_filtered(struct residual_field *field, enum residual_kind kind)
+{
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        for (int h = 0; h < (kind == RESIDUAL_MEAN ? 1 : 2); h++) {
+            struct residual_light *l = &field->light[c];
+            float *before = l->half[h];
+            l->half[h] = l->filtered[h];
+            l->filtered[h] = before;
+            residual_pad(&field->features.shape, l->half[h], 3);
+        }
+}
+
+int residual_pass_run(int number, struct rect area, struct residual_field *field,
+                      struct residual_statistics *statistics)
+{
+    struct job job = {.pass = residual_pass_of(number),
+                      .kernels = KERNELS_BEST(residual_kernels),
+                      .field = field,
+                      .reach_px = residual_reach_px(number)};
+    job.tile = scratch_take(field->scratch, sizeof *job.tile);
+    if (!job.tile) return ERR_MEMORY;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        job.kernels->guide(&field->features, job.pass->kind, rect_grow(area, job.reach_px - 1),
+                           &field->light[c]);
+    run_tiles(&job, area, statistics);
+    take_filtered(field, job.pass->kind);
+    scratch_give(field->scratch, job.tile);
+    return 0;
+}
