@@ -1,4 +1,6 @@
 /* What is traced of a block of pixels, stage by stage. */
+#include <string.h>
+
 #include "worker/tile/tile_work.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/geometry.h"
@@ -21,10 +23,52 @@ static void add_emission(const struct surface *s, struct lanes3 *sum)
     }
 }
 
-static void store_emission(const struct tile_tracer *t, const struct plan *plan,
+/* Whether samples of a block have met what shines, and what does not. */
+struct glow {
+    bool bright, dark;
+};
+
+static void find_glow(const struct block *b, const struct surface *s, struct glow *glow)
+{
+    for (int i = 0; i < LANES; i++) {
+        const bool shines = s->emission.x[i] + s->emission.y[i] + s->emission.z[i] > 0.0f;
+        glow->bright |= b->inside.on[i] && shines;
+        glow->dark |= b->inside.on[i] && !shines;
+    }
+}
+
+/* Samples a pixel of emission alone at edges of what shines: a lamp many times as bright as white
+ * has to cover its pixels to that part of a step of grey. More where lights have more strata. */
+#define GLOW_SAMPLES_LEAST 64u
+
+static uint32_t glow_samples(const struct plan *plan)
+{
+    uint32_t count = GLOW_SAMPLES_LEAST;
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const uint32_t l = plan->lights[k].strata_per_axis;
+        count = l * l > count ? l * l : count;
+    }
+    return count;
+}
+
+/* Sums emission anew over so many samples; returns how many. */
+static uint32_t sharpen_glow(struct tile_tracer *t, const struct plan *plan,
+                             struct counters *counters)
+{
+    const uint32_t count = glow_samples(plan);
+    memset(&t->emission, 0, sizeof t->emission);
+    for (uint32_t k = 0; k < count; k++) {
+        primary_trace_sub(&t->queries, plan, &t->block, k, count, &t->camera, &t->beside.surface);
+        add_emission(&t->beside.surface, &t->emission);
+    }
+    counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)lanes_count(&t->block.kept) * count;
+    return count;
+}
+
+static void store_emission(const struct tile_tracer *t, const struct plan *plan, uint32_t count,
                            struct samples *samples)
 {
-    float scale = plan->radiance_scale / (float)(1 + plan->sub_samples);
+    float scale = plan->radiance_scale / (float)count;
     block_store_half(&t->block, t->emission.x, scale, samples_u16(samples, PLANE_EMISSION, 0));
     block_store_half(&t->block, t->emission.y, scale, samples_u16(samples, PLANE_EMISSION, 1));
     block_store_half(&t->block, t->emission.z, scale, samples_u16(samples, PLANE_EMISSION, 2));
@@ -92,20 +136,26 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     resolve_centre(t, stages);
     if (stages->bounces) mark_lit(&t->centre.surface, &t->bouncing);
     geometry_store(&t->queries, b, mirrors_seen(&t->centre, &copy), &t->planes);
+    struct glow glow = {false, false};
     if (shines) t->emission = t->centre.surface.emission;
+    if (shines) find_glow(b, &t->centre.surface, &glow);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         struct surface *sub = &t->beside.surface;
-        primary_trace_sub(&t->queries, plan, b, k, &t->camera, sub);
+        primary_trace_sub(&t->queries, plan, b, k, plan->sub_samples, &t->camera, sub);
         mark_lit(sub, &t->point.lit);
         resolve_sub(t, stages, k, samples);
         if (stages->bounces) mark_lit(sub, &t->bouncing);
         geometry_store_sub(&t->queries, b, plan->length_unit, &t->centre.surface, sub,
                            &t->planes.sub[k]);
         if (shines) add_emission(sub, &t->emission);
+        if (shines) find_glow(b, sub, &glow);
     }
     if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
     if (plan->planes & PLANE_BIT(LENS_LOBE)) mark_lobed(t);
-    if (shines) store_emission(t, plan, samples);
+    uint32_t emitted = 1 + plan->sub_samples;
+    if (glow.bright && glow.dark && plan->sub_samples > 0 && !stages->field.mirrors)
+        emitted = sharpen_glow(t, plan, counters);
+    if (shines) store_emission(t, plan, emitted, samples);
     counters->value[COUNTER_RAYS_PRIMARY] += pixels;
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
 }

@@ -252,7 +252,7 @@ static void add_subs(const struct shading *l, const struct block *b, uint32_t k,
 {
     struct lone_scratch *s = l->scratch;
     const struct path_context *c = &l->context;
-    primary_trace_sub(c->queries, l->plan, b, k, &s->camera, &s->met.surface);
+    primary_trace_sub(c->queries, l->plan, b, k, l->plan->sub_samples, &s->camera, &s->met.surface);
     c->counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->inside);
     s->met.active = s->met.surface.hit;
     s->met.mirrors.any = false;

@@ -33,11 +33,11 @@ void primary_trace_row(struct queries *q, const struct plan *plan, int32_t x, in
 }
 
 void primary_trace_sub(struct queries *q, const struct plan *plan, const struct block *b,
-                       uint32_t k, struct RTCRayHit16 *rays, struct surface *out)
+                       uint32_t k, uint32_t count, struct RTCRayHit16 *rays, struct surface *out)
 {
     _Alignas(LANES_ALIGN) float px[LANES], py[LANES];
     struct pattern_pixels pattern;
-    pattern_pixels_init(&plan->pattern, plan->sub_samples, &pattern);
+    pattern_pixels_init(&plan->pattern, count, &pattern);
     q->kernels->place_subs(&pattern, b, k, px, py);
     trace(q, plan, b, px, py, rays, out);
 }

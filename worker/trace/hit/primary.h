@@ -27,6 +27,6 @@ struct primary_packet {
 void primary_trace_row(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
                        uint32_t count, struct primary_packet *row);
 
-/* Surfaces at the pixels' anti-aliasing position k. */
+/* Surfaces at anti-aliasing position k of `count` in each pixel. */
 void primary_trace_sub(struct queries *q, const struct plan *plan, const struct block *b,
-                       uint32_t k, struct RTCRayHit16 *rays, struct surface *out);
+                       uint32_t k, uint32_t count, struct RTCRayHit16 *rays, struct surface *out);
