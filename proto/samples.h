@@ -124,7 +124,8 @@ uint32_t samples_type_bytes(enum samples_type type);
 /* What the residual filter needs of paths besides, and all that it reads. */
 #define PLANES_RESIDUAL                                                                            \
     (PLANE_BIT(PATH_HALF_SCATTERED) | PLANE_BIT(PATH_HALF_DIRECT) |                                \
-     PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_NORMAL) | PLANE_BIT(PATH_DISTANCE))
+     PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_NORMAL) | PLANE_BIT(PATH_DISTANCE) |           \
+     PLANE_BIT(PATH_TINT))
 #define PLANES_RESIDUAL_READ                                                                       \
     ((PLANES_RESIDUAL & ~PLANE_BIT(PATH_HALF_INDIRECT)) | PLANE_BIT(PATH_RADIANCE) |               \
      PLANE_BIT(PATH_EMISSION) | PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_ALBEDO) |          \

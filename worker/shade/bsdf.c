@@ -129,3 +129,15 @@ bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     bsdf_evaluate(b, wo, out->wi, &value);
     return weigh(b, &value, out);
 }
+
+void bsdf_tint(const struct bsdf *b, float out[3])
+{
+    for (int c = 0; c < 3; c++) {
+        out[c] = 0.0f;
+        if (b->model == BSDF_GLTF)
+            out[c] = b->specular * b->specular_f0[c] * (1.0f - b->metallic) +
+                     b->base_color[c] * (b->metallic + b->transmission * (1.0f - b->metallic));
+        else if (b->model > BSDF_GLTF)
+            out[c] = b->model_specular[c];
+    }
+}

@@ -67,6 +67,10 @@ struct bsdf_sample {
     bool transmitted;
 };
 
+/* Colour by which all lobes but the diffuse one reflect at normal incidence or transmit, each in
+ * [0, 2]: what textures of such lobes are taken out by. */
+void bsdf_tint(const struct bsdf *b, float out[3]);
+
 /* Both lobes' values for the pair, and the density with which bsdf_sample chooses wi. Zero where wo
  * or wi grazes (|z| < 1e-6). */
 void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],

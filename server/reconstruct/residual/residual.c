@@ -41,7 +41,7 @@ static void compose_pixel(const struct residual_field *f, const struct patch *p,
         const size_t k = c * f->features.shape.plane + at;
         const float direct = f->light[RESIDUAL_DIRECT].half[0][k];
         const float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
-        const float rest = f->light[RESIDUAL_REST].half[0][k];
+        const float rest = f->light[RESIDUAL_REST].half[0][k] * f->features.tint[k];
         const float sum = p->path_emission[c][i] / p->paths.spp[i] +
                           (f->features.albedo[k] * (direct + indirect) + rest);
         out->radiance[c][to] = sum > 0.0f ? sum : 0.0f;

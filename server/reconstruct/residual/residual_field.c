@@ -9,10 +9,13 @@
 /* Sums may have overflowed; no comparison holds for NaN. */
 #define LIGHT_MOST 1e30f
 
+/* The rest is divided by its colour and this: it has more than lobes, too. */
+#define TINT_LEAST 0.3f
+
 /* Slopes of depth where the picture ends on that side. */
 #define NO_NEIGHBOUR 1e9f
 
-enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3 };
+enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3 };
 
 static size_t round_up(int32_t n, int32_t of)
 {
@@ -45,6 +48,8 @@ static void hand_out(struct residual_field *f)
     f->features.slope_y = take(&next, s, 1);
     f->features.albedo = take(&next, s, 3);
     f->features.barred = take(&next, s, 1);
+    f->features.tint = take(&next, s, 3);
+    f->features.alpha = take(&next, s, 1);
     f->features.share = take(&next, s, 1);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
         struct residual_light *l = &f->light[c];
@@ -94,8 +99,10 @@ static void read_features(const struct run *r, struct residual_features *f)
         for (size_t c = 0; c < 3; c++) {
             f->normal[c * plane + k] = p->path_normal[c][i] * part;
             f->albedo[c * plane + k] = p->path_albedo[c][i] / p->paths.spp[i];
+            f->tint[c * plane + k] = TINT_LEAST + p->path_tint[c][i] * part;
         }
         f->depth[k] = p->path_distance[i] * part;
+        f->alpha[k] = p->path_alpha[i] * part;
         f->barred[k] = seen > 0.0f ? 0.0f : BARRED;
         f->share[k] = 0.5f * p->paths.split_spp[i] / p->paths.spp[i];
     }
@@ -119,6 +126,7 @@ static void read_light(const struct run *r, struct residual_field *f)
             float *indirect = f->light[RESIDUAL_INDIRECT].half[h] + c * plane + r->to;
             float *rest = f->light[RESIDUAL_REST].half[h] + c * plane + r->to;
             const float *albedo = f->features.albedo + c * plane + r->to;
+            const float *tint = f->features.tint + c * plane + r->to;
             for (int32_t x = 0; x < r->count; x++) {
                 const size_t i = r->from + (size_t)x;
                 const float n = p->paths.spp[i], half = 0.5f * p->paths.split_spp[i];
@@ -130,7 +138,7 @@ static void read_light(const struct run *r, struct residual_field *f)
                                   ? mean_of_half(h, p->path_diffuse_indirect[c][i],
                                                  p->path_half_indirect[c][i], n, half)
                                   : 0.0f;
-                rest[x] = all - albedo[x] * (direct[x] + indirect[x]);
+                rest[x] = (all - albedo[x] * (direct[x] + indirect[x])) / tint[x];
             }
         }
 }
@@ -182,6 +190,7 @@ int residual_field_create(const struct patch *patch, struct residual_field *out)
     residual_pad(s, out->features.normal, 3);
     residual_pad(s, out->features.depth, 1);
     residual_pad(s, out->features.albedo, 3);
+    residual_pad(s, out->features.alpha, 1);
     residual_pad(s, out->features.share, 1);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < 2; h++) residual_pad(s, out->light[c].half[h], 3);

@@ -33,6 +33,8 @@ struct residual_features {
     float *slope_x, *slope_y; /* of depth, per pixel: the smaller of both sides' */
     float *albedo;            /* 3 planes */
     float *barred;            /* 0, or more than any weight survives: no surface */
+    float *tint;              /* 3 planes: what the rest is divided by */
+    float *alpha;             /* roughness of lobes */
     float *share;             /* of the pixel's samples that are in half a */
 };
 

@@ -13,6 +13,8 @@
 #define NORMAL_WEIGHT      5.0f
 #define NORMAL_WEIGHT_REST 10.0f
 #define ALBEDO_WEIGHT      5.0f
+#define REST_SHARPER       1.5f /* highlights have edges that no feature tells */
+#define ROUGHNESS_WEIGHT   80.0f
 #define DEPTH_SHARE        0.03f
 #define SLOPE_SHARE        0.25f
 
@@ -52,6 +54,7 @@ static void compare_row(const struct residual_features *f, struct residual_tap t
     const float *restrict nx = f->normal + at, *restrict ny = nx + n, *restrict nz = ny + n;
     const float *restrict r = f->albedo + at, *restrict g = r + n, *restrict b = g + n;
     const float *restrict z = f->depth + at, *restrict zx = f->slope_x + at;
+    const float *restrict al = f->alpha + at;
     const float *restrict zy = f->slope_y + at, *restrict barred = f->barred + at + o;
     for (ptrdiff_t x = 0; x < TX; x++) {
         const float a = nx[x] - nx[x + o], c = ny[x] - ny[x + o], e = nz[x] - nz[x + o];
@@ -65,7 +68,9 @@ static void compare_row(const struct residual_features *f, struct residual_tap t
         const float color = red * red + green * green + blue * blue;
         const float exponent = NORMAL_WEIGHT * turn + (bend < 1e4f ? bend : 1e4f) + barred[x];
         diffuse[x] = LOG2_E * exponent;
-        rest[x] = LOG2_E * (exponent + NORMAL_WEIGHT_REST * turn + ALBEDO_WEIGHT * color);
+        const float rough = al[x] - al[x + o];
+        rest[x] = LOG2_E * (exponent + NORMAL_WEIGHT_REST * turn + ALBEDO_WEIGHT * color +
+                            ROUGHNESS_WEIGHT * rough * rough);
     }
 }
 
@@ -133,14 +138,14 @@ static inline void add_row(const float *restrict w, const float *restrict s, siz
 
 /* Sums of distances over the rows and columns around the tile. */
 static void sum_patches(const struct residual_pass *pass, const float *guide, const float *variance,
-                        const struct residual_features *f, ptrdiff_t o, size_t base,
-                        struct residual_tile *tile)
+                        const struct residual_features *f, ptrdiff_t o, float sharpness,
+                        size_t base, struct residual_tile *tile)
 {
     const int32_t p = pass->patch_px, rows = TY + 2 * p;
     const size_t first = base - (size_t)p * f->shape.stride - (size_t)p;
     for (int32_t y = 0; y < rows; y++) {
         const size_t at = first + (size_t)y * f->shape.stride;
-        compare_guides(guide + at, variance + at, o, TX + 2 * p, pass->sharpness, tile->distance);
+        compare_guides(guide + at, variance + at, o, TX + 2 * p, sharpness, tile->distance);
         sum_across(tile->distance, p, tile->across + y * TX);
     }
     const float *restrict h = tile->across;
@@ -162,7 +167,9 @@ static void kernel_add_taps(const struct residual_pass *pass, const struct resid
         const struct residual_tap tap = pass->taps[first_tap + k];
         const ptrdiff_t o = (ptrdiff_t)tap.y * (ptrdiff_t)stride + tap.x;
         const float *exponent = tile->exponent[component == RESIDUAL_REST][k];
-        sum_patches(pass, light->guide[guide], light->variance, f, o, base, tile);
+        sum_patches(pass, light->guide[guide], light->variance, f, o,
+                    component == RESIDUAL_REST ? pass->sharpness * REST_SHARPER : pass->sharpness,
+                    base, tile);
         for (size_t y = 0; y < TY; y++) {
             const size_t row = y * TX, at = base + y * stride;
             weigh_row(tile->across + row, tile->pairs + row, exponent + row, pass->patch_px,

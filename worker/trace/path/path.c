@@ -132,6 +132,22 @@ static void note_normal(const struct path_packet *p, const struct path_vertex *v
     }
 }
 
+/* What surfaces do to light besides scattering it diffusely, roughly. */
+static void note_tint(const struct path_packet *p, const struct path_vertex *v,
+                      struct path_harvest *h)
+{
+    for (uint32_t i = 0; v->any_general && i < p->count; i++) {
+        float tint[3];
+        const uint32_t slot = p->slot[i];
+        if (!v->active.on[i] || v->lambert.on[i]) continue;
+        bsdf_tint(&v->bsdf[i], tint);
+        h->tint.r[slot] = tint[0];
+        h->tint.g[slot] = tint[1];
+        h->tint.b[slot] = tint[2];
+        h->alpha[slot] = 0.5f * (v->bsdf[i].alpha_u + v->bsdf[i].alpha_v);
+    }
+}
+
 /* What camera rays meet without a lens is so far away. */
 static void note_distance(const struct path_packet *p, const struct path_vertex *v,
                           struct path_harvest *h)
@@ -327,6 +343,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (v->mirrors.any) note_mirrors(p, v, &s->harvest);
     if (depth == 0 && c->lens) note_depth(c, p, v, &s->harvest);
     if (depth == 0 && c->features) note_distance(p, v, &s->harvest);
+    if (depth == 0 && c->features) note_tint(p, v, &s->harvest);
     if (depth == 0 && (c->centres || c->features)) note_normal(p, v, &s->harvest);
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))

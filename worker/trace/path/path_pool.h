@@ -43,8 +43,11 @@ struct path_harvest {
                               field's; only when paths leave indirect light to one */
     struct path_rgb albedo;
     struct path_rgb normal; /* shading normal of what the lens sees; only when demodulated */
-    struct path_rgb lobe;   /* directional albedo of the glossy lobe whose light fields of the lens
-                               bring, too; 0: none */
+    struct path_rgb tint;   /* colour of what the lens sees in all lobes but the diffuse one; only
+                               for features */
+    _Alignas(LANES_ALIGN) float alpha[PATH_SLOTS]; /* its roughness; the same */
+    struct path_rgb lobe; /* directional albedo of the glossy lobe whose light fields of the lens
+                             bring, too; 0: none */
     uint32_t mirrored[PATH_SLOTS]; /* reflections before the first surface; only where contexts have
                                       mirrors */
     _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's

@@ -114,7 +114,9 @@ static void add_halves(const struct path_harvest *h, size_t first, struct path_s
 {
     uint32_t at;
     add(&h->normal, first, &s->normal);
+    add(&h->tint, first, &s->tint);
     for (size_t i = 0; i < LANES; i++) s->distance[i] += h->distance[first + i];
+    for (size_t i = 0; i < LANES; i++) s->alpha[i] += h->alpha[first + i];
     if (!find_part(s, &at) || at >= s->parts.length / 2) return;
     add(&h->direct, first, &s->half_scattered);
     add(&h->indirect, first, &s->half_scattered);
@@ -182,6 +184,8 @@ void path_sums_store(const struct path_sums *s, const struct block *b, struct sa
     store(&s->half_direct, b, samples, PLANE_PATH_HALF_DIRECT);
     store(&s->half_indirect, b, samples, PLANE_PATH_HALF_INDIRECT);
     store(&s->normal, b, samples, PLANE_PATH_NORMAL);
+    store(&s->tint, b, samples, PLANE_PATH_TINT);
+    block_store_f32(b, s->alpha, samples_f32(samples, PLANE_PATH_TINT, 3));
     block_store_f32(b, s->distance, samples_f32(samples, PLANE_PATH_DISTANCE, 0));
     block_store_f32(b, s->coverage, samples_f32(samples, PLANE_PATH_COVERAGE, 0));
     block_store_f32(b, s->occlusion, samples_f32(samples, PLANE_PATH_OCCLUSION, 0));

@@ -17,6 +17,8 @@ struct path_sums {
     struct lanes3 half_scattered, half_direct, half_indirect;
     struct lanes3 normal; /* shading normals of what the camera sees; zeros where it sees nothing */
     _Alignas(LANES_ALIGN) float distance[LANES]; /* to it, along the rays */
+    struct lanes3 tint;                          /* of its lobes but the diffuse one */
+    _Alignas(LANES_ALIGN) float alpha[LANES];    /* roughness */
     bool splits;                                 /* PATH_SPLIT is wanted */
     struct lanes3 split; /* of this part: first half of radiance less the second */
     _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
