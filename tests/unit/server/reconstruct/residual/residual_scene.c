@@ -1,0 +1,124 @@
+#include "tests/unit/server/reconstruct/residual/residual_scene.h"
+
+#include <math.h>
+
+#include "tests/random.h"
+#include "tests/unit/server/reconstruct/synthetic_paths.h"
+
+float residual_random(int32_t x, int32_t y, uint32_t sample, uint32_t what)
+{
+    struct random r = {(uint64_t)(uint32_t)x << 40 ^ (uint64_t)(uint32_t)y << 20 ^ sample};
+    r.state = random_bits(&r) ^ what;
+    return random_unit(&r);
+}
+
+float residual_noise(int32_t x, int32_t y, uint32_t sample, uint32_t what)
+{
+    return -logf(1.0f - residual_random(x, y, sample, what));
+}
+
+struct plan residual_scene_plan(const struct residual_scene *s)
+{
+    struct plan plan;
+    synthetic_paths_plan(&plan, s->width, s->height, 64, s->spp);
+    plan.planes = PLANES_RESIDUAL_READ;
+    if (!s->no_indirect)
+        plan.planes |= PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT);
+    plan.occlusion_distance = 0;
+    plan.residual_filter = RESIDUAL_FILTER_HALVES;
+    return plan;
+}
+
+static void add(float *const sum[3], size_t i, const float value[3])
+{
+    for (int c = 0; c < 3 && sum[c]; c++) sum[c][i] += value[c];
+}
+
+static void clear_pixel(struct patch *p, size_t i)
+{
+    float *const *const all[] = {
+        p->path_radiance,       p->path_emission,       p->path_albedo,
+        p->path_diffuse_direct, p->path_half_direct,    p->path_diffuse_indirect,
+        p->path_half_indirect,  p->path_half_scattered, p->path_normal};
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        for (int c = 0; c < 3 && all[k][c]; c++) all[k][c][i] = 0.0f;
+    p->path_distance[i] = p->path_coverage[i] = 0.0f;
+}
+
+static void add_sample(struct patch *p, size_t i, const struct residual_sample *s, bool half)
+{
+    float scattered[3], radiance[3];
+    for (int c = 0; c < 3; c++) {
+        scattered[c] = s->albedo[c] * (s->direct[c] + s->indirect[c]) + s->rest[c];
+        radiance[c] = s->emission[c] + scattered[c];
+    }
+    add(p->path_radiance, i, radiance);
+    add(p->path_emission, i, s->emission);
+    add(p->path_diffuse_direct, i, s->direct);
+    add(p->path_diffuse_indirect, i, s->indirect);
+    if (s->hits) {
+        add(p->path_albedo, i, s->albedo);
+        add(p->path_normal, i, s->normal);
+        p->path_distance[i] += s->distance;
+        p->path_coverage[i] += 1.0f;
+    }
+    if (!half) return;
+    add(p->path_half_scattered, i, scattered);
+    add(p->path_half_direct, i, s->direct);
+    add(p->path_half_indirect, i, s->indirect);
+}
+
+static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i, int32_t x,
+                      int32_t y)
+{
+    const struct plan_pass pass = {.count = s->spp_of ? s->spp_of(x, y) : s->spp};
+    const struct plan_split parts = plan_pass_split(&pass);
+    const uint32_t end = parts.first + parts.count * parts.length;
+    clear_pixel(p, i);
+    p->paths.spp[i] = (float)pass.count;
+    p->paths.split_spp[i] = (float)(parts.count * parts.length);
+    p->paths.split_length[i] = (float)parts.length;
+    for (uint32_t k = 0; k < pass.count; k++) {
+        struct residual_sample sample = {
+            .hits = true, .normal = {0, 0, 1}, .distance = 5, .albedo = {0.5f, 0.5f, 0.5f}};
+        if (s->show) s->show(s, x, y, k, &sample);
+        const bool inside = k >= parts.first && k < end;
+        add_sample(p, i, &sample, inside && (k - parts.first) % parts.length < parts.length / 2);
+    }
+}
+
+struct patch *residual_scene_patch(const struct residual_scene *s, struct rect rect)
+{
+    const struct plan plan = residual_scene_plan(s);
+    struct patch *patch;
+    assert_int_equal(patch_create(&plan, rect, &patch), 0);
+    for (int32_t y = rect.y0; y < rect.y1; y++)
+        for (int32_t x = rect.x0; x < rect.x1; x++)
+            add_pixel(s, patch, patch_pixel(patch, x, y), x, y);
+    return patch;
+}
+
+struct residual_picture residual_scene_filter(const struct residual_scene *s, struct rect block)
+{
+    const struct plan plan = residual_scene_plan(s);
+    const struct rect all = {0, 0, s->width, s->height};
+    struct residual_picture picture;
+    struct residual_statistics statistics = {0};
+    struct patch *patch =
+        residual_scene_patch(s, rect_intersect(rect_grow(block, residual_halo_px(&plan)), all));
+    assert_int_equal(residual_filter(patch, block, &picture, &statistics), 0);
+    assert_true(statistics.pixels <= (uint64_t)rect_area(block));
+    patch_destroy(&patch);
+    return picture;
+}
+
+struct residual_picture residual_scene_filter_all(const struct residual_scene *s)
+{
+    return residual_scene_filter(s, (struct rect){0, 0, s->width, s->height});
+}
+
+float residual_scene_mean(const struct patch *patch, int channel, int32_t x, int32_t y)
+{
+    const size_t i = patch_pixel(patch, x, y);
+    return patch->path_radiance[channel][i] / patch->paths.spp[i];
+}
