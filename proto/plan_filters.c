@@ -95,6 +95,11 @@ static int check_residual_filter(const struct plan_place *at, const struct plan 
     if ((plan->planes & PLANES_RESIDUAL_READ) != PLANES_RESIDUAL_READ)
         return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what the residual filter reads",
                                  (double)plan->planes);
+    if ((plan->planes >> PLANE_PATH_DIFFUSE_INDIRECT & 1u) !=
+        (plan->planes >> PLANE_PATH_HALF_INDIRECT & 1u))
+        return plan_field_refuse(at, ERR_RANGE, "planes",
+                                 "has one of path_diffuse_indirect and path_half_indirect",
+                                 (double)plan->planes);
     return 0;
 }
 

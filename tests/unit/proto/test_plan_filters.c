@@ -86,7 +86,7 @@ TEST(rates_are_checked)
 static void filtered_case(struct plan *plan)
 {
     plan->paths = (struct plan_paths){0};
-    plan->planes &= ~PLANES_PATH;
+    plan->planes &= ~PLANES_PATH_ALL;
     plan->shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
@@ -113,4 +113,26 @@ TEST(filters_are_checked)
     EXPECT(plan.mu = 100.5f, ERR_RANGE, "mu");
     EXPECT(plan.mu = NAN, ERR_NOT_FINITE, "mu");
     EXPECT(plan.mu = INFINITY, ERR_NOT_FINITE, "mu");
+}
+
+/* The filter of paths needs all that it reads, and halves of whatever there are sums. */
+TEST(residual_filters_are_checked)
+{
+    static const uint64_t read[] = {
+        PLANE_BIT(PATH_RADIANCE),    PLANE_BIT(PATH_EMISSION), PLANE_BIT(PATH_DIFFUSE_DIRECT),
+        PLANE_BIT(PATH_ALBEDO),      PLANE_BIT(PATH_COVERAGE), PLANE_BIT(PATH_HALF_SCATTERED),
+        PLANE_BIT(PATH_HALF_DIRECT), PLANE_BIT(PATH_NORMAL),   PLANE_BIT(PATH_DISTANCE)};
+    const uint64_t sum = PLANE_BIT(PATH_DIFFUSE_INDIRECT), half = PLANE_BIT(PATH_HALF_INDIRECT);
+    EXPECT(plan.residual_filter = RESIDUAL_FILTER_HALVES, ERR_OK, "");
+    EXPECT(plan.residual_filter = RESIDUAL_FILTER_HALVES + 1, ERR_RANGE, "residual_filter");
+    for (size_t k = 0; k < sizeof read / sizeof *read; k++)
+        EXPECT((plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.planes &= ~read[k]), ERR_RANGE,
+               "planes");
+    EXPECT(plan.planes &= ~PLANES_RESIDUAL, ERR_OK, "");
+    EXPECT((plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.planes &= ~(sum | half)), ERR_OK,
+           "");
+    EXPECT((plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.planes &= ~sum), ERR_RANGE,
+           "planes");
+    EXPECT((plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.planes &= ~half), ERR_RANGE,
+           "planes");
 }

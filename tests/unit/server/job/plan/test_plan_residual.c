@@ -1,0 +1,118 @@
+/* When what paths bring is filtered, why, and which planes that takes. */
+#include "proto/samples.h"
+#include "tests/unit/server/job/plan/plan_stage.h"
+#include "tests/unit/unit.h"
+
+#define HALF_INDIRECT (PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT))
+
+EACH_TEST(stage_set_up, stage_tear_down);
+
+/* Makes the plan, which must be one that workers take. */
+static void expect(struct stage *s, uint32_t filter, const char *why)
+{
+    if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    if (plan_check(&s->plan, &s->fault) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    assert_int_equal(s->plan.residual_filter, filter);
+    assert_string_equal(s->report.residual_filter_why, why);
+    if (filter == RESIDUAL_FILTER_NONE) assert_int_equal(s->plan.planes & PLANES_RESIDUAL, 0);
+    if (filter == RESIDUAL_FILTER_NONE) return;
+    assert_int_equal(s->plan.planes & PLANES_RESIDUAL_READ, PLANES_RESIDUAL_READ);
+}
+
+static void expect_halves(struct stage *s)
+{
+    expect(s, RESIDUAL_FILTER_HALVES,
+           "light that comes along paths is noise where no light field covers it");
+}
+
+/* A surface that no light field covers. */
+static void only_paths(struct stage *s)
+{
+    s->material.alpha_mode = ALPHA_BLEND;
+}
+
+TEST(auto_filters_paths)
+{
+    struct stage *s = *state;
+    only_paths(s);
+    s->job.indirect_bounces = 3;
+    expect_halves(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
+    static const uint32_t layers[] = {LAYER_DIFFUSE_DIRECT, LAYER_DIFFUSE_INDIRECT};
+    for (int k = 0; k < 2; k++) {
+        s->job.layers = layers[k];
+        expect_halves(s);
+    }
+}
+
+/* Light fields bring a part; the filter has the rest. */
+TEST(auto_filters_paths_beside_light_fields)
+{
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.indirect_bounces = 2;
+    expect_halves(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_true(s->plan.paths.without_diffuse_indirect);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, 0);
+    s->job.layers = LAYER_BEAUTY | LAYER_DIFFUSE_INDIRECT;
+    expect_halves(s);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, 0);
+}
+
+/* Sums and their halves come together, also where nothing is scattered twice. */
+TEST(no_bounces_have_no_halves)
+{
+    struct stage *s = *state;
+    only_paths(s);
+    s->job.indirect_bounces = 0;
+    expect_halves(s);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, 0);
+    s->job.layers = LAYER_BEAUTY | LAYER_DIFFUSE_INDIRECT;
+    expect_halves(s);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
+}
+
+TEST(none_leaves_paths_alone)
+{
+    struct stage *s = *state;
+    s->job.method = FILTER_NONE;
+    expect(s, RESIDUAL_FILTER_NONE, "filter.method is none");
+    s->job.method = FILTER_AVERAGE;
+    only_paths(s);
+    expect(s, RESIDUAL_FILTER_NONE, "filter.method is average");
+    s->job.method = FILTER_AUTO;
+    s->job.residual = RESIDUAL_NONE;
+    expect(s, RESIDUAL_FILTER_NONE, "filter.residual is none");
+}
+
+TEST(halves_are_taken_by_name)
+{
+    static const enum filter_method methods[] = {FILTER_NONE, FILTER_AUTO, FILTER_AVERAGE};
+    struct stage *s = *state;
+    only_paths(s);
+    s->job.residual = RESIDUAL_HALVES;
+    for (int k = 0; k < 3; k++) {
+        s->job.method = methods[k];
+        expect(s, RESIDUAL_FILTER_HALVES, "filter.residual is halves");
+    }
+}
+
+TEST(there_may_be_nothing_to_filter)
+{
+    struct stage *s = *state;
+    for (int named = 0; named < 2; named++) {
+        s->material.alpha_mode = ALPHA_OPAQUE;
+        s->job.residual = named ? RESIDUAL_HALVES : RESIDUAL_AUTO;
+        s->job.layers = LAYER_BEAUTY;
+        s->job.spp = 9;
+        expect(s, RESIDUAL_FILTER_NONE, "no light comes along paths");
+        only_paths(s);
+        s->job.spp = 1;
+        expect(s, RESIDUAL_FILTER_NONE, "one path a pixel has no halves");
+        s->job.spp = 9;
+        s->job.layers = LAYER_DIRECT | LAYER_ALBEDO | LAYER_ERROR;
+        expect(s, RESIDUAL_FILTER_NONE, "no layer shows what it filters");
+    }
+}
