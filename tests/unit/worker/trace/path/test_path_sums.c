@@ -1,0 +1,209 @@
+/* What paths add up to for the residual filter: halves of a pass's samples, and what they see. */
+#include <stdlib.h>
+
+#include "tests/unit/unit.h"
+#include "tests/unit/worker/tile_fixture.h"
+
+#include "worker/trace/path/path_sums.h"
+
+enum { SIDE_PX = 24, AREA = SIDE_PX * SIDE_PX };
+
+/* Sample k of lane i: whole numbers, so that sums are exact; k's bit tells it from all others. */
+static void show_sample(struct path_harvest *h, uint32_t slot, uint32_t k, uint32_t lane)
+{
+    struct path_rgb *const all[] = {&h->emission,       &h->direct,           &h->indirect,
+                                    &h->diffuse_direct, &h->diffuse_indirect, &h->normal};
+    for (uint32_t n = 0; n < 6; n++) {
+        all[n]->r[slot] = (float)(UINT32_C(1) << k % 20);
+        all[n]->g[slot] = (float)(n + 1);
+        all[n]->b[slot] = (float)(k * lane);
+    }
+    h->normal.r[slot] *= k & 1 ? -1.0f : 1.0f;
+    h->distance[slot] = (float)(k + lane);
+}
+
+/* In batches of 1, 2, 3 ... samples, as many as are left. */
+static void add_pass(struct path_sums *sums, const struct plan_pass *pass)
+{
+    static struct path_harvest h;
+    struct counters counters = {.value = {0}};
+    uint32_t done = 0;
+    for (uint32_t size = 1; done < pass->count; size++) {
+        const uint32_t count = size < pass->count - done ? size : pass->count - done;
+        for (uint32_t k = 0; k < count; k++)
+            for (uint32_t lane = 0; lane < LANES; lane++)
+                show_sample(&h, k * LANES + lane, pass->first + done + k, lane);
+        path_sums_add(sums, &h, count, true, &counters);
+        done += count;
+    }
+    assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], 0);
+}
+
+/* Sums over the samples in `set`, a bit each, of what show_sample() gives number n. */
+static void expect_sum(const struct lanes3 *sum, uint64_t set, uint32_t n)
+{
+    for (uint32_t lane = 0; lane < LANES; lane++) {
+        float r = 0, g = 0, b = 0;
+        for (uint32_t k = 0; k < 64; k++) {
+            if (!(set >> k & 1u)) continue;
+            r += (float)(UINT32_C(1) << k % 20), g += (float)(n + 1), b += (float)(k * lane);
+        }
+        assert_true(sum->x[lane] == r && sum->y[lane] == g && sum->z[lane] == b);
+    }
+}
+
+/* Sums are over the first halves of the longest parts that begin at a multiple of their length. */
+TEST(halves_are_first_halves_of_parts)
+{
+    static const struct {
+        uint32_t first, count;
+        uint64_t half;
+    } cases[] = {
+        {0, 1, 0},     {0, 2, 0x1},    {0, 4, 0x3},        {0, 9, 0xf},
+        {0, 16, 0xff}, {9, 7, 0x3000}, {4, 8, 0x330},      {16, 9, 0xf0000},
+        {3, 1, 0},     {1, 3, 0x4},    {16, 20, 0xff0000},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        static struct path_sums s;
+        const struct plan_pass pass = {.first = cases[k].first, .count = cases[k].count};
+        const uint64_t half = cases[k].half;
+        const uint64_t all = ((UINT64_C(1) << pass.count) - 1) << pass.first;
+        path_sums_init(&s, &pass, PLANES_RESIDUAL);
+        add_pass(&s, &pass);
+        expect_sum(&s.half_direct, half, 3);
+        expect_sum(&s.half_indirect, half, 4);
+        expect_sum(&s.diffuse_direct, all, 3);
+        expect_sum(&s.diffuse_indirect, all, 4);
+        for (uint32_t i = 0; i < LANES; i++) {
+            float x = 0, distance = 0, scattered = 0;
+            for (uint32_t n = pass.first; n < pass.first + pass.count; n++) {
+                x += (n & 1 ? -1.0f : 1.0f) * (float)(UINT32_C(1) << n % 20);
+                distance += (float)(n + i);
+                if (half >> n & 1u) scattered += 5.0f;
+            }
+            assert_true(s.normal.x[i] == x && s.normal.y[i] == 6.0f * (float)pass.count);
+            assert_true(s.distance[i] == distance && s.half_scattered.y[i] == scattered);
+        }
+        /* As many as the coordinator takes for half of the split samples. */
+        const struct plan_split parts = plan_pass_split(&pass);
+        assert_true(s.half_direct.y[0] == 4.0f * (float)(parts.count * parts.length / 2));
+    }
+}
+
+TEST(halves_are_not_added_up_unasked)
+{
+    static struct path_sums s;
+    const struct plan_pass pass = {.count = 16};
+    path_sums_init(&s, &pass, PLANES_PATH);
+    add_pass(&s, &pass);
+    expect_sum(&s.half_direct, 0, 3);
+    expect_sum(&s.half_scattered, 0, 0);
+    expect_sum(&s.normal, 0, 0);
+    expect_sum(&s.diffuse_direct, 0xffff, 3);
+}
+
+/* A sample that is not finite is black in its half, too. */
+TEST(odd_samples_count_as_black_in_halves)
+{
+    static struct path_harvest h;
+    static struct path_sums s;
+    const struct plan_pass pass = {.count = 4};
+    struct counters counters = {.value = {0}};
+    for (uint32_t k = 0; k < 4; k++)
+        for (uint32_t i = 0; i < LANES; i++) show_sample(&h, k * LANES + i, k, i);
+    h.indirect.g[LANES + 7] = INFINITY;
+    path_sums_init(&s, &pass, PLANES_RESIDUAL);
+    path_sums_add(&s, &h, 4, true, &counters);
+    assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], 1);
+    for (int i = 0; i < LANES; i++) {
+        const float samples = i == 7 ? 1.0f : 2.0f;
+        assert_true(s.half_direct.y[i] == 4.0f * samples);
+        assert_true(s.half_scattered.y[i] == 5.0f * samples);
+    }
+}
+
+/* A floor with a glossy panel above it, under a light. */
+static struct plan room(struct scene_fixture *f, float half_side)
+{
+    struct plan p = floor_plan(f, half_side, SIDE_PX);
+    uint32_t glossy = fixture_material(f, 0.2f, 0.6f, 0.2f);
+    f->materials[glossy].specular = 1.0f;
+    f->materials[glossy].roughness = 0.4f;
+    fixture_panel(f, glossy, (float[]){1, 0.5f, 0}, (float[]){0.5f, 0, 0}, (float[]){0, 0, -0.5f});
+    fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
+    p.light_planes = 0;
+    p.planes = (PLANES_PATH & ~PLANE_BIT(PATH_OCCLUSION)) | PLANES_RESIDUAL;
+    p.bounces = 2;
+    return p;
+}
+
+static const float *plane(const struct traced *t, enum plane_id id, uint32_t c)
+{
+    const float *v = samples_f32(t->samples, id, c);
+    assert_non_null(v);
+    return v;
+}
+
+/* The half of sixteen samples is what eight bring; other planes do not change. */
+TEST(half_a_pass_is_a_pass_of_half)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, 3.0f);
+    p.paths.spp = 16;
+    struct traced sixteen = trace_all(f, &p);
+    p.paths.spp = 8;
+    struct traced eight = trace_all(f, &p);
+    p.planes &= ~PLANES_RESIDUAL;
+    struct traced plain = trace_all(f, &p);
+    const size_t bytes = AREA * sizeof(float);
+    double lit = 0;
+    for (uint32_t c = 0; c < 3; c++) {
+        const float *half = plane(&sixteen, PLANE_PATH_HALF_SCATTERED, c);
+        const float *direct = plane(&eight, PLANE_PATH_DIRECT, c);
+        const float *indirect = plane(&eight, PLANE_PATH_INDIRECT, c);
+        assert_memory_equal(plane(&sixteen, PLANE_PATH_HALF_DIRECT, c),
+                            plane(&eight, PLANE_PATH_DIFFUSE_DIRECT, c), bytes);
+        assert_memory_equal(plane(&sixteen, PLANE_PATH_HALF_INDIRECT, c),
+                            plane(&eight, PLANE_PATH_DIFFUSE_INDIRECT, c), bytes);
+        for (int i = 0; i < AREA; i++) {
+            assert_true(fabsf(half[i] - direct[i] - indirect[i]) <= 1e-5f * half[i]);
+            lit += (double)(half[i] > 0.0f);
+        }
+        assert_memory_equal(plane(&plain, PLANE_PATH_RADIANCE, c),
+                            plane(&eight, PLANE_PATH_RADIANCE, c), bytes);
+    }
+    assert_true(lit > AREA);
+    traced_fini(&plain);
+    traced_fini(&eight);
+    traced_fini(&sixteen);
+    free(f);
+}
+
+/* Only samples that see something count; the floor ends within the picture. */
+TEST(features_are_of_what_is_seen)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f, 0.8f);
+    p.paths.spp = 16;
+    struct traced t = trace_all(f, &p);
+    const float *seen = plane(&t, PLANE_PATH_COVERAGE, 0);
+    const float *distance = plane(&t, PLANE_PATH_DISTANCE, 0);
+    uint32_t partial = 0, floor = 0;
+    for (int32_t i = 0; i < AREA; i++) {
+        double to[3];
+        floor_point(&p, i % SIDE_PX, i / SIDE_PX, to);
+        const double far = sqrt(to[0] * to[0] + 16.0 + to[2] * to[2]);
+        const float up = plane(&t, PLANE_PATH_NORMAL, 1)[i];
+        partial += seen[i] > 0.0f && seen[i] < 16.0f;
+        assert_true(fabsf(up - seen[i]) <= 1e-4f);
+        assert_true(fabsf(plane(&t, PLANE_PATH_NORMAL, 0)[i]) <= 1e-4f);
+        assert_true(distance[i] <= 1.01f * (float)far * seen[i]);
+        assert_true(seen[i] > 0.0f || distance[i] == 0.0f);
+        if (to[0] > 0.4) continue; /* the panel is there */
+        floor += seen[i] > 0.0f;
+        assert_true(fabs((double)distance[i] - far * (double)seen[i]) <= 0.03 * (double)seen[i]);
+    }
+    assert_true(partial > 10 && floor > 50);
+    traced_fini(&t);
+    free(f);
+}
