@@ -34,17 +34,6 @@ static void add(float *const sum[3], size_t i, const float value[3])
     for (int c = 0; c < 3 && sum[c]; c++) sum[c][i] += value[c];
 }
 
-static void clear_pixel(struct patch *p, size_t i)
-{
-    float *const *const all[] = {
-        p->path_radiance,       p->path_emission,       p->path_albedo,
-        p->path_diffuse_direct, p->path_half_direct,    p->path_diffuse_indirect,
-        p->path_half_indirect,  p->path_half_scattered, p->path_normal};
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
-        for (int c = 0; c < 3 && all[k][c]; c++) all[k][c][i] = 0.0f;
-    p->path_distance[i] = p->path_coverage[i] = 0.0f;
-}
-
 static void add_sample(struct patch *p, size_t i, const struct residual_sample *s, bool half)
 {
     float scattered[3], radiance[3];
@@ -74,7 +63,6 @@ static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i,
     const struct plan_pass pass = {.count = s->spp_of ? s->spp_of(x, y) : s->spp};
     const struct plan_split parts = plan_pass_split(&pass);
     const uint32_t end = parts.first + parts.count * parts.length;
-    clear_pixel(p, i);
     p->paths.spp[i] = (float)pass.count;
     p->paths.split_spp[i] = (float)(parts.count * parts.length);
     p->paths.split_length[i] = (float)parts.length;
@@ -92,6 +80,7 @@ struct patch *residual_scene_patch(const struct residual_scene *s, struct rect r
     const struct plan plan = residual_scene_plan(s);
     struct patch *patch;
     assert_int_equal(patch_create(&plan, rect, &patch), 0);
+    memset(patch->memory, 0, patch_bytes(&plan, (size_t)rect_area(rect)));
     for (int32_t y = rect.y0; y < rect.y1; y++)
         for (int32_t x = rect.x0; x < rect.x1; x++)
             add_pixel(s, patch, patch_pixel(patch, x, y), x, y);

@@ -24,20 +24,20 @@ static void show_noise(const struct residual_scene *s, int32_t x, int32_t y, uin
                        struct residual_sample *out)
 {
     const bool near = (x / 20 + y / 30) % 2 == 0;
-    (void)s;
+    const float scale = s->level > 0.0f ? s->level : 1.0f;
     out->hits = x % 37 != 5 || residual_random(x, y, sample, 9) < 0.5f;
     if (!out->hits) {
         memset(out->albedo, 0, sizeof out->albedo);
-        residual_grey(0.5f, out->emission);
+        residual_grey(scale * 0.5f, out->emission);
         return;
     }
     out->distance = (near ? 3.0f : 5.0f) + 0.02f * (float)x;
     out->normal[0] = near ? 0.0f : 0.6f, out->normal[2] = near ? 1.0f : 0.8f;
     for (int c = 0; c < 3; c++) {
         out->albedo[c] = 0.1f + 0.2f * (float)((x / 7 + c) % 4);
-        out->direct[c] = (near ? 1.0f : 2.0f) * residual_noise(x, y, sample, 1);
-        out->indirect[c] = 0.3f * residual_noise(x, y, sample, 2);
-        out->rest[c] = 0.2f * residual_noise(x, y, sample, 3 + (uint32_t)c);
+        out->direct[c] = scale * (near ? 1.0f : 2.0f) * residual_noise(x, y, sample, 1);
+        out->indirect[c] = scale * 0.3f * residual_noise(x, y, sample, 2);
+        out->rest[c] = scale * 0.2f * residual_noise(x, y, sample, 3 + (uint32_t)c);
     }
 }
 
@@ -65,6 +65,12 @@ static void assert_same(const struct residual_picture *part, const struct residu
     }
 }
 
+/* But for rounding: the remainder is taken out of all light and added again. */
+static bool is_near(float a, float b)
+{
+    return fabsf(a - b) <= 1e-6f * b;
+}
+
 /* To the last bit: sums of weighted differences are 0. */
 TEST(constant_light_stays)
 {
@@ -78,7 +84,8 @@ TEST(constant_light_stays)
             for (int c = 0; c < 3; c++) {
                 assert_true(p.diffuse_direct[c][i] == s.level * (float)(c + 1));
                 assert_true(p.diffuse_indirect[c][i] == s.level * (float)(4 - c));
-                assert_true(p.radiance[c][i] == s.level * (0.5f * 5.0f + 0.75f));
+                assert_true(is_near(p.radiance[c][i], s.level * (0.5f * 5.0f + 0.75f)));
+                assert_true(p.radiance[c][i] == p.radiance[c][0]);
             }
         residual_picture_fini(&p);
     }
@@ -93,7 +100,7 @@ TEST(constant_light_stays_constant)
             .width = 70, .height = 20, .spp = counts[k], .show = show_constant, .level = 0.1f};
         struct residual_picture p = residual_scene_filter_all(&s);
         for (int c = 0; c < 3; c++) {
-            assert_true(fabsf(p.radiance[c][0] - 0.325f) < 1e-6f);
+            assert_true(is_near(p.radiance[c][0], 0.325f));
             for (int64_t i = 1; i < rect_area(p.block); i++) {
                 assert_true(p.radiance[c][i] == p.radiance[c][0]);
                 assert_true(p.diffuse_direct[c][i] == p.diffuse_direct[c][0]);
@@ -145,13 +152,33 @@ TEST(small_pictures_keep_to_their_range)
     }
 }
 
+/* Nothing hangs on how bright a scene is: by powers of two not even a bit. */
+TEST(light_may_be_scaled)
+{
+    struct residual_scene s = {.width = 90, .height = 50, .spp = 4, .show = show_noise};
+    struct residual_picture once = residual_scene_filter_all(&s);
+    static const float levels[] = {0x1p-24f, 0x1p24f};
+    for (size_t k = 0; k < sizeof levels / sizeof *levels; k++) {
+        s.level = levels[k];
+        struct residual_picture p = residual_scene_filter_all(&s);
+        for (int64_t i = 0; i < rect_area(p.block); i++)
+            for (int c = 0; c < 3; c++) {
+                assert_true(p.radiance[c][i] == s.level * once.radiance[c][i]);
+                assert_true(p.diffuse_direct[c][i] == s.level * once.diffuse_direct[c][i]);
+            }
+        residual_picture_fini(&p);
+    }
+    residual_picture_fini(&once);
+}
+
 #define FLASH_X 70
 #define FLASH_Y 45
 
 static void show_flash(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
                        struct residual_sample *out)
 {
-    show_noise(s, x, y, sample, out);
+    const struct residual_scene dim = {.level = 1.0f};
+    show_noise(&dim, x, y, sample, out);
     if (x == FLASH_X && y == FLASH_Y && sample == 0)
         residual_grey(s->level, out->direct), residual_grey(s->level, out->rest);
 }
@@ -206,9 +233,38 @@ TEST(halves_that_agree_leave_the_picture)
         for (int32_t x = 0; x < s.width; x++)
             for (int c = 0; c < 3; c++) {
                 const size_t i = residual_picture_at(&p, x, y);
-                assert_true(p.radiance[c][i] == residual_scene_mean(patch, c, x, y));
+                assert_true(is_near(p.radiance[c][i], residual_scene_mean(patch, c, x, y)));
                 assert_true(p.diffuse_direct[c][i] == patch->path_diffuse_direct[c][i] / 16.0f);
                 assert_true(p.diffuse_indirect[c][i] == patch->path_diffuse_indirect[c][i] / 16.0f);
+            }
+    patch_destroy(&patch);
+    residual_picture_fini(&p);
+}
+
+/* Bright where they are lit, dark where they are not: the remainder has what the product of means
+ * lacks, here half as much again, or takes off what it has too much. */
+static void show_edges(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                       struct residual_sample *out)
+{
+    const bool lit = sample % 2 != 0, bright = x < s->width / 2 ? lit : !lit;
+    show_texture(s, x, y, sample, out);
+    residual_grey(bright ? 0.75f : 0.25f, out->albedo);
+    for (int c = 0; c < 3; c++) out->indirect[c] = out->rest[c] = 0.0f;
+    if (!lit) residual_grey(0.0f, out->direct);
+}
+
+TEST(the_remainder_may_be_negative)
+{
+    const struct residual_scene s = {.width = 40, .height = 30, .spp = 16, .show = show_edges};
+    struct residual_picture p = residual_scene_filter_all(&s);
+    struct patch *patch = residual_scene_patch(&s, p.block);
+    for (int32_t y = 0; y < s.height; y++)
+        for (int32_t x = 0; x < s.width; x++)
+            for (int c = 0; c < 3; c++) {
+                const float value = p.radiance[c][residual_picture_at(&p, x, y)];
+                const float light = residual_random(x, y, 0, (uint32_t)c);
+                assert_true(is_near(value, residual_scene_mean(patch, c, x, y)));
+                assert_true(fabsf(value - (x < 20 ? 0.375f : 0.125f) * light) < 0.002f);
             }
     patch_destroy(&patch);
     residual_picture_fini(&p);
@@ -322,7 +378,7 @@ TEST(plans_may_lack_indirect_light)
         for (int c = 0; c < 3; c++) {
             assert_true(p.diffuse_indirect[c][i] == 0.0f);
             assert_true(p.diffuse_direct[c][i] == s.level * (float)(c + 1));
-            assert_true(p.radiance[c][i] == s.level * (0.5f * 5.0f + 0.75f));
+            assert_true(is_near(p.radiance[c][i], s.level * (0.5f * 5.0f + 0.75f)));
         }
     residual_picture_fini(&p);
 }
