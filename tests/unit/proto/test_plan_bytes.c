@@ -17,6 +17,7 @@ TEST(plans_round_trip)
             sent.planes &=
                 ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
         }
+        if (lights == 3) sent.residual_filter = RESIDUAL_FILTER_HALVES;
         encode(&sent, &w);
         memset(&got, 0xee, sizeof got);
         if (decode(w.data, w.size_bytes, &got, &fault))
@@ -28,6 +29,7 @@ TEST(plans_round_trip)
         assert_memory_equal(&sent.environment, &got.environment, sizeof sent.environment);
         assert_memory_equal(&sent.paths, &got.paths, sizeof sent.paths);
         assert_int_equal(sent.shadow_filter, got.shadow_filter);
+        assert_int_equal(sent.residual_filter, got.residual_filter);
         assert_true(sent.mu == got.mu);
         assert_true(sent.rate.mu == got.rate.mu && sent.rate.rays_most == got.rate.rays_most);
         assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);

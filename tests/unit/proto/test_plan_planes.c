@@ -19,8 +19,8 @@ TEST(paths_are_checked)
     EXPECT(plan.paths.emitter_power = INFINITY, ERR_NOT_FINITE, "paths.emitter_power");
     EXPECT(plan.paths.emitter_power = 0, ERR_OK, "");
     EXPECT(plan.paths.spp = 0, ERR_RANGE, "planes");
-    EXPECT((plan.paths = (struct plan_paths){0}, plan.planes &= ~PLANES_PATH), ERR_OK, "");
-    EXPECT((plan.occlusion_distance = 0, plan.planes &= ~PLANES_PATH), ERR_RANGE, "planes");
+    EXPECT((plan.paths = (struct plan_paths){0}, plan.planes &= ~PLANES_PATH_ALL), ERR_OK, "");
+    EXPECT((plan.occlusion_distance = 0, plan.planes &= ~PLANES_PATH_ALL), ERR_RANGE, "planes");
     EXPECT(plan.paths.without_diffuse_indirect = 1, ERR_OK, "");
     EXPECT(plan.paths.without_diffuse_indirect = 2, ERR_LIMIT, "paths.without_diffuse_indirect");
     EXPECT((plan.paths.without_diffuse_indirect = 1, plan.planes = PLANES_PATH), ERR_RANGE,
@@ -83,7 +83,7 @@ static void lone_case(struct plan *plan)
     plan->paths = (struct plan_paths){0};
     plan->camera.aperture_radius = 0.0f;
     plan->lens_strata_per_axis = plan->lens_light = 0;
-    plan->planes = (plan->planes & ~(PLANES_PATH | PLANES_LENS_ALL)) | PLANE_BIT(LONE);
+    plan->planes = (plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL)) | PLANE_BIT(LONE);
     plan->occlusion_distance = 1.0f;
 }
 

@@ -19,7 +19,7 @@ static void plan_of_formula(uint64_t without)
     plan_case(&plan);
     plan.lights[0] = plan.lights[3];
     plan.light_count = 1;
-    plan.planes &= ~(without | PLANES_PATH);
+    plan.planes &= ~(without | PLANES_PATH_ALL);
     if (!(plan.planes & PLANES_LENS)) plan.lens_strata_per_axis = 0;
     if (!(plan.planes & PLANES_LENS_SURFACE)) plan.lens_light = LENS_LIGHT_OWN;
     plan.shadow_filter = SHADOW_FILTER_SHEARED;
@@ -61,13 +61,13 @@ TEST(later_passes_hold_paths_alone)
     struct samples_layout layout;
     plan_case(&plan);
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 32, 32), 0);
-    assert_int_equal(layout.planes, PLANES_PATH);
-    assert_int_equal(layout.total_bytes / (32 * 32), 108);
+    assert_int_equal(layout.planes, PLANES_PATH_ALL);
+    assert_int_equal(layout.total_bytes / (32 * 32), 160);
     assert_int_equal(layout.offset[PLANE_DEPTH], SAMPLES_ABSENT);
     for (uint32_t k = 0; k < 4; k++) assert_int_equal(layout.light_planes[k], 0);
     plan.planes &= ~BIT(PATH_SPREAD);
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 32, 32), 0);
-    assert_int_equal(layout.total_bytes / (32 * 32), 96);
+    assert_int_equal(layout.total_bytes / (32 * 32), 148);
 }
 
 TEST(layouts_do_not_overlap)

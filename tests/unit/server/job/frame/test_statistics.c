@@ -86,7 +86,8 @@ TEST(take_up_blocks)
     assert_int_equal(s.glossy_cpu_us, 7);
     assert_int_equal(statistics_add_filters(&s, &block),
                      block.shadow_cpu_us + block.indirect_cpu_us + block.glossy_cpu_us +
-                         block.lens_cpu_us + block.lens_light_cpu_us);
+                         block.lens_cpu_us + block.lens_light_cpu_us + block.residual_cpu_us);
+    assert_int_equal(s.residual_pixels_filtered, block.residual.pixels);
     assert_int_equal(s.glossy_cpu_us, 7 + block.glossy_cpu_us);
     assert_int_equal(s.shadow_pixels_alone, block.shadow.pixels_alone);
     assert_int_equal(s.tiles_done, 0);

@@ -158,6 +158,7 @@ TEST(reports_it_as_json)
 {
     struct stage *s = *state;
     varnish(s);
+    s->job.residual = RESIDUAL_NONE;
     must_make(s);
     json_t *json = plan_report_json(&s->plan, &s->report);
     assert_non_null(json);

@@ -1,6 +1,7 @@
 #include "tests/unit/server/reconstruct/residual/residual_scene.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "tests/random.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
