@@ -118,10 +118,11 @@ TEST(filters_are_checked)
 /* The filter of paths needs all that it reads, and halves of whatever there are sums. */
 TEST(residual_filters_are_checked)
 {
-    static const uint64_t read[] = {
-        PLANE_BIT(PATH_RADIANCE),    PLANE_BIT(PATH_EMISSION), PLANE_BIT(PATH_DIFFUSE_DIRECT),
-        PLANE_BIT(PATH_ALBEDO),      PLANE_BIT(PATH_COVERAGE), PLANE_BIT(PATH_HALF_SCATTERED),
-        PLANE_BIT(PATH_HALF_DIRECT), PLANE_BIT(PATH_NORMAL),   PLANE_BIT(PATH_DISTANCE)};
+    static const uint64_t read[] = {PLANE_BIT(PATH_RADIANCE),       PLANE_BIT(PATH_EMISSION),
+                                    PLANE_BIT(PATH_DIFFUSE_DIRECT), PLANE_BIT(PATH_ALBEDO),
+                                    PLANE_BIT(PATH_COVERAGE),       PLANE_BIT(PATH_HALF_SCATTERED),
+                                    PLANE_BIT(PATH_HALF_DIRECT),    PLANE_BIT(PATH_NORMAL),
+                                    PLANE_BIT(PATH_DISTANCE),       PLANE_BIT(PATH_TINT)};
     const uint64_t sum = PLANE_BIT(PATH_DIFFUSE_INDIRECT), half = PLANE_BIT(PATH_HALF_INDIRECT);
     EXPECT(plan.residual_filter = RESIDUAL_FILTER_HALVES, ERR_OK, "");
     EXPECT(plan.residual_filter = RESIDUAL_FILTER_HALVES + 1, ERR_RANGE, "residual_filter");

@@ -49,6 +49,8 @@ static void add_sample(struct patch *p, size_t i, const struct residual_sample *
     if (s->hits) {
         add(p->path_albedo, i, s->albedo);
         add(p->path_normal, i, s->normal);
+        add(p->path_tint, i, s->tint);
+        p->path_alpha[i] += s->alpha;
         p->path_distance[i] += s->distance;
         p->path_coverage[i] += 1.0f;
     }

@@ -10,6 +10,7 @@
 struct residual_sample {
     bool hits;
     float normal[3], distance, albedo[3];
+    float tint[3], alpha; /* of all lobes but the diffuse one */
     float emission[3], direct[3], indirect[3], rest[3];
 };
 

@@ -33,8 +33,10 @@ static void show_noise(const struct residual_scene *s, int32_t x, int32_t y, uin
     }
     out->distance = (near ? 3.0f : 5.0f) + 0.02f * (float)x;
     out->normal[0] = near ? 0.0f : 0.6f, out->normal[2] = near ? 1.0f : 0.8f;
+    out->alpha = near ? 0.2f : 0.25f;
     for (int c = 0; c < 3; c++) {
         out->albedo[c] = 0.1f + 0.2f * (float)((x / 7 + c) % 4);
+        out->tint[c] = 0.25f * (float)((y / 5 + c) % 3);
         out->direct[c] = scale * (near ? 1.0f : 2.0f) * residual_noise(x, y, sample, 1);
         out->indirect[c] = scale * 0.3f * residual_noise(x, y, sample, 2);
         out->rest[c] = scale * 0.2f * residual_noise(x, y, sample, 3 + (uint32_t)c);

@@ -85,7 +85,7 @@ TEST(noise_of_a_wall_falls)
     }
 }
 
-enum edge { EDGE_NONE, EDGE_DEPTH, EDGE_NORMAL, EDGE_ALBEDO };
+enum edge { EDGE_NONE, EDGE_DEPTH, EDGE_NORMAL, EDGE_ALBEDO, EDGE_ROUGHNESS, EDGE_COUNT };
 
 /* Light that is brighter on the right, by too little for four samples to tell. */
 static void show_edge(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
@@ -93,12 +93,14 @@ static void show_edge(const struct residual_scene *s, int32_t x, int32_t y, uint
 {
     const bool right = x >= WIDTH / 2;
     const float light = (right ? 1.4f : 1.0f) * residual_noise(x, y, sample, 1);
-    const enum edge edge = (enum edge)((int)s->level % 4);
-    residual_grey(light, s->level < 4.0f ? out->direct : out->rest);
+    const int number = (int)s->level;
+    const enum edge edge = (enum edge)(number % EDGE_COUNT);
+    residual_grey(light, number < EDGE_COUNT ? out->direct : out->rest);
     if (!right) return;
     if (edge == EDGE_DEPTH) out->distance = 7.0f;
     if (edge == EDGE_NORMAL) out->normal[0] = 1.0f, out->normal[2] = 0.0f;
     if (edge == EDGE_ALBEDO) out->albedo[0] = 0.9f, out->albedo[1] = 0.1f;
+    if (edge == EDGE_ROUGHNESS) out->alpha = 0.5f;
 }
 
 #define BESIDE 24 /* columns, more than most taps reach */
@@ -111,7 +113,7 @@ static double leak(enum edge edge, bool rest)
                                      .height = HEIGHT,
                                      .spp = 4,
                                      .show = show_edge,
-                                     .level = (float)edge + (rest ? 4.0f : 0.0f)};
+                                     .level = (float)(rest ? edge + EDGE_COUNT : edge)};
     make_pictures(&s, 2, &p);
     const int32_t x = WIDTH / 2;
     const double left = mean(p.filtered, x - BESIDE, x) / mean(p.plain, x - BESIDE, x) - 1;
@@ -126,8 +128,40 @@ TEST(edges_of_surfaces_do_not_leak)
         assert_true(leak(EDGE_DEPTH, rest) < 0.003);
         assert_true(leak(EDGE_NORMAL, rest) < 0.003);
     }
-    /* Light of the diffuse lobe knows nothing of albedo. */
+    /* Light of the diffuse lobe knows nothing of them. */
     assert_true(leak(EDGE_ALBEDO, true) < 0.01);
+    assert_true(leak(EDGE_ROUGHNESS, true) < 0.003);
+}
+
+/* Metal with a pattern as fine as pixels, under even light. */
+static float pattern(int32_t x, int32_t y)
+{
+    return 0.1f + 0.8f * residual_random(x, y, 0, 30);
+}
+
+static void show_metal(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                       struct residual_sample *out)
+{
+    (void)s;
+    residual_grey(0.0f, out->albedo);
+    residual_grey(pattern(x, y), out->tint);
+    residual_grey(pattern(x, y) * residual_noise(x, y, sample, 1), out->rest);
+}
+
+/* The remainder is filtered without the colour of what reflects it, or nearly so. */
+TEST(patterns_of_metal_stay)
+{
+    static struct pictures p;
+    const struct residual_scene s = {
+        .width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_metal};
+    double plain = 0, filtered = 0;
+    make_pictures(&s, 0, &p);
+    for (int32_t i = 0; i < AREA; i++) {
+        const float truth = pattern(i % WIDTH, i / WIDTH);
+        plain += pow((double)(p.plain[i] - truth), 2);
+        filtered += pow((double)(p.filtered[i] - truth), 2);
+    }
+    assert_true(filtered < plain / 4);
 }
 
 /* An edge of light alone. */

@@ -11,15 +11,17 @@ enum { SIDE_PX = 24, AREA = SIDE_PX * SIDE_PX };
 /* Sample k of lane i: whole numbers, so that sums are exact; k's bit tells it from all others. */
 static void show_sample(struct path_harvest *h, uint32_t slot, uint32_t k, uint32_t lane)
 {
-    struct path_rgb *const all[] = {&h->emission,       &h->direct,           &h->indirect,
-                                    &h->diffuse_direct, &h->diffuse_indirect, &h->normal};
-    for (uint32_t n = 0; n < 6; n++) {
+    struct path_rgb *const all[] = {
+        &h->emission,         &h->direct, &h->indirect, &h->diffuse_direct,
+        &h->diffuse_indirect, &h->normal, &h->tint};
+    for (uint32_t n = 0; n < 7; n++) {
         all[n]->r[slot] = (float)(UINT32_C(1) << k % 20);
         all[n]->g[slot] = (float)(n + 1);
         all[n]->b[slot] = (float)(k * lane);
     }
     h->normal.r[slot] *= k & 1 ? -1.0f : 1.0f;
     h->distance[slot] = (float)(k + lane);
+    h->alpha[slot] = (float)(2 * k + lane);
 }
 
 /* In batches of 1, 2, 3 ... samples, as many as are left. */
@@ -75,14 +77,17 @@ TEST(halves_are_first_halves_of_parts)
         expect_sum(&s.diffuse_direct, all, 3);
         expect_sum(&s.diffuse_indirect, all, 4);
         for (uint32_t i = 0; i < LANES; i++) {
-            float x = 0, distance = 0, scattered = 0;
+            float x = 0, distance = 0, alpha = 0, scattered = 0;
             for (uint32_t n = pass.first; n < pass.first + pass.count; n++) {
                 x += (n & 1 ? -1.0f : 1.0f) * (float)(UINT32_C(1) << n % 20);
                 distance += (float)(n + i);
+                alpha += (float)(2 * n + i);
                 if (half >> n & 1u) scattered += 5.0f;
             }
             assert_true(s.normal.x[i] == x && s.normal.y[i] == 6.0f * (float)pass.count);
-            assert_true(s.distance[i] == distance && s.half_scattered.y[i] == scattered);
+            assert_true(s.distance[i] == distance && s.alpha[i] == alpha);
+            assert_true(s.tint.y[i] == 7.0f * (float)pass.count);
+            assert_true(s.half_scattered.y[i] == scattered);
         }
         /* As many as the coordinator takes for half of the split samples. */
         const struct plan_split parts = plan_pass_split(&pass);
@@ -188,7 +193,7 @@ TEST(features_are_of_what_is_seen)
     struct traced t = trace_all(f, &p);
     const float *seen = plane(&t, PLANE_PATH_COVERAGE, 0);
     const float *distance = plane(&t, PLANE_PATH_DISTANCE, 0);
-    uint32_t partial = 0, floor = 0;
+    uint32_t partial = 0, floor = 0, tinted = 0;
     for (int32_t i = 0; i < AREA; i++) {
         double to[3];
         floor_point(&p, i % SIDE_PX, i / SIDE_PX, to);
@@ -198,12 +203,16 @@ TEST(features_are_of_what_is_seen)
         assert_true(fabsf(up - seen[i]) <= 1e-4f);
         assert_true(fabsf(plane(&t, PLANE_PATH_NORMAL, 0)[i]) <= 1e-4f);
         assert_true(distance[i] <= 1.01f * (float)far * seen[i]);
+        assert_true(plane(&t, PLANE_PATH_TINT, 0)[i] <= seen[i]);
         assert_true(seen[i] > 0.0f || distance[i] == 0.0f);
+        tinted += plane(&t, PLANE_PATH_TINT, 1)[i] > 0.0f;
         if (to[0] > 0.4) continue; /* the panel is there */
         floor += seen[i] > 0.0f;
+        assert_true(plane(&t, PLANE_PATH_TINT, 0)[i] == 0.0f); /* it is matt */
+        assert_true(plane(&t, PLANE_PATH_TINT, 3)[i] == 0.0f);
         assert_true(fabs((double)distance[i] - far * (double)seen[i]) <= 0.03 * (double)seen[i]);
     }
-    assert_true(partial > 10 && floor > 50);
+    assert_true(partial > 10 && floor > 50 && tinted > 10);
     traced_fini(&t);
     free(f);
 }
