@@ -1,8 +1,9 @@
 #pragma once
-/* The link to the coordinator: dials, dials again when it is lost, frames what goes in and out.
+/* The link to the coordinator. It dials, dials again when the connection is lost, and frames the
+ * messages.
  *
- * Waits between attempts double from 100 ms to 5 s, without jitter: a schedule that tests can
- * know. The first wait is back as soon as link_settle says that the coordinator took us. */
+ * Waits between attempts double from 100 ms to 5 s. They have no jitter, so that tests can predict
+ * them. link_settle resets the wait. */
 #include <uv.h>
 
 #include "proto/bytes.h"
@@ -19,40 +20,41 @@ struct link;
 struct link_client {
     void *ctx;
     void (*up)(void *ctx); /* connected */
-    /* A negative code drops the link. */
+    /* A frame has come. A negative return value drops the link. */
     int (*frame)(void *ctx, const struct wire_frame_view *f);
-    /* The link was lost, or could not be made: `error` and a sentence. It is dialled again after
-     * wait_ms unless link_close is called from inside. */
+    /* The link was lost or could not be made; `why` is a sentence. It is dialled again after
+     * wait_ms unless the callback calls link_close. */
     void (*down)(void *ctx, int error, const char *why, uint32_t wait_ms);
 };
 
-/* Is `address` "unix:PATH" or "HOST:PORT"? *fault names what is wrong with it. */
+/* Checks that `address` is "unix:PATH" or "HOST:PORT". *fault names what is wrong with it. */
 int link_check_address(const char *address, struct fault *fault);
 
-/* `address`: as link_check_address wants it. key, copied: links over TCP are sealed with it
- * (proto/link/channel.h); NULL: they are not. *fault names what is wrong with it. Nothing happens
- * before link_dial. */
+/* Creates a link to `address` (link_check_address); it stays idle until link_dial. Links over TCP
+ * are sealed with `key` (proto/link/channel.h), which is copied; NULL: they are in the clear.
+ * *fault names what is wrong with the address. */
 int link_create(uv_loop_t *loop, const char *address, const struct link_key *key,
                 const struct link_client *client, struct link **out, struct fault *fault);
 void link_dial(struct link *link);
 
-/* The coordinator welcomed us: waits start from the first again. */
+/* Resets the wait between attempts: the coordinator has welcomed the worker. */
 void link_settle(struct link *link);
 
 /* Breaks the connection; it is dialled again. */
 void link_drop(struct link *link, int error, const char *why);
 
-/* Sends what was put, then closes for good. `closed` comes from the loop when all memory is freed,
- * the link's own included. Waits at most a second for the coordinator to take the last bytes. */
+/* Sends the frames that were put, then closes the link for good. Waits at most a second for the
+ * coordinator to take the last bytes. The loop calls `closed` when all memory is freed, the link's
+ * own included. */
 void link_close(struct link *link, void (*closed)(void *ctx), void *ctx);
 
-/* Milliseconds before attempt `attempt`, from 0. */
+/* Returns the wait in milliseconds before attempt `attempt`, counted from 0. */
 uint32_t link_wait_ms(unsigned attempt);
 
-/* An empty writer for one payload, then link_put sends it. Without a connection what is put is
- * dropped: a session says again what matters when the link is up. Put frames go out together before
- * the loop sleeps. link_put_buffer appends the buffer to the payload and holds a reference until it
- * is written. */
+/* link_payload returns an empty writer for one payload, which link_put sends as a frame.
+ * link_put_buffer appends `buffer` to the payload and holds a reference until it is written. Frames
+ * go out together before the loop sleeps. Without a connection they are dropped: the session sends
+ * what matters again when the link is up. */
 struct bytes_writer *link_payload(struct link *link);
 void link_put(struct link *link, uint16_t type, uint64_t request_id);
 void link_put_buffer(struct link *link, uint16_t type, uint64_t request_id,

@@ -1,6 +1,6 @@
 #pragma once
-/* What the files of a link share: link.c makes, breaks and ends it, link_dial.c dials, link_read.c
- * and link_write.c move frames. Nobody else includes this. */
+/* Internals of a link, for its own files alone: link.c creates, drops and closes it, link_dial.c
+ * dials, link_read.c and link_write.c move frames. */
 #include <netdb.h>
 #include <stdbool.h>
 
@@ -9,9 +9,9 @@
 
 enum link_state {
     LINK_STOPPED,   /* before the first dial, or closed for good */
-    LINK_RESOLVING, /* a name is being looked up */
+    LINK_RESOLVING, /* looks up the host name */
     LINK_CONNECTING,
-    LINK_SEALING, /* connected; both show that they have the key */
+    LINK_SEALING, /* connected; both sides prove that they have the key */
     LINK_UP,
     LINK_BREAKING, /* the handle closes; then the wait begins */
     LINK_WAITING,
@@ -35,36 +35,36 @@ struct link {
     uv_connect_t connecting;
     uv_getaddrinfo_t resolving;
     struct addrinfo *found, *trying; /* owned; the one in use */
-    uv_timer_t timer;                /* waits between attempts; the end of patience when closing */
+    uv_timer_t timer;                /* waits between attempts; when closing, the time limit */
     uv_idle_t turn;
     struct wire_frame_inbox inbox;
     struct bytes_writer pending, scratch;
     size_t queued_bytes;
     unsigned attempt;
-    int broken; /* a failure that the next turn acts on, so that link_put never calls back */
+    int broken; /* a failure that the next turn handles, so that link_put never calls back */
     bool closing, handle_open;
     unsigned open_handles; /* timer, turn */
     void (*closed)(void *ctx);
     void *closed_ctx;
 };
 
-/* Frees a closed link when nothing of it is under way any more, and says so. */
+/* Frees a closed link and calls `closed` once no handle and no write of it is open. */
 void link_release_if_done(struct link *l);
 
-/* Closes what is open, for good. */
+/* Closes the open handles for good. */
 void link_close_all(struct link *l);
 
-/* Drops it for a status of libuv's. */
+/* Drops the link for a libuv status. */
 void link_drop_for(struct link *l, const char *what, int status);
 
-/* Starts to read from a connected handle; a status of libuv's. */
+/* Starts to read from a connected handle. Returns a libuv status. */
 int link_read_start(struct link *l);
 
-/* Goes on with the handshake, then opens what has come. */
+/* Continues the handshake, then decrypts the bytes that have come. */
 void link_open_sealed(struct link *l);
 
-/* Writes what is pending, and the buffer, which may be NULL. */
+/* Writes the pending frames and the buffer, which may be NULL. */
 void link_write_out(struct link *l, struct shared_buffer *buffer);
 
-/* host, port and is_unix from an address. ERR_SYNTAX, ERR_LIMIT, ERR_MEMORY. */
+/* Sets host, port and is_unix from an address. ERR_SYNTAX, ERR_LIMIT, ERR_MEMORY. */
 int link_parse_address(struct link *l, const char *address);

@@ -30,7 +30,7 @@ static void break_later(struct link *l, int error)
     if (!l->closing) uv_idle_start(&l->turn, on_turn);
 }
 
-/* What is pending, and the buffer, become what the channel makes of them. */
+/* Encrypts the pending frames and the buffer. */
 static int seal(struct link *l, const struct shared_buffer *buffer)
 {
     int e = 0;

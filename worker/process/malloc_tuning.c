@@ -2,7 +2,7 @@
 
 #include <malloc.h>
 
-/* The most that glibc takes from its heaps; larger blocks are mapped and unmapped. */
+/* The largest block that glibc takes from its heaps; it maps and unmaps larger ones. */
 #define MAPPED_FROM_BYTES (32 << 20)
 #define KEPT_BYTES        (64 << 20)
 

@@ -1,7 +1,7 @@
 #pragma once
-/* The worker's heap while tiles follow each other. */
+/* Settings of malloc for a process that traces one tile after the other. */
 
-/* Keeps what is freed instead of giving it back: every tile asks for as much again, and each fresh
- * page would be cleared by the kernel first. At most 64 MiB a thread stay unused. Call before the
- * first thread starts. */
+/* Makes malloc keep freed memory instead of returning it to the kernel. Every tile allocates as
+ * much again, and the kernel would clear each fresh page. At most 64 MiB for each thread stay
+ * unused. Call it before the first thread starts. */
 void malloc_tuning_apply(void);

@@ -1,8 +1,6 @@
 #pragma once
-/* The worker's log: lines of proto/log/log.h that tell which worker they are of and, where it is
- * about a lease, which job's, so that they are found beside the coordinator's own. For the loop's
- * thread.
- */
+/* The worker's log. Its lines (proto/log/log.h) name the worker and, if they are about a lease, the
+ * job, so that they can be found beside the coordinator's own. For the loop's thread. */
 #include "proto/log/log.h"
 
 struct worker_log {
@@ -10,9 +8,9 @@ struct worker_log {
     const char *worker; /* its name; borrowed */
 };
 
-/* What a line is about. */
+/* The lease that a line is about. */
 struct worker_log_lease {
-    const char *job; /* "": not told */
+    const char *job; /* "": unknown */
     const struct trace_context
         *trace; /* of the request that submitted it; its request "": not known */
     uint64_t frame_id;
@@ -21,8 +19,8 @@ struct worker_log_lease {
 
 #define WORKER_LOG_FIELDS_MAX 8 /* of the caller's own */
 
-/* worker_log may be NULL: nothing is written. trace: of the job's request; NULL or its request "":
- * not known. */
+/* Write one line. A NULL worker_log writes nothing. `trace` is of the job's request; NULL, or an
+ * empty request: unknown. */
 void worker_log_write(struct worker_log *worker_log, enum log_level level, const char *what,
                       const struct log_field *fields, size_t count);
 void worker_log_write_traced(struct worker_log *worker_log, enum log_level level, const char *what,

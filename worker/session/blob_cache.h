@@ -1,10 +1,11 @@
 #pragma once
-/* Blobs (scenes, environment maps) ready to trace, and how they become so: mapped from a local
- * coordinator's folder, or from the cache, or fetched into the cache part by part over the link;
- * then loaded on the pool.
+/* Loaded blobs (scenes, environment maps). A blob is mapped from a local coordinator's folder or
+ * from the worker's own files (blob_files.h), or fetched into these part by part over the link.
+ * Then the pool loads it.
  *
- * Who traces with a blob holds a reference. Blobs without references stay while they are few and
- * small: the least recently used go first. All calls on the loop's thread. */
+ * A frame holds a reference to each blob it is traced with. Blobs without references stay loaded
+ * within the limits below; the least recently used is dropped first. All functions are for the
+ * loop's thread. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -26,7 +27,7 @@ struct cached_blob {
     void *loaded;           /* READY: for tracing->trace */
     enum tracing_kind kind; /* READY */
     struct fault fault;     /* FAILED: why */
-    uint64_t cpu_us;        /* READY: what loading cost; taken by who counts it */
+    uint64_t cpu_us;        /* READY: CPU time of loading; 0 once it is counted */
     unsigned refs;
 };
 
@@ -34,13 +35,13 @@ struct blob_cache;
 
 struct blob_cache_client {
     void *ctx;
-    void (*ask)(void *ctx, const struct message_blob_get *part); /* send it, if there is a link */
+    void (*ask)(void *ctx, const struct message_blob_get *part); /* sent if there is a link */
     void (*settled)(void *ctx, struct cached_blob *blob);        /* READY or FAILED */
 };
 
 struct blob_cache_options {
     const char *blob_dir;  /* may be NULL */
-    const char *cache_dir; /* made when the first blob is fetched */
+    const char *cache_dir; /* is created when the first blob is fetched */
     uint64_t cache_bytes;
     unsigned threads; /* for building a BVH */
 };
@@ -49,24 +50,25 @@ int blob_cache_create(struct thread_pool *pool, const struct tracing *tracing,
                       const struct blob_cache_options *options,
                       const struct blob_cache_client *client, struct blob_cache **out);
 
-/* After the pool was closed. Nulls the pointer. */
+/* Unloads all blobs. The pool must be closed. Nulls the pointer. */
 void blob_cache_destroy(struct blob_cache **cache);
 
-/* A reference to a blob in any state; `settled` comes later unless it is READY already. NULL: out
- * of memory. */
+/* Takes a reference to a blob in any state. `settled` is called later unless the blob is READY
+ * already. NULL: out of memory. */
 struct cached_blob *blob_cache_take(struct blob_cache *cache, const struct digest *digest);
 void blob_cache_release(struct blob_cache *cache, struct cached_blob *blob);
 
-/* What the coordinator answered. A part or a digest that nobody waits for is ignored. */
+/* Take the coordinator's answers to BLOB_GET. A part or digest that was not asked for is ignored.
+ */
 void blob_cache_part(struct blob_cache *cache, const struct message_blob_part *part);
 void blob_cache_none(struct blob_cache *cache, const struct digest *digest);
 
-/* The link is there (again): asks for what is missing. Or it is gone: answers will not come. */
+/* Asks for the missing parts when the link is up; forgets the open questions when it is lost. */
 void blob_cache_link_up(struct blob_cache *cache);
 void blob_cache_link_down(struct blob_cache *cache);
 
-/* Blobs that are fetched or loaded at the moment, or wait for a thread to load them; whether a
- * thread is at one; steps of all that so far. */
+/* Whether a blob is being fetched, loaded or queued for loading; whether one is loaded or queued;
+ * whether a thread is loading one; and the number of steps that fetching and loading have made. */
 bool blob_cache_is_busy(const struct blob_cache *cache);
 bool blob_cache_is_loading(const struct blob_cache *cache);
 bool blob_cache_runs_loads(const struct blob_cache *cache);

@@ -1,6 +1,6 @@
 #pragma once
 /* The blobs that a frame's tiles are traced with: its scene, and its environment map if the plan
- * has one. References in the blob cache while tiles are open. */
+ * has one. They are references into the blob cache, held while tiles are open. */
 #include "proto/plan.h"
 #include "worker/session/blob_cache.h"
 
@@ -9,16 +9,17 @@ struct frame_blobs {
     struct cached_blob *environment; /* NULL: not held, or the plan has none */
 };
 
-/* Holds what the plan names and is not held yet. False: out of memory. */
+/* Takes the references that are not held yet. False: out of memory. */
 bool frame_blobs_take(struct frame_blobs *b, struct blob_cache *cache, const struct plan *plan);
 void frame_blobs_release(struct frame_blobs *b, struct blob_cache *cache);
 
-/* READY when all of them are and each is what it should be; FAILED as soon as one is not, with
- * *fault naming which; any other state: wait. */
+/* Returns READY when all blobs are loaded and of the right kind, and FAILED, with *fault, as soon
+ * as one is not. In any other state the tiles have to wait. */
 enum blob_state frame_blobs_state(const struct frame_blobs *b, struct fault *fault);
 
-/* READY: what tracing->trace gets; *environment is NULL when there is none. */
+/* Returns the loaded blobs for struct tracing_job; *environment is NULL when there is none. The
+ * state must be READY. */
 void frame_blobs_loaded(const struct frame_blobs *b, const void **scene, const void **environment);
 
-/* What loading cost, told once. */
+/* Returns the CPU time of loading, once: later calls return 0. */
 uint64_t frame_blobs_take_cpu_us(struct frame_blobs *b);

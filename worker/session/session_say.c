@@ -92,9 +92,10 @@ static enum beat_phase phase(const struct session *s)
     return blob_cache_is_busy(s->cache) ? BEAT_LOADING : BEAT_IDLE;
 }
 
-/* Where a thread loads, beats without a step of it are counted, each for no longer than it should
- * be: a process that was stopped beats once when it goes on. One in which a tenth of a CPU was used
- * is progress for a while, and hangs sooner than one that waits for a disk. */
+/* Counts the time of beats in which a load has made no step. A beat counts for beat_ms at most,
+ * since a process that was stopped sends a late one when it continues. Beats in which at least a
+ * tenth of a CPU was used are counted apart: such a load counts as hung sooner than one that waits
+ * for a disk. */
 static void watch_loading(struct session *s, uint64_t cpu_us, uint64_t passed_ms)
 {
     const uint64_t used_us = cpu_us - s->cpu_us, steps = blob_cache_steps(s->cache);
@@ -117,8 +118,8 @@ static bool load_hangs(const struct session *s)
     return s->load_busy_ms > busy_ms || s->load_silent_ms > SESSION_LOADING_WAITS * busy_ms;
 }
 
-/* Nothing but the process's end ends a load that hangs; whoever started that starts another. What
- * it held comes back as from one that leaves: no tile is suspected of its death. */
+/* Ends the session, since only the end of the process ends a load that hangs; its supervisor starts
+ * another worker. The tiles are returned as by a worker that leaves, so that none is suspected. */
 static void give_up_loading(struct session *s)
 {
     char text[96];

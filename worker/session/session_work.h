@@ -1,6 +1,6 @@
 #pragma once
-/* What the files of a session share: session.c has its states and its life, session_say.c what it
- * sends, session_steps.c what it does with what comes. Nobody else includes this. */
+/* Internals of a session, for its own files alone: session.c has its states and its life,
+ * session_say.c sends messages, session_steps.c handles those that come. */
 #include "proto/link/message.h"
 #include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
@@ -21,10 +21,10 @@ struct session {
     uint64_t worker_id; /* of the last WELCOME; 0: none yet */
     uint64_t next_request;
     uint32_t beat_ms;
-    uint32_t asked; /* tiles asked for that have not come */
+    uint32_t asked; /* tiles that were requested and have not come */
     bool was_told_offline;
-    /* Progress of loading: its steps so far, and beats since the last one; those in which it used
-     * CPU time count as progress. */
+    /* Progress of loading: its steps so far, and the beats since the last step. Beats in which the
+     * process used CPU time are counted apart. */
     uint64_t load_steps, load_silent_ms, load_busy_ms, load_beats, cpu_us;
     uint64_t last_beat_ms; /* 0: none on this link */
     unsigned open;         /* what must close before the memory goes */
@@ -35,11 +35,11 @@ struct session {
 
 /* ---- session.c ---- */
 
-/* Any other step than a legal one is our own bug, and ends the process. */
+/* Changes the state. An illegal transition is a bug of the worker and ends the process. */
 void session_enter(struct session *s, enum session_state next);
 void session_end(struct session *s, enum session_end how, const char *text);
 void session_note(struct session *s, enum log_level level, const char *what, const char *detail);
-/* Welcome, and not ended. */
+/* Returns whether the coordinator has welcomed the worker and the session has not ended. */
 bool session_is_on(const struct session *s);
 
 /* ---- session_say.c ---- */
@@ -47,18 +47,18 @@ bool session_is_on(const struct session *s);
 void session_ask_for_tiles(struct session *s);
 void session_say_hello(struct session *s);
 void session_say_goodbye(struct session *s);
-/* Nothing, when the session is not on. */
+/* Sends RETURNED; does nothing when the session is not on. */
 void session_say_returned(struct session *s, uint64_t request_id, const struct message_returned *m);
-/* When leaving: says goodbye once there is nothing left to wait for. */
+/* Says goodbye once a leaving session has nothing left to wait for. */
 void session_leave_when_done(struct session *s);
-/* Fewer tiles are held: asks for more, or leaves. */
+/* Asks for more tiles, or leaves, after the number of held tiles has changed. */
 void session_moved(struct session *s);
 void session_send_beat(struct session *s);
-/* Sends them every beat_ms from now on. */
+/* Sends beats every beat_ms from now on. */
 void session_begin_beats(struct session *s);
 
 /* ---- session_steps.c ---- */
 
-/* A message of the coordinator's; ERR_STATE for one that has no place now, else what is wrong with
- * it. */
+/* Handles a message of the coordinator's. ERR_STATE for one that is not legal in this state, or
+ * what its decoder returns. */
 int session_take(struct session *s, const struct wire_frame_view *f);

@@ -1,6 +1,6 @@
 #pragma once
-/* The heavy work behind the link: load a scene or an environment map, trace a tile. A table of
- * functions, so that the protocol can be tested without a ray. */
+/* The work behind the link: loading a scene or an environment map, and tracing a tile. It is a
+ * table of functions, so that the protocol can be tested without tracing rays. */
 #include <stdatomic.h>
 #include <stdbool.h>
 
@@ -9,7 +9,7 @@
 #include "proto/packing.h"
 #include "proto/plan.h"
 
-/* What a blob turned out to be, by its first bytes. */
+/* The kind of a blob, by its first bytes. */
 enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT };
 
 /* A pass of a tile, and the loaded blobs it is traced with; all borrowed. */
@@ -30,15 +30,15 @@ struct tracing {
     uint32_t capabilities;                    /* bits of enum capability */
     const char *(*embree_version)(void *ctx); /* NULL: Embree does not work here */
 
-    /* Opens the blob at `path` and makes it ready to trace with up to `threads` threads. Blocking;
-     * any thread. *steps grows while it gets on. *bytes: about how much memory it holds; *cpu_us:
-     * what it cost. */
+    /* Opens the blob at `path` and prepares it for tracing, with up to `threads` threads. Blocks;
+     * any thread may call it. *steps grows with its progress. *bytes: the memory that the blob
+     * holds, roughly; *cpu_us: the CPU time of loading. */
     int (*load)(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
                 void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us,
                 struct fault *fault);
     void (*unload)(void *ctx, void **loaded);
 
-    /* Scratch of one thread. */
+    /* Create and destroy the scratch memory of one thread. */
     int (*tracer_create)(void *ctx, void **tracer);
     void (*tracer_destroy)(void *ctx, void **tracer);
 

@@ -1,6 +1,6 @@
 #pragma once
-/* What a pass of a plan runs: which fields of pixel centres and of the lens, how many paths, and
- * what each kind of path brings and leaves to others. */
+/* The stages of a pass: which light fields of pixel centres and of the lens it traces, how many
+ * paths, and which light each kind of path leaves to a field. */
 #include "proto/plan.h"
 #include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/path.h"
@@ -8,9 +8,9 @@
 struct stages {
     bool centres;          /* pixel centres */
     bool lights;           /* their light fields of lights */
-    bool bounces;          /* bounce rays leave them */
-    bool glossy;           /* and rays of their glossy lobes */
-    bool vertices;         /* somebody asks for their BSDFs */
+    bool bounces;          /* their bounce rays */
+    bool glossy;           /* rays of their glossy lobes */
+    bool vertices;         /* their BSDFs are needed */
     bool lens;             /* the lens's light field */
     bool more;             /* or a second set of paths through it */
     uint32_t first, count; /* samples of the path tracer */
@@ -19,7 +19,8 @@ struct stages {
     struct path_context whole; /* through the lens, with all of their light */
 };
 
-/* `parts` has the queries with their scene, the lights, the sky, the plan and the counters, all of
- * which are borrowed, as are `centres`, which paths through the lens ask what fields will light. */
+/* Chooses the stages of a pass. `parts` has the queries with their scene, the lights, the sky, the
+ * plan and the counters. `centres` tells paths through the lens which light a field brings. Both
+ * are borrowed. */
 void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,
                  const struct plan_pass *pass, struct stages *out);

@@ -1,9 +1,9 @@
 #pragma once
 /* The sample loop: tile + scene + plan -> sample planes.
  *
- * The unit of work is a block of 4 x 4 pixels, aligned to the image; what is traced in a block is a
- * pure function of scene, plan and block, so that a pixel's samples are the same bytes whichever
- * tile holds it. */
+ * The unit of work is a block of 4 x 4 pixels, aligned to the image. A block's samples are a pure
+ * function of scene, plan and block, so that a pixel's samples are the same bytes whichever tile
+ * holds it. */
 #include <stdatomic.h>
 #include <stdbool.h>
 
@@ -18,12 +18,12 @@ struct queries;
 /* Scratch of one tracing thread. */
 struct tile_tracer;
 
-/* ERR_MEMORY. Tracing allocates nothing afterwards but the samples it returns, what pixel centres
- * around a tile show to lens samples, and room for lone sub-samples, which stays. */
+/* Creates a tracer. ERR_MEMORY. Tracing later allocates only the samples it returns, the G-buffer
+ * of pixel centres, and the list of lone sub-samples, which the tracer keeps. */
 int tile_tracer_create(struct tile_tracer **out);
 void tile_tracer_destroy(struct tile_tracer **tracer);
 
-/* What the tracer asks Embree through; a benchmark hangs its recorder on it. Borrowed. */
+/* Returns the tracer's queries to Embree, borrowed; a benchmark records them. */
 struct queries *tile_tracer_queries(struct tile_tracer *tracer);
 
 /* A pass of a tile, and what it is traced with; all borrowed. */

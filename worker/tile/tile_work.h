@@ -1,5 +1,5 @@
 #pragma once
-/* The tracer of tiles from inside: for tile.c and tile_block.c alone. */
+/* Internals of the tile tracer, for tile.c and tile_block.c alone. */
 #include "worker/tile/stages.h"
 #include "worker/tile/tile.h"
 #include "worker/trace/field/glossy.h"
@@ -21,10 +21,10 @@ struct tile_tracer {
     struct path_vertex beside; /* at a sub-sample */
     struct lanes3 emission;    /* sum over centre and sub-samples */
     struct shading_point point;
-    struct lanes_mask bouncing; /* lanes whose surface bounce rays leave */
+    struct lanes_mask bouncing; /* lanes with bounce rays */
     struct block block;
     struct geometry_planes planes;          /* of the tile */
-    struct primary_packet row[PRIMARY_ROW]; /* of the block at hand and its neighbours */
+    struct primary_packet row[PRIMARY_ROW]; /* of this block and its neighbours in the row */
     struct RTCRayHit16 *seen;               /* of the block's centres */
     struct RTCRayHit16 camera;              /* of sub-samples */
     struct shadow_scratch shadow;
@@ -39,10 +39,10 @@ struct tile_tracer {
     struct lone_scratch lone;
 };
 
-/* Whether the stages trace rays through the centres of all pixels. */
+/* Returns whether the stages trace rays through the centres of all pixels. */
 bool tile_sees_centres(const struct stages *stages);
 
-/* All that the stages trace of tracer->block. `camera`: what its centres' rays met, where
+/* Traces the stages of tracer->block into `samples`. `camera` holds the hits of its centre rays if
  * tile_sees_centres. */
 void tile_trace_block(struct tile_tracer *tracer, const struct stages *stages,
                       const struct plan *plan, struct primary_packet *camera,
