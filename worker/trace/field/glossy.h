@@ -1,15 +1,16 @@
 #pragma once
-/* The light field of glossy lobes: rays by the visible facets of what is seen through pixel
- * centres, each going on as a path (path.h), for the surfaces that worker/shade/glossy.h names.
+/* The light field of glossy lobes. Rays leave the surfaces at pixel centres by their visible
+ * facets, and each continues as a path (path.h). worker/shade/glossy.h says which surfaces have
+ * such a lobe.
  *
  * All pixels of a frame share one sequence of directions along a Morton curve (pattern_path.h),
- * around tangents that only the shading normal decides. Later random numbers are a pixel's own, by
- * path_glossy_key.
+ * around tangents that depend on the shading normal alone. Later random numbers are a pixel's own,
+ * by path_glossy_key.
  *
- * A sample's radiance is what the lobe sends to the camera of light that was scattered before, at
- * least once and at most plan.bounces times, over the lobe's directional albedo: their mean times
- * that is the picture's. Rays below the facet bring nothing and count. Where fields light lens
- * samples from a sky (LENS_LIGHT_SKY), rays that miss bring its soft share, too. */
+ * A sample is the radiance that the lobe reflects to the camera, over its directional albedo. The
+ * light was scattered before, at least once and at most plan.bounces times. The mean of the samples
+ * times the albedo is the picture's radiance. Rays below the facet count as black. Under
+ * LENS_LIGHT_SKY, rays that miss bring the soft share of the sky, too. */
 #include "proto/samples.h"
 #include "worker/trace/path/glossy_lobes.h"
 
@@ -31,9 +32,9 @@ struct glossy_scratch {
     struct glossy_sums sums;
 };
 
-/* Traces the kept lanes of scratch->lobes, all with a surface in *from, into the planes of glossy
- * lobes that `samples` has: l^2 rays each, or in a second set as many as the lobe's own side says,
- * along a curve of their own for each number. c->field holds; paths->harvest is overwritten. */
+/* Traces the kept lanes of scratch->lobes, which have a surface in *from, into the planes of glossy
+ * lobes in `samples`. Each lane gets l^2 rays. In a second set its own number of strata squared,
+ * along a curve of its own for each number. c->field must hold; paths->harvest is overwritten. */
 void glossy_trace(const struct path_context *c, const struct block *block,
                   const struct path_vertex *from, struct glossy_scratch *scratch,
                   struct path_scratch *paths, struct samples *samples);

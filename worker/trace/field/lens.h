@@ -1,8 +1,7 @@
 #pragma once
-/* The light field of the lens: l x l paths a pixel, each through its own stratum of the aperture
- * (proto/lens_pattern.h) and a point of the pixel that the path tracer would take. What each brings
- * and how its first hit moves with the lens travels sample by sample: filters shear them against
- * each other. */
+/* The light field of the lens: l x l paths for each pixel, each through its own stratum of the
+ * aperture (proto/lens_pattern.h) and the path tracer's own point of the pixel. Each sample keeps
+ * its radiance and the slope of its first hit, by which filters shear the samples. */
 #include "proto/lens_pattern.h"
 #include "proto/samples.h"
 #include "worker/trace/path/path.h"
@@ -17,15 +16,15 @@ struct lens_scratch {
     _Alignas(LANES_ALIGN) float seen[LANES]; /* samples that meet a surface */
 };
 
-/* For blocks of the plan, which has lens samples. */
+/* Prepares the scratch for a plan with lens samples. */
 void lens_scratch_init(struct lens_scratch *s, const struct plan *plan);
 
-/* The paths of one lens sample of the block's kept pixels join the pool, which is emptied first:
- * for path_trace_camera. */
+/* Fills the pool with the paths of one lens sample of the block's kept pixels, for
+ * path_trace_camera. */
 void lens_begin(const struct path_context *c, const struct block *b, uint32_t sample,
                 struct lens_scratch *s, struct path_pool *pool);
 
 /* Traces all lens samples of the block's kept pixels into the planes of lens samples that `samples`
- * has. c->lens holds; paths->harvest is overwritten. */
+ * has. c->lens must hold; paths->harvest is overwritten. */
 void lens_trace(const struct path_context *c, const struct block *block, struct lens_scratch *s,
                 struct path_scratch *paths, struct samples *samples);

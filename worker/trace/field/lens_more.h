@@ -1,16 +1,15 @@
 #pragma once
-/* Second sets of paths through the lens: PLAN_LENS_SIDE squared more of the pixels that ask for
- * them. They lie on the path tracer's own points of the lens, which are spread more evenly than a
- * pattern that a filter knows. */
+/* Second sets of paths through the lens: PLAN_LENS_SIDE^2 more for selected pixels. They use the
+ * path tracer's own points of the lens, which are spread more evenly than a pattern for filters. */
 #include "proto/samples.h"
 #include "worker/trace/path/path.h"
 
-/* The first path of second sets: behind all samples that a first set may have, at a whole multiple
- * of any power of two that a set may be: there the sequence is stratified anew. */
+/* The first path of second sets. It lies behind all samples of a first set, at a multiple of every
+ * power of two that a set may have, where the sequence is stratified anew. */
 #define LENS_MORE_FIRST (LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS)
 
 struct lens_more {
-    struct block block;   /* whose kept pixels ask */
+    struct block block;   /* its kept pixels have a second set */
     double sum[LANES][4]; /* radiance, and the sum of its squares */
     _Alignas(LANES_ALIGN) float seen[LANES];
 };

@@ -1,13 +1,13 @@
 #pragma once
-/* Shades the lone sub-samples of a tile (proto/lone.h): each by as many strata of every light,
- * bounce rays and rays of its glossy lobe as the plan gives a pixel's centre, of its own surface,
- * by the same estimators; what they bring is kept for that sub-sample alone and not filtered.
+/* Shades the lone sub-samples of a tile (proto/lone.h). Each gets as many strata of every light,
+ * bounce rays and rays of its glossy lobe as the plan gives a pixel's centre, by the same
+ * estimators. The result belongs to that sub-sample alone and is not filtered.
  *
- * Sub-sample k draws the numbers of a pixel (k + 1) LONE_ROWS rows below its own, where no picture
- * reaches: its samples are a function of seed, frame, pixel, sub-sample, sample and dimension.
+ * Sub-sample k draws the numbers of a pixel (k + 1) LONE_ROWS rows below its own, beyond any
+ * picture. Its samples are a function of seed, frame, pixel, sub-sample, sample and dimension.
  *
- * Sixteen are shaded side by side, those of a square of LONE_SIDE_PX pixels that is aligned to the
- * image: who travels together does not depend on the tile, whose sides are multiples of it. */
+ * Sixteen are shaded side by side, from a square of LONE_SIDE_PX pixels that is aligned to the
+ * image. The sides of tiles are multiples of it, so that a packet does not depend on the tile. */
 #include "worker/trace/field/glossy.h"
 #include "worker/trace/field/indirect.h"
 #include "worker/trace/field/lone_finder.h"
@@ -16,13 +16,13 @@
 #define LONE_SIDE_PX LIMIT_TILE_SIDE_MIN_PX
 #define LONE_ROWS    LIMIT_IMAGE_SIDE_PX
 
-/* One that was shaded: what an entry of the list holds. */
+/* A shaded sub-sample: an entry of the list. */
 struct lone_shaded {
     uint32_t place;
     float light[LONE_PART_COUNT][3];
 };
 
-/* Between squares nothing of it is kept but finder and shaded ones. */
+/* Between squares only the finder and the shaded sub-samples are kept. */
 struct lone_scratch {
     struct lone_finder finder;
     struct plan plan; /* of lone sub-samples: planes of their light alone */
@@ -39,7 +39,7 @@ struct lone_scratch {
     uint32_t count, capacity;
 };
 
-/* Scratch that pixels are shaded with. Borrowed. */
+/* The scratch memory of pixel centres. Borrowed. */
 struct lone_tools {
     struct shadow_scratch *shadow;
     struct indirect_scratch *indirect;
@@ -50,12 +50,12 @@ struct lone_tools {
 void lone_scratch_init(struct lone_scratch *s);
 void lone_scratch_fini(struct lone_scratch *s);
 
-/* Of a tile's first pass, whose planes `samples` holds: adds its list. `c` is the context of the
- * light field. Rays go to COUNTER_RAYS_LONE. ERR_MEMORY, ERR_STATE when stopped. */
+/* Adds the list of lone sub-samples to the planes of a tile's first pass. `c` is the context of the
+ * light field. Rays are counted as COUNTER_RAYS_LONE. ERR_MEMORY, ERR_STATE when stopped. */
 int lone_trace(const struct path_context *c, const struct lone_tools *tools, struct rect tile,
                struct lone_scratch *scratch, struct samples *samples);
 
-/* Where nothing lights them, too: sub-samples that surely show their pixel's surface say only so
- * (lone_finder_look). Nothing of planes without what tells. */
+/* Settles the planes of sub-samples that surely show their pixel's surface (lone_finder_look), for
+ * plans without a list. Does nothing if the planes for the decision are missing. */
 void lone_settle(const struct path_context *c, struct rect tile, struct lone_scratch *scratch,
                  struct samples *samples);

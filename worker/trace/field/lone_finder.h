@@ -1,8 +1,7 @@
 #pragma once
 /* Finds a tile's lone sub-samples (proto/lone.h): those whose surface no pixel of the 3 x 3 around
- * them shows, by what the tile's planes hold. Pixels just outside the tile are traced when a
- * decision first asks for them, a block at a time as for any tile, so that the answer does not
- * depend on the tile. */
+ * them shows, by the tile's planes. Pixels just outside the tile are traced at their first lookup,
+ * in the same blocks as for any tile, so that the result does not depend on the tile. */
 #include "proto/samples.h"
 #include "proto/surface_match.h"
 #include "worker/trace/path/path.h"
@@ -53,16 +52,15 @@ struct lone_finder {
     struct block block;
 };
 
-/* All is borrowed; the planes are those that sub-samples are compared by (PLANES_COMPARED). */
+/* Prepares the finder for a tile. All is borrowed; the planes are PLANES_COMPARED. */
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
                       struct samples *samples);
 
-/* Which of the block's kept lanes have a lone sub-sample k that reflects anything; how many
- * sub-samples that is. Planes of those that surely show their pixel's surface say from then on that
- * they lie and face as it does: all that anybody asks of them is whether they are it, and what says
- * so takes the fewest bytes. */
+/* Finds the kept lanes of the block whose sub-sample k is lone and reflects light, and returns
+ * their number. Sub-samples that surely show their pixel's surface get its depth and normal in the
+ * planes: readers only ask whether they match, and equal values take the fewest bytes. */
 uint32_t lone_finder_look(struct lone_finder *f, const struct block *b,
                           struct lanes_mask lone[LIMIT_SUB_SAMPLES]);
 
-/* The latter alone. */
+/* Does only the second part: writes the pixel's depth and normal. */
 void lone_finder_settle(const struct lone_finder *f, const struct block *b);

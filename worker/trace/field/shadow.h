@@ -1,5 +1,6 @@
 #pragma once
-/* Direct light at camera hits: for one light, all strata's visibility, irradiance and slopes. */
+/* The light field of a light at pixel centres: the visibility, irradiance and slope of all strata.
+ */
 #include "proto/samples.h"
 #include "worker/trace/light/light.h"
 #include "worker/trace/light/shadow_sums.h"
@@ -7,7 +8,7 @@
 
 struct light_kernels;
 
-/* What one block is given: shared by all effects. */
+/* The input of one block, shared by all effects. */
 struct shading_point {
     const struct light_kernels *kernels;
     const struct plan *plan;
@@ -33,5 +34,5 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
                   const struct shading_point *point, struct shadow_scratch *scratch,
                   struct samples *samples, struct counters *counters);
 
-/* The planes of light `index` where no ray is traced in the block: everything counts as seen. */
+/* Fills the planes of light `index` for a block without rays: every stratum counts as visible. */
 void shadow_store_unlit(uint32_t index, const struct shading_point *point, struct samples *samples);

@@ -1,8 +1,8 @@
 #pragma once
-/* What pixel centres in and around a tile show, for lens samples to tell whether one of them shows
- * the same point: light fields then light the sample, and its path need not look for that light.
+/* The G-buffer of pixel centres in and around a tile. A lens sample whose point a pixel centre
+ * shows is lit by that pixel's light fields, and its path need not bring that light.
  *
- * Centres are traced when first asked for, a block at a time as for any tile, so that the answer
+ * Centres are traced at the first lookup, in the same blocks as for any tile, so that the result
  * does not depend on the tile. */
 #include "worker/trace/path/path.h"
 
@@ -17,20 +17,21 @@ struct centre_gbuffer {
     void *memory; /* owned */
 };
 
-/* Around a tile of the context's plan. ERR_MEMORY. */
+/* Creates an empty G-buffer around a tile of the context's plan. ERR_MEMORY. */
 int centre_gbuffer_init(struct centre_gbuffer *out, const struct path_context *c, struct rect tile);
 void centre_gbuffer_fini(struct centre_gbuffer *centres);
 
-/* Which of the camera paths' first surfaces light fields light for sure: the pixel whose middle
- * lies nearest shows the same surface, well within what reconstruction asks for
- * (server/reconstruct/patch/surface.h: half as far off the pixel's plane at most, and normals up to
- * 8 degrees apart, not 10), of depths and slopes as they travel. */
 struct glossy_lobes;
 
-/* Of `lobes`, those of these surfaces, only lanes stay on whose lobe fields light, too: the
- * centre's is about as wide, and wide beside the angle in which the surface sees the lens. Light
- * that a lobe sends to a point of the lens then differs from what it sends to the middle by no more
- * than the lobe's own width lets it. */
+/* Sets the lanes of *lit whose first surface is lit by light fields for sure. The nearest pixel
+ * centre must show the same surface, by depths and slopes as they are sent. The bounds are tighter
+ * than those of reconstruction (proto/surface_match.h): half the distance from the pixel's plane,
+ * and normals up to 8 degrees apart instead of 10.
+ *
+ * Clears the lanes of `lobes` whose glossy lobe the fields do not light. The centre's lobe must be
+ * about as wide, and wide beside the angle in which the surface sees the lens. Light that the lobe
+ * sends to a point of the lens then differs from that to the centre by no more than the width of
+ * the lobe allows. */
 void centre_gbuffer_match(struct centre_gbuffer *centres, const struct path_packet *p,
                           const struct path_vertex *v, struct glossy_lobes *lobes,
                           struct lanes_mask *lit);

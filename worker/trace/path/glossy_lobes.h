@@ -1,6 +1,6 @@
 #pragma once
-/* The lobes of sixteen surfaces whose light a field of glossy lobes brings: worker/shade/glossy.h
- * names the surfaces. */
+/* The glossy lobes of sixteen surfaces, for the light field of glossy lobes. worker/shade/glossy.h
+ * says which surfaces have one. */
 #include "worker/trace/path/path.h"
 
 struct glossy_lobes {

@@ -1,6 +1,6 @@
 #pragma once
-/* path_kernels' inner loops over layers (layers.h): worker/shade/gltf.c for what is rough and
- * opaque, in sixteen lanes. Lanes that are not on compute along; what they find is not kept. */
+/* The inner loops of path_kernels over layers (layers.h): worker/shade/gltf.c for rough, opaque
+ * surfaces in sixteen lanes. Lanes that are off compute, too, but their results are dropped. */
 #include "worker/shade/coupling.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/ggx.h"
@@ -26,7 +26,7 @@ LANE_INLINE float vector_most(struct vector c)
     return m > c.z ? m : c.z;
 }
 
-/* What facets reflect, `grazing` being (1 - cosine)^5 or a mean of it. */
+/* Returns the Fresnel reflectance of facets; `grazing` is (1 - cosine)^5 or a mean of it. */
 LANE_INLINE struct vector layer_reflects(const struct layers *l, int i, float grazing)
 {
     const float coat = l->coat[i], metal = l->metallic[i];
@@ -38,7 +38,7 @@ LANE_INLINE struct vector layer_reflects(const struct layers *l, int i, float gr
                                metal * fresnel_schlick(l->color.z[i], grazing)};
 }
 
-/* The mean of (1 - w.h)^5 over the facets that w sees. */
+/* Returns the mean of (1 - w.h)^5 over the facets that w sees. */
 LANE_INLINE float layer_grazing(const struct layers *l, int i, struct vector w)
 {
     const float u = l->alpha_u[i], v = l->alpha_v[i];
@@ -47,7 +47,7 @@ LANE_INLINE float layer_grazing(const struct layers *l, int i, struct vector w)
     return coupling_grazing(w.z, (u != v) & (r2 > 0.0f) ? turned : u);
 }
 
-/* What is left of diffuse light by facets whose mean grazing is given. */
+/* Returns the share of diffuse light that passes facets with the mean `grazing`. */
 LANE_INLINE float layer_passes(const struct layers *l, int i, float grazing)
 {
     return 1.0f - l->specular[i] * fresnel_schlick(l->most_f0[i], grazing);
@@ -85,7 +85,7 @@ static void kernel_layers_see(const struct lanes3 *restrict back, struct layers 
     }
 }
 
-/* The diffuse lobe over its albedo, of lanes with such a lobe. */
+/* Returns the diffuse lobe over its albedo, for lanes with such a lobe. */
 LANE_INLINE float layer_diffuse(const struct layers *l, int i, struct vector wi)
 {
     const float in = layer_passes(l, i, layer_grazing(l, i, wi)), all = l->passed[i];
@@ -94,7 +94,7 @@ LANE_INLINE float layer_diffuse(const struct layers *l, int i, struct vector wi)
     return l->specular[i] <= 0.0f ? LAMBERT_INV_PI : passes ? coupled : 0.0f;
 }
 
-/* bsdf_evaluate of lane i. */
+/* Does bsdf_evaluate for lane i. */
 LANE_INLINE struct layer_value layer_evaluate(const struct layers *l, int i, struct vector wo,
                                               struct vector wi)
 {
@@ -116,14 +116,14 @@ LANE_INLINE struct layer_value layer_evaluate(const struct layers *l, int i, str
                                              facets ? color.z * value : 0.0f}};
 }
 
-/* Into v's shading frame. */
+/* Turns a vector of the world into v's shading frame. */
 LANE_INLINE struct vector to_frame(const struct path_vertex *v, int i, struct vector d)
 {
     return (struct vector){dot(d, lane_get(&v->tangent, i)), dot(d, lane_get(&v->bitangent, i)),
                            dot(d, lane_get(&v->surface.normal, i))};
 }
 
-/* And back. */
+/* Turns a vector of v's shading frame into the world. */
 LANE_INLINE struct vector from_frame(const struct path_vertex *v, int i, struct vector w)
 {
     const struct vector t = lane_get(&v->tangent, i), b = lane_get(&v->bitangent, i);
@@ -243,9 +243,9 @@ static void kernel_layers_diffuse(const struct path_vertex *restrict v,
     }
 }
 
-/* A direction by a facet that wo sees, with its weight f |cos| / pdf in the facets' lobe alone: G2
- * / G1, of the facets that wo sees those from which wi sees the open, too, times what they reflect.
- */
+/* Samples a direction by the facets visible from wo, with its weight f |cos| / pdf in the facets'
+ * lobe alone. That is F G2 / G1: the share of the visible facets that is visible from wi, too,
+ * times their reflectance. */
 static void kernel_layers_gloss(const struct path_vertex *restrict v,
                                 const struct layers *restrict l, const float *restrict u,
                                 const float *restrict w, struct layer_gloss *restrict out)

@@ -1,7 +1,7 @@
 #pragma once
-/* Surfaces of glTF that are rough and let nothing through, sixteen side by side: a diffuse lobe
- * under a layer of facets. They are what most scenes are made of; their formulas are those of
- * worker/shade/gltf.c, to the bit. Mirrors, glass and other models go lane by lane. */
+/* Sixteen rough, opaque glTF surfaces side by side: a diffuse lobe under a layer of microfacets.
+ * Most scenes consist of them. The results are the same bits as those of worker/shade/gltf.c.
+ * Mirrors, glass and other models are evaluated lane by lane. */
 #include <stdbool.h>
 
 #include "worker/shade/lanes.h"
@@ -23,7 +23,7 @@ struct layers {
     _Alignas(LANES_ALIGN) float p_diffuse[LANES], p_facet[LANES]; /* of choosing the lobe */
 };
 
-/* Samples of their facets' lobes, where these are isotropic. */
+/* Samples of the facets' lobes, for isotropic ones. */
 struct layer_gloss {
     struct lanes_mask on;           /* lanes that have one */
     struct lanes_mask above;        /* whose direction lies above the facet */
@@ -31,6 +31,6 @@ struct layer_gloss {
     struct lanes3 local, direction; /* in the shading frame; in the world */
 };
 
-/* Finds those among the active lanes of v, which path_resolve has set. */
+/* Sets v->layers for the active lanes of v, which path_resolve has set. */
 void layers_see(const struct path_kernels *kernels, const struct path_vertex *v,
                 struct layers *out);

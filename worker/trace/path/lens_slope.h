@@ -1,5 +1,6 @@
 #pragma once
-/* How fast what a point shows moves across the image with the lens: A f_px (1/z - 1/F) pixels. */
+/* The slope of a point: how many pixels it moves across the image from the centre to the rim of the
+ * lens. A f_px (1/z - 1/F) */
 #include <float.h>
 
 #include "proto/plan.h"

@@ -1,16 +1,15 @@
 #pragma once
-/* What flat mirrors show through a lens.
+/* Surfaces seen in flat mirrors through a lens.
  *
- * A flat mirror is a window into the scene's mirror image: rays that meet it go on, and what they
- * meet at last is seen where it would lie without the mirror, straight ahead as far away as the
- * rays have come in all, with its normal mirrored back. Seen so it is as good as any other surface
- * for who matches points and normals: light fields light it, lenses blur it as far as it is out of
- * focus. Light is looked for at the real place.
+ * A flat mirror is a window into the scene's mirror image. Camera rays are followed through it to
+ * the surface behind, which is placed at its mirror image: straight ahead, at the whole length of
+ * the path, with its normal mirrored back. The mirrored surface can then be matched like any other:
+ * light fields light it, and the lens blurs it by its image's distance from the focus. Its light is
+ * sampled at the real place.
  *
- * Mirrors are what surely sends light into one direction only (BSDF_MIRROR; glTF metals without
- * roughness) and does not shine itself, on triangles that are flat and no part of something finely
- * bent: images in curved mirrors lie elsewhere. Each reflection is one of the path's scatterings.
- */
+ * A mirror is a surface that reflects into one direction only (BSDF_MIRROR; glTF metals without
+ * roughness) and does not emit, on flat triangles that are no part of a finely curved mesh. Images
+ * in curved mirrors lie elsewhere. Each reflection is one of the path's scatterings. */
 #include "proto/plan.h"
 #include "worker/trace/hit/hit.h"
 
@@ -18,7 +17,7 @@ struct path_context;
 struct path_packet;
 struct path_vertex;
 
-/* Of sixteen camera rays; beside `any` set only where `any` is. */
+/* The reflections of sixteen camera rays; the other members are set only if `any` is. */
 struct mirrors {
     bool any;
     uint32_t count[LANES];                       /* reflections; 0: seen directly */
@@ -29,15 +28,15 @@ struct mirrors {
     struct lanes3 normal[PLAN_LENS_MIRRORS];     /* of the mirrors, the first met first */
 };
 
-/* Follows the camera rays that have met v->surface through up to c->plan->lens_mirrors mirrors:
- * rays and surface become those behind, v->mirrors tells how they came there. Of a packet p of
- * paths, whose rays are `rays`, the throughput, too; NULL: there are no paths. Changes what
- * path_resolve sets. */
+/* Follows the camera rays that have met v->surface through up to c->plan->lens_mirrors mirrors. The
+ * rays and the surface become those behind, and v->mirrors records the reflections. With a packet p
+ * of paths, whose rays are `rays`, its throughput is multiplied, too; NULL: there are no paths.
+ * Overwrites what path_resolve sets. */
 void mirrors_follow(const struct path_context *c, struct path_packet *p, struct RTCRayHit16 *rays,
                     struct path_vertex *v);
 
-/* Lane i's point and normal as the camera sees them. */
+/* Computes lane i's point and normal as the camera sees them. */
 void mirrors_image(const struct path_vertex *v, int i, float point[3], float normal[3]);
 
-/* The surface as the camera sees it: its distance and normal. Planes take it. */
+/* Returns the surface with the distance and normal that the camera sees, for the planes. */
 const struct surface *mirrors_seen(const struct path_vertex *v, struct surface *copy);

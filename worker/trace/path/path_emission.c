@@ -1,4 +1,4 @@
-/* What a path's ray meets that shines by itself. */
+/* Emission that the rays of paths meet: the environment, rectangles and surfaces. */
 #include <math.h>
 
 #include "worker/scene/emitters.h"
@@ -22,8 +22,8 @@ static void add(const struct path_context *c, const struct path_packet *p, uint3
     h->emission.b[slot] += value[2];
 }
 
-/* What the camera path's first surface sends on of the sky, where fields light it without the soft
- * share of what its diffuse lobe does; else that share is noted, albedo taken out. */
+/* Leaves the soft share of the sky, as the diffuse lobe reflects it, to the fields that light the
+ * camera path's first surface. On other surfaces that share is noted, over the albedo. */
 static void leave_soft(const struct path_packet *p, uint32_t i, float soft, float weight,
                        float radiance[3], struct path_harvest *h)
 {

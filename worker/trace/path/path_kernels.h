@@ -1,5 +1,5 @@
 #pragma once
-/* The inner loops over sixteen paths; path_lanes.h says more. */
+/* The inner loops over sixteen paths (path_lanes.h). */
 #include "proto/pattern_path.h"
 #include "proto/runtime/kernels.h"
 #include "worker/trace/path/path.h"

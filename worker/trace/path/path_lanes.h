@@ -1,5 +1,5 @@
 #pragma once
-/* path_kernels' inner loops of the path tracer. */
+/* The inner loops of the path tracer, for path_kernels. */
 #include <math.h>
 
 #include "proto/pattern_path.h"
@@ -28,7 +28,7 @@ static void kernel_ray_keys(const struct path_packet *restrict p, uint32_t depth
     for (int i = 0; i < LANES; i++) r->id[i] = path_ray_key(p->key[i], p->sample[i], depth, ray);
 }
 
-/* From pinhole rays to rays through the points (s, t) of a lens of radius 1. */
+/* Turns pinhole rays into rays through the points (s, t) of a lens of radius 1. */
 static void kernel_lens_rays(const struct plan_camera *c, const float *restrict s,
                              const float *restrict t, struct RTCRay16 *restrict r)
 {
@@ -52,7 +52,7 @@ static void kernel_lens_rays(const struct plan_camera *c, const float *restrict 
     }
 }
 
-/* Right-handed tangents of unit normals (Duff et al. 2017, "Building an orthonormal basis,
+/* Computes right-handed tangents of unit normals (Duff et al. 2017, "Building an orthonormal basis,
  * revisited"). */
 static void kernel_tangents(const struct lanes3 *restrict n, struct lanes3 *restrict t,
                             struct lanes3 *restrict b)
@@ -69,8 +69,8 @@ static void kernel_tangents(const struct lanes3 *restrict n, struct lanes3 *rest
     }
 }
 
-/* Cosine-distributed directions around the shading normals; lanes whose direction lies below the
- * facet leave *valid. */
+/* Samples cosine-distributed directions around the shading normals. Lanes whose direction lies
+ * below the facet leave *valid. */
 static void kernel_lambert_scatter(const struct surface *restrict s, const float *restrict u,
                                    const float *restrict v, struct lanes_mask *restrict valid,
                                    struct lanes3 *restrict out, float *restrict pdf)
@@ -117,8 +117,8 @@ static void kernel_weigh_segments(const struct path_packet *restrict p,
     for (int i = 0; chance && i < LANES; i++) play_roulette(chance[i], i, throughput, stays);
 }
 
-/* What light samples send off Lambert surfaces of albedo 1 towards the viewer, were they seen:
- * out = color E / pi * weight. Densities are those of the light alone. */
+/* Computes the radiance that Lambert surfaces of albedo 1 reflect of visible light samples. The
+ * packet's densities are those of the light alone. out = color E / pi * weight */
 static void kernel_lambert_light(const struct nee_sample *restrict l,
                                  const struct surface *restrict s,
                                  const float *restrict probability, struct lanes3 *restrict out)
@@ -138,8 +138,8 @@ static void kernel_lambert_light(const struct nee_sample *restrict l,
     }
 }
 
-/* What the plan's rectangle shines along scattered rays that end at `reach`: factor of its color,
- * weighted; 0 where it is not met. */
+/* Computes the weighted factor of a rectangle's color along scattered rays that end at `reach`; 0
+ * where a ray misses the rectangle. */
 static void kernel_meet_rectangle(const struct light *light, const struct path_packet *restrict p,
                                   const float *restrict reach, float *restrict factor)
 {

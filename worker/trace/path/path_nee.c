@@ -1,4 +1,4 @@
-/* One point of one light for every vertex, and the ray that tells whether it is seen. */
+/* Samples one point of one light for every vertex, and traces its shadow ray. */
 #include <math.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #include "worker/trace/path/path_nee.h"
 #include "worker/trace/path/path_record.h"
 
-/* Shadow rays end this little short of a mesh emitter's point, and beyond its own offset. */
+/* Shadow rays end just short of a mesh emitter's point, beside the offset of the point itself. */
 #define EMITTER_END 0.9999f
 
 static float probability_of(const struct light_table *t, uint32_t chosen)
@@ -51,7 +51,7 @@ static void choose(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-/* Lanes that chose lights of the plan. One light for all needs no copying. */
+/* Samples the lanes that chose lights of the plan. One light for all needs no copying. */
 static void sample_plan_lights(const struct path_context *c, const struct path_vertex *v,
                                const struct light_selection *selection, struct nee_sample *out)
 {
@@ -117,7 +117,7 @@ static void sample_others(const struct path_context *c, const struct path_vertex
     }
 }
 
-/* Colors over the probability of their selection. */
+/* Divides the colors by the probability of their selection. */
 static void finish_colors(const struct path_context *c, const struct light_selection *selection,
                           struct nee_sample *out)
 {
@@ -132,7 +132,7 @@ static void finish_colors(const struct path_context *c, const struct light_selec
     }
 }
 
-/* Origins, for whatever was chosen. */
+/* Sets the rays' origins. */
 static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
 {
     memcpy(r->org_x, v->surface.origin.x, sizeof r->org_x);
@@ -140,7 +140,7 @@ static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
     memcpy(r->org_z, v->surface.origin.z, sizeof r->org_z);
 }
 
-/* The only light of a plan: nothing to choose. */
+/* Samples the only light of a plan, without a choice. */
 static void sample_only_light(const struct path_context *c, const struct path_packet *p,
                               const struct path_vertex *v, struct light_selection *selection,
                               struct nee_sample *out)
@@ -176,7 +176,7 @@ static void sample_lights(const struct path_context *c, const struct path_packet
     finish_colors(c, selection, out);
 }
 
-/* What the sample sends on were it seen, over the throughput: the white diffuse part, and all. */
+/* The radiance that the vertex reflects of the sample if it is visible, over the throughput. */
 struct reflected {
     struct lanes3 diffuse; /* albedo taken out */
     struct lanes3 all;
@@ -237,9 +237,9 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
         if (l->packet.traced.on[i] && is_alone(v, i)) reflect_general(v, selection, l, i, out);
 }
 
-/* Of what the camera path's first surface sends on of the sky: where fields light it, without the
- * soft share of the diffuse lobe's, and of the glossy one's where they light that; else that share
- * alone is the diffuse part. */
+/* Leaves the soft share of the sky to the fields that light the camera path's first surface: the
+ * diffuse lobe's, and the glossy lobe's if they light that, too. On other surfaces that share
+ * becomes the diffuse part. */
 static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
                        const struct light_selection *selection, const struct path_harvest *h,
                        struct reflected *f)
@@ -261,7 +261,7 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
     }
 }
 
-/* The only path's sample, for its record. */
+/* Records the only path's sample. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
                                     const struct light_selection *selection,
                                     const struct light_packet *l, const struct reflected *f)
@@ -271,7 +271,7 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     path_record_light(c, v, light, selection->probability[0], l, all);
 }
 
-/* Rays whose light would not be sent on are not traced. */
+/* Drops the rays whose light would not be reflected. */
 static void drop_dim(const struct path_context *c, const struct reflected *f,
                      struct light_packet *p)
 {
@@ -316,7 +316,7 @@ void path_nee_add(const struct path_context *c, const struct path_packet *p,
     sample_lights(c, p, v, &selection, light);
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     light_count_skips(packet, &v->active, 1, c->counters);
-    for (int i = 0; i < LANES; i++) /* nobody else will find it */
+    for (int i = 0; i < LANES; i++) /* scattering will not find the light of the last vertex */
         packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];
     reflect(c, v, &selection, light, &reflected);
     if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);

@@ -1,21 +1,20 @@
 #pragma once
-/* What the steps of a path's light sample share: path_nee.c, and path_nee_sky.c for the
- * environment.
- */
+/* Next-event estimation: the light samples of paths. path_nee.c takes them, path_nee_sky.c those of
+ * the environment. */
 #include "worker/trace/path/path.h"
 
-/* What each lane is to try. */
+/* The light that each lane samples. */
 struct light_selection {
     uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
     _Alignas(LANES_ALIGN) float probability[LANES];
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
     _Alignas(LANES_ALIGN) float soft[LANES]; /* share that is the soft sky's */
-    uint64_t plan_lights;                    /* bits: chosen by some lane */
-    bool others;                             /* emitters or environment are */
+    uint64_t plan_lights;                    /* bits: lights of the plan that a lane chose */
+    bool others;                             /* a lane chose emitters or the environment */
 };
 
-/* The direction of the ray to a sample at `way` from lane i's surface, with the cosines that decide
- * whether it is needed. */
+/* Decides whether lane i needs a ray to a sample at `way` from its surface, of length `along`, and
+ * sets its cosine. False: the sample lies below the horizon. */
 static inline bool path_nee_aim(const struct path_vertex *v, int i, const float way[3], float along,
                                 struct light_packet *p)
 {
@@ -28,6 +27,6 @@ static inline bool path_nee_aim(const struct path_vertex *v, int i, const float 
     return above;
 }
 
-/* Lanes that chose the environment. */
+/* Samples the environment in the lanes that chose it. */
 void path_nee_sample_sky(const struct path_context *c, const struct path_vertex *v,
                          struct light_selection *selection, struct nee_sample *out);

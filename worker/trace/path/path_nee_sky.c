@@ -1,12 +1,12 @@
-/* Light samples of the environment, step by step for all lanes: what a step reads of a map is
- * mostly in no cache. */
+/* Light samples of the environment. Each step is done for all lanes before the next, since most
+ * reads of a map miss the cache. */
 #include <math.h>
 #include <string.h>
 
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_nee.h"
 
-/* Lanes that sample it. */
+/* The lanes that sample the environment. */
 struct skies {
     int lane[LANES], count;
     struct lanes3 direction;
@@ -21,7 +21,7 @@ static void find_lanes(const struct light_selection *selection, struct skies *s)
         if (selection->chosen[i] == LIGHT_CHOICE_ENVIRONMENT) s->lane[s->count++] = i;
 }
 
-/* Directions and their densities. */
+/* Samples directions and their densities. */
 static void place(const struct path_context *c, const struct light_selection *selection,
                   struct skies *s)
 {
@@ -40,7 +40,7 @@ static void place(const struct path_context *c, const struct light_selection *se
     c->kernels->place_sky(c->sky, &s->texels, selection->u, selection->v, &s->direction);
 }
 
-/* Lane i's cosine and ray; false where no light comes from there. */
+/* Sets lane i's cosine and ray. False: no light comes from there. */
 static bool aim(const struct path_vertex *v, const struct skies *s, int i, struct light_packet *p)
 {
     const float way[3] = {s->direction.x[i], s->direction.y[i], s->direction.z[i]};

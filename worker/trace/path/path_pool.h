@@ -1,5 +1,5 @@
 #pragma once
-/* Paths on their way, sixteen side by side, and what they have brought back.
+/* Active paths, sixteen side by side, and the radiance that they have collected.
  *
  * A batch is up to PATH_SAMPLES samples of the sixteen pixels of a block. After each scattering the
  * paths that go on are packed together, in their order, so that packets stay full while paths end.
@@ -33,7 +33,7 @@ struct path_rgb {
     _Alignas(LANES_ALIGN) float b[PATH_SLOTS];
 };
 
-/* What the batch's paths have brought back, by slot. */
+/* The radiance that the batch's paths have collected, by slot. */
 struct path_harvest {
     struct path_rgb emission, direct, indirect;
     struct path_rgb diffuse_direct, diffuse_indirect; /* only when demodulated */
@@ -63,7 +63,7 @@ struct path_harvest {
 /* Sets the fields that no query changes. */
 void path_pool_init(struct path_pool *pool);
 
-/* The packet that the next path goes to and its lane there; the caller fills it. */
+/* Returns the packet of the next path, and its lane, which the caller fills. */
 static inline struct path_packet *path_pool_add(struct path_pool *pool, uint32_t *lane)
 {
     struct path_packet *packet = &pool->packets[pool->count / LANES];
@@ -72,8 +72,8 @@ static inline struct path_packet *path_pool_add(struct path_pool *pool, uint32_t
     return packet;
 }
 
-/* A path from a surface of sixteen, into which no light sample's could have been: there was none.
- */
+/* A path that begins on one of sixteen surfaces. Its pdf is 0, since no light sample was taken that
+ * could have found the same direction. */
 struct path_start {
     const struct lanes3 *origin, *direction;
     float weight[3]; /* of what it brings */
@@ -81,7 +81,7 @@ struct path_start {
     uint32_t key, sample, slot;
 };
 
-/* Lane i's. */
+/* Adds lane i's path to the pool. */
 static inline void path_pool_begin(struct path_pool *pool, const struct path_start *s, int i)
 {
     uint32_t lane;

@@ -127,7 +127,7 @@ void path_record_light(const struct path_context *c, const struct path_vertex *v
     to->weight = mis_power_weight(to->density, to->scattered);
 }
 
-/* What the ray meets first within to->distance. Looks again: nothing but the record hears of it. */
+/* Traces the shadow ray again for its closest hit within to->distance, for the record alone. */
 static void find_blocker(struct queries *q, const struct RTCRay16 *ray,
                          struct path_record_light *to)
 {

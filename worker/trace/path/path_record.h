@@ -1,9 +1,9 @@
 #pragma once
-/* What one path did, step by step: for people who ask why a pixel is what it is.
+/* The record of one path, step by step, which explains a pixel's value to users.
  *
- * The path tracer's own steps fill it while they run, so that what is told is what was traced. A
- * context without a record (path_context.record NULL: always, but in a replay) pays for it with a
- * branch a packet. With one, there must be a single path on its way: it travels in lane 0. */
+ * The path tracer's own steps fill it while they run, so that it shows what was traced. A context
+ * without a record (path_context.record NULL: always, except in a replay) pays one branch for each
+ * packet. With a record there must be a single active path; it travels in lane 0. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -17,11 +17,11 @@ struct path_vertex;
 
 /* Camera, LIMIT_INDIRECT_BOUNCES after the first scattering, and what the last segment meets. */
 #define PATH_RECORD_VERTICES (LIMIT_INDIRECT_BOUNCES + 3)
-/* Of one segment: every rectangle, and the sky or a surface. */
+/* Emitters that one segment can meet: every rectangle, and the sky or a surface. */
 #define PATH_RECORD_MET (LIMIT_LIGHTS + 1)
 
-/* Light that was met by the path's own ray, or chosen for a light sample: the number of a light of
- * the plan, LIGHT_CHOICE_EMITTERS (the surface that was met) or LIGHT_CHOICE_ENVIRONMENT. */
+/* Emission that the path's own ray met. `light`, here and below, is the number of a light of the
+ * plan, LIGHT_CHOICE_EMITTERS (the surface that was met) or LIGHT_CHOICE_ENVIRONMENT. */
 struct path_record_met {
     uint32_t light;
     float radiance[3];
@@ -86,7 +86,7 @@ struct path_record_vertex {
     struct path_record_scatter scatter;
 };
 
-/* Whose sample it is. */
+/* The kind of a sample. */
 enum path_record_kind {
     PATH_RECORD_PATHS,    /* the path tracer's */
     PATH_RECORD_LENS,     /* of the lens's light field */
@@ -106,28 +106,29 @@ struct path_record {
     bool rejected;   /* it was not finite, and counts as nothing */
 };
 
-/* The steps, where path_*.c take them; cold: nobody looks while pictures are made. */
+/* The functions below record the steps as path_*.c take them. They are cold, since no picture is
+ * rendered with a record. */
 #define PATH_RECORD_COLD __attribute__((cold))
 
-/* The packet's ray came back; a new vertex begins. */
+/* Begins a new vertex: the packet's ray came back. */
 PATH_RECORD_COLD void path_record_arrive(const struct path_context *c, const struct path_packet *p,
                                          const struct path_vertex *v);
 PATH_RECORD_COLD void path_record_meet(const struct path_context *c, const struct path_packet *p,
                                        uint32_t light, const float radiance[3], float weight);
-/* The surface is resolved. */
+/* Records the resolved surface. */
 PATH_RECORD_COLD void path_record_surface(const struct path_context *c,
                                           const struct path_vertex *v);
-/* Light fields' light was left out. */
+/* Records that the light of light fields was left out. */
 PATH_RECORD_COLD void path_record_leave(const struct path_context *c, const struct path_packet *p,
                                         const struct path_vertex *v);
-/* A light sample, before its ray is traced; all: what is sent on of it. */
+/* Records a light sample before its ray is traced; `all` is the reflected radiance. */
 PATH_RECORD_COLD void path_record_light(const struct path_context *c, const struct path_vertex *v,
                                         uint32_t light, float probability,
                                         const struct light_packet *l, const float all[3]);
-/* Its ray came back. */
+/* Records the result of the light sample's ray. */
 PATH_RECORD_COLD void path_record_shadow(const struct path_context *c, const struct path_packet *p,
                                          const struct light_packet *l);
-/* The next direction; the recorder fills in what the lobes and the roulette did. */
+/* Records the next direction; the record adds what the lobes and the roulette did. */
 PATH_RECORD_COLD void path_record_scatter(const struct path_context *c, const struct path_packet *p,
                                           const struct path_vertex *v,
                                           const struct path_record_scatter *scatter);

@@ -17,35 +17,35 @@ struct sky {
     bool hard;           /* some lookup is above */
 };
 
-/* `map` is the plan's, NULL when it has none; borrowed. */
+/* Sets the sky of a plan. `map` is the plan's, borrowed; NULL when it has none. */
 void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map);
 
-/* Unit directions as a map has them, sixteen side by side: path_kernels' find_sky sets them. Who
- * reads several asks for all of them first. */
+/* Sixteen unit directions in the map's frame, set by path_kernels' find_sky. sky_ask prefetches a
+ * lane's texels: call it for all lanes before the first sky_radiance. */
 struct sky_view {
     struct lanes3 direction;
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES]; /* struct environment_spot */
 };
 void sky_ask(const struct sky *sky, const struct sky_view *view, int lane);
 
-/* Radiance from there; returns which share of it is soft: up to so many times the map's mean that
- * what fills a small solid angle w brings no more than SKY_SOFT_TIMES w/4pi of all light, however
- * bright it is. Shadows of the rest may be as sharp as those of a sun. */
+/* Computes the radiance from a lane's direction and returns its soft share. Radiance counts as soft
+ * up to SKY_SOFT_TIMES the map's mean, so that a small solid angle w brings at most
+ * SKY_SOFT_TIMES w/4pi of all light. The rest may cast shadows as sharp as the sun's. */
 #define SKY_SOFT_TIMES PLAN_SKY_SOFT_TIMES
 float sky_radiance(const struct sky *sky, const struct sky_view *view, int lane, float radiance[3]);
 
-/* Of a map: the density per solid angle with which directions are sampled. */
+/* Returns the density per solid angle with which a map's directions are sampled. */
 float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane);
 
-/* Texels of a map from which directions are sampled, sixteen side by side. */
+/* Sixteen texels of a map from which directions are sampled. */
 struct sky_texels {
     _Alignas(LANES_ALIGN) double near[LANES], far[LANES]; /* struct environment_texel */
     _Alignas(LANES_ALIGN) float column[LANES], density[LANES];
     struct lanes_mask below;
 };
 
-/* Of a map: a direction by three uniform numbers, its density per solid angle (0: none), in the
- * steps of environment.h; path_kernels' place_sky places it. */
+/* Sample a direction of a map by three uniform numbers, with its density per solid angle (0: none),
+ * in the steps of environment.h. path_kernels' place_sky then computes the direction. */
 void sky_expect(const struct sky *sky, float choice, const float u[2]);
 uint32_t sky_choose(const struct sky *sky, float choice, const float u[2]);
 void sky_look(const struct sky *sky, uint32_t chosen, int lane, struct sky_texels *out);

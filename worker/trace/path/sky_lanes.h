@@ -1,8 +1,8 @@
 #pragma once
-/* path_kernels' inner loops over an environment: directions to places of a map, and back. */
+/* The inner loops of path_kernels over an environment: directions to places of a map, and back. */
 #include "worker/trace/path/sky.h"
 
-/* From the world to the map. */
+/* Finds the places of the world's directions on the map. */
 static void kernel_find_sky(const struct sky *restrict sky, const float *restrict x,
                             const float *restrict y, const float *restrict z,
                             struct sky_view *restrict out)
@@ -19,7 +19,7 @@ static void kernel_find_sky(const struct sky *restrict sky, const float *restric
     }
 }
 
-/* And back. */
+/* Computes the world's directions of places within texels. */
 static void kernel_place_sky(const struct sky *restrict sky, const struct sky_texels *restrict t,
                              const float *restrict u, const float *restrict v,
                              struct lanes3 *restrict out)
