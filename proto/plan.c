@@ -158,7 +158,7 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
     if (number == 0) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH_ALL;
     if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_MORE;
-    if (plan->indirect_filter == INDIRECT_FILTER_RATE)
+    if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         return plan->planes &
                (PLANES_SECOND_SET | (plan_side_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));
     return plan->planes & (PLANES_PATH_ALL | PLANES_BOUNCE_MORE);
@@ -166,14 +166,14 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 
 bool plan_has_rounds(const struct plan *plan)
 {
-    return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_RATE ||
+    return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE ||
            plan->lens_extra > 0;
 }
 
 uint32_t plan_side_maps(const struct plan *plan)
 {
     if (plan->lens_extra > 0) return 1;
-    if (plan->indirect_filter != INDIRECT_FILTER_RATE) return 0;
+    if (plan->indirect_filter != INDIRECT_FILTER_ADAPTIVE) return 0;
     return plan->planes >> PLANE_GLOSSY_SPAN & 1u ? 2 : 1;
 }
 
@@ -187,7 +187,7 @@ static int check_second_set(const struct plan *plan, const struct plan_pass *pas
     if ((pass->lobes != NULL) != (plan_side_maps(plan) > 1)) return ERR_RANGE;
     if (plan->lens_extra > 0) return pass->strata == PLAN_LENS_SIDE ? 0 : ERR_RANGE;
     if (pass->strata > PLAN_SIDE_MOST) return ERR_LIMIT;
-    return l * l + pass->strata * pass->strata > plan->rate.rays_most ? ERR_LIMIT : 0;
+    return l * l + pass->strata * pass->strata > plan->adaptive.rays_most ? ERR_LIMIT : 0;
 }
 
 static uint32_t most_of(const uint8_t *sides, size_t area)
@@ -206,7 +206,7 @@ int plan_sides_check(const struct plan_pass *pass, size_t area)
 
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
 {
-    const bool sets = plan->indirect_filter == INDIRECT_FILTER_RATE || plan->lens_extra > 0;
+    const bool sets = plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE || plan->lens_extra > 0;
     const bool second = sets && pass->number >= plan_pass_count(plan);
     if (pass->number >= LIMIT_PASSES) return ERR_LIMIT;
     if (second) return check_second_set(plan, pass);

@@ -100,14 +100,14 @@ enum indirect_filter {
     INDIRECT_FILTER_CONSTANT = 1, /* axis-aligned, rule A: weighted means */
     INDIRECT_FILTER_LINEAR = 2,   /* axis-aligned, rule B: local linear fits */
     INDIRECT_FILTER_BLEND = 3,    /* axis-aligned, four widths, by variance */
-    INDIRECT_FILTER_RATE = 4,     /* axis-aligned, after a second set of rays (plan_rate) */
+    INDIRECT_FILTER_ADAPTIVE = 4, /* axis-aligned, after a second set of rays (plan_adaptive) */
     INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
 };
 
-/* Of INDIRECT_FILTER_RATE, all 0 under other filters: when the schedule's passes have landed, each
- * pixel gets a second set of bounce rays, and of rays of its glossy lobe, as many as what the first
- * met asks for. */
-struct plan_rate {
+/* Of INDIRECT_FILTER_ADAPTIVE, all 0 under other filters: when the schedule's passes have landed,
+ * each pixel gets a second set of bounce rays, and of rays of its glossy lobe, as many as what the
+ * first met asks for. */
+struct plan_adaptive {
     float mu;           /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
     uint32_t rays_most; /* of a pixel, of each kind, in both sets, to LIMIT_SPP */
 };
@@ -191,7 +191,7 @@ struct plan {
     uint32_t glossy_filter;   /* enum glossy_filter */
     uint32_t lens_filter;     /* enum lens_filter */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
-    struct plan_rate rate;
+    struct plan_adaptive adaptive;
     uint64_t planes;       /* of PLANE_BIT, samples.h */
     uint32_t light_planes; /* bits of enum light_plane_id; plan_light_planes says whose */
     uint32_t sub_samples;  /* anti-aliasing rays a pixel, 0 .. LIMIT_SUB_SAMPLES */
@@ -277,19 +277,19 @@ struct plan_split {
 struct plan_split plan_pass_split(const struct plan_pass *pass);
 
 /* Whether tiles get passes after the schedule, of samples that are decided on when all of that has
- * landed: under a target, under INDIRECT_FILTER_RATE, and with second sets through the lens. */
+ * landed: under a target, under INDIRECT_FILTER_ADAPTIVE, and with second sets through the lens. */
 bool plan_has_rounds(const struct plan *plan);
 
 /* 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have: within the schedule one that
  * differs from it; after the schedule one without samples, of more than LIMIT_PASS_SPP, of an odd
  * l, or of what the plan has no planes of. Bounce rays after the schedule are stratified anew.
- * INDIRECT_FILTER_RATE and lens_extra have one pass after the schedule, the second set, which alone
- * has sides. */
+ * INDIRECT_FILTER_ADAPTIVE and lens_extra have one pass after the schedule, the second set, which
+ * alone has sides. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
 /* Maps of sides that second sets have under the plan, one after the other: of bounce rays, and of
  * rays of glossy lobes where the plan asks how far these see; or one of paths through the lens. 0
- * without INDIRECT_FILTER_RATE and lens_extra. */
+ * without INDIRECT_FILTER_ADAPTIVE and lens_extra. */
 uint32_t plan_side_maps(const struct plan *plan);
 
 /* 0, or ERR_RANGE for maps of `area` sides that are not the pass's: above its strata, or all below.

@@ -31,18 +31,18 @@ static int check_shadow_filter(const struct plan_place *at, const struct plan *p
  * of such means, nor can targets ask for other rays still. */
 static int check_rate(const struct plan_place *at, const struct plan *plan)
 {
-    const struct plan_rate *rate = &plan->rate;
-    const bool second = plan->indirect_filter == INDIRECT_FILTER_RATE;
+    const struct plan_adaptive *adaptive = &plan->adaptive;
+    const bool second = plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE;
     const uint32_t l = plan->indirect_strata_per_axis;
     const uint64_t others =
         PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF);
-    if ((rate->mu > 0.0f) != second || (rate->rays_most > 0) != second)
-        return plan_field_refuse(at, ERR_RANGE, "rate.mu", "belongs to one filter, which needs it",
-                                 (double)rate->mu);
+    if ((adaptive->mu > 0.0f) != second || (adaptive->rays_most > 0) != second)
+        return plan_field_refuse(at, ERR_RANGE, "adaptive.mu",
+                                 "belongs to one filter, which needs it", (double)adaptive->mu);
     if (!second) return 0;
-    if (l > LIMIT_PLANE_STRATA_PER_AXIS || rate->rays_most < l * l)
-        return plan_field_refuse(at, ERR_RANGE, "rate.rays_most", "is less than the first rays are",
-                                 (double)rate->rays_most);
+    if (l > LIMIT_PLANE_STRATA_PER_AXIS || adaptive->rays_most < l * l)
+        return plan_field_refuse(at, ERR_RANGE, "adaptive.rays_most",
+                                 "is less than the first rays are", (double)adaptive->rays_most);
     if (plan->planes & others || plan->target_error > 0.0f)
         return plan_field_refuse(at, ERR_RANGE, "indirect_filter",
                                  "knows means alone, and no errors", (double)plan->indirect_filter);
@@ -54,10 +54,10 @@ static int check_rate(const struct plan_place *at, const struct plan *plan)
 static int check_indirect_filter(const struct plan_place *at, const struct plan *plan)
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
-    const bool rate = plan->indirect_filter == INDIRECT_FILTER_RATE;
+    const bool adaptive = plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE;
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
                            (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
-                           (rate ? PLANE_BIT(REFLECTOR_FAR) : 0);
+                           (adaptive ? PLANE_BIT(REFLECTOR_FAR) : 0);
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
     if (!(plan->planes & PLANES_BOUNCE_RAYS))
         return plan_field_refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",
@@ -181,7 +181,7 @@ static int check_lens_extra(const struct plan_place *at, const struct plan *plan
     if (more && plan->lens_filter != LENS_FILTER_SHEARED)
         return plan_field_refuse(at, ERR_RANGE, "lens_extra", "belongs to the sheared filter",
                                  (double)plan->lens_extra);
-    if (more && plan->indirect_filter == INDIRECT_FILTER_RATE)
+    if (more && plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         return plan_field_refuse(at, ERR_RANGE, "lens_extra",
                                  "asks for a second set where bounce rays have one",
                                  (double)plan->lens_extra);

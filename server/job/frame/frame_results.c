@@ -5,7 +5,7 @@
 
 #include "server/job/frame/frame_work.h"
 #include "server/reconstruct/block.h"
-#include "server/reconstruct/indirect/indirect_rate.h"
+#include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/patch/scratch.h"
 
 /* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
@@ -46,11 +46,11 @@ static void make_view(const struct image *image, struct rect rect, float *pixels
 static int find_sides(struct block_task *t, const struct patch *patch)
 {
     const struct plan *plan = &t->frame->plan;
-    const int error = indirect_rate_find(plan, patch, t->rect, t->sides);
+    const int error = indirect_adaptive_find(plan, patch, t->rect, t->sides);
     t->measured = (uint32_t)patch_count_measured(patch, t->rect);
     if (error || t->frame->adaptive.maps < 2) return error;
     t->measured += (uint32_t)patch_count_glossy(patch, t->rect);
-    return indirect_rate_find_lobes(plan, patch, t->rect, t->sides + rect_area(t->rect));
+    return indirect_adaptive_find_lobes(plan, patch, t->rect, t->sides + rect_area(t->rect));
 }
 
 static int reconstruct(struct block_task *t)
@@ -78,7 +78,7 @@ static int reconstruct(struct block_task *t)
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->sides && f->plan.indirect_filter == INDIRECT_FILTER_RATE)
+    if (!error && t->sides && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         error = find_sides(t, patch);
     patch_destroy(&patch);
     return error;

@@ -38,8 +38,8 @@ struct frame_adaptive_tile {
     uint64_t rays;
 };
 
-/* Of a frame whose pixels get second sets: of bounce rays (plan_rate), and of rays of glossy lobes
- * where the plan has a second map; or of paths through the lens. */
+/* Of a frame whose pixels get second sets: of bounce rays (plan_adaptive), and of rays of glossy
+ * lobes where the plan has a second map; or of paths through the lens. */
 struct frame_adaptive {
     uint32_t maps;      /* plan_side_maps */
     uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are

@@ -74,7 +74,7 @@ const char *plan_glossy_filter_name(uint32_t filter)
 static void plan_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
-    if (plan->indirect_filter == INDIRECT_FILTER_RATE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
+    if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
     if (report->integrator == INTEGRATOR_LENS_FIELD) {
         plan->planes |= PLANE_BIT(LENS_LOBE);
         plan->lens_rest = plan->lens_light == LENS_LIGHT_SKY && report->soft_sky &&

@@ -20,7 +20,7 @@
 /* Adaptive sampling (Mehta et al. 2013, section 5): strata an axis of the first rays; the most rays
  * of a pixel at mu = 1 and below. In the paper the latter grow with mu, and what a filter sees of
  * them becomes less, as its area falls with the square: errors in a box grow again from mu = 6 on.
- * With the square of mu they fall; and no less than what every pixel gets (indirect_rate.h). */
+ * With the square of mu they fall; and no less than what every pixel gets (indirect_adaptive.h). */
 #define ADAPTIVE_FIRST 4
 #define ADAPTIVE_MOST  100.0
 
@@ -124,11 +124,11 @@ void plan_indirect_none(const struct job *job, const char *why, struct plan_repo
     tell_none(job, report);
 }
 
-/* mu is the rate's: it makes rays more and filters narrower. Those of shadows stay as they are. */
+/* mu raises the number of rays and narrows the filters of indirect light; shadows keep theirs. */
 static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
-    plan->rate = (struct plan_rate){.mu = job->mu, .rays_most = adaptive_most(job)};
+    plan->adaptive = (struct plan_adaptive){.mu = job->mu, .rays_most = adaptive_most(job)};
     plan->mu = 1.0f;
     plan->planes |= PLANE_BIT(REFLECTOR_FAR);
     plan->capabilities |= CAPABILITY_SIDES;
@@ -143,7 +143,7 @@ static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_
 static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
-    if (plan->indirect_filter == INDIRECT_FILTER_RATE)
+    if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         plan_adaptive(job, plan, report);
     else
         plan_skip(report, "plane reflector_far", "no filter of this plan reads it");

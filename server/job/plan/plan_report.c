@@ -143,8 +143,8 @@ static json_t *samples_of(const struct plan *plan)
                       "passes", (json_int_t)plan_pass_count(plan));
     if (samples && plan->lens_extra > 0)
         json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
-    if (samples && plan->rate.rays_most > 0)
-        json_object_set_new(samples, "indirect_most", json_integer(plan->rate.rays_most));
+    if (samples && plan->adaptive.rays_most > 0)
+        json_object_set_new(samples, "indirect_most", json_integer(plan->adaptive.rays_most));
     return samples;
 }
 

@@ -2,7 +2,7 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect.h"
-#include "server/reconstruct/indirect/indirect_rate.h"
+#include "server/reconstruct/indirect/indirect_adaptive.h"
 
 #define NEAR_LEAST 1e-6f /* of length_unit / distance: as good as nothing met */
 

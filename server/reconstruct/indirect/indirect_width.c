@@ -4,7 +4,7 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect.h"
-#include "server/reconstruct/indirect/indirect_rate.h"
+#include "server/reconstruct/indirect/indirect_adaptive.h"
 
 #define LINES        512.0f /* what pixels below are counted at */
 #define SAMPLES      16.0f
@@ -79,13 +79,13 @@ static void spread_widths(struct indirect_rule *r, float lines)
  * the square of mu. */
 static void rate_widths(const struct plan *plan, float lines, struct indirect_rule *r)
 {
-    const float mu = indirect_rate_width_mu(plan->rate.mu);
+    const float mu = indirect_adaptive_width_mu(plan->adaptive.mu);
     const float most = RATE_CAP_PX * lines / indirect_root(mu, 3);
     r->bandwidth = mu;
-    r->least_px = 2.0f / INDIRECT_RATE_WIDTH_ALPHA / mu;
+    r->least_px = 2.0f / INDIRECT_ADAPTIVE_WIDTH_ALPHA / mu;
     r->most_px = fminf(fmaxf(most, r->least_px), most_in_reach());
     r->least_px = fminf(r->least_px, r->most_px);
-    r->near_px = INDIRECT_RATE_NEAR_PX * lines;
+    r->near_px = INDIRECT_ADAPTIVE_NEAR_PX * lines;
     r->off_px = 2.0f * lines;
 }
 
@@ -100,7 +100,7 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
         smooth_errors(plan, lines, &r);
         return r;
     }
-    if (plan->indirect_filter == INDIRECT_FILTER_RATE) {
+    if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE) {
         rate_widths(plan, lines, &r);
         return r;
     }

@@ -13,8 +13,8 @@
  * random, the pattern's noise is so fine that mu = 0.7 has a fifth less error; where half of the
  * samples are black at random, mu = 0.6 has a third more.
  *
- * Under INDIRECT_FILTER_RATE widths are those of indirect_rate.h: mu(n) is the plan's rate.mu,
- * whatever the samples, and the cap falls with its cube root. */
+ * Under INDIRECT_FILTER_ADAPTIVE widths are those of indirect_adaptive.h: mu(n) is the plan's
+ * adaptive.mu, whatever the samples, and the cap falls with its cube root. */
 #include "server/reconstruct/indirect/indirect_field.h"
 
 struct indirect_rule {

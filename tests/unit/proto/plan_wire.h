@@ -30,7 +30,8 @@ int decode(const uint8_t *data, size_t size_bytes, struct plan *out, struct faul
 
 void without_lens(struct plan *plan);
 
-#define RATE                                                                                       \
-    (plan.indirect_filter = INDIRECT_FILTER_RATE, plan.rate.mu = 1.5f, plan.rate.rays_most = 100,  \
+#define ADAPTIVE                                                                                   \
+    (plan.indirect_filter = INDIRECT_FILTER_ADAPTIVE, plan.adaptive.mu = 1.5f,                     \
+     plan.adaptive.rays_most = 100,                                                                \
      plan.planes &=                                                                                \
      ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF)))

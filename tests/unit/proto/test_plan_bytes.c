@@ -12,8 +12,8 @@ TEST(plans_round_trip)
         plan_case(&sent);
         sent.light_count = lights;
         if (lights == 2) {
-            sent.indirect_filter = INDIRECT_FILTER_RATE;
-            sent.rate = (struct plan_rate){.mu = 2.5f, .rays_most = 4711};
+            sent.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
+            sent.adaptive = (struct plan_adaptive){.mu = 2.5f, .rays_most = 4711};
             sent.planes &=
                 ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
         }
@@ -31,7 +31,8 @@ TEST(plans_round_trip)
         assert_int_equal(sent.shadow_filter, got.shadow_filter);
         assert_int_equal(sent.residual_filter, got.residual_filter);
         assert_true(sent.mu == got.mu);
-        assert_true(sent.rate.mu == got.rate.mu && sent.rate.rays_most == got.rate.rays_most);
+        assert_true(sent.adaptive.mu == got.adaptive.mu &&
+                    sent.adaptive.rays_most == got.adaptive.rays_most);
         assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
         assert_int_equal(sent.pattern.seed, got.pattern.seed);
         bytes_writer_fini(&w);

@@ -52,34 +52,35 @@ TEST(indirect_filters_are_checked)
     EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_RANGE, "planes");
 }
 
-/* A rate belongs to one filter, which has means and distances and no target. */
+/* Adaptive sampling belongs to one filter, which has means and distances and no target. */
 TEST(rates_are_checked)
 {
-    EXPECT(RATE, ERR_OK, "");
-    EXPECT((RATE, plan.indirect_filter = INDIRECT_FILTER_LINEAR), ERR_RANGE, "rate.mu");
-    EXPECT((RATE, plan.rate.mu = 0), ERR_RANGE, "rate.mu");
-    EXPECT((RATE, plan.rate.mu = -1), ERR_RANGE, "rate.mu");
-    EXPECT((RATE, plan.rate.mu = LIMIT_FILTER_MU), ERR_OK, "");
-    EXPECT((RATE, plan.rate.mu = LIMIT_FILTER_MU + 1), ERR_RANGE, "rate.mu");
-    EXPECT((RATE, plan.rate.mu = NAN), ERR_NOT_FINITE, "rate.mu");
-    EXPECT((RATE, plan.rate.rays_most = 0), ERR_RANGE, "rate.mu");
-    EXPECT((RATE, plan.rate.rays_most = 8), ERR_RANGE, "rate.rays_most"); /* the first are nine */
-    EXPECT((RATE, plan.rate.rays_most = 9), ERR_OK, "");
-    EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP), ERR_OK, "");
-    EXPECT((RATE, plan.rate.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "rate.rays_most");
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR_FAR)), ERR_RANGE, "planes");
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(REFLECTOR)), ERR_RANGE, "planes");
-    EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes |= PLANE_BIT(GLOSSY_HALF)), ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANES_GLOSSY),
+    EXPECT(ADAPTIVE, ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.indirect_filter = INDIRECT_FILTER_LINEAR), ERR_RANGE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.mu = 0), ERR_RANGE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.mu = -1), ERR_RANGE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.mu = LIMIT_FILTER_MU), ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.adaptive.mu = LIMIT_FILTER_MU + 1), ERR_RANGE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.mu = NAN), ERR_NOT_FINITE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_most = 0), ERR_RANGE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_most = 8), ERR_RANGE,
+           "adaptive.rays_most"); /* the first are nine */
+    EXPECT((ADAPTIVE, plan.adaptive.rays_most = 9), ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_most = LIMIT_SPP), ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "adaptive.rays_most");
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(REFLECTOR_FAR)), ERR_RANGE, "planes");
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(REFLECTOR)), ERR_RANGE, "planes");
+    EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
+    EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
+    EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(GLOSSY_HALF)), ERR_RANGE, "indirect_filter");
+    EXPECT((ADAPTIVE, plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANES_GLOSSY),
             plan.target_error = 0.1f, plan.spp_most = 200),
            ERR_RANGE, "indirect_filter");
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,
             plan.paths.without_glossy_indirect = 0),
            ERR_RANGE, "planes");
-    EXPECT((RATE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(GLOSSY_SPAN)), ERR_OK, "");
 }
 
 /* A filtered plan: of light fields alone. */

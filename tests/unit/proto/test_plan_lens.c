@@ -110,7 +110,7 @@ TEST(lens_extra_is_checked)
     EXPECT((EXTRA, plan.lens_extra = 0), ERR_RANGE, "planes");
     EXPECT((EXTRA, plan.planes &= ~PLANE_BIT(LENS_MORE)), ERR_RANGE, "planes");
     EXPECT((EXTRA, plan.lens_filter = LENS_FILTER_AXIS_ALIGNED), ERR_RANGE, "lens_extra");
-    EXPECT((EXTRA, RATE), ERR_RANGE, "lens_extra");
+    EXPECT((EXTRA, ADAPTIVE), ERR_RANGE, "lens_extra");
 }
 
 TEST(second_sets_through_the_lens_are_checked)

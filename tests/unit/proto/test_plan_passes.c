@@ -12,7 +12,7 @@ TEST(second_sets_are_checked)
     static struct plan plan;
     static const uint8_t sides[] = {0, 3, 9, 1};
     plan_case(&plan);
-    RATE;
+    ADAPTIVE;
     plan.planes &= ~PLANE_BIT(GLOSSY_SPAN);
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass;
@@ -36,7 +36,7 @@ TEST(second_sets_are_checked)
     SECOND(pass.first = 1, ERR_RANGE);
     SECOND(pass.sides = NULL, ERR_RANGE);
     SECOND(pass.lobes = sides, ERR_RANGE); /* the plan does not ask how far they see */
-    plan.rate.rays_most = LIMIT_SPP;
+    plan.adaptive.rays_most = LIMIT_SPP;
     SECOND(pass.strata = PLAN_SIDE_MOST, 0);
     SECOND(pass.strata = PLAN_SIDE_MOST + 1, ERR_LIMIT);
     SECOND(pass.strata = UINT32_MAX, ERR_LIMIT);
@@ -66,7 +66,7 @@ TEST(second_sets_of_lobes_are_checked)
     static const uint8_t few[] = {0, 3, 1, 2}, many[] = {9, 0, 0, 1};
     plan_case(&plan);
     assert_int_equal(plan_side_maps(&plan), 0);
-    RATE;
+    ADAPTIVE;
     const uint32_t last = plan_pass_count(&plan);
     assert_int_equal(plan_side_maps(&plan), 2);
     assert_int_equal(plan_pass_planes(&plan, last),

@@ -211,8 +211,8 @@ void synthetic_rate_plan(struct plan *plan, int32_t width, int32_t height, int32
         synthetic_plan(plan, width, height, tile_px);
     plan->planes |= PLANE_BIT(REFLECTOR) | PLANE_BIT(REFLECTOR_FAR);
     plan->indirect_strata_per_axis = 4;
-    plan->indirect_filter = INDIRECT_FILTER_RATE;
-    plan->rate = (struct plan_rate){.mu = 1.0f, .rays_most = 100};
+    plan->indirect_filter = INDIRECT_FILTER_ADAPTIVE;
+    plan->adaptive = (struct plan_adaptive){.mu = 1.0f, .rays_most = 100};
 }
 
 struct samples *synthetic_pass(const struct plan *plan, uint32_t tile, uint32_t pass)

@@ -138,8 +138,8 @@ static void send_sides(struct world *w, uint64_t frame_id, uint32_t index, uint3
 
 static void rate_plan(struct world *w)
 {
-    w->plan.indirect_filter = INDIRECT_FILTER_RATE;
-    w->plan.rate = (struct plan_rate){.mu = 1, .rays_most = 100};
+    w->plan.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
+    w->plan.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 100};
     w->plan.planes &=
         ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
 }

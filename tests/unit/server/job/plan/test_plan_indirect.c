@@ -314,10 +314,10 @@ TEST(rates_follow_mu)
         s->job.mu = cases[i].mu;
         s->job.indirect_spp = cases[i].indirect_spp;
         must_make(s);
-        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+        assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_ADAPTIVE);
         assert_int_equal(s->plan.indirect_strata_per_axis, 4);
-        assert_true(s->plan.rate.mu == cases[i].mu && s->plan.mu == 1.0f);
-        assert_int_equal(s->plan.rate.rays_most, cases[i].most);
+        assert_true(s->plan.adaptive.mu == cases[i].mu && s->plan.mu == 1.0f);
+        assert_int_equal(s->plan.adaptive.rays_most, cases[i].most);
         assert_int_equal(s->plan.planes,
                          PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) | BIT(REFLECTOR_FAR));
         assert_true(s->plan.capabilities & CAPABILITY_SIDES);
@@ -337,11 +337,11 @@ TEST(rates_follow_mu)
     s->material.specular = 1; /* beside paths */
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
-    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_RATE);
+    assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_ADAPTIVE);
     assert_int_equal(s->plan.paths.spp, 9);
     s->job.indirect = INDIRECT_AUTO;
     must_make(s);
-    assert_true(s->plan.rate.mu == 0 && s->plan.rate.rays_most == 0);
+    assert_true(s->plan.adaptive.mu == 0 && s->plan.adaptive.rays_most == 0);
     assert_string_equal(why(s, "plane reflector_far"), "no filter of this plan reads it");
 }
 

@@ -71,7 +71,7 @@ TEST(patches_tell_of_lobes_second_sets)
     struct patch *p;
     uint8_t lobes[SIDE * SIDE] = {0};
     picture_plan(&plan, GLOSSY_FILTER_NONE);
-    plan.indirect_filter = INDIRECT_FILTER_RATE;
+    plan.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     plan.planes |= PLANE_BIT(GLOSSY_SPAN);
     plan.length_unit = 8;
     struct samples *s = picture_tile(&plan);

@@ -310,8 +310,8 @@ TEST(second_sets_are_of_each_lobe)
     add_lobes(&p);
     p.planes |= BIT(REFLECTOR_FAR) | BIT(GLOSSY_SPAN);
     p.planes &= ~(BIT(SUB_REFLECTANCE) | BIT(GLOSSY_HALF));
-    p.indirect_filter = INDIRECT_FILTER_RATE;
-    p.rate = (struct plan_rate){.mu = 1, .rays_most = 1000};
+    p.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
+    p.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 1000};
     struct fault fault = {0};
     struct render_scene *scene;
     struct tile_tracer *tracer;

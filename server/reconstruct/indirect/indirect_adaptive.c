@@ -1,4 +1,4 @@
-#include "server/reconstruct/indirect/indirect_rate.h"
+#include "server/reconstruct/indirect/indirect_adaptive.h"
 
 #include <math.h>
 
@@ -65,34 +65,34 @@ struct indirect_bandlimit indirect_bandlimit_facets(float alpha)
     return (struct indirect_bandlimit){band.omega * sqrtf(m / FIT_END), gamma_of(m)};
 }
 
-float indirect_rate_width(const struct indirect_bandlimit *band, float mu,
-                          const struct indirect_span *span)
+float indirect_adaptive_width(const struct indirect_bandlimit *band, float mu,
+                              const struct indirect_span *span)
 {
     const float free = 2.0f * span->near / (mu * band->omega);
-    const float least = 2.0f * span->pixel / (mu * INDIRECT_RATE_WIDTH_ALPHA);
+    const float least = 2.0f * span->pixel / (mu * INDIRECT_ADAPTIVE_WIDTH_ALPHA);
     return fminf(fmaxf(free, least), WIDTH_MOST);
 }
 
-float indirect_rate_rays(const struct indirect_bandlimit *band, float mu,
-                         const struct indirect_span *span)
+float indirect_adaptive_rays(const struct indirect_bandlimit *band, float mu,
+                             const struct indirect_span *span)
 {
-    const float x = mu * band->omega * (span->pixel / span->near) + INDIRECT_RATE_ALPHA;
+    const float x = mu * band->omega * (span->pixel / span->near) + INDIRECT_ADAPTIVE_ALPHA;
     const float v = band->omega * (1.0f + mu * (span->far / span->near));
     return fminf(band->gamma * (x * x) * (v * v), RAYS_BEYOND);
 }
 
-float indirect_rate_width_mu(float mu)
+float indirect_adaptive_width_mu(float mu)
 {
     return mu > 1.0f ? mu : 1.0f;
 }
 
-float indirect_rate_least(float mu, uint32_t first)
+float indirect_adaptive_least(float mu, uint32_t first)
 {
-    const float by = indirect_rate_width_mu(mu);
+    const float by = indirect_adaptive_width_mu(mu);
     return (float)first * (by * by * by);
 }
 
-uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most)
+uint32_t indirect_adaptive_side(float rays, uint32_t first, uint32_t most)
 {
     if (!(rays > (float)first) || most <= first) return 0;
     const float asked = fminf(rays, (float)most) - (float)first;
@@ -102,7 +102,7 @@ uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most)
 }
 
 /* One call. Spares: z_far, both pooled. */
-struct rate {
+struct adaptive {
     const struct plan *plan;
     struct rect inner;
     const struct patch *patch;
@@ -113,48 +113,48 @@ struct rate {
 
 /* Nearest distances are pooled as for widths, by their inverses; farthest ones as they are: a pixel
  * in a crack, whose rays all end at once, must not make others look as if all were near. */
-static void load_far(const struct rate *r)
+static void load_far(const struct adaptive *a)
 {
-    const struct rect all = r->place->rect;
-    const struct patch *patch = r->patch;
+    const struct rect all = a->place->rect;
+    const struct patch *patch = a->patch;
     for (int32_t y = all.y0; y < all.y1; y++) {
-        const size_t to = indirect_place_index(r->place, all.x0, y);
+        const size_t to = indirect_place_index(a->place, all.x0, y);
         const float *far = patch->reflector_far + patch_pixel(patch, all.x0, y);
-        const float *near = r->place->nearness + to;
-        float *out = indirect_place_spare(r->place, 0) + to;
+        const float *near = a->place->nearness + to;
+        float *out = indirect_place_spare(a->place, 0) + to;
         for (size_t i = 0; i < (size_t)rect_width(all); i++)
             out[i] = near[i] > 0.0f ? far[i] : 0.0f;
     }
 }
 
-static uint32_t side_of(const struct rate *r, const struct indirect_bandlimit *band, float near,
+static uint32_t side_of(const struct adaptive *a, const struct indirect_bandlimit *band, float near,
                         float far, float pixel)
 {
-    const uint32_t l = r->plan->indirect_strata_per_axis;
+    const uint32_t l = a->plan->indirect_strata_per_axis;
     if (!(pixel > 0.0f && near > 0.0f && far > 0.0f)) return 0;
-    const float least = r->near_px * pixel;
+    const float least = a->near_px * pixel;
     const struct indirect_span span = {fmaxf(1.0f / near, least), fmaxf(far, least), pixel};
-    const float mu = r->plan->rate.mu, rays = indirect_rate_rays(band, mu, &span);
-    return indirect_rate_side(fmaxf(rays, indirect_rate_least(mu, l * l)), l * l,
-                              r->plan->rate.rays_most);
+    const float mu = a->plan->adaptive.mu, rays = indirect_adaptive_rays(band, mu, &span);
+    return indirect_adaptive_side(fmaxf(rays, indirect_adaptive_least(mu, l * l)), l * l,
+                                  a->plan->adaptive.rays_most);
 }
 
-static void find_row(const struct rate *r, const struct indirect_kernels *kernels, int32_t y,
+static void find_row(const struct adaptive *a, const struct indirect_kernels *kernels, int32_t y,
                      uint8_t *sides)
 {
     const struct indirect_run run =
-        indirect_place_run(r->place, r->inner, y, false, INDIRECT_NEAR_PX);
-    float *near = indirect_place_spare(r->place, 1), *far = indirect_place_spare(r->place, 2);
-    kernels->nearness(&r->place->field, &run, r->place->nearness, near);
-    kernels->nearness(&r->place->field, &run, indirect_place_spare(r->place, 0), far);
-    const size_t from = patch_pixel(r->patch, r->inner.x0, y);
+        indirect_place_run(a->place, a->inner, y, false, INDIRECT_NEAR_PX);
+    float *near = indirect_place_spare(a->place, 1), *far = indirect_place_spare(a->place, 2);
+    kernels->nearness(&a->place->field, &run, a->place->nearness, near);
+    kernels->nearness(&a->place->field, &run, indirect_place_spare(a->place, 0), far);
+    const size_t from = patch_pixel(a->patch, a->inner.x0, y);
     struct indirect_bandlimit band = indirect_bandlimit_lambert();
     float of = -1.0f; /* whose band it is: runs of equal ones are common */
-    for (size_t i = 0; i < (size_t)rect_width(r->inner); i++) {
-        if (r->alpha && r->alpha[from + i] != of)
-            band = indirect_bandlimit_facets(of = r->alpha[from + i]);
-        sides[i] = (uint8_t)side_of(r, &band, near[run.first + i], far[run.first + i],
-                                    r->place->pixel[run.first + i]);
+    for (size_t i = 0; i < (size_t)rect_width(a->inner); i++) {
+        if (a->alpha && a->alpha[from + i] != of)
+            band = indirect_bandlimit_facets(of = a->alpha[from + i]);
+        sides[i] = (uint8_t)side_of(a, &band, near[run.first + i], far[run.first + i],
+                                    a->place->pixel[run.first + i]);
     }
 }
 
@@ -169,28 +169,28 @@ static int find(const struct plan *plan, const struct patch *patch, const float 
     const struct rect seen = rect_intersect(rect_grow(inner, INDIRECT_NEAR_PX), patch->rect);
     const int error = indirect_place_create(plan, patch, seen, INDIRECT_NEAR_PX, 3, &place);
     if (error) return error;
-    const float lines = (float)plan->height_px / INDIRECT_RATE_LINES;
-    const struct rate r = {.plan = plan,
-                           .inner = inner,
-                           .patch = patch,
-                           .place = &place,
-                           .alpha = alpha,
-                           .near_px = INDIRECT_RATE_NEAR_PX * lines};
-    load_far(&r);
+    const float lines = (float)plan->height_px / INDIRECT_ADAPTIVE_LINES;
+    const struct adaptive a = {.plan = plan,
+                               .inner = inner,
+                               .patch = patch,
+                               .place = &place,
+                               .alpha = alpha,
+                               .near_px = INDIRECT_ADAPTIVE_NEAR_PX * lines};
+    load_far(&a);
     for (int32_t y = inner.y0; y < inner.y1; y++, sides += rect_width(inner))
-        find_row(&r, KERNELS_BEST(indirect_kernels), y, sides);
+        find_row(&a, KERNELS_BEST(indirect_kernels), y, sides);
     indirect_place_fini(&place);
     return 0;
 }
 
-int indirect_rate_find(const struct plan *plan, const struct patch *patch, struct rect inner,
-                       uint8_t *sides)
+int indirect_adaptive_find(const struct plan *plan, const struct patch *patch, struct rect inner,
+                           uint8_t *sides)
 {
     return find(plan, patch, NULL, inner, sides);
 }
 
-int indirect_rate_find_lobes(const struct plan *plan, const struct patch *patch, struct rect inner,
-                             uint8_t *sides)
+int indirect_adaptive_find_lobes(const struct plan *plan, const struct patch *patch,
+                                 struct rect inner, uint8_t *sides)
 {
     struct patch lobes = *patch;
     if (!patch->glossy_alpha) return ERR_RANGE;

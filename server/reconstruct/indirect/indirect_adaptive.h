@@ -13,8 +13,8 @@
  *
  * The paper has one alpha of 0.3 in both. In the width it forces 6.7 px on every contact and blurs
  * them (docs/reconstruction.md, Indirect widths), so alpha is 3 there; in the rate, 3 would ask for
- * 113 rays and more at every pixel, so a stays 0.3. Distances below INDIRECT_RATE_NEAR_PX (at 512
- * lines) count as that: the paper's 2 % of the scene in sizes of a pixel.
+ * 113 rays and more at every pixel, so a stays 0.3. Distances below INDIRECT_ADAPTIVE_NEAR_PX (at
+ * 512 lines) count as that: the paper's 2 % of the scene in sizes of a pixel.
  *
  * For the error to fall as mu grows, rays must grow faster than the area under the filter shrinks,
  * also where equation 21 asks for fewer than the first ones: from mu = 1 on each pixel that sees
@@ -27,12 +27,12 @@
  * would come out dark. */
 #include "server/reconstruct/patch/patch.h"
 
-#define INDIRECT_OMEGA_LAMBERT    2.8f /* equation 18: 95 % of the energy */
-#define INDIRECT_GAMMA_LAMBERT    0.4f /* section 4.3, of cosine-distributed rays */
-#define INDIRECT_RATE_ALPHA       0.3f
-#define INDIRECT_RATE_WIDTH_ALPHA 3.0f
-#define INDIRECT_RATE_NEAR_PX     8.0f
-#define INDIRECT_RATE_LINES       512.0f /* what those pixels are counted at */
+#define INDIRECT_OMEGA_LAMBERT        2.8f /* equation 18: 95 % of the energy */
+#define INDIRECT_GAMMA_LAMBERT        0.4f /* section 4.3, of cosine-distributed rays */
+#define INDIRECT_ADAPTIVE_ALPHA       0.3f
+#define INDIRECT_ADAPTIVE_WIDTH_ALPHA 3.0f
+#define INDIRECT_ADAPTIVE_NEAR_PX     8.0f
+#define INDIRECT_ADAPTIVE_LINES       512.0f /* what those pixels are counted at */
 
 /* Of a receiver's surface: the bandlimit of its transfer function, and the part of the rays that
  * suffices because they are distributed by it. */
@@ -58,26 +58,26 @@ struct indirect_span {
 };
 
 /* beta, in the span's unit; n. mu > 0. Neither is clamped but to numbers. */
-float indirect_rate_width(const struct indirect_bandlimit *band, float mu,
-                          const struct indirect_span *span);
-float indirect_rate_rays(const struct indirect_bandlimit *band, float mu,
-                         const struct indirect_span *span);
+float indirect_adaptive_width(const struct indirect_bandlimit *band, float mu,
+                              const struct indirect_span *span);
+float indirect_adaptive_rays(const struct indirect_bandlimit *band, float mu,
+                             const struct indirect_span *span);
 
 /* The mu of widths; the least rays of a pixel that has `first`. */
-float indirect_rate_width_mu(float mu);
-float indirect_rate_least(float mu, uint32_t first);
+float indirect_adaptive_width_mu(float mu);
+float indirect_adaptive_least(float mu, uint32_t first);
 
 /* l of the second set for a pixel that asks for `rays` in all, of which it has `first` and may get
  * `most`: n - first, rounded to a square. */
-uint32_t indirect_rate_side(float rays, uint32_t first, uint32_t most);
+uint32_t indirect_adaptive_side(float rays, uint32_t first, uint32_t most);
 
 /* l of the second set of every pixel of `inner`, row by row, 0 where the first is enough or nothing
- * was met; of Lambert receivers, under a plan of INDIRECT_FILTER_RATE. The patch has the first set
- * of `inner` and INDIRECT_NEAR_PX around. ERR_MEMORY, ERR_RANGE without such planes. */
-int indirect_rate_find(const struct plan *plan, const struct patch *patch, struct rect inner,
-                       uint8_t *sides);
+ * was met; of Lambert receivers, under a plan of INDIRECT_FILTER_ADAPTIVE. The patch has the first
+ * set of `inner` and INDIRECT_NEAR_PX around. ERR_MEMORY, ERR_RANGE without such planes. */
+int indirect_adaptive_find(const struct plan *plan, const struct patch *patch, struct rect inner,
+                           uint8_t *sides);
 
 /* The same of rays of glossy lobes, by how far these see and the bandlimits of their facets; the
  * plan has two maps of sides. */
-int indirect_rate_find_lobes(const struct plan *plan, const struct patch *patch, struct rect inner,
-                             uint8_t *sides);
+int indirect_adaptive_find_lobes(const struct plan *plan, const struct patch *patch,
+                                 struct rect inner, uint8_t *sides);

@@ -6,7 +6,7 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect.h"
-#include "server/reconstruct/indirect/indirect_rate.h"
+#include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/indirect/indirect_width.h"
 #include "tests/unit/unit.h"
 
@@ -20,11 +20,11 @@ static void near(float value, double expected)
 TEST(widths_are_the_papers)
 {
     const struct indirect_bandlimit band = indirect_bandlimit_lambert();
-    near(indirect_rate_width(&band, 1.0f, &(struct indirect_span){1.4f, 2.0f, 0.01f}), 1.0);
-    near(indirect_rate_width(&band, 2.0f, &(struct indirect_span){1.4f, 2.0f, 0.01f}), 0.5);
-    near(indirect_rate_width(&band, 1.0f, &(struct indirect_span){0.0014f, 2.0f, 0.3f}), 0.2);
-    near(indirect_rate_width(&band, 4.0f, &(struct indirect_span){0.0f, 2.0f, 0.3f}), 0.05);
-    assert_true(indirect_rate_width(&band, 1e-3f, &(struct indirect_span){1e38f, 1e38f, 1.0f}) <
+    near(indirect_adaptive_width(&band, 1.0f, &(struct indirect_span){1.4f, 2.0f, 0.01f}), 1.0);
+    near(indirect_adaptive_width(&band, 2.0f, &(struct indirect_span){1.4f, 2.0f, 0.01f}), 0.5);
+    near(indirect_adaptive_width(&band, 1.0f, &(struct indirect_span){0.0014f, 2.0f, 0.3f}), 0.2);
+    near(indirect_adaptive_width(&band, 4.0f, &(struct indirect_span){0.0f, 2.0f, 0.3f}), 0.05);
+    assert_true(indirect_adaptive_width(&band, 1e-3f, &(struct indirect_span){1e38f, 1e38f, 1.0f}) <
                 INFINITY);
 }
 
@@ -33,17 +33,19 @@ TEST(rates_are_the_papers)
 {
     const struct indirect_bandlimit band = indirect_bandlimit_lambert();
     /* 0.4 (0.28 + 0.3)^2 7.84 (1 + 4)^2 */
-    near(indirect_rate_rays(&band, 1.0f, &(struct indirect_span){1.0f, 4.0f, 0.1f}), 26.37376);
+    near(indirect_adaptive_rays(&band, 1.0f, &(struct indirect_span){1.0f, 4.0f, 0.1f}), 26.37376);
     /* 0.4 (0.56 + 0.3)^2 7.84 (1 + 8)^2 */
-    near(indirect_rate_rays(&band, 2.0f, &(struct indirect_span){1.0f, 4.0f, 0.1f}), 187.871846);
+    near(indirect_adaptive_rays(&band, 2.0f, &(struct indirect_span){1.0f, 4.0f, 0.1f}),
+         187.871846);
     /* a parallel reflector far away: 0.4 0.09 7.84 4 */
-    near(indirect_rate_rays(&band, 1.0f, &(struct indirect_span){1e6f, 1e6f, 1e-3f}), 1.12896);
+    near(indirect_adaptive_rays(&band, 1.0f, &(struct indirect_span){1e6f, 1e6f, 1e-3f}), 1.12896);
     /* scaling the scene changes nothing */
     for (float unit = 1e-4f; unit < 2e5f; unit *= 10.0f)
-        near(indirect_rate_rays(&band, 1.0f, &(struct indirect_span){unit, 4 * unit, 0.1f * unit}),
+        near(indirect_adaptive_rays(&band, 1.0f,
+                                    &(struct indirect_span){unit, 4 * unit, 0.1f * unit}),
              26.37376);
-    assert_true(indirect_rate_rays(&band, 100.0f, &(struct indirect_span){1e-30f, 1e30f, 1e30f}) <
-                INFINITY);
+    assert_true(indirect_adaptive_rays(&band, 100.0f,
+                                       &(struct indirect_span){1e-30f, 1e30f, 1e30f}) < INFINITY);
 }
 
 TEST(bandlimits_are_those_of_surfaces)
@@ -65,10 +67,10 @@ TEST(bandlimits_are_those_of_surfaces)
     const struct indirect_span span = {1.0f, 2.0f, 0.01f};
     const struct indirect_bandlimit blinn = indirect_bandlimit_blinn_phong(50.0f);
     const struct indirect_bandlimit phong = indirect_bandlimit_phong(50.0f);
-    assert_true(indirect_rate_width(&blinn, 1.0f, &span) <
-                indirect_rate_width(&lambert, 1.0f, &span));
-    assert_true(indirect_rate_width(&phong, 1.0f, &span) <
-                indirect_rate_width(&blinn, 1.0f, &span));
+    assert_true(indirect_adaptive_width(&blinn, 1.0f, &span) <
+                indirect_adaptive_width(&lambert, 1.0f, &span));
+    assert_true(indirect_adaptive_width(&phong, 1.0f, &span) <
+                indirect_adaptive_width(&blinn, 1.0f, &span));
 }
 
 /* Of GGX's facets: m = 2 / alpha^2 - 2, along the fit up to 50, then as lobes narrow. */
@@ -109,7 +111,7 @@ TEST(sides_are_what_is_left_in_squares)
         {NAN, 100, 0},   {INFINITY, 116, 10}, {-5, 100, 0},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
-        assert_int_equal(indirect_rate_side(cases[k].rays, 16, cases[k].most), cases[k].side);
+        assert_int_equal(indirect_adaptive_side(cases[k].rays, 16, cases[k].most), cases[k].side);
 }
 
 #define SIDE 16
@@ -128,9 +130,9 @@ static void floor_plan(struct plan *plan, float unit)
     plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(INDIRECT_MEAN) |
                    PLANE_BIT(REFLECTOR) | PLANE_BIT(REFLECTOR_FAR);
     plan->bounces = 1;
-    plan->indirect_filter = INDIRECT_FILTER_RATE;
+    plan->indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     plan->indirect_strata_per_axis = 4;
-    plan->rate = (struct plan_rate){.mu = 1, .rays_most = 100};
+    plan->adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 100};
     plan->mu = 1;
     plan->length_unit = unit;
 }
@@ -168,20 +170,20 @@ TEST(patches_ask_for_rays)
         floor_plan(&plan, units[k]);
         floor_patch(&plan, 1.0f, 4.0f, &patch);
         /* 0.4 (0.35 + 0.3)^2 7.84 25 = 33.1: 17 more, 4 x 4 */
-        assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 4);
         /* one near thing counts for the pixels around, as a harmonic mean, and for no others */
         patch->reflector[8 * SIDE + 8] = 0.01f * units[k];
-        assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
         assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
         /* a pixel in a crack sees nothing but it */
         patch->reflector_far[8 * SIDE + 8] = 0.01f * units[k];
-        assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
         assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
         uint8_t cut[7 * 6];
-        assert_int_equal(indirect_rate_find(&plan, patch, part, cut), 0);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, part, cut), 0);
         for (int y = part.y0; y < part.y1; y++)
             assert_memory_equal(cut + (y - part.y0) * 7, sides + y * SIDE + part.x0, 7);
         patch_destroy(&patch);
@@ -198,7 +200,7 @@ TEST(lobes_ask_for_rays)
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
-    plan.rate.rays_most = 4096;
+    plan.adaptive.rays_most = 4096;
     floor_patch(&plan, 0.01f, 100.0f, &patch);
     for (int i = 0; i < SIDE * SIDE; i++) {
         const int x = i % SIDE;
@@ -206,27 +208,28 @@ TEST(lobes_ask_for_rays)
         patch->glossy_near[i] = x < 10 ? 10.0f : 0.0f;
         patch->glossy_far[i] = x < 10 ? 60.0f : 0.0f;
     }
-    assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) {
         const int x = i % SIDE;
         const struct indirect_span span = {10.0f, 60.0f, 0.125f};
         const struct indirect_bandlimit band = indirect_bandlimit_facets(x < 5 ? 0.2f : 0.04f);
-        const uint32_t asked = indirect_rate_side(indirect_rate_rays(&band, 1.0f, &span), 16, 4096);
+        const uint32_t asked =
+            indirect_adaptive_side(indirect_adaptive_rays(&band, 1.0f, &span), 16, 4096);
         assert_int_equal(sides[i], x < 10 ? asked : 0);
     }
     assert_true(side_at(sides, 2, 2) > 0 && side_at(sides, 7, 7) > side_at(sides, 2, 2));
     /* bounce rays ask by what they met */
-    assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     assert_true(side_at(sides, 2, 2) == 63 && side_at(sides, 12, 2) == 63);
     /* a lobe that sees nothing has enough */
     for (int i = 0; i < SIDE * SIDE; i++) {
         patch->glossy_near[i] = patch->glossy_near[i] > 0.0f ? REFLECTOR_NONE : 0.0f;
         patch->glossy_far[i] = 0.0f;
     }
-    assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0);
     patch->glossy_far = NULL;
-    assert_int_equal(indirect_rate_find_lobes(&plan, patch, all, sides), ERR_RANGE);
+    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), ERR_RANGE);
     patch_destroy(&patch);
 }
 
@@ -244,10 +247,10 @@ TEST(rays_grow_with_mu_everywhere)
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1e4f, 1e4f, &patch);
-    plan.rate.rays_most = 4096;
+    plan.adaptive.rays_most = 4096;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
-        plan.rate.mu = cases[k].mu; /* 16 mu^3: 54, 128, 432 */
-        assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+        plan.adaptive.mu = cases[k].mu; /* 16 mu^3: 54, 128, 432 */
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], cases[k].side);
     }
     patch_destroy(&patch);
@@ -262,24 +265,25 @@ TEST(what_meets_nothing_asks_for_nothing)
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, REFLECTOR_NONE, 0.0f, &patch);
     memset(sides, 7, sizeof sides);
-    assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0);
     /* all hits at distance 0, as the tracer tells of them: as many as there may be, and no more */
     for (int i = 0; i < SIDE * SIDE; i++) patch->reflector[i] = patch->reflector_far[i] = 6e-8f;
-    assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 9);
     for (int i = 0; i < SIDE * SIDE; i++) patch->reflector[i] = patch->reflector_far[i] = 0.0f;
-    assert_int_equal(indirect_rate_find(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0); /* black, or background */
-    assert_int_equal(indirect_rate_find(&plan, patch, (struct rect){0, 0, 0, 1}, sides), ERR_RANGE);
-    assert_int_equal(indirect_rate_find(&plan, patch, (struct rect){9, 9, 17, 17}, sides),
+    assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){0, 0, 0, 1}, sides),
+                     ERR_RANGE);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){9, 9, 17, 17}, sides),
                      ERR_RANGE);
     patch_destroy(&patch);
     plan.planes &= ~PLANE_BIT(REFLECTOR_FAR);
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1.0f, 4.0f, &patch);
     patch->reflector_far = NULL;
-    assert_int_equal(indirect_rate_find(&plan, patch, all, sides), ERR_RANGE);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), ERR_RANGE);
     patch_destroy(&patch);
 }
 
@@ -293,7 +297,7 @@ TEST(one_pixel_is_a_frame)
     plan.width_px = plan.height_px = 1;
     floor_patch(&plan, 1.0f, 4.0f, &patch);
     const struct rect all = {0, 0, 1, 1};
-    assert_int_equal(indirect_rate_find(&plan, patch, all, &side), 0);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, &side), 0);
     assert_int_equal(side, 9); /* the pixel is as large as the floor */
     float value[3], width;
     float *const out[3] = {&value[0], &value[1], &value[2]};
@@ -313,7 +317,7 @@ TEST(filters_are_as_wide)
         struct indirect_statistics statistics = {0};
         floor_plan(&plan, 1.0f);
         plan.width_px = plan.height_px = 512;
-        plan.rate.mu = mus[k];
+        plan.adaptive.mu = mus[k];
         const struct indirect_rule rule = indirect_rule_of(&plan);
         const struct indirect_bandlimit band = indirect_bandlimit_lambert();
         const float mu = fmaxf(mus[k], 1.0f); /* below 1 widths stay */
@@ -333,7 +337,7 @@ TEST(filters_are_as_wide)
             assert_int_equal(
                 indirect_filter(&plan, patch, all, 3, in, out, memory + 3 * area, &statistics), 0);
             const struct indirect_span span = {z, 1e7f, pixel};
-            const double free_px = (double)indirect_rate_width(&band, mu, &span) * 256.0;
+            const double free_px = (double)indirect_adaptive_width(&band, mu, &span) * 256.0;
             near(memory[3 * area], fmin(free_px, (double)rule.most_px));
             assert_true(memory[0] == 1.0f);
             free(memory);
