@@ -2,10 +2,10 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect_blend.h"
-#include "server/reconstruct/indirect/indirect_lone.h"
+#include "server/reconstruct/indirect/indirect_isolated.h"
 #include "server/reconstruct/indirect/indirect_squares.h"
 
-/* Of lone pixels' windows, in the filter's largest widths: within what it looks at. */
+/* Of isolated pixels' windows, in the filter's largest widths: within what it looks at. */
 #define LONE_REACH 2.0f
 
 /* One call: `count` channels over `inner`. */
@@ -186,20 +186,20 @@ static void run_error(const struct indirect *f, const struct indirect_rule *rule
     }
 }
 
-/* What bounce rays brought to lone pixels goes through lens samples, which show it as it is. Under
- * a pinhole errors are told, which know of no windows. */
-static void fill_lone(const struct indirect *f, const struct indirect_rule *rule,
-                      const struct indirect_place *place, uint64_t *lone)
+/* What bounce rays brought to isolated pixels goes through lens samples, which show it as it is.
+ * Under a pinhole errors are told, which know of no windows. */
+static void fill_isolated(const struct indirect *f, const struct indirect_rule *rule,
+                          const struct indirect_place *place, uint64_t *isolated)
 {
     float *const out[3] = {indirect_place_spare(place, 0), indirect_place_spare(place, 1),
                            indirect_place_spare(place, 2)};
     const bool lens = f->plan->lens_light != LENS_LIGHT_OWN;
     if (!lens || f->error || f->count < 3 || f->patch->bounces) return;
-    *lone += indirect_lone_fill(f->plan, f->patch, place, f->inner,
-                                (int32_t)(LONE_REACH * rule->most_px), f->in, out);
+    *isolated += indirect_isolated_fill(f->plan, f->patch, place, f->inner,
+                                        (int32_t)(LONE_REACH * rule->most_px), f->in, out);
 }
 
-static int run(const struct indirect *f, uint64_t *lone)
+static int run(const struct indirect *f, uint64_t *isolated)
 {
     const struct indirect_rule rule = indirect_rule_of(f->plan);
     const struct indirect_kernels *kernels = KERNELS_BEST(indirect_kernels);
@@ -213,7 +213,7 @@ static int run(const struct indirect *f, uint64_t *lone)
     if (error) return error;
     for (uint32_t c = 0; c < channels_of(f); c++) load(f, &place, c, c);
     run_filter(f, &rule, kernels, wide, &place);
-    fill_lone(f, &rule, &place, lone);
+    fill_isolated(f, &rule, &place, isolated);
     store(f, &place, indirect_place_spare(&place, channels_of(f)));
     if (f->error) run_error(f, &rule, kernels, wide, &place);
     indirect_place_fini(&place);
@@ -227,7 +227,7 @@ static int filter(const struct indirect *f, struct indirect_statistics *statisti
     const bool filtered = f->plan->indirect_filter != INDIRECT_FILTER_NONE && measured > 0;
     int error = 0;
     if (filtered || (f->error && measured > 0))
-        error = run(f, &statistics->pixels_lone);
+        error = run(f, &statistics->pixels_isolated);
     else
         copy(f);
     if (error) return error;

@@ -20,9 +20,9 @@
 
 struct indirect_statistics {
     uint64_t pixels_filtered;
-    uint64_t pixels_lone;    /* of these: indirect_lone.h */
-    uint64_t pixels_skipped; /* no surface, or a black one: nothing was measured */
-    uint64_t blocks_skipped; /* blocks of only such pixels: no pass ran */
+    uint64_t pixels_isolated; /* of these: indirect_isolated.h */
+    uint64_t pixels_skipped;  /* no surface, or a black one: nothing was measured */
+    uint64_t blocks_skipped;  /* blocks of only such pixels: no pass ran */
 };
 
 /* Pixels around a block that the plan's filter reads; 0 for INDIRECT_FILTER_NONE. It depends on the

@@ -1,4 +1,4 @@
-#include "server/reconstruct/indirect/indirect_lone.h"
+#include "server/reconstruct/indirect/indirect_isolated.h"
 
 #include <math.h>
 
@@ -36,8 +36,8 @@ static bool is_alike(const struct indirect_place *f, size_t p, struct relation r
     return r.cosine >= INDIRECT_COS && r.off <= f->field.off[p];
 }
 
-static bool is_lone(const struct indirect_place *f, size_t p, bool left, bool right, bool above,
-                    bool below)
+static bool is_isolated(const struct indirect_place *f, size_t p, bool left, bool right, bool above,
+                        bool below)
 {
     const size_t at[4] = {p - 1, p + 1, p - (size_t)f->field.stride, p + (size_t)f->field.stride};
     const bool there[4] = {left, right, above, below};
@@ -83,29 +83,29 @@ static void fill(const struct window *w, int32_t x, int32_t y, float *const *out
             if (weight > 0.0f && f->pixel[q] > 0.0f)
                 add(w, p, q, patch_pixel(w->patch, u, v), weight, &s);
         }
-    const float lacks = fmaxf(INDIRECT_LONE_RAYS - s.rays[0], 0.0f);
+    const float lacks = fmaxf(INDIRECT_ISOLATED_RAYS - s.rays[0], 0.0f);
     const float take = s.rays[1] > lacks ? lacks / s.rays[1] : 1.0f;
     const float all = (s.rays[0] + take * s.rays[1]) / w->rays; /* the pixel itself counts 1 */
     if (!(all > 0.0f)) return;                                  /* without a normal: nor is it */
     for (int c = 0; c < 3; c++) out[c][p] = (s.light[0][c] + take * s.light[1][c]) / all;
 }
 
-uint64_t indirect_lone_fill(const struct plan *plan, const struct patch *patch,
-                            const struct indirect_place *place, struct rect inner, int32_t reach,
-                            const float *const *in, float *const *out)
+uint64_t indirect_isolated_fill(const struct plan *plan, const struct patch *patch,
+                                const struct indirect_place *place, struct rect inner,
+                                int32_t reach, const float *const *in, float *const *out)
 {
     const uint32_t l = plan->indirect_strata_per_axis;
     const struct window w = {patch, place, in, reach, (float)(l * l)};
     const struct rect r = place->rect;
-    uint64_t lone = 0;
+    uint64_t isolated = 0;
     for (int32_t y = inner.y0; y < inner.y1; y++)
         for (int32_t x = inner.x0; x < inner.x1; x++) {
             const size_t p = indirect_place_index(place, x, y);
             if (!(place->pixel[p] > 0.0f) ||
-                !is_lone(place, p, x > r.x0, x + 1 < r.x1, y > r.y0, y + 1 < r.y1))
+                !is_isolated(place, p, x > r.x0, x + 1 < r.x1, y > r.y0, y + 1 < r.y1))
                 continue;
             fill(&w, x, y, out);
-            lone++;
+            isolated++;
         }
-    return lone;
+    return isolated;
 }

@@ -87,12 +87,12 @@ static float error_of(const struct board *b)
     return (float)sqrt(sum / (double)rect_area(inner));
 }
 
-static float error_with(uint32_t light, uint32_t strata, float noise, uint64_t *lone)
+static float error_with(uint32_t light, uint32_t strata, float noise, uint64_t *isolated)
 {
     struct board b;
     board_init(&b, light, strata, false, noise);
     const float error = error_of(&b);
-    *lone = b.statistics.pixels_lone;
+    *isolated = b.statistics.pixels_isolated;
     board_fini(&b);
     return error;
 }
@@ -100,11 +100,11 @@ static float error_with(uint32_t light, uint32_t strata, float noise, uint64_t *
 /* Under a lens their noise goes; under a pinhole nothing looks at a window. */
 TEST(noise_goes)
 {
-    uint64_t lone;
-    const float noise = error_with(LENS_LIGHT_OWN, 3, 4.0f, &lone);
-    assert_int_equal(lone, 0);
-    const float left = error_with(LENS_LIGHT_SKY, 3, 4.0f, &lone);
-    assert_int_equal(lone, rect_area(inner));
+    uint64_t isolated;
+    const float noise = error_with(LENS_LIGHT_OWN, 3, 4.0f, &isolated);
+    assert_int_equal(isolated, 0);
+    const float left = error_with(LENS_LIGHT_SKY, 3, 4.0f, &isolated);
+    assert_int_equal(isolated, rect_area(inner));
     print_message("noise of %.3f, alone %.3f, in windows %.3f\n", 4.0 / sqrt(12.0), (double)noise,
                   (double)left);
     assert_true(noise > 0.15f && left < 0.4f * noise);
@@ -113,10 +113,10 @@ TEST(noise_goes)
 /* What others bring fades, and is gone when a surface's own rays are enough. */
 TEST(bias_goes)
 {
-    uint64_t lone;
-    const float few = error_with(LENS_LIGHT_SKY, 1, 0.0f, &lone);
-    const float more = error_with(LENS_LIGHT_SKY, 3, 0.0f, &lone);
-    const float many = error_with(LENS_LIGHT_SKY, 8, 0.0f, &lone);
+    uint64_t isolated;
+    const float few = error_with(LENS_LIGHT_SKY, 1, 0.0f, &isolated);
+    const float more = error_with(LENS_LIGHT_SKY, 3, 0.0f, &isolated);
+    const float many = error_with(LENS_LIGHT_SKY, 8, 0.0f, &isolated);
     print_message("off by %.4f, %.4f, %.6f\n", (double)few, (double)more, (double)many);
     assert_true(few < 0.11f && more < 0.9f * few);
     assert_true(many < 1e-5f);
@@ -128,7 +128,7 @@ TEST(planes_are_left_alone)
     struct board own, lens;
     board_init(&own, LENS_LIGHT_OWN, 3, true, 4.0f);
     board_init(&lens, LENS_LIGHT_SKY, 3, true, 4.0f);
-    assert_int_equal(lens.statistics.pixels_lone, 0);
+    assert_int_equal(lens.statistics.pixels_isolated, 0);
     for (int c = 0; c < 3; c++) assert_memory_equal(own.out[c], lens.out[c], AREA * sizeof(float));
     board_fini(&own);
     board_fini(&lens);
