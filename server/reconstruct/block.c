@@ -109,7 +109,7 @@ static void tell(const struct lighting_statistics *cost, struct block_statistics
 
 static int reconstruct_light_field(const struct plan *plan, const struct patch *patch,
                                    struct rect block, struct image *image,
-                                   struct block_squares *squares,
+                                   struct block_variance *variance,
                                    struct block_statistics *statistics)
 {
     struct lighting lighting;
@@ -120,11 +120,11 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     if (error) return error;
     tell(&cost, statistics);
     resolver_init(&resolver, plan, patch, &lighting);
-    resolver.errors = squares->memory != NULL;
+    resolver.errors = variance->memory != NULL;
     if (plan->paths.spp > 0)
-        compose_beside_paths(&resolver, block, image, squares, statistics);
+        compose_beside_paths(&resolver, block, image, variance, statistics);
     else
-        compose_light_field(&resolver, block, image, squares, statistics);
+        compose_light_field(&resolver, block, image, variance, statistics);
     lighting_fini(&lighting);
     return 0;
 }
@@ -148,38 +148,38 @@ static int reconstruct_lens(const struct plan *plan, struct patch *patch, struct
 }
 
 static int reconstruct(const struct plan *plan, struct patch *patch, struct rect block,
-                       struct image *image, struct block_squares *squares,
+                       struct image *image, struct block_variance *variance,
                        struct block_statistics *statistics)
 {
     const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
     if (paths) error = paths_compose(plan, patch, block, image, statistics);
     if (error) return error;
-    if (paths && squares->memory) error = path_error_find(patch, squares);
+    if (paths && variance->memory) error = path_error_find(patch, variance);
     if (error) return error;
     if (lens)
         error = reconstruct_lens(plan, patch, block, image, statistics);
     else if (!paths || (plan->planes & PLANES_BESIDE))
-        error = reconstruct_light_field(plan, patch, block, image, squares, statistics);
+        error = reconstruct_light_field(plan, patch, block, image, variance, statistics);
     if (error) return error;
     compose_centre(plan, patch, block, image);
-    if (squares->memory) compose_error(squares, image);
+    if (variance->memory) compose_error(variance, image);
     return 0;
 }
 
-static void measure_pixels(const struct block_squares *squares, const struct image *image,
+static void measure_pixels(const struct block_variance *variance, const struct image *image,
                            const struct block_measure *out)
 {
     static const char *const names[] = {"R", "G", "B"};
     static const float weights[] = {0.2126f, 0.7152f, 0.0722f};
-    const struct rect r = squares->rect;
+    const struct rect r = variance->rect;
     const size_t area = (size_t)rect_area(r);
     memset(out->luminance, 0, area * sizeof *out->luminance);
-    for (int s = 0; s < SOURCE_COUNT; s++)
+    for (int s = 0; s < ERROR_SOURCE_COUNT; s++)
         for (size_t i = 0; i < area; i++)
-            out->square[s][i] =
-                (squares->square[s][0][i] + squares->square[s][1][i] + squares->square[s][2][i]) /
-                3.0f;
+            out->variance[s][i] = (variance->by_source[s][0][i] + variance->by_source[s][1][i] +
+                                   variance->by_source[s][2][i]) /
+                                  3.0f;
     for (int c = 0; c < 3; c++) {
         const struct plane *plane = image_plane(image, names[c]);
         size_t i = 0;
@@ -193,15 +193,15 @@ static int run(const struct plan *plan, struct patch *patch, struct rect block, 
                const struct block_measure *measure, struct block_statistics *statistics)
 {
     struct rect whole = {0, 0, image->width_px, image->height_px};
-    struct block_squares squares = {.memory = NULL};
+    struct block_variance variance = {.memory = NULL};
     int error = 0;
     *statistics = (struct block_statistics){0};
     if (!contains(patch->core, block) || !contains(whole, block)) return ERR_RANGE;
     if (measure && !image_plane(image, "R")) return ERR_RANGE;
-    if (measure || image_plane(image, "error.R")) error = block_squares_create(block, &squares);
-    if (!error) error = reconstruct(plan, patch, block, image, &squares, statistics);
-    if (!error && measure) measure_pixels(&squares, image, measure);
-    block_squares_fini(&squares);
+    if (measure || image_plane(image, "error.R")) error = block_variance_create(block, &variance);
+    if (!error) error = reconstruct(plan, patch, block, image, &variance, statistics);
+    if (!error && measure) measure_pixels(&variance, image, measure);
+    block_variance_fini(&variance);
     return error;
 }
 

@@ -5,8 +5,8 @@
  * alone; any thread. Where light fields light lens samples, these are lit in place:
  * patch->lens_radiance changes, and a second copy of what weighs most is spared. */
 #include "server/image/image.h"
-#include "server/reconstruct/compose/block_squares.h"
 #include "server/reconstruct/compose/block_statistics.h"
+#include "server/reconstruct/compose/block_variance.h"
 
 /* Side of the blocks that an image is cut into under this plan: larger where a filter reads far
  * around each, as far as their patches stay below LIMIT_PATCH_BYTES. Pixels do not depend on it. */
@@ -25,7 +25,7 @@ int32_t block_core_px(const struct plan *plan);
 /* Of every pixel of a block, row by row, for whoever decides on more samples: squared standard
  * errors by what would lower them, the mean over R, G and B, and the luminance (Rec. 709). */
 struct block_measure {
-    float *square[SOURCE_COUNT];
+    float *variance[ERROR_SOURCE_COUNT];
     float *luminance;
 };
 

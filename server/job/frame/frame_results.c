@@ -61,15 +61,15 @@ static int reconstruct(struct block_task *t)
     const bool measured = frame_has_target(f);
     const size_t area = (size_t)rect_area(t->rect), channels = f->image->channel_count;
     if (!t->pixels) {
-        const size_t planes = channels + (measured ? SOURCE_COUNT + 1 : 0);
+        const size_t planes = channels + (measured ? ERROR_SOURCE_COUNT + 1 : 0);
         t->pixels = scratch_take(f->scratch, area * planes * sizeof *t->pixels);
         if (!t->pixels) return ERR_MEMORY;
         memset(t->pixels, 0, area * planes * sizeof *t->pixels);
     }
     make_view(f->image, t->rect, t->pixels, &view);
-    for (uint32_t k = 0; k < SOURCE_COUNT; k++)
-        t->measure.square[k] = t->pixels + area * (measured ? channels + k : 0);
-    t->measure.luminance = t->pixels + area * (measured ? channels + SOURCE_COUNT : 0);
+    for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
+        t->measure.variance[k] = t->pixels + area * (measured ? channels + k : 0);
+    t->measure.luminance = t->pixels + area * (measured ? channels + ERROR_SOURCE_COUNT : 0);
     int error = film_gather(f->film, t->block, &patch);
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->sides;
     if (!error) patch->lens_drawn = t->drawn;

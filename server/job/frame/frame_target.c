@@ -9,7 +9,7 @@ int frame_target_create(struct frame *f)
 {
     struct frame_target *t = &f->target;
     const size_t area = (size_t)f->plan.width_px * (size_t)f->plan.height_px;
-    t->pixels = calloc(area * (SOURCE_COUNT + 1), sizeof *t->pixels);
+    t->pixels = calloc(area * (ERROR_SOURCE_COUNT + 1), sizeof *t->pixels);
     t->errors = calloc(tile_grid_count(&f->grid), sizeof *t->errors);
     if (!t->pixels || !t->errors) return ERR_MEMORY;
     return rounds_create(&f->plan, &t->rounds);
@@ -31,8 +31,8 @@ static float *plane_of(const struct frame *f, uint32_t k)
 void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure)
 {
     const size_t width = (size_t)rect_width(rect), stride = (size_t)f->plan.width_px;
-    for (uint32_t k = 0; k <= SOURCE_COUNT; k++) {
-        const float *from = k < SOURCE_COUNT ? measure->square[k] : measure->luminance;
+    for (uint32_t k = 0; k <= ERROR_SOURCE_COUNT; k++) {
+        const float *from = k < ERROR_SOURCE_COUNT ? measure->variance[k] : measure->luminance;
         float *to = plane_of(f, k) + (size_t)rect.y0 * stride + (size_t)rect.x0;
         for (int32_t y = rect.y0; y < rect.y1; y++, from += width, to += stride)
             memcpy(to, from, width * sizeof *from);
@@ -54,9 +54,9 @@ bool frame_target_decide(struct frame *f)
 {
     for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++) {
         const struct rect rect = tile_grid_rect(&f->grid, i);
-        for (uint32_t k = 0; k < SOURCE_COUNT; k++)
-            f->target.errors[i].square[k] = sum_over(f, k, rect);
-        f->target.errors[i].luminance = sum_over(f, SOURCE_COUNT, rect);
+        for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
+            f->target.errors[i].variance[k] = sum_over(f, k, rect);
+        f->target.errors[i].luminance = sum_over(f, ERROR_SOURCE_COUNT, rect);
     }
     return rounds_decide(f->target.rounds, f->target.errors, f->rounds.more_passes);
 }

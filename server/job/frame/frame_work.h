@@ -23,8 +23,8 @@ struct frame_rounds {
 
 /* Of a frame with a target: what is measured of its picture, for the next round. */
 struct frame_target {
-    struct rounds *rounds;       /* owned */
-    float *pixels;               /* owned; SOURCE_COUNT squares and luminance, plane by plane */
+    struct rounds *rounds; /* owned */
+    float *pixels;         /* owned; ERROR_SOURCE_COUNT variances and luminance, plane by plane */
     struct rounds_error *errors; /* owned; of each tile */
     char warning[LIMIT_DETAIL_BYTES];
 };

@@ -18,10 +18,10 @@ _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
 /* What one tile has of one kind of samples, a pixel. */
 struct kind {
-    double square; /* summed over pixels; 0 where there are none of the kind */
-    double scale;  /* factor of growth where lambda is 1 */
-    uint32_t n;    /* of the rounds that have ended */
-    uint32_t more; /* in this round */
+    double variance; /* summed over pixels; 0 where there are none of the kind */
+    double scale;    /* factor of growth where lambda is 1 */
+    uint32_t n;      /* of the rounds that have ended */
+    uint32_t more;   /* in this round */
 };
 
 enum { PATHS, BOUNCES, KINDS };
@@ -133,18 +133,18 @@ static uint32_t most_of(const struct rounds *r, int kind)
 static double growth(const struct rounds *r, const struct kind *k, int kind,
                      const struct level *level)
 {
-    if (k->n == 0 || !(k->square > 0.0)) return 1.0;
+    if (k->n == 0 || !(k->variance > 0.0)) return 1.0;
     const double most = (double)most_of(r, kind) / k->n;
     const double free = k->scale / level->divisor[kind];
     return fmax(fmin(free, most), 1.0);
 }
 
 /* What is left of a squared error; r^(-2/3) is the cube root's inverse square. */
-static double remains(double square, int kind, double r)
+static double remains(double variance, int kind, double r)
 {
-    if (kind == PATHS) return square / r;
+    if (kind == PATHS) return variance / r;
     const double root = root_of(r, 3);
-    return square / (root * root);
+    return variance / (root * root);
 }
 
 /* Squared errors at a level, of what samples lower. */
@@ -154,7 +154,7 @@ static double squares_at(const struct rounds *r, const struct level *level)
     for (uint32_t i = 0; i < r->count; i++)
         for (int kind = 0; kind < KINDS; kind++) {
             const struct kind *k = &r->tiles[i].kinds[kind];
-            sum += remains(k->square, kind, growth(r, k, kind, level));
+            sum += remains(k->variance, kind, growth(r, k, kind, level));
         }
     return sum;
 }
@@ -167,7 +167,7 @@ static double gain_most(const struct rounds *r)
         const struct rounds_tile *t = &r->tiles[i];
         for (int kind = 0; kind < KINDS; kind++)
             if (t->kinds[kind].n > 0)
-                most = fmax(most, t->kinds[kind].square / t->area / t->kinds[kind].n);
+                most = fmax(most, t->kinds[kind].variance / t->area / t->kinds[kind].n);
     }
     return most;
 }
@@ -272,17 +272,18 @@ static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more
 /* -- rounds -- */
 
 /* Passes with bounce rays trace as many of glossy lobes. */
-static double square_of(const struct rounds_error *error, int kind)
+static double variance_of(const struct rounds_error *error, int kind)
 {
-    return kind == PATHS ? error->square[SOURCE_PATHS]
-                         : error->square[SOURCE_BOUNCES] + error->square[SOURCE_LOBES];
+    return kind == PATHS
+               ? error->variance[ERROR_SOURCE_PATHS]
+               : error->variance[ERROR_SOURCE_BOUNCES] + error->variance[ERROR_SOURCE_LOBES];
 }
 
 /* Takes the round's samples and errors in. */
 static void end_round(struct rounds *r, const struct rounds_error *errors)
 {
     struct rounds_report *report = &r->report;
-    double squares = 0.0, fixed = 0.0, luminance = 0.0;
+    double variance = 0.0, fixed = 0.0, luminance = 0.0;
     report->rounds++;
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
@@ -292,16 +293,16 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
             struct kind *k = &t->kinds[kind];
             k->n += k->more;
             k->more = 0;
-            k->square = square_of(&errors[i], kind);
-            k->scale = k->n > 0 ? scale_of(k->square / t->area / k->n, kind) : 0.0;
-            squares += k->square;
+            k->variance = variance_of(&errors[i], kind);
+            k->scale = k->n > 0 ? scale_of(k->variance / t->area / k->n, kind) : 0.0;
+            variance += k->variance;
         }
-        fixed += errors[i].square[SOURCE_CENTRES];
+        fixed += errors[i].variance[ERROR_SOURCE_CENTRES];
         luminance += errors[i].luminance;
     }
     const double mean = luminance / r->pixels;
     const bool seen = mean > 0.0;
-    report->reached = seen ? sqrt((squares + fixed) / r->pixels) / mean : 0.0;
+    report->reached = seen ? sqrt((variance + fixed) / r->pixels) / mean : 0.0;
     report->fixed = seen ? sqrt(fixed / r->pixels) / mean : 0.0;
     report->met = report->reached <= (double)r->plan->target_error;
 }

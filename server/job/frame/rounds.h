@@ -23,12 +23,12 @@
 #include <stdbool.h>
 
 #include "proto/plan.h"
-#include "server/reconstruct/compose/block_squares.h"
+#include "server/reconstruct/compose/block_variance.h"
 
 /* Of one tile, over its pixels. */
 struct rounds_error {
-    double square[SOURCE_COUNT]; /* mean over R, G, B, summed */
-    double luminance;            /* summed */
+    double variance[ERROR_SOURCE_COUNT]; /* mean over R, G, B, summed */
+    double luminance;                    /* summed */
 };
 
 struct rounds;

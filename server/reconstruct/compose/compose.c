@@ -71,21 +71,22 @@ static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
 }
 
 /* What bounce rays and the few samples of a pixel's surfaces leave uncertain. */
-static void put_squares(const struct resolver *r, const struct resolved *pixel, int32_t x,
-                        int32_t y, struct block_squares *squares)
+static void put_variance(const struct resolver *r, const struct resolved *pixel, int32_t x,
+                         int32_t y, struct block_variance *variance)
 {
     if (!r->errors) return;
-    const size_t i = block_squares_index(squares, x, y);
+    const size_t i = block_variance_index(variance, x, y);
     for (int c = 0; c < 3; c++) {
-        squares->square[SOURCE_BOUNCES][c][i] = pixel->error[c] * pixel->error[c];
-        squares->square[SOURCE_LOBES][c][i] = pixel->glossy_error[c] * pixel->glossy_error[c];
-        squares->square[SOURCE_CENTRES][c][i] = pixel->spread[c];
+        variance->by_source[ERROR_SOURCE_BOUNCES][c][i] = pixel->error[c] * pixel->error[c];
+        variance->by_source[ERROR_SOURCE_LOBES][c][i] =
+            pixel->glossy_error[c] * pixel->glossy_error[c];
+        variance->by_source[ERROR_SOURCE_CENTRES][c][i] = pixel->spread[c];
     }
 }
 
 /* What resolve_run leaves. */
 static void resolve_rest(const struct resolver *r, const struct run *run,
-                         struct resolved_run *resolved, struct block_squares *squares,
+                         struct resolved_run *resolved, struct block_variance *variance,
                          struct block_statistics *statistics)
 {
     for (uint32_t k = 0; k < run->count; k++) {
@@ -93,7 +94,7 @@ static void resolve_rest(const struct resolver *r, const struct run *run,
         if (resolved->plain[k]) continue;
         resolve_pixel(r, run->i + k, &pixel);
         resolved_run_set(resolved, k, &pixel);
-        put_squares(r, &pixel, run->x + (int32_t)k, run->y, squares);
+        put_variance(r, &pixel, run->x + (int32_t)k, run->y, variance);
         statistics->sub_samples_lone += pixel.lone;
         statistics->sub_samples_unmatched += pixel.unmatched;
         statistics->pixels_background += pixel.coverage == 0.0f;
@@ -101,7 +102,7 @@ static void resolve_rest(const struct resolver *r, const struct run *run,
 }
 
 static void light_run(const struct resolver *r, const struct targets *t, const struct run *run,
-                      struct block_squares *squares, struct block_statistics *statistics)
+                      struct block_variance *variance, struct block_statistics *statistics)
 {
     const float *emission[3] = {NULL, NULL, NULL};
     struct resolved_run resolved;
@@ -111,19 +112,19 @@ static void light_run(const struct resolver *r, const struct targets *t, const s
     }
     if (!t->resolved && !r->errors) return;
     resolve_run(r, run->i, run->count, &resolved);
-    resolve_rest(r, run, &resolved, squares, statistics);
+    resolve_rest(r, run, &resolved, variance, statistics);
     put_resolved(t, run, &resolved, emission);
 }
 
 static void compose_light(const struct resolver *r, const struct targets *t, struct rect block,
-                          struct block_squares *squares, struct block_statistics *statistics)
+                          struct block_variance *variance, struct block_statistics *statistics)
 {
     for (int32_t y = block.y0; y < block.y1; y++)
         for (int32_t x = block.x0; x < block.x1; x += RESOLVE_RUN) {
             const int32_t left = block.x1 - x;
             const struct run run = {x, y, (uint32_t)(left < RESOLVE_RUN ? left : RESOLVE_RUN),
                                     patch_index(r->patch, x, y)};
-            light_run(r, t, &run, squares, statistics);
+            light_run(r, t, &run, variance, statistics);
         }
 }
 
@@ -296,13 +297,13 @@ static void compose_rest(const struct resolver *r, struct rect block, struct ima
 }
 
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
-                         struct block_squares *squares, struct block_statistics *statistics)
+                         struct block_variance *variance, struct block_statistics *statistics)
 {
     struct targets targets;
     struct resolver own = *resolver;
     find_targets(image, &targets);
     own.parts = targets.direct[0] || targets.indirect[0];
-    compose_light(&own, &targets, block, squares, statistics);
+    compose_light(&own, &targets, block, variance, statistics);
     compose_diffuse_direct(resolver, block, image);
     compose_diffuse_indirect(resolver, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
@@ -315,7 +316,7 @@ static void add(const struct plane *plane, int32_t x, int32_t y, float value)
 }
 
 static void add_indirect(const struct resolver *r, const struct targets *t, struct rect block,
-                         struct block_squares *squares, struct block_statistics *statistics)
+                         struct block_variance *variance, struct block_statistics *statistics)
 {
     if (!t->beauty[0] && !t->indirect[0] && !r->errors) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
@@ -327,7 +328,7 @@ static void add_indirect(const struct resolver *r, const struct targets *t, stru
                 add(t->beauty[c], x, y, pixel.indirect[c]);
                 add(t->indirect[c], x, y, pixel.indirect[c]);
             }
-            put_squares(r, &pixel, x, y, squares);
+            put_variance(r, &pixel, x, y, variance);
             statistics->sub_samples_lone += pixel.lone;
             statistics->sub_samples_unmatched += pixel.unmatched;
         }
@@ -335,31 +336,32 @@ static void add_indirect(const struct resolver *r, const struct targets *t, stru
 }
 
 void compose_beside_paths(const struct resolver *resolver, struct rect block, struct image *image,
-                          struct block_squares *squares, struct block_statistics *statistics)
+                          struct block_variance *variance, struct block_statistics *statistics)
 {
     struct targets targets;
     if (resolver->plan->paths.without_diffuse_indirect) {
         find_targets(image, &targets);
-        add_indirect(resolver, &targets, block, squares, statistics);
+        add_indirect(resolver, &targets, block, variance, statistics);
         compose_diffuse_indirect(resolver, block, image);
     }
     add_samples(resolver->plan, resolver->patch, 0, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
 }
 
-void compose_error(const struct block_squares *squares, struct image *image)
+void compose_error(const struct block_variance *variance, struct image *image)
 {
     static const char *const names[] = {"error.R", "error.G", "error.B"};
-    const struct rect r = squares->rect;
+    const struct rect r = variance->rect;
     for (int c = 0; c < 3; c++) {
         const struct plane *out = image_plane(image, names[c]);
         if (!out) continue;
         for (int32_t y = r.y0; y < r.y1; y++) {
-            size_t i = block_squares_index(squares, r.x0, y);
+            size_t i = block_variance_index(variance, r.x0, y);
             for (int32_t x = r.x0; x < r.x1; x++, i++)
-                *plane_at(out, x, y) = sqrtf(
-                    squares->square[SOURCE_PATHS][c][i] + squares->square[SOURCE_BOUNCES][c][i] +
-                    squares->square[SOURCE_LOBES][c][i] + squares->square[SOURCE_CENTRES][c][i]);
+                *plane_at(out, x, y) = sqrtf(variance->by_source[ERROR_SOURCE_PATHS][c][i] +
+                                             variance->by_source[ERROR_SOURCE_BOUNCES][c][i] +
+                                             variance->by_source[ERROR_SOURCE_LOBES][c][i] +
+                                             variance->by_source[ERROR_SOURCE_CENTRES][c][i]);
         }
     }
 }

@@ -1,12 +1,12 @@
 #pragma once
 /* From resolved pixels and samples to an image's channels. */
 #include "server/image/image.h"
-#include "server/reconstruct/compose/block_squares.h"
 #include "server/reconstruct/compose/block_statistics.h"
+#include "server/reconstruct/compose/block_variance.h"
 #include "server/reconstruct/compose/resolve.h"
 
-/* All of `block`; `squares`, of the block, are those that the resolver's light field has a part in,
- * found when resolver->errors.
+/* All of `block`; `variance`, of the block, are those that the resolver's light field has a part
+ * in, found when resolver->errors.
  *
  * Writes the channels that light, albedo and anti-aliasing make, of `block`:
  *   R G B A      emission + direct + indirect, seen; the share of samples that hit a surface
@@ -17,7 +17,7 @@
  *                surface
  *   filter_width sigma in pixels, largest over all filters; 0: not filtered */
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
-                         struct block_squares *squares, struct block_statistics *statistics);
+                         struct block_variance *variance, struct block_statistics *statistics);
 
 /* Adds what bounce rays of pixel centres bring to a picture of paths that leave it out:
  *   R G B, indirect    diffuse indirect light times albedo and what glossy lobes see times their
@@ -25,10 +25,10 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
  *   samples            bounce rays and those of the glossy lobe
  * and writes diffuse_indirect (where the plan has indirect planes), occlusion, filter_width. */
 void compose_beside_paths(const struct resolver *resolver, struct rect block, struct image *image,
-                          struct block_squares *squares, struct block_statistics *statistics);
+                          struct block_variance *variance, struct block_statistics *statistics);
 
-/* Writes `error` of R G B: the root of the squares' sum. */
-void compose_error(const struct block_squares *squares, struct image *image);
+/* Writes `error` of R G B: the root of the sum over all sources. */
+void compose_error(const struct block_variance *variance, struct image *image);
 
 /* Writes the channels that show the pixel's centre alone, whatever makes the picture:
  *   normal, depth, id                    0 without surface

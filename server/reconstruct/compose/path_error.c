@@ -299,14 +299,15 @@ static float share_at(const struct field *f, int32_t x, int32_t y, size_t k)
                       rounded_log2(p->paths.split_length[i]));
 }
 
-static void store(const struct field *f, struct block_squares *out)
+static void store(const struct field *f, struct block_variance *out)
 {
     for (int32_t y = out->rect.y0; y < out->rect.y1; y++) {
-        size_t to = block_squares_index(out, out->rect.x0, y);
+        size_t to = block_variance_index(out, out->rect.x0, y);
         for (int32_t x = out->rect.x0; x < out->rect.x1; x++, to++) {
             const size_t k = index_in(f->rect, x, y);
             const float share = share_at(f, x, y, k);
-            for (int c = 0; c < 3; c++) out->square[SOURCE_PATHS][c][to] = share * f->smooth[c][k];
+            for (int c = 0; c < 3; c++)
+                out->by_source[ERROR_SOURCE_PATHS][c][to] = share * f->smooth[c][k];
         }
     }
 }
@@ -316,7 +317,7 @@ int32_t path_error_halo_px(const struct plan *plan)
     return patch_has_far_paths(plan) ? PATH_ERROR_CELL_PX + AROUND_PX : 0;
 }
 
-int path_error_find(const struct patch *patch, struct block_squares *out)
+int path_error_find(const struct patch *patch, struct block_variance *out)
 {
     struct field f;
     if (!patch->path_spread[0]) return 0;

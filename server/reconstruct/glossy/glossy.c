@@ -1,7 +1,7 @@
 #include "server/reconstruct/glossy/glossy.h"
 
 #include "server/reconstruct/glossy/glossy_bandlimit.h"
-#include "server/reconstruct/glossy/glossy_squares.h"
+#include "server/reconstruct/glossy/glossy_variance.h"
 
 #define WEIGHT_LEAST 1e-6f
 #define SQUARE_MOST  1e36f /* so that sums stay finite */
@@ -12,7 +12,7 @@ struct glossy {
     const struct patch *patch;
     struct rect inner;
     float *const *out;
-    float *const *square; /* NULL: not wanted */
+    float *const *variance; /* NULL: not wanted */
 };
 
 static struct glossy_pass filter_pass(const struct plan *plan, const struct patch *patch)
@@ -28,7 +28,7 @@ static int32_t filter_reach(const struct plan *plan)
 
 int32_t glossy_halo_px(const struct plan *plan)
 {
-    const int32_t beyond = patch_knows_glossy_errors(plan) ? glossy_squares_reach(plan) : 0;
+    const int32_t beyond = patch_knows_glossy_errors(plan) ? glossy_variance_reach(plan) : 0;
     if (plan->glossy_filter == GLOSSY_FILTER_BANDLIMIT) return glossy_bandlimit_halo_px(plan);
     return filter_reach(plan) + beyond;
 }
@@ -42,7 +42,7 @@ static bool can_filter(const struct glossy *g)
         !rect_is_empty(inner) && rect_area(rect_intersect(inner, p->rect)) == rect_area(inner);
     const bool surfaces = p->depth && p->normal[0] && p->id;
     const bool lobes = p->glossy[0] && p->glossy_alpha && p->glossy_nearness;
-    if (g->square && !patch_knows_glossy_errors(plan)) return false;
+    if (g->variance && !patch_knows_glossy_errors(plan)) return false;
     return whole && lobes && (surfaces || plan->glossy_filter == GLOSSY_FILTER_NONE) &&
            plan->glossy_filter <= GLOSSY_FILTER_BANDLIMIT;
 }
@@ -54,9 +54,9 @@ static void copy_pixel(const struct glossy *g, size_t i)
     const bool glossy = patch_is_glossy(p, i);
     for (int c = 0; c < 3; c++) {
         g->out[c][i] = glossy ? p->glossy[c][i] : 0.0f;
-        if (!g->square) continue;
+        if (!g->variance) continue;
         const float off = glossy ? p->glossy_half[c][i] - p->glossy[c][i] : 0.0f;
-        g->square[c][i] = off * off < SQUARE_MOST ? off * off : SQUARE_MOST;
+        g->variance[c][i] = off * off < SQUARE_MOST ? off * off : SQUARE_MOST;
     }
 }
 
@@ -93,18 +93,18 @@ static int run(const struct glossy *g, uint64_t *filtered)
     const bool filters = g->plan->glossy_filter == GLOSSY_FILTER_VIRTUAL_HIT;
     const struct glossy_pass pass = filter_pass(g->plan, g->patch);
     const int32_t reach = filter_reach(g->plan);
-    const int32_t beyond = g->square ? glossy_squares_reach(g->plan) : 0;
+    const int32_t beyond = g->variance ? glossy_variance_reach(g->plan) : 0;
     const struct rect seen = rect_intersect(rect_grow(g->inner, reach + beyond), g->patch->rect);
     const struct rect wide = rect_intersect(rect_grow(g->inner, beyond), seen);
     struct glossy_place p;
     const int error = glossy_place_create(g->plan, g->patch, seen, reach > beyond ? reach : beyond,
-                                          g->square != NULL, &p);
+                                          g->variance != NULL, &p);
     if (error) return error;
-    float *const *out = g->square ? p.wide : p.channel;
+    float *const *out = g->variance ? p.wide : p.channel;
     if (filters) glossy_pass_run(&pass, &p, wide, p.channels, p.channel, p.between, out);
     if (filters) *filtered = store(g, &p, out);
-    const struct glossy_squares squares = {g->plan, g->patch, &p, filters};
-    if (g->square) glossy_squares_find(&squares, wide, g->inner, g->square);
+    const struct glossy_variance variance = {g->plan, g->patch, &p, filters};
+    if (g->variance) glossy_variance_find(&variance, wide, g->inner, g->variance);
     glossy_place_fini(&p);
     return 0;
 }
@@ -118,8 +118,8 @@ static int filter(const struct glossy *g, struct glossy_statistics *statistics)
     const uint32_t which = g->plan->glossy_filter;
     copy(g);
     if (lobes > 0 && which == GLOSSY_FILTER_BANDLIMIT)
-        error = glossy_bandlimit(g->plan, g->patch, g->inner, g->out, g->square, &filtered);
-    else if (lobes > 0 && (which == GLOSSY_FILTER_VIRTUAL_HIT || g->square))
+        error = glossy_bandlimit(g->plan, g->patch, g->inner, g->out, g->variance, &filtered);
+    else if (lobes > 0 && (which == GLOSSY_FILTER_VIRTUAL_HIT || g->variance))
         error = run(g, &filtered);
     if (error) return error;
     statistics->pixels_filtered += filtered;
@@ -136,9 +136,9 @@ int glossy_filter(const struct plan *plan, const struct patch *patch, struct rec
 }
 
 int glossy_filter_with_error(const struct plan *plan, const struct patch *patch, struct rect inner,
-                             float *const out[3], float *const square[3],
+                             float *const out[3], float *const variance[3],
                              struct glossy_statistics *statistics)
 {
-    const struct glossy g = {plan, patch, inner, out, square};
+    const struct glossy g = {plan, patch, inner, out, variance};
     return filter(&g, statistics);
 }

@@ -39,8 +39,8 @@ int32_t glossy_halo_px(const struct plan *plan);
 int glossy_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                   float *const out[3], struct glossy_statistics *statistics);
 
-/* The same, and square[c], squared standard errors of out[c] (glossy_squares.h), for a plan of
+/* The same, and variance[c], squared standard errors of out[c] (glossy_variance.h), for a plan of
  * which patch_knows_glossy_errors. */
 int glossy_filter_with_error(const struct plan *plan, const struct patch *patch, struct rect inner,
-                             float *const out[3], float *const square[3],
+                             float *const out[3], float *const variance[3],
                              struct glossy_statistics *statistics);

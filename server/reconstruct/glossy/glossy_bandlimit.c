@@ -36,7 +36,7 @@ static float reflector_of(const struct plan *plan, const struct patch *patch, si
 }
 
 int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct rect inner,
-                     float *const out[3], float *const square[3], uint64_t *filtered)
+                     float *const out[3], float *const variance[3], uint64_t *filtered)
 {
     const struct plan indirect = as_indirect(plan);
     const size_t area = (size_t)rect_area(patch->rect);
@@ -48,14 +48,14 @@ int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct 
     if (!lobes.reflector) return ERR_MEMORY;
     for (size_t i = 0; i < area; i++) lobes.reflector[i] = reflector_of(plan, patch, i);
     struct indirect_error e = {.half = {NULL}};
-    for (int c = 0; c < 3 && square; c++) {
+    for (int c = 0; c < 3 && variance; c++) {
         e.half[c] = patch->glossy_half[c];
-        e.square[c] = square[c];
+        e.variance[c] = variance[c];
     }
     const int error =
-        square ? indirect_filter_with_error(&indirect, &lobes, inner, 3, in, out, NULL, &e,
-                                            &statistics)
-               : indirect_filter(&indirect, &lobes, inner, 3, in, out, NULL, &statistics);
+        variance ? indirect_filter_with_error(&indirect, &lobes, inner, 3, in, out, NULL, &e,
+                                              &statistics)
+                 : indirect_filter(&indirect, &lobes, inner, 3, in, out, NULL, &statistics);
     scratch_give(patch->scratch, lobes.reflector);
     *filtered = statistics.pixels_filtered;
     return error;

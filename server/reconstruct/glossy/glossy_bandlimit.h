@@ -4,7 +4,7 @@
 
 int32_t glossy_bandlimit_halo_px(const struct plan *plan);
 
-/* As glossy_filter_with_error, whose arguments it has checked; square may be NULL; *filtered:
+/* As glossy_filter_with_error, whose arguments it has checked; variance may be NULL; *filtered:
  * pixels with a lobe. */
 int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct rect inner,
-                     float *const out[3], float *const square[3], uint64_t *filtered);
+                     float *const out[3], float *const variance[3], uint64_t *filtered);

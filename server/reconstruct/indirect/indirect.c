@@ -3,7 +3,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect_blend.h"
 #include "server/reconstruct/indirect/indirect_isolated.h"
-#include "server/reconstruct/indirect/indirect_squares.h"
+#include "server/reconstruct/indirect/indirect_variance.h"
 
 /* Of isolated pixels' windows, in the filter's largest widths: within what it looks at. */
 #define LONE_REACH 2.0f
@@ -56,7 +56,7 @@ static void copy(const struct indirect *f)
             const bool measured = patch_is_measured(f->patch, i);
             for (uint32_t c = 0; c < f->count; c++) f->out[c][i] = measured ? f->in[c][i] : 0.0f;
             if (f->width_px) f->width_px[i] = 0.0f;
-            for (uint32_t c = 0; c < 3 && f->error; c++) f->error->square[c][i] = 0.0f;
+            for (uint32_t c = 0; c < 3 && f->error; c++) f->error->variance[c][i] = 0.0f;
         }
     }
 }
@@ -162,27 +162,27 @@ static void run_error(const struct indirect *f, const struct indirect_rule *rule
 {
     const uint32_t count = channels_of(f), more = filter_spares(f);
     const bool blend = f->plan->indirect_filter == INDIRECT_FILTER_BLEND;
-    struct indirect_squares s = {.plan = f->plan,
-                                 .rule = rule,
-                                 .kernels = kernels,
-                                 .place = place,
-                                 .mean = 0,
-                                 .half = f->count,
-                                 .width = count,
-                                 .ratio = blend ? rule->ratio : 0.5f,
-                                 .own = more + 6};
+    struct indirect_variance s = {.plan = f->plan,
+                                  .rule = rule,
+                                  .kernels = kernels,
+                                  .place = place,
+                                  .mean = 0,
+                                  .half = f->count,
+                                  .width = count,
+                                  .ratio = blend ? rule->ratio : 0.5f,
+                                  .own = more + 6};
     for (uint32_t k = 0; k < 6; k++) {
         const uint32_t c = k < 3 ? k : f->count + k - 3;
         s.narrower[k] = blend ? indirect_blend_narrower(count, c) : more + k;
         if (!blend) load(f, place, c, s.narrower[k]);
     }
-    indirect_squares_find(&s, wide, f->inner);
+    indirect_variance_find(&s, wide, f->inner);
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
         const size_t from = indirect_place_index(place, f->inner.x0, y);
         const size_t to = patch_pixel(f->patch, f->inner.x0, y);
         for (uint32_t c = 0; c < 3; c++)
             move_row(place->pixel + from, (size_t)rect_width(f->inner),
-                     indirect_squares_of(&s, c) + from, f->error->square[c] + to);
+                     indirect_variance_of(&s, c) + from, f->error->variance[c] + to);
     }
 }
 
@@ -204,11 +204,11 @@ static int run(const struct indirect *f, uint64_t *isolated)
     const struct indirect_rule rule = indirect_rule_of(f->plan);
     const struct indirect_kernels *kernels = KERNELS_BEST(indirect_kernels);
     const int32_t halo = indirect_halo_px(f->plan);
-    const int32_t beyond = f->error ? indirect_squares_reach(&rule) : 0;
+    const int32_t beyond = f->error ? indirect_variance_reach(&rule) : 0;
     const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
     const struct rect wide = rect_intersect(rect_grow(f->inner, beyond), seen);
     struct indirect_place place;
-    const uint32_t spares = filter_spares(f) + (f->error ? 6 + INDIRECT_SQUARES_SPARES : 0);
+    const uint32_t spares = filter_spares(f) + (f->error ? 6 + INDIRECT_VARIANCE_SPARES : 0);
     const int error = indirect_place_create(f->plan, f->patch, seen, halo, spares, &place);
     if (error) return error;
     for (uint32_t c = 0; c < channels_of(f); c++) load(f, &place, c, c);

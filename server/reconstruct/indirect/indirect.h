@@ -30,10 +30,10 @@ struct indirect_statistics {
 #define INDIRECT_REACH_MAX_PX 64
 int32_t indirect_halo_px(const struct plan *plan);
 
-/* Squared standard errors of the first three channels (indirect_squares.h). */
+/* Squared standard errors of the first three channels (indirect_variance.h). */
 struct indirect_error {
     const float *half[3]; /* in: any half of the samples, which may change from pixel to pixel */
-    float *square[3];     /* out */
+    float *variance[3];   /* out */
 };
 
 /* Filters `count` channels over `inner`, which lies in patch->rect; the patch needs depth, normal,

@@ -181,15 +181,15 @@ static void take_halves(const struct patch *patch, float *const half[3])
         }
 }
 
-/* Standard errors of squared ones; `error` may be `square`. */
-static void root(const struct patch *patch, struct rect lit, float *const square[3],
+/* Writes the roots of variances; `error` may be `variance`. */
+static void root(const struct patch *patch, struct rect lit, float *const variance[3],
                  float *const error[3])
 {
     for (int32_t y = lit.y0; y < lit.y1; y++) {
         const struct run run = row_of(patch, lit, y);
         for (int c = 0; c < 3; c++)
             for (size_t i = run.first; i < run.first + run.count; i++)
-                error[c][i] = sqrtf(square[c][i]);
+                error[c][i] = sqrtf(variance[c][i]);
     }
 }
 
@@ -201,13 +201,14 @@ static int filter_halves(const struct plan *plan, const struct patch *patch, str
 {
     const size_t area = (size_t)rect_area(patch->rect);
     float *const half[3] = {more, more + area, more + 2 * area};
-    const struct indirect_error e = {.half = {half[0], half[1], half[2]},
-                                     .square = {more + 3 * area, more + 4 * area, more + 5 * area}};
+    const struct indirect_error e = {
+        .half = {half[0], half[1], half[2]},
+        .variance = {more + 3 * area, more + 4 * area, more + 5 * area}};
     take_halves(patch, half);
     const int error = indirect_filter_with_error(plan, patch, lit, m->count, m->in, m->out,
                                                  width_px, &e, statistics);
     if (error) return error;
-    root(patch, lit, e.square, out->error);
+    root(patch, lit, e.variance, out->error);
     for (int32_t y = lit.y0; y < lit.y1 && plan->indirect_filter == INDIRECT_FILTER_NONE; y++)
         fill_unfiltered(plan, patch, row_of(patch, lit, y), out);
     return 0;
@@ -255,11 +256,11 @@ static void lend_indirect(const struct patch *patch, struct run run, const struc
 static int fill_glossy(const struct plan *plan, const struct patch *patch, struct rect lit,
                        const struct lighting *out, struct glossy_statistics *statistics)
 {
-    float *const *square = out->glossy_error;
+    float *const *variance = out->glossy_error;
     const int error =
-        square[0] ? glossy_filter_with_error(plan, patch, lit, out->glossy, square, statistics)
-                  : glossy_filter(plan, patch, lit, out->glossy, statistics);
-    if (!error && square[0]) root(patch, lit, square, square);
+        variance[0] ? glossy_filter_with_error(plan, patch, lit, out->glossy, variance, statistics)
+                    : glossy_filter(plan, patch, lit, out->glossy, statistics);
+    if (!error && variance[0]) root(patch, lit, variance, variance);
     for (int32_t y = lit.y0; !error && y < lit.y1; y++)
         lend_indirect(patch, row_of(patch, lit, y), out);
     return error;

@@ -39,12 +39,12 @@ static void begin(struct world *w, float target, uint32_t most)
 static void measure(struct world *w)
 {
     for (uint32_t t = 0; t < TILES; t++) {
-        w->errors[t].square[SOURCE_PATHS] = 1024 * w->paths[t] / w->n[t][0];
+        w->errors[t].variance[ERROR_SOURCE_PATHS] = 1024 * w->paths[t] / w->n[t][0];
         /* what bounce rays lower, of diffuse surfaces and of glossy lobes */
         const double square = 1024 * w->bounces[t] / pow(w->n[t][1], 2.0 / 3);
-        w->errors[t].square[SOURCE_BOUNCES] = (t % 3) * 0.5 * square;
-        w->errors[t].square[SOURCE_LOBES] = (1 - (t % 3) * 0.5) * square;
-        w->errors[t].square[SOURCE_CENTRES] = 1024 * w->fixed;
+        w->errors[t].variance[ERROR_SOURCE_BOUNCES] = (t % 3) * 0.5 * square;
+        w->errors[t].variance[ERROR_SOURCE_LOBES] = (1 - (t % 3) * 0.5) * square;
+        w->errors[t].variance[ERROR_SOURCE_CENTRES] = 1024 * w->fixed;
         w->errors[t].luminance = 1024 * w->luminance;
     }
 }
@@ -53,7 +53,7 @@ static double error_of(const struct world *w)
 {
     double sum = 0;
     for (uint32_t t = 0; t < TILES; t++)
-        for (int s = 0; s < SOURCE_COUNT; s++) sum += w->errors[t].square[s];
+        for (int s = 0; s < ERROR_SOURCE_COUNT; s++) sum += w->errors[t].variance[s];
     return sqrt(sum / 65536) / w->luminance;
 }
 
@@ -214,7 +214,7 @@ TEST(odd_errors_end)
         unsigned count = 0;
         begin(&w, 0.01f, 4096);
         measure(&w);
-        for (uint32_t t = 0; t < TILES; t++) w.errors[t].square[SOURCE_PATHS] *= factors[k];
+        for (uint32_t t = 0; t < TILES; t++) w.errors[t].variance[ERROR_SOURCE_PATHS] *= factors[k];
         while (rounds_decide(w.rounds, w.errors, w.more)) {
             trace(&w);
             assert_true(++count < 40);

@@ -12,7 +12,7 @@
 #define SPP  16
 
 static struct patch *patch;
-static struct block_squares squares;
+static struct block_variance variance;
 
 static int set_up(void **state)
 {
@@ -20,14 +20,14 @@ static int set_up(void **state)
     (void)state;
     synthetic_paths_plan(&plan, SIDE, SIDE, SIDE, SPP);
     const struct rect all = {0, 0, SIDE, SIDE};
-    return patch_create(&plan, all, &patch) || block_squares_create(all, &squares);
+    return patch_create(&plan, all, &patch) || block_variance_create(all, &variance);
 }
 
 static int tear_down(void **state)
 {
     (void)state;
     patch_destroy(&patch);
-    block_squares_fini(&squares);
+    block_variance_fini(&variance);
     return 0;
 }
 
@@ -59,11 +59,11 @@ static double fill(float (*value)(size_t pixel, uint32_t k), uint32_t spp)
 static double found(void)
 {
     double sum = 0;
-    assert_int_equal(path_error_find(patch, &squares), 0);
+    assert_int_equal(path_error_find(patch, &variance), 0);
     for (size_t i = 0; i < SIDE * SIDE; i++) {
-        assert_true(squares.square[SOURCE_PATHS][1][i] >= 0.0f);
-        assert_true(isfinite(squares.square[SOURCE_PATHS][0][i]));
-        sum += (double)squares.square[SOURCE_PATHS][2][i] / (SIDE * SIDE);
+        assert_true(variance.by_source[ERROR_SOURCE_PATHS][1][i] >= 0.0f);
+        assert_true(isfinite(variance.by_source[ERROR_SOURCE_PATHS][0][i]));
+        sum += (double)variance.by_source[ERROR_SOURCE_PATHS][2][i] / (SIDE * SIDE);
     }
     return sum;
 }
@@ -118,7 +118,7 @@ TEST(rare_light_is_known_around)
     for (size_t i = 0; i < SIDE * SIDE; i++) {
         double mean = 0;
         for (uint32_t k = 0; k < 4; k++) mean += (double)rare(i, k) / 4;
-        far_off += mean * mean > 4 * (double)squares.square[SOURCE_PATHS][0][i] + 1e-12;
+        far_off += mean * mean > 4 * (double)variance.by_source[ERROR_SOURCE_PATHS][0][i] + 1e-12;
     }
     assert_true(far_off < SIDE * SIDE / 10);
 }
@@ -171,19 +171,19 @@ TEST(blocks_do_not_show)
     for (size_t k = 0; k < sizeof sides / sizeof *sides; k++)
         for (int32_t y = 0; y < SIDE; y += sides[k])
             for (int32_t x = 0; x < SIDE; x += sides[k]) {
-                struct block_squares part;
+                struct block_variance part;
                 const struct rect square = {x, y, x + sides[k], y + sides[k]};
                 const struct rect block = rect_intersect(square, patch->rect);
                 struct patch *near = cut(block);
-                assert_int_equal(block_squares_create(block, &part), 0);
+                assert_int_equal(block_variance_create(block, &part), 0);
                 assert_int_equal(path_error_find(near, &part), 0);
                 for (int32_t v = block.y0; v < block.y1; v++)
-                    assert_memory_equal(part.square[SOURCE_PATHS][0] +
-                                            block_squares_index(&part, block.x0, v),
-                                        squares.square[SOURCE_PATHS][0] +
-                                            block_squares_index(&squares, block.x0, v),
+                    assert_memory_equal(part.by_source[ERROR_SOURCE_PATHS][0] +
+                                            block_variance_index(&part, block.x0, v),
+                                        variance.by_source[ERROR_SOURCE_PATHS][0] +
+                                            block_variance_index(&variance, block.x0, v),
                                         (size_t)rect_width(block) * sizeof(float));
-                block_squares_fini(&part);
+                block_variance_fini(&part);
                 patch_destroy(&near);
             }
 }
@@ -200,7 +200,7 @@ TEST(cells_do_not_show)
     found();
     for (int32_t x = 1; x < SIDE; x++)
         for (int32_t y = 0; y < SIDE; y++) {
-            const float *square = squares.square[SOURCE_PATHS][0];
+            const float *square = variance.by_source[ERROR_SOURCE_PATHS][0];
             const size_t i = (size_t)y * SIDE + (size_t)x;
             assert_true(square[i] > 0.0f);
             step[x] += fabs(log((double)square[i] / (double)square[i - 1])) / SIDE;

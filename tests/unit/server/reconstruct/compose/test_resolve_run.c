@@ -197,12 +197,12 @@ static void check_block(const struct resolver *r, struct rect block)
     static const char *const rgb[] = {"R", "G", "B"};
     static const char *const shine[] = {"emission.R", "emission.G", "emission.B"};
     struct image *image;
-    struct block_squares squares;
+    struct block_variance variance;
     struct block_statistics statistics = {.pixels_background = 0};
     const uint32_t layers = LAYER_BEAUTY | LAYER_EMISSION | LAYER_DIRECT;
     assert_int_equal(image_create(layers, 128, 128, &image), 0);
-    assert_int_equal(block_squares_create(block, &squares), 0);
-    compose_light_field(r, block, image, &squares, &statistics);
+    assert_int_equal(block_variance_create(block, &variance), 0);
+    compose_light_field(r, block, image, &variance, &statistics);
     for (int32_t y = block.y0; y < block.y1; y++)
         for (int32_t x = block.x0; x < block.x1; x++) {
             const size_t i = patch_pixel(r->patch, x, y);
@@ -211,13 +211,14 @@ static void check_block(const struct resolver *r, struct rect block)
             for (int c = 0; c < 3; c++) {
                 const float sent = r->patch->emission[c][i];
                 const float left =
-                    squares.square[SOURCE_CENTRES][c][block_squares_index(&squares, x, y)];
+                    variance
+                        .by_source[ERROR_SOURCE_CENTRES][c][block_variance_index(&variance, x, y)];
                 assert_true(*plane_at(image_plane(image, rgb[c]), x, y) == one.total[c] + sent);
                 assert_true(*plane_at(image_plane(image, shine[c]), x, y) == sent);
                 assert_true(left == (r->errors ? one.spread[c] : 0.0f));
             }
         }
-    block_squares_fini(&squares);
+    block_variance_fini(&variance);
     image_destroy(&image);
 }
 

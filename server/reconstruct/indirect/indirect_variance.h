@@ -10,7 +10,7 @@
 #include "server/reconstruct/indirect/indirect_pass.h"
 
 /* Squares to find: in spares of the place. */
-struct indirect_squares {
+struct indirect_variance {
     const struct plan *plan;
     const struct indirect_rule *rule;
     const struct indirect_kernels *kernels;
@@ -20,19 +20,19 @@ struct indirect_squares {
     float ratio;          /* r < 1 */
     uint32_t narrower[6]; /* F' of the same; in rules A and B their own, which hold the channels as
                              they were measured and become F' */
-    uint32_t own;         /* the first of INDIRECT_SQUARES_SPARES that it may use */
+    uint32_t own;         /* the first of INDIRECT_VARIANCE_SPARES that it may use */
 };
 
-#define INDIRECT_SQUARES_SPARES 13
+#define INDIRECT_VARIANCE_SPARES 13
 
 /* Pixels around `rect` that F must be known for. */
-int32_t indirect_squares_reach(const struct indirect_rule *rule);
+int32_t indirect_variance_reach(const struct indirect_rule *rule);
 
-/* Finds the squares over `rect`, from F over `wide`. Widths of the place are overwritten. */
-void indirect_squares_find(const struct indirect_squares *s, struct rect wide, struct rect rect);
+/* Finds the variances over `rect`, from F over `wide`. Widths of the place are overwritten. */
+void indirect_variance_find(const struct indirect_variance *s, struct rect wide, struct rect rect);
 
 /* The result: of channel c < 3. */
-static inline const float *indirect_squares_of(const struct indirect_squares *s, uint32_t c)
+static inline const float *indirect_variance_of(const struct indirect_variance *s, uint32_t c)
 {
     return indirect_place_spare(s->place, s->own + c);
 }

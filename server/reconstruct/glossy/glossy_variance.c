@@ -1,4 +1,4 @@
-#include "server/reconstruct/glossy/glossy_squares.h"
+#include "server/reconstruct/glossy/glossy_variance.h"
 
 #include <math.h>
 
@@ -11,7 +11,7 @@ static struct glossy_pass smoothing(const struct plan *plan, const struct patch 
     return (struct glossy_pass){.plan = plan, .patch = patch, .width = 1.0f, .smooth = true};
 }
 
-int32_t glossy_squares_reach(const struct plan *plan)
+int32_t glossy_variance_reach(const struct plan *plan)
 {
     const struct glossy_pass pass = smoothing(plan, NULL);
     return glossy_pass_reach(&pass);
@@ -49,7 +49,7 @@ static void square_measured(const struct glossy_place *p, uint32_t c, size_t i)
     p->between[3 + c][i] = 0.0f;
 }
 
-static void square(const struct glossy_squares *s, struct rect wide)
+static void square(const struct glossy_variance *s, struct rect wide)
 {
     for (int32_t y = wide.y0; y < wide.y1; y++) {
         const size_t first = glossy_place_index(s->place, wide.x0, y);
@@ -62,7 +62,7 @@ static void square(const struct glossy_squares *s, struct rect wide)
     }
 }
 
-static void store(const struct glossy_squares *s, struct rect rect, float *const square[3])
+static void store(const struct glossy_variance *s, struct rect rect, float *const variance[3])
 {
     const float left = 1.0f - RATIO * RATIO, factor = 1.0f / (left * left);
     float *const *from = s->place->between;
@@ -72,13 +72,13 @@ static void store(const struct glossy_squares *s, struct rect rect, float *const
         for (size_t i = 0; i < (size_t)rect_width(rect); i++) {
             if (!s->place->object[at + i]) continue;
             for (uint32_t c = 0; c < 3; c++)
-                square[c][to + i] = from[c][at + i] + factor * fmaxf(from[3 + c][at + i], 0.0f);
+                variance[c][to + i] = from[c][at + i] + factor * fmaxf(from[3 + c][at + i], 0.0f);
         }
     }
 }
 
-void glossy_squares_find(const struct glossy_squares *s, struct rect wide, struct rect rect,
-                         float *const square_out[3])
+void glossy_variance_find(const struct glossy_variance *s, struct rect wide, struct rect rect,
+                          float *const variance[3])
 {
     struct glossy_place *p = s->place;
     const struct glossy_pass narrower = {.plan = s->plan, .patch = s->patch, .width = RATIO};
@@ -87,5 +87,5 @@ void glossy_squares_find(const struct glossy_squares *s, struct rect wide, struc
         glossy_pass_run(&narrower, p, wide, GLOSSY_MEASURED, p->channel, p->between, p->channel);
     square(s, wide);
     glossy_pass_run(&smooth, p, rect, 6, p->between, p->channel, p->between);
-    store(s, rect, square_out);
+    store(s, rect, variance);
 }

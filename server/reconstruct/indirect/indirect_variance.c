@@ -1,27 +1,27 @@
-#include "server/reconstruct/indirect/indirect_squares.h"
+#include "server/reconstruct/indirect/indirect_variance.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-int32_t indirect_squares_reach(const struct indirect_rule *rule)
+int32_t indirect_variance_reach(const struct indirect_rule *rule)
 {
     return indirect_reach_px(rule->smooth_most_px);
 }
 
-static float *spare(const struct indirect_squares *s, uint32_t k)
+static float *spare(const struct indirect_variance *s, uint32_t k)
 {
     return indirect_place_spare(s->place, s->own + k);
 }
 
 /* Whether F is one width a pixel, and F' is still to be found. */
-static bool is_rule(const struct indirect_squares *s)
+static bool is_rule(const struct indirect_variance *s)
 {
     return s->plan->indirect_filter == INDIRECT_FILTER_CONSTANT ||
            s->plan->indirect_filter == INDIRECT_FILTER_LINEAR;
 }
 
 /* F' of the channels and of their halves. */
-static void filter_narrower(const struct indirect_squares *s, struct rect wide)
+static void filter_narrower(const struct indirect_variance *s, struct rect wide)
 {
     const struct indirect_pass pass = {.kernels = s->kernels,
                                        .lines = s->plan->indirect_filter == INDIRECT_FILTER_LINEAR,
@@ -39,7 +39,7 @@ static void filter_narrower(const struct indirect_squares *s, struct rect wide)
 }
 
 /* Of channel c: noise, and what F and F' differ by beyond their noise, both squared. */
-static void square(const struct indirect_squares *s, uint32_t c, struct rect wide)
+static void square(const struct indirect_variance *s, uint32_t c, struct rect wide)
 {
     const float *mean = indirect_place_spare(s->place, s->mean + c);
     const float *half = indirect_place_spare(s->place, s->half + c);
@@ -58,10 +58,10 @@ static void square(const struct indirect_squares *s, uint32_t c, struct rect wid
     }
 }
 
-static void smooth(const struct indirect_squares *s, struct rect rect)
+static void smooth(const struct indirect_variance *s, struct rect rect)
 {
     const struct indirect_pass pass = {
-        .kernels = s->kernels, .reach = indirect_squares_reach(s->rule), .count = 6};
+        .kernels = s->kernels, .reach = indirect_variance_reach(s->rule), .count = 6};
     const struct rect tall = indirect_pass_tall(s->place, rect, pass.reach);
     const float *beta = indirect_place_spare(s->place, s->width);
     float *squares[6], *between[6], *width = spare(s, 12);
@@ -82,7 +82,7 @@ static void smooth(const struct indirect_squares *s, struct rect rect)
     indirect_pass_run(&pass, s->place, rect, (const float *const *)squares, between, squares);
 }
 
-void indirect_squares_find(const struct indirect_squares *s, struct rect wide, struct rect rect)
+void indirect_variance_find(const struct indirect_variance *s, struct rect wide, struct rect rect)
 {
     if (is_rule(s)) filter_narrower(s, wide);
     for (uint32_t c = 0; c < 3; c++) square(s, c, wide);

@@ -1,9 +1,9 @@
 #pragma once
 /* Squared standard errors of filtered light of glossy lobes, from what half of the rays measured:
- * the formula of indirect_squares.h, with F a quotient of light and weights. */
+ * the formula of indirect_variance.h, with F a quotient of light and weights. */
 #include "server/reconstruct/glossy/glossy_pass.h"
 
-struct glossy_squares {
+struct glossy_variance {
     const struct plan *plan;
     const struct patch *patch;
     struct glossy_place *place; /* channels: what was measured, all and halves */
@@ -11,9 +11,9 @@ struct glossy_squares {
 };
 
 /* Pixels around `rect` that F must be known for. */
-int32_t glossy_squares_reach(const struct plan *plan);
+int32_t glossy_variance_reach(const struct plan *plan);
 
-/* Finds the squares over `rect`, from F over `wide`, and writes square[c] of the patch's pixels
+/* Finds the variances over `rect`, from F over `wide`, and writes variance[c] of the patch's pixels
  * there whose lobes take part. The place's channels and rules are overwritten. */
-void glossy_squares_find(const struct glossy_squares *s, struct rect wide, struct rect rect,
-                         float *const square[3]);
+void glossy_variance_find(const struct glossy_variance *s, struct rect wide, struct rect rect,
+                          float *const variance[3]);
