@@ -1,7 +1,7 @@
 #pragma once
 /* Which glossy lobes may share what they see: of a lens sample and the centre of the pixel that it
  * lies in (worker/trace/path/centre_gbuffer.h), and of the pixels around it
- * (server/reconstruct/lighting/lens_lend.h). */
+ * (server/reconstruct/lighting/light_lookup.h). */
 #include <stdbool.h>
 
 /* Alphas of GGX within so much of each other. */

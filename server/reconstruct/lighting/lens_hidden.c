@@ -13,8 +13,8 @@
 
 /* Samples whose mean shows little noise; and a pixel's lighting, which is filtered, counts as so
  * many. */
-#define ENOUGH 64.0f
-#define LENT   16.0f
+#define ENOUGH        64.0f
+#define PIXEL_SAMPLES 16.0f
 
 /* Other surfaces that do for one's own face within 60 degrees, and are off its plane by so many
  * times what is allowed. */
@@ -22,7 +22,7 @@
 #define OFF_ABOUT    6.0f
 
 /* Pixels around a sample whose lighting is there for sure: those beside its own. */
-#define LENDERS_SQUARE 2.0f
+#define PIXELS_SQUARE 2.0f
 
 /* A surface in a cell: the first sample's; sums of all samples' light; what they share, once
  * somebody has asked. */
@@ -187,15 +187,16 @@ static void add_cell(const struct lens_hidden *h, const struct lens_hidden_spot 
 }
 
 /* Lighting of a pixel around. */
-static void add_lender(const struct lens_lender *l, const struct lens_hidden_spot *own,
-                       float weight, struct sums *sums)
+static void add_pixel(const struct light_lookup_pixel *l, const struct lens_hidden_spot *own,
+                      float weight, struct sums *sums)
 {
     const float point[3] = {l->point[0], l->point[1], l->point[2]};
     const float normal[3] = {l->plane[0], l->plane[1], l->plane[2]};
-    const float light[3] = {LENT * l->light[0], LENT * l->light[1], LENT * l->light[2]};
+    const float light[3] = {PIXEL_SAMPLES * l->light[0], PIXEL_SAMPLES * l->light[1],
+                            PIXEL_SAMPLES * l->light[2]};
     if (!(l->light[3] > 0.0f)) return;
     const float alike = about(relate(own->point, own->normal, point, normal), own->off);
-    if (alike > 0.0f) add(sums, 1, light, weight * alike, LENT);
+    if (alike > 0.0f) add(sums, 1, light, weight * alike, PIXEL_SAMPLES);
 }
 
 /* Of [1] so much that both are enough; over all. */
@@ -207,7 +208,7 @@ static void mean(float of[2][3], const float number[2], float out[3])
     for (int c = 0; c < 3; c++) out[c] = all > 0.0f ? (of[0][c] + take * of[1][c]) / all : 0.0f;
 }
 
-static void share(const struct lens_hidden *h, const struct lens_lender *lenders,
+static void share(const struct lens_hidden *h, const struct light_lookup_pixel *pixels,
                   struct lens_hidden_spot *own)
 {
     const int32_t x = (int32_t)(own->cell % h->width), y = (int32_t)(own->cell / h->width);
@@ -220,8 +221,7 @@ static void share(const struct lens_hidden *h, const struct lens_lender *lenders
             const float weight = 1.0f - square / (h->radius * h->radius);
             const float rest = fmaxf(1.0f - square / (h->rest_radius * h->rest_radius), 0.0f);
             if (weight > 0.0f) add_cell(h, own, q, weight, rest, &sums);
-            if (weight > 0.0f && square <= LENDERS_SQUARE)
-                add_lender(lenders + q, own, weight, &sums);
+            if (weight > 0.0f && square <= PIXELS_SQUARE) add_pixel(pixels + q, own, weight, &sums);
         }
     mean(sums.light, sums.number, own->shared);
     for (int c = 0; c < 3; c++)
@@ -229,11 +229,11 @@ static void share(const struct lens_hidden *h, const struct lens_lender *lenders
     own->known = true;
 }
 
-void lens_hidden_share(const struct lens_hidden *h, const struct lens_lender *lenders,
+void lens_hidden_share(const struct lens_hidden *h, const struct light_lookup_pixel *pixels,
                        const struct lens_hidden_sample *s, float light[3], float rest[3])
 {
     struct lens_hidden_spot *own = &h->spots[s->spot];
-    if (!own->known) share(h, lenders, own);
+    if (!own->known) share(h, pixels, own);
     memcpy(light, s->shares & LENS_HIDDEN_LIGHT ? own->shared : s->light, sizeof s->light);
     memcpy(rest, s->shares & LENS_HIDDEN_REST ? own->shared_rest : s->rest, sizeof s->rest);
 }

@@ -9,7 +9,7 @@
  * faces about the same way and lies about as far does for it: other samples that no field lights,
  * and the lighting of the pixels beside. What lobes reflect stays on its own surface, which alone
  * knows how much that is; it is sharper than light, and samples of fewer pixels share it. */
-#include "server/reconstruct/lighting/lens_lend.h"
+#include "server/reconstruct/lighting/light_lookup.h"
 #include "server/reconstruct/patch/scratch.h"
 
 /* How far apart, in pixels, samples at most are that share. What lens filters read around a block
@@ -52,7 +52,7 @@ void lens_hidden_fini(struct lens_hidden *h);
 int lens_hidden_add(struct lens_hidden *h, const struct lens_light_row *row, uint32_t i,
                     const float light[3], const float rest[3], uint32_t shares, size_t at);
 
-/* After all have been added: light and rest of one of the list, `lenders` being the pixels in the
+/* After all have been added: light and rest of one of the list, `pixels` being the pixels in the
  * cells. */
-void lens_hidden_share(const struct lens_hidden *h, const struct lens_lender *lenders,
+void lens_hidden_share(const struct lens_hidden *h, const struct light_lookup_pixel *pixels,
                        const struct lens_hidden_sample *sample, float light[3], float rest[3]);

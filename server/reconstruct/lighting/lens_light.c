@@ -9,9 +9,9 @@
 #include "server/reconstruct/lens/lens_field.h"
 #include "server/reconstruct/lens/lens_residual.h"
 #include "server/reconstruct/lighting/lens_hidden.h"
-#include "server/reconstruct/lighting/lens_lend.h"
 #include "server/reconstruct/lighting/lens_row.h"
 #include "server/reconstruct/lighting/lens_wanted.h"
+#include "server/reconstruct/lighting/light_lookup.h"
 
 #define AROUND_PX 2  /* between q and the pixels that lend */
 #define RUN_PX    16 /* samples side by side are lit if one of them is read */
@@ -35,7 +35,7 @@ struct lit_lens {
     const struct plan *plan;
     const struct patch *patch;
     struct lens_wanted wanted;
-    struct lens_lenders lenders;
+    struct light_lookup lookup;
     struct lens_row row;
     struct lens_hidden hidden;
     bool shares_rest; /* what samples send besides is of glossy lobes, and of nothing sharper */
@@ -58,18 +58,18 @@ static int create(struct lit_lens *f, const struct lighting *lighting, struct re
     for (size_t c = 0; c < 3; c++) f->light[c] = at + (c + 1) * width;
     for (size_t c = 0; c < 3; c++) f->gloss[c] = at + (c + 4) * width;
     lens_wanted_init(f->plan, f->block, f->seen, &f->wanted);
-    int error = lens_row_create(f->plan, f->patch, width, lens_lenders_around(lit), &f->row);
-    if (!error) error = lens_lenders_create(f->plan, f->patch, lighting, lit, &f->lenders);
+    int error = lens_row_create(f->plan, f->patch, width, light_lookup_around(lit), &f->row);
+    if (!error) error = light_lookup_create(f->plan, f->patch, lighting, lit, &f->lookup);
     if (error) return error;
-    return lens_hidden_create(f->patch->scratch, f->lenders.width,
-                              (size_t)rect_height(lit) + LENS_LENDERS_BESIDE,
+    return lens_hidden_create(f->patch->scratch, f->lookup.width,
+                              (size_t)rect_height(lit) + LIGHT_LOOKUP_BESIDE,
                               f->plan->lens_strata_per_axis, &f->hidden);
 }
 
 static void fini(struct lit_lens *f)
 {
     lens_hidden_fini(&f->hidden);
-    scratch_give(f->patch->scratch, f->lenders.pixels);
+    scratch_give(f->patch->scratch, f->lookup.pixels);
     if (f->row.patch) lens_row_fini(&f->row);
     scratch_give(f->patch->scratch, f->memory);
 }
@@ -112,7 +112,7 @@ static void hide(struct lit_lens *f, uint32_t sample, uint32_t i, uint32_t share
 }
 
 /* Is the pixel plainly on another surface than sample i of the row? */
-static bool is_other(const struct lens_light_row *r, uint32_t i, const struct lens_lender *l)
+static bool is_other(const struct lens_light_row *r, uint32_t i, const struct light_lookup_pixel *l)
 {
     float cosine = 0.0f, off = -l->plane[3];
     for (int c = 0; c < 3; c++) {
@@ -127,12 +127,12 @@ static bool is_other(const struct lens_light_row *r, uint32_t i, const struct le
 static bool has_lobe(const struct lit_lens *f, uint32_t i)
 {
     const struct lens_light_row *r = &f->row.samples;
-    const size_t first = (size_t)r->row[i] * f->lenders.width + (size_t)r->column[i];
+    const size_t first = (size_t)r->row[i] * f->lookup.width + (size_t)r->column[i];
     bool any = false;
     for (size_t k = 0; k < 4; k++) {
-        const size_t at = first + (k & 1) + (k >> 1) * f->lenders.width;
-        const bool lobe = f->lenders.lobes[at][3] > 0.0f;
-        const struct lens_lender *l = f->lenders.pixels + at;
+        const size_t at = first + (k & 1) + (k >> 1) * f->lookup.width;
+        const bool lobe = f->lookup.lobes[at][3] > 0.0f;
+        const struct light_lookup_pixel *l = f->lookup.pixels + at;
         if (!(l->light[3] > 0.0f) || is_other(r, i, l)) continue;
         if (!lobe) return false;
         any = true;
@@ -156,7 +156,7 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         const bool takes = takes_light(albedo[i]) || (lobe && takes_light(lobe[i]));
         if (!(takes || f->shares_rest) || !is_read(f, i, near)) continue;
         const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST;
-        const bool lit = known && takes && lens_lend(&f->lenders, r, i, light, gloss);
+        const bool lit = known && takes && light_lookup_at(&f->lookup, r, i, light, gloss);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c], f->gloss[c][i] = gloss[c];
         const bool sharp =
             f->shares_rest && known && lobe && !takes_light(lobe[i]) && has_lobe(f, i);
@@ -259,7 +259,7 @@ static void light_hidden(const struct lit_lens *f)
     for (size_t k = 0; k < f->hidden.count; k++) {
         const size_t at = f->hidden.list[k].at, plane = at + 2 * (at / area) * area;
         float light[3], rest[3];
-        lens_hidden_share(&f->hidden, f->lenders.pixels, &f->hidden.list[k], light, rest);
+        lens_hidden_share(&f->hidden, f->lookup.pixels, &f->hidden.list[k], light, rest);
         for (uint32_t c = 0; c < 3; c++) {
             float *out = f->radiance + plane + c * area;
             f->row.kernels->add(f->patch->lens_albedo + at, light + c, rest + c, c, 1, out);

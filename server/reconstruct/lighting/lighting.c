@@ -242,7 +242,7 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
 }
 
 /* Surfaces without a lobe lend what they see all around. */
-static void lend_indirect(const struct patch *patch, struct run run, const struct lighting *out)
+static void copy_indirect(const struct patch *patch, struct run run, const struct lighting *out)
 {
     for (int c = 0; c < 3; c++)
         for (size_t i = run.first; i < run.first + run.count; i++) {
@@ -262,7 +262,7 @@ static int fill_glossy(const struct plan *plan, const struct patch *patch, struc
                     : glossy_filter(plan, patch, lit, out->glossy, statistics);
     if (!error && variance[0]) root(patch, lit, variance, variance);
     for (int32_t y = lit.y0; !error && y < lit.y1; y++)
-        lend_indirect(patch, row_of(patch, lit, y), out);
+        copy_indirect(patch, row_of(patch, lit, y), out);
     return error;
 }
 

@@ -44,13 +44,13 @@ static int add(struct lens_hidden *h, struct placed p, float value, size_t at)
 }
 
 /* Pixels in the cells, which have nothing to lend. */
-static struct lens_lender nobody[SIDE * SIDE];
+static struct light_lookup_pixel unlit[SIDE * SIDE];
 
-static float shared(const struct lens_hidden *h, const struct lens_lender *lenders, size_t k,
+static float shared(const struct lens_hidden *h, const struct light_lookup_pixel *pixels, size_t k,
                     float rest[3])
 {
     float light[3];
-    lens_hidden_share(h, lenders, &h->list[k], light, rest);
+    lens_hidden_share(h, pixels, &h->list[k], light, rest);
     return light[0];
 }
 
@@ -78,7 +78,7 @@ static double spread(const struct lens_hidden *h, double *mean)
     for (size_t k = 0; k < h->count; k++) {
         float light[3], rest[3];
         assert_int_equal(h->list[k].at, k);
-        lens_hidden_share(h, nobody, &h->list[k], light, rest);
+        lens_hidden_share(h, unlit, &h->list[k], light, rest);
         assert_true(rest[0] == h->list[k].rest[0]);
         assert_true(fabsf(light[1] - 2.0f * light[0]) < 1e-3f);
         assert_true(fabsf(light[2] - 0.5f * light[0]) < 1e-3f);
@@ -125,10 +125,10 @@ TEST(surfaces_keep_apart)
     assert_int_equal(add(&h, on_wall(10, 10 + LENS_HIDDEN_REACH_PX + 1, 5), 1000, 5), 1);
     assert_int_equal(h.count, 6);
     assert_int_equal(h.spot_count, 5);
-    assert_true(fabsf(shared(&h, nobody, 0, rest) - 2.0f) < 1e-5f);
-    assert_true(fabsf(shared(&h, nobody, 2, rest) - 100.0f) < 1e-4f);
-    assert_true(fabsf(shared(&h, nobody, 3, rest) - 500.0f) < 1e-3f);
-    assert_true(fabsf(shared(&h, nobody, 4, rest) - 1000.0f) < 1e-3f);
+    assert_true(fabsf(shared(&h, unlit, 0, rest) - 2.0f) < 1e-5f);
+    assert_true(fabsf(shared(&h, unlit, 2, rest) - 100.0f) < 1e-4f);
+    assert_true(fabsf(shared(&h, unlit, 3, rest) - 500.0f) < 1e-3f);
+    assert_true(fabsf(shared(&h, unlit, 4, rest) - 1000.0f) < 1e-3f);
     lens_hidden_fini(&h);
 }
 
@@ -147,12 +147,12 @@ TEST(crowds_keep_their_light)
  * the less the more it has of its own. */
 TEST(others_do_for_few)
 {
-    static struct lens_lender lenders[SIDE * SIDE];
+    static struct light_lookup_pixel pixels[SIDE * SIDE];
     float rest[3], last = 0.0f;
-    lenders[11 * SIDE + 10] = (struct lens_lender){
+    pixels[11 * SIDE + 10] = (struct light_lookup_pixel){
         .plane = {0.5f, 0, sqrtf(0.75f)}, .light = {8, 8, 8, 5}, .point = {10, 11, 5}};
-    lenders[12 * SIDE + 10] =
-        (struct lens_lender){.plane = {0, 0, 1}, .light = {500, 500, 500, 5}, .point = {10, 12, 5}};
+    pixels[12 * SIDE + 10] = (struct light_lookup_pixel){
+        .plane = {0, 0, 1}, .light = {500, 500, 500, 5}, .point = {10, 12, 5}};
     for (int many = 1; many <= 64; many *= 4) {
         struct lens_hidden h;
         assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
@@ -162,7 +162,7 @@ TEST(others_do_for_few)
         for (int k = 0; k < many; k++) assert_int_equal(add(&h, on_wall(10, 10, 5), 0, 0), 1);
         slanted.point[0] = 10;
         assert_int_equal(add(&h, slanted, 4, 1), 1);
-        const float own = shared(&h, lenders, 0, rest);
+        const float own = shared(&h, pixels, 0, rest);
         if (many == 1) assert_true(own > 5.0f && own < 8.0f);
         if (many > 1) assert_true(own < last);
         if (many == 64) assert_true(own == 0.0f);
@@ -184,11 +184,11 @@ TEST(reflections_are_shared)
     assert_int_equal(lens_hidden_add(&h, &row, 0, zero, zero, LENS_HIDDEN_REST, 1), 1);
     assert_int_equal(lens_hidden_add(&h, &row, 0, zero, zero, 3, 2), 1);
     assert_int_equal(lens_hidden_add(&h, &row, 0, zero, bright, LENS_HIDDEN_LIGHT, 3), 1);
-    assert_true(shared(&h, nobody, 0, rest) == 6.0f);
+    assert_true(shared(&h, unlit, 0, rest) == 6.0f);
     assert_true(rest[0] == 2.0f && rest[1] == 1.0f && rest[2] == 3.0f);
-    assert_true(shared(&h, nobody, 2, rest) == 0.0f);
+    assert_true(shared(&h, unlit, 2, rest) == 0.0f);
     assert_true(rest[0] == 2.0f && rest[1] == 1.0f && rest[2] == 3.0f);
-    assert_true(shared(&h, nobody, 3, rest) == 0.0f);
+    assert_true(shared(&h, unlit, 3, rest) == 0.0f);
     assert_true(rest[0] == 6.0f);
     lens_hidden_fini(&h);
 }
@@ -211,7 +211,7 @@ TEST(reflections_stay_on_their_surface)
     }
     assert_int_equal(h.spot_count, 2);
     for (size_t k = 0; k < h.count; k++) {
-        lens_hidden_share(&h, nobody, &h.list[k], light, rest);
+        lens_hidden_share(&h, unlit, &h.list[k], light, rest);
         sum += rest[0];
     }
     assert_true(fabsf(sum - 500.0f) < 0.01f);

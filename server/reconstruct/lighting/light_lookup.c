@@ -1,4 +1,4 @@
-#include "server/reconstruct/lighting/lens_lend.h"
+#include "server/reconstruct/lighting/light_lookup.h"
 
 #include <immintrin.h>
 #include <math.h>
@@ -8,7 +8,7 @@
 
 #define ALL 15
 
-/* Less than this of the pixels around is nobody's surface. */
+/* Of weights: with less of the pixels around a sample has none of its surface. */
 #define WEIGHT_MIN 1e-3f
 
 static bool has_lighting(const struct patch *patch, size_t i)
@@ -17,17 +17,17 @@ static bool has_lighting(const struct patch *patch, size_t i)
 }
 
 /* A row, whose points px, py, pz are. */
-static void place_row(struct lens_lenders *l, int32_t y, const float *px, const float *py,
+static void place_row(struct light_lookup *l, int32_t y, const float *px, const float *py,
                       const float *pz)
 {
     const struct patch *p = l->patch;
     const size_t first = patch_pixel(p, l->rect.x0, y);
-    struct lens_lender *out = l->pixels + (size_t)(y - l->rect.y0 + 1) * l->width + 1;
+    struct light_lookup_pixel *out = l->pixels + (size_t)(y - l->rect.y0 + 1) * l->width + 1;
     for (size_t x = 0; x < (size_t)rect_width(l->rect); x++) {
         const size_t i = first + x;
         const float a = p->normal[0][i], b = p->normal[1][i], c = p->normal[2][i];
         const float *const *light = (const float *const *)l->lighting->total;
-        out[x] = (struct lens_lender){.plane = {0}};
+        out[x] = (struct light_lookup_pixel){.plane = {0}};
         if (!has_lighting(p, i)) continue;
         out[x].plane = (lens_quad){a, b, c, a * px[x] + b * py[x] + c * pz[x]};
         out[x].light = (lens_quad){light[0][i], light[1][i], light[2][i], p->depth[i]};
@@ -39,9 +39,9 @@ static void place_row(struct lens_lenders *l, int32_t y, const float *px, const 
     }
 }
 
-static void clear_edges(struct lens_lenders *l)
+static void clear_edges(struct light_lookup *l)
 {
-    const size_t rows = (size_t)rect_height(l->rect) + LENS_LENDERS_BESIDE, all = l->width;
+    const size_t rows = (size_t)rect_height(l->rect) + LIGHT_LOOKUP_BESIDE, all = l->width;
     const size_t bytes = sizeof *l->pixels;
     if (l->lobes) memset(l->lobes, 0, rows * all * sizeof *l->lobes);
     memset(l->pixels, 0, all * bytes);
@@ -52,13 +52,13 @@ static void clear_edges(struct lens_lenders *l)
     memset(l->pixels + (rows - 2) * all, 0, 2 * all * bytes);
 }
 
-int lens_lenders_create(const struct plan *plan, const struct patch *patch,
-                        const struct lighting *lighting, struct rect rect, struct lens_lenders *out)
+int light_lookup_create(const struct plan *plan, const struct patch *patch,
+                        const struct lighting *lighting, struct rect rect, struct light_lookup *out)
 {
-    const size_t width = (size_t)rect_width(rect), all = width + LENS_LENDERS_BESIDE;
-    const size_t area = all * ((size_t)rect_height(rect) + LENS_LENDERS_BESIDE);
-    struct lens_lenders *l = out;
-    *l = (struct lens_lenders){.patch = patch, .lighting = lighting, .rect = rect, .width = all};
+    const size_t width = (size_t)rect_width(rect), all = width + LIGHT_LOOKUP_BESIDE;
+    const size_t area = all * ((size_t)rect_height(rect) + LIGHT_LOOKUP_BESIDE);
+    struct light_lookup *l = out;
+    *l = (struct light_lookup){.patch = patch, .lighting = lighting, .rect = rect, .width = all};
     const size_t lobes = patch->lens_lobe ? area : 0;
     l->pixels = scratch_take(patch->scratch, area * sizeof *l->pixels + lobes * sizeof *l->lobes +
                                                  3 * width * sizeof(float));
@@ -82,7 +82,8 @@ struct likeness {
     int same, other;
 };
 
-static inline struct likeness compare(const struct lens_lender *a, const struct lens_lender *b,
+static inline struct likeness compare(const struct light_lookup_pixel *a,
+                                      const struct light_lookup_pixel *b,
                                       const struct lens_light_row *s, uint32_t i)
 {
     __m128 x = a[0].plane, y = a[1].plane, z = b[0].plane, d = b[1].plane;
@@ -103,7 +104,7 @@ static inline struct likeness compare(const struct lens_lender *a, const struct 
 
 /* How near a pixel's point is to the plane of the sample: 1 up to 1.5 pixels and a little of the
  * way between them, 0 from 1.5 times that. However a surface bends, a pixel aside it is as near. */
-static float near_plane(const struct lens_lenders *l, const struct shown_surface *sample,
+static float near_plane(const struct light_lookup *l, const struct shown_surface *sample,
                         const struct shown_surface *pixel)
 {
     float off = 0.0f, square = 0.0f;
@@ -118,8 +119,8 @@ static float near_plane(const struct lens_lenders *l, const struct shown_surface
     return near > 0.0f ? fminf(near, 1.0f) : 0.0f;
 }
 
-static float match(const struct lens_lenders *l, const struct shown_surface *sample,
-                   const struct lens_lender *pixel)
+static float match(const struct light_lookup *l, const struct shown_surface *sample,
+                   const struct light_lookup_pixel *pixel)
 {
     const float distance = pixel->light[3];
     struct shown_surface surface = {.distance = distance,
@@ -135,7 +136,7 @@ struct weights {
     float of[4], sum;
 };
 
-static struct weights weigh(const struct lens_lenders *l, const struct lens_light_row *s,
+static struct weights weigh(const struct light_lookup *l, const struct lens_light_row *s,
                             uint32_t i, struct likeness like)
 {
     const struct shown_surface sample = {
@@ -161,8 +162,8 @@ static struct weights weigh(const struct lens_lenders *l, const struct lens_ligh
 
 /* What lobes see is lent by pixels whose lobes are like that of the nearest that has one: others
  * look elsewhere, and what has no lobe sees all around. Where none has one, that has to do. */
-static void lend_lobes(const lens_quad *a, const lens_quad *b, const struct weights *w,
-                       float gloss[3])
+static void look_up_lobes(const lens_quad *a, const lens_quad *b, const struct weights *w,
+                          float gloss[3])
 {
     const lens_quad *const of[4] = {a, a + 1, b, b + 1};
     float most = 0.0f, own = 0.0f, weights = 0.0f;
@@ -178,29 +179,29 @@ static void lend_lobes(const lens_quad *a, const lens_quad *b, const struct weig
     for (int c = 0; c < 3; c++) gloss[c] = sum[c] / weights;
 }
 
-static bool lend_some(const struct lens_lenders *l, const struct lens_light_row *s, uint32_t i,
-                      struct likeness like, float light[3], float gloss[3])
+static bool look_up_some(const struct light_lookup *l, const struct lens_light_row *s, uint32_t i,
+                         struct likeness like, float light[3], float gloss[3])
 {
     const struct weights w = weigh(l, s, i, like);
     const size_t at = (size_t)s->row[i] * l->width + (size_t)s->column[i];
-    const struct lens_lender *const a = l->pixels + at, *const b = a + l->width;
+    const struct light_lookup_pixel *const a = l->pixels + at, *const b = a + l->width;
     if (!(w.sum > WEIGHT_MIN)) return false;
     const lens_quad sum =
         w.of[0] * a[0].light + w.of[1] * a[1].light + w.of[2] * b[0].light + w.of[3] * b[1].light;
     for (int c = 0; c < 3; c++) light[c] = sum[c] / w.sum;
-    if (l->lobes) lend_lobes(l->lobes + at, l->lobes + at + l->width, &w, gloss);
+    if (l->lobes) look_up_lobes(l->lobes + at, l->lobes + at + l->width, &w, gloss);
     return true;
 }
 
-bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, uint32_t i,
-               float light[3], float gloss[3])
+bool light_lookup_at(const struct light_lookup *l, const struct lens_light_row *row, uint32_t i,
+                     float light[3], float gloss[3])
 {
-    const struct lens_lender *a =
+    const struct light_lookup_pixel *a =
         l->pixels + (size_t)row->row[i] * l->width + (size_t)row->column[i];
-    const struct lens_lender *b = a + l->width;
+    const struct light_lookup_pixel *b = a + l->width;
     const struct likeness like = compare(a, b, row, i);
     if (like.other == ALL) return false;
-    if (like.same != ALL) return lend_some(l, row, i, like, light, gloss);
+    if (like.same != ALL) return look_up_some(l, row, i, like, light, gloss);
     const float right = row->across[i], left = 1.0f - right, down = row->down[i];
     const lens_quad all = (1.0f - down) * (left * a[0].light + right * a[1].light) +
                           down * (left * b[0].light + right * b[1].light);
@@ -208,6 +209,6 @@ bool lens_lend(const struct lens_lenders *l, const struct lens_light_row *row, u
     if (!l->lobes) return true;
     const struct weights w = {
         {(1.0f - down) * left, (1.0f - down) * right, down * left, down * right}, 1.0f};
-    lend_lobes(l->lobes + (a - l->pixels), l->lobes + (b - l->pixels), &w, gloss);
+    look_up_lobes(l->lobes + (a - l->pixels), l->lobes + (b - l->pixels), &w, gloss);
     return true;
 }
