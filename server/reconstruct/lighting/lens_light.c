@@ -8,7 +8,7 @@
 #include "server/reconstruct/lens/lens_axis_aligned.h"
 #include "server/reconstruct/lens/lens_field.h"
 #include "server/reconstruct/lens/lens_residual.h"
-#include "server/reconstruct/lighting/lens_hidden.h"
+#include "server/reconstruct/lighting/disocclusion.h"
 #include "server/reconstruct/lighting/lens_row.h"
 #include "server/reconstruct/lighting/lens_wanted.h"
 #include "server/reconstruct/lighting/light_lookup.h"
@@ -37,7 +37,7 @@ struct lit_lens {
     struct lens_wanted wanted;
     struct light_lookup lookup;
     struct lens_row row;
-    struct lens_hidden hidden;
+    struct disocclusion disocclusion;
     bool shares_rest; /* what samples send besides is of glossy lobes, and of nothing sharper */
     bool shares;      /* other filters do not read far enough around a block */
     int error;        /* the first */
@@ -61,14 +61,14 @@ static int create(struct lit_lens *f, const struct lighting *lighting, struct re
     int error = lens_row_create(f->plan, f->patch, width, light_lookup_around(lit), &f->row);
     if (!error) error = light_lookup_create(f->plan, f->patch, lighting, lit, &f->lookup);
     if (error) return error;
-    return lens_hidden_create(f->patch->scratch, f->lookup.width,
-                              (size_t)rect_height(lit) + LIGHT_LOOKUP_BESIDE,
-                              f->plan->lens_strata_per_axis, &f->hidden);
+    return disocclusion_create(f->patch->scratch, f->lookup.width,
+                               (size_t)rect_height(lit) + LIGHT_LOOKUP_BESIDE,
+                               f->plan->lens_strata_per_axis, &f->disocclusion);
 }
 
 static void fini(struct lit_lens *f)
 {
-    lens_hidden_fini(&f->hidden);
+    disocclusion_fini(&f->disocclusion);
     scratch_give(f->patch->scratch, f->lookup.pixels);
     if (f->row.patch) lens_row_fini(&f->row);
     scratch_give(f->patch->scratch, f->memory);
@@ -106,7 +106,8 @@ static void hide(struct lit_lens *f, uint32_t sample, uint32_t i, uint32_t share
     const float *sent = f->patch->lens_radiance + at + 2 * sample * area;
     const float rest[3] = {sent[0], sent[area], sent[2 * area]};
     if (f->error) return;
-    const int hidden = lens_hidden_add(&f->hidden, &f->row.samples, i, own, rest, shares, at);
+    const int hidden =
+        disocclusion_add(&f->disocclusion, &f->row.samples, i, own, rest, shares, at);
     for (int c = 0; hidden > 0 && c < 3; c++) f->light[c][i] = 0.0f;
     f->error = hidden < 0 ? hidden : 0;
 }
@@ -161,7 +162,7 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         const bool sharp =
             f->shares_rest && known && lobe && !takes_light(lobe[i]) && has_lobe(f, i);
         const uint32_t shares =
-            (lit || !takes ? 0u : LENS_HIDDEN_LIGHT) | (sharp ? LENS_HIDDEN_REST : 0u);
+            (lit || !takes ? 0u : DISOCCLUSION_LIGHT) | (sharp ? DISOCCLUSION_REST : 0u);
         if (known && shares && f->shares) hide(f, sample, i, shares);
         if (!inside || pixel < b.x0 || pixel >= b.x1) continue;
         f->statistics->samples_lit += lit ? 1 : 0;
@@ -253,13 +254,14 @@ static void light_row(struct lit_lens *f, int32_t y)
 }
 
 /* The light of samples that share it, times albedo, beside what shines by itself. */
-static void light_hidden(const struct lit_lens *f)
+static void light_disoccluded(const struct lit_lens *f)
 {
     const size_t area = (size_t)rect_area(f->patch->rect);
-    for (size_t k = 0; k < f->hidden.count; k++) {
-        const size_t at = f->hidden.list[k].at, plane = at + 2 * (at / area) * area;
+    for (size_t k = 0; k < f->disocclusion.count; k++) {
+        const size_t at = f->disocclusion.list[k].at, plane = at + 2 * (at / area) * area;
         float light[3], rest[3];
-        lens_hidden_share(&f->hidden, f->lookup.pixels, &f->hidden.list[k], light, rest);
+        disocclusion_share(&f->disocclusion, f->lookup.pixels, &f->disocclusion.list[k], light,
+                           rest);
         for (uint32_t c = 0; c < 3; c++) {
             float *out = f->radiance + plane + c * area;
             f->row.kernels->add(f->patch->lens_albedo + at, light + c, rest + c, c, 1, out);
@@ -284,7 +286,7 @@ int lens_light_take(const struct plan *plan, const struct patch *patch,
         return ERR_RANGE;
     f.error = create(&f, lighting, lit);
     for (int32_t y = seen.y0; !f.error && y < seen.y1; y++) light_row(&f, y);
-    if (!f.error) light_hidden(&f);
+    if (!f.error) light_disoccluded(&f);
     fini(&f);
     return f.error;
 }

@@ -14,27 +14,27 @@
 
 /* How far apart, in pixels, samples at most are that share. What lens filters read around a block
  * is that much more than what their pixels look at. */
-#define LENS_HIDDEN_REACH_PX 3
+#define DISOCCLUSION_REACH_PX 3
 
-struct lens_hidden {
+struct disocclusion {
     struct scratch *scratch;
-    size_t width, height;           /* in cells, which are pixels: columns and rows of samples */
-    float radius;                   /* px; samples farther apart do not share light */
-    float rest_radius;              /* nor what they send besides, which is sharper */
-    uint32_t *first;                /* of each cell its last spot */
-    struct lens_hidden_spot *spots; /* surfaces that cells have */
+    size_t width, height;            /* in cells, which are pixels: columns and rows of samples */
+    float radius;                    /* px; samples farther apart do not share light */
+    float rest_radius;               /* nor what they send besides, which is sharper */
+    uint32_t *first;                 /* of each cell its last spot */
+    struct disocclusion_spot *spots; /* surfaces that cells have */
     size_t spot_count, spot_room;
-    struct lens_hidden_sample *list;
+    struct disocclusion_sample *list;
     size_t count, room; /* samples in the list, and for how many it has room */
 };
 
 /* What a sample shares. */
 enum {
-    LENS_HIDDEN_LIGHT = 1, /* what falls on it; else a field has it */
-    LENS_HIDDEN_REST = 2   /* what it sends besides: the reflection of a glossy lobe */
+    DISOCCLUSION_LIGHT = 1, /* what falls on it; else a field has it */
+    DISOCCLUSION_REST = 2   /* what it sends besides: the reflection of a glossy lobe */
 };
 
-struct lens_hidden_sample {
+struct disocclusion_sample {
     size_t at;               /* whatever finds the sample */
     uint32_t spot;           /* what is shared is this one's */
     uint32_t shares;         /* bits of the above */
@@ -43,16 +43,16 @@ struct lens_hidden_sample {
 
 /* Of l x l samples a pixel that are placed in columns up to width - 2 and rows up to height - 2.
  * ERR_MEMORY; fini is to be called either way. */
-int lens_hidden_create(struct scratch *scratch, size_t width, size_t height, uint32_t l,
-                       struct lens_hidden *out);
-void lens_hidden_fini(struct lens_hidden *h);
+int disocclusion_create(struct scratch *scratch, size_t width, size_t height, uint32_t l,
+                        struct disocclusion *out);
+void disocclusion_fini(struct disocclusion *d);
 
 /* Adds sample i of the row, of that light and rest. 1: it is in the list as `at`, and will share
  * them; 0: too many other surfaces lie in its cell, and it keeps both. ERR_MEMORY. */
-int lens_hidden_add(struct lens_hidden *h, const struct lens_light_row *row, uint32_t i,
-                    const float light[3], const float rest[3], uint32_t shares, size_t at);
+int disocclusion_add(struct disocclusion *d, const struct lens_light_row *row, uint32_t i,
+                     const float light[3], const float rest[3], uint32_t shares, size_t at);
 
 /* After all have been added: light and rest of one of the list, `pixels` being the pixels in the
  * cells. */
-void lens_hidden_share(const struct lens_hidden *h, const struct light_lookup_pixel *pixels,
-                       const struct lens_hidden_sample *sample, float light[3], float rest[3]);
+void disocclusion_share(const struct disocclusion *d, const struct light_lookup_pixel *pixels,
+                        const struct disocclusion_sample *sample, float light[3], float rest[3]);

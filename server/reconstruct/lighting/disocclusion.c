@@ -1,4 +1,4 @@
-#include "server/reconstruct/lighting/lens_hidden.h"
+#include "server/reconstruct/lighting/disocclusion.h"
 
 #include <math.h>
 #include <string.h>
@@ -26,7 +26,7 @@
 
 /* A surface in a cell: the first sample's; sums of all samples' light; what they share, once
  * somebody has asked. */
-struct lens_hidden_spot {
+struct disocclusion_spot {
     float point[3], normal[3], off;
     float light[3], shared[3], number;
     float rest[3], shared_rest[3], sent; /* what samples send besides, of how many */
@@ -34,13 +34,13 @@ struct lens_hidden_spot {
     bool known;
 };
 
-int lens_hidden_create(struct scratch *scratch, size_t width, size_t height, uint32_t l,
-                       struct lens_hidden *out)
+int disocclusion_create(struct scratch *scratch, size_t width, size_t height, uint32_t l,
+                        struct disocclusion *out)
 {
     const size_t area = width * height;
-    const float most = (float)LENS_HIDDEN_REACH_PX + 0.5f;
+    const float most = (float)DISOCCLUSION_REACH_PX + 0.5f;
     const float radius = RADIUS_PX * sqrtf(3.0f / (float)l);
-    *out = (struct lens_hidden){.scratch = scratch, .width = width, .height = height};
+    *out = (struct disocclusion){.scratch = scratch, .width = width, .height = height};
     out->radius = radius < most ? radius : most;
     const float rest = RADIUS_PX * 3.0f / (float)l;
     out->rest_radius = rest < most ? rest : most;
@@ -50,11 +50,11 @@ int lens_hidden_create(struct scratch *scratch, size_t width, size_t height, uin
     return 0;
 }
 
-void lens_hidden_fini(struct lens_hidden *h)
+void disocclusion_fini(struct disocclusion *d)
 {
-    scratch_give(h->scratch, h->list);
-    scratch_give(h->scratch, h->spots);
-    scratch_give(h->scratch, h->first);
+    scratch_give(d->scratch, d->list);
+    scratch_give(d->scratch, d->spots);
+    scratch_give(d->scratch, d->first);
 }
 
 /* Room for one more element in *list. */
@@ -81,10 +81,10 @@ static struct relation relate(const float point[3], const float normal[3], const
 {
     struct relation r = {0};
     for (int c = 0; c < 3; c++) {
-        const float d = at[c] - point[c];
+        const float away = at[c] - point[c];
         r.cosine += facing[c] * normal[c];
-        r.from += d * normal[c];
-        r.own += d * facing[c];
+        r.from += away * normal[c];
+        r.own += away * facing[c];
     }
     r.from = fabsf(r.from);
     r.own = fabsf(r.own);
@@ -106,53 +106,53 @@ static float about(struct relation r, float off)
 }
 
 /* A surface that the cell does not have yet; NOWHERE: there are too many, or no memory. */
-static uint32_t add_spot(struct lens_hidden *h, size_t cell, const float point[3],
+static uint32_t add_spot(struct disocclusion *d, size_t cell, const float point[3],
                          const float normal[3], float off, int *error)
 {
-    void *spots = h->spots;
-    *error = make_room(h->scratch, &spots, h->spot_count, &h->spot_room, sizeof *h->spots);
-    h->spots = spots;
+    void *spots = d->spots;
+    *error = make_room(d->scratch, &spots, d->spot_count, &d->spot_room, sizeof *d->spots);
+    d->spots = spots;
     if (*error) return NOWHERE;
-    struct lens_hidden_spot *spot = &h->spots[h->spot_count];
-    *spot = (struct lens_hidden_spot){.off = off, .cell = (uint32_t)cell, .next = h->first[cell]};
+    struct disocclusion_spot *spot = &d->spots[d->spot_count];
+    *spot = (struct disocclusion_spot){.off = off, .cell = (uint32_t)cell, .next = d->first[cell]};
     memcpy(spot->point, point, sizeof spot->point);
     memcpy(spot->normal, normal, sizeof spot->normal);
-    h->first[cell] = (uint32_t)h->spot_count;
-    return (uint32_t)h->spot_count++;
+    d->first[cell] = (uint32_t)d->spot_count;
+    return (uint32_t)d->spot_count++;
 }
 
-int lens_hidden_add(struct lens_hidden *h, const struct lens_light_row *r, uint32_t i,
-                    const float light[3], const float rest[3], uint32_t shares, size_t at)
+int disocclusion_add(struct disocclusion *d, const struct lens_light_row *r, uint32_t i,
+                     const float light[3], const float rest[3], uint32_t shares, size_t at)
 {
     const size_t column = (size_t)r->column[i] + (r->across[i] >= 0.5f ? 1 : 0);
     const size_t row = (size_t)r->row[i] + (r->down[i] >= 0.5f ? 1 : 0);
-    const size_t cell = row * h->width + column;
+    const size_t cell = row * d->width + column;
     const float point[3] = {r->point[0][i], r->point[1][i], r->point[2][i]};
     const float normal[3] = {r->normal[0][i], r->normal[1][i], r->normal[2][i]};
-    uint32_t spot = h->first[cell], count = 0;
+    uint32_t spot = d->first[cell], count = 0;
     int error = 0;
-    for (; spot != NOWHERE; spot = h->spots[spot].next, count++) {
-        const struct lens_hidden_spot *s = &h->spots[spot];
+    for (; spot != NOWHERE; spot = d->spots[spot].next, count++) {
+        const struct disocclusion_spot *s = &d->spots[spot];
         if (is_same(relate(s->point, s->normal, point, normal), r->off[i])) break;
     }
     if (spot == NOWHERE && count == SPOTS_MOST) return 0;
-    if (spot == NOWHERE) spot = add_spot(h, cell, point, normal, r->off[i], &error);
-    void *list = h->list;
-    if (!error) error = make_room(h->scratch, &list, h->count, &h->room, sizeof *h->list);
-    h->list = list;
+    if (spot == NOWHERE) spot = add_spot(d, cell, point, normal, r->off[i], &error);
+    void *list = d->list;
+    if (!error) error = make_room(d->scratch, &list, d->count, &d->room, sizeof *d->list);
+    d->list = list;
     if (error) return error;
-    struct lens_hidden_spot *s = &h->spots[spot];
-    const float light_share = shares & LENS_HIDDEN_LIGHT ? 1.0f : 0.0f;
-    const float rest_share = shares & LENS_HIDDEN_REST ? 1.0f : 0.0f;
+    struct disocclusion_spot *s = &d->spots[spot];
+    const float light_share = shares & DISOCCLUSION_LIGHT ? 1.0f : 0.0f;
+    const float rest_share = shares & DISOCCLUSION_REST ? 1.0f : 0.0f;
     for (int c = 0; c < 3; c++) s->light[c] += light_share * light[c];
     for (int c = 0; c < 3; c++) s->rest[c] += rest_share * rest[c];
     s->number += light_share;
     s->sent += rest_share;
-    h->list[h->count++] = (struct lens_hidden_sample){.at = at,
-                                                      .spot = spot,
-                                                      .shares = shares,
-                                                      .light = {light[0], light[1], light[2]},
-                                                      .rest = {rest[0], rest[1], rest[2]}};
+    d->list[d->count++] = (struct disocclusion_sample){.at = at,
+                                                       .spot = spot,
+                                                       .shares = shares,
+                                                       .light = {light[0], light[1], light[2]},
+                                                       .rest = {rest[0], rest[1], rest[2]}};
     return 1;
 }
 
@@ -169,11 +169,11 @@ static void add(struct sums *s, int other, const float light[3], float weight, f
 }
 
 /* Samples of a cell around. */
-static void add_cell(const struct lens_hidden *h, const struct lens_hidden_spot *own, size_t cell,
+static void add_cell(const struct disocclusion *d, const struct disocclusion_spot *own, size_t cell,
                      float weight, float rest_weight, struct sums *sums)
 {
-    for (uint32_t k = h->first[cell]; k != NOWHERE; k = h->spots[k].next) {
-        const struct lens_hidden_spot *s = &h->spots[k];
+    for (uint32_t k = d->first[cell]; k != NOWHERE; k = d->spots[k].next) {
+        const struct disocclusion_spot *s = &d->spots[k];
         const struct relation r = relate(own->point, own->normal, s->point, s->normal);
         const bool same = s == own || is_same(r, own->off);
         const float alike = same ? 1.0f : about(r, own->off);
@@ -187,7 +187,7 @@ static void add_cell(const struct lens_hidden *h, const struct lens_hidden_spot 
 }
 
 /* Lighting of a pixel around. */
-static void add_pixel(const struct light_lookup_pixel *l, const struct lens_hidden_spot *own,
+static void add_pixel(const struct light_lookup_pixel *l, const struct disocclusion_spot *own,
                       float weight, struct sums *sums)
 {
     const float point[3] = {l->point[0], l->point[1], l->point[2]};
@@ -208,19 +208,19 @@ static void mean(float of[2][3], const float number[2], float out[3])
     for (int c = 0; c < 3; c++) out[c] = all > 0.0f ? (of[0][c] + take * of[1][c]) / all : 0.0f;
 }
 
-static void share(const struct lens_hidden *h, const struct light_lookup_pixel *pixels,
-                  struct lens_hidden_spot *own)
+static void share(const struct disocclusion *d, const struct light_lookup_pixel *pixels,
+                  struct disocclusion_spot *own)
 {
-    const int32_t x = (int32_t)(own->cell % h->width), y = (int32_t)(own->cell / h->width);
+    const int32_t x = (int32_t)(own->cell % d->width), y = (int32_t)(own->cell / d->width);
     struct sums sums = {.number = {0}};
-    for (int32_t v = y - LENS_HIDDEN_REACH_PX; v <= y + LENS_HIDDEN_REACH_PX; v++)
-        for (int32_t u = x - LENS_HIDDEN_REACH_PX; u <= x + LENS_HIDDEN_REACH_PX; u++) {
-            if (u < 0 || v < 0 || u >= (int32_t)h->width || v >= (int32_t)h->height) continue;
-            const size_t q = (size_t)v * h->width + (size_t)u;
+    for (int32_t v = y - DISOCCLUSION_REACH_PX; v <= y + DISOCCLUSION_REACH_PX; v++)
+        for (int32_t u = x - DISOCCLUSION_REACH_PX; u <= x + DISOCCLUSION_REACH_PX; u++) {
+            if (u < 0 || v < 0 || u >= (int32_t)d->width || v >= (int32_t)d->height) continue;
+            const size_t q = (size_t)v * d->width + (size_t)u;
             const float square = (float)((u - x) * (u - x) + (v - y) * (v - y));
-            const float weight = 1.0f - square / (h->radius * h->radius);
-            const float rest = fmaxf(1.0f - square / (h->rest_radius * h->rest_radius), 0.0f);
-            if (weight > 0.0f) add_cell(h, own, q, weight, rest, &sums);
+            const float weight = 1.0f - square / (d->radius * d->radius);
+            const float rest = fmaxf(1.0f - square / (d->rest_radius * d->rest_radius), 0.0f);
+            if (weight > 0.0f) add_cell(d, own, q, weight, rest, &sums);
             if (weight > 0.0f && square <= PIXELS_SQUARE) add_pixel(pixels + q, own, weight, &sums);
         }
     mean(sums.light, sums.number, own->shared);
@@ -229,11 +229,11 @@ static void share(const struct lens_hidden *h, const struct light_lookup_pixel *
     own->known = true;
 }
 
-void lens_hidden_share(const struct lens_hidden *h, const struct light_lookup_pixel *pixels,
-                       const struct lens_hidden_sample *s, float light[3], float rest[3])
+void disocclusion_share(const struct disocclusion *d, const struct light_lookup_pixel *pixels,
+                        const struct disocclusion_sample *s, float light[3], float rest[3])
 {
-    struct lens_hidden_spot *own = &h->spots[s->spot];
-    if (!own->known) share(h, pixels, own);
-    memcpy(light, s->shares & LENS_HIDDEN_LIGHT ? own->shared : s->light, sizeof s->light);
-    memcpy(rest, s->shares & LENS_HIDDEN_REST ? own->shared_rest : s->rest, sizeof s->rest);
+    struct disocclusion_spot *own = &d->spots[s->spot];
+    if (!own->known) share(d, pixels, own);
+    memcpy(light, s->shares & DISOCCLUSION_LIGHT ? own->shared : s->light, sizeof s->light);
+    memcpy(rest, s->shares & DISOCCLUSION_REST ? own->shared_rest : s->rest, sizeof s->rest);
 }

@@ -1,7 +1,7 @@
 /* Light that samples share which the middle of the lens does not see. */
 #include <math.h>
 
-#include "server/reconstruct/lighting/lens_hidden.h"
+#include "server/reconstruct/lighting/disocclusion.h"
 #include "tests/unit/unit.h"
 
 enum { SIDE = 40, EACH = 3 };
@@ -35,22 +35,22 @@ static struct placed on_wall(int32_t x, int32_t y, float z)
                            .normal = {0, 0, 1}};
 }
 
-static int add(struct lens_hidden *h, struct placed p, float value, size_t at)
+static int add(struct disocclusion *h, struct placed p, float value, size_t at)
 {
     const struct lens_light_row row = row_of(&p);
     const float light[3] = {value, 2.0f * value, 0.5f * value};
     const float rest[3] = {10.0f * value, value, value};
-    return lens_hidden_add(h, &row, 0, light, rest, LENS_HIDDEN_LIGHT, at);
+    return disocclusion_add(h, &row, 0, light, rest, DISOCCLUSION_LIGHT, at);
 }
 
 /* Pixels in the cells, which have nothing to lend. */
 static struct light_lookup_pixel unlit[SIDE * SIDE];
 
-static float shared(const struct lens_hidden *h, const struct light_lookup_pixel *pixels, size_t k,
+static float shared(const struct disocclusion *h, const struct light_lookup_pixel *pixels, size_t k,
                     float rest[3])
 {
     float light[3];
-    lens_hidden_share(h, pixels, &h->list[k], light, rest);
+    disocclusion_share(h, pixels, &h->list[k], light, rest);
     return light[0];
 }
 
@@ -60,10 +60,10 @@ static float found(uint32_t i)
 }
 
 /* A field of samples whose light is noise around 127.5. */
-static void fill(struct lens_hidden *h, uint32_t l)
+static void fill(struct disocclusion *h, uint32_t l)
 {
     uint32_t n = 0;
-    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, l, h), 0);
+    assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, l, h), 0);
     for (int32_t y = 0; y < SIDE - 2; y++)
         for (int32_t x = 0; x < SIDE - 2; x++)
             for (int k = 0; k < EACH; k++, n++)
@@ -72,13 +72,13 @@ static void fill(struct lens_hidden *h, uint32_t l)
 }
 
 /* Root of the mean squared distance from the mean of all, and that mean. */
-static double spread(const struct lens_hidden *h, double *mean)
+static double spread(const struct disocclusion *h, double *mean)
 {
     double sum = 0.0, square = 0.0;
     for (size_t k = 0; k < h->count; k++) {
         float light[3], rest[3];
         assert_int_equal(h->list[k].at, k);
-        lens_hidden_share(h, unlit, &h->list[k], light, rest);
+        disocclusion_share(h, unlit, &h->list[k], light, rest);
         assert_true(rest[0] == h->list[k].rest[0]);
         assert_true(fabsf(light[1] - 2.0f * light[0]) < 1e-3f);
         assert_true(fabsf(light[2] - 0.5f * light[0]) < 1e-3f);
@@ -95,7 +95,7 @@ TEST(noise_is_shared)
     static const uint32_t strata[] = {2, 3, 6, 16};
     double last = 0.0;
     for (size_t k = 0; k < sizeof strata / sizeof *strata; k++) {
-        struct lens_hidden h;
+        struct disocclusion h;
         double mean, left;
         fill(&h, strata[k]);
         left = spread(&h, &mean);
@@ -104,17 +104,17 @@ TEST(noise_is_shared)
         assert_true(left < 30.0); /* 43 without neighbours */
         assert_true(k < 2 ? left >= last : left > 1.2 * last);
         last = left;
-        lens_hidden_fini(&h);
+        disocclusion_fini(&h);
     }
 }
 
 /* Other surfaces in a cell, and beside it, have light of their own. */
 TEST(surfaces_keep_apart)
 {
-    struct lens_hidden h;
+    struct disocclusion h;
     struct placed turned = on_wall(10, 10, 5);
     float rest[3];
-    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
     assert_int_equal(add(&h, on_wall(10, 10, 5), 1, 0), 1);
     assert_int_equal(add(&h, on_wall(10, 10, 5.05f), 3, 1), 1);
     assert_int_equal(add(&h, on_wall(10, 10, 6), 100, 2), 1);
@@ -122,25 +122,25 @@ TEST(surfaces_keep_apart)
     turned.normal[2] = 0;
     assert_int_equal(add(&h, turned, 500, 3), 1);
     assert_int_equal(add(&h, on_wall(11, 10, 7), 1000, 4), 1);
-    assert_int_equal(add(&h, on_wall(10, 10 + LENS_HIDDEN_REACH_PX + 1, 5), 1000, 5), 1);
+    assert_int_equal(add(&h, on_wall(10, 10 + DISOCCLUSION_REACH_PX + 1, 5), 1000, 5), 1);
     assert_int_equal(h.count, 6);
     assert_int_equal(h.spot_count, 5);
     assert_true(fabsf(shared(&h, unlit, 0, rest) - 2.0f) < 1e-5f);
     assert_true(fabsf(shared(&h, unlit, 2, rest) - 100.0f) < 1e-4f);
     assert_true(fabsf(shared(&h, unlit, 3, rest) - 500.0f) < 1e-3f);
     assert_true(fabsf(shared(&h, unlit, 4, rest) - 1000.0f) < 1e-3f);
-    lens_hidden_fini(&h);
+    disocclusion_fini(&h);
 }
 
 /* A cell has room for eight surfaces; who comes later keeps what is his. */
 TEST(crowds_keep_their_light)
 {
-    struct lens_hidden h;
-    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    struct disocclusion h;
+    assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
     for (int k = 0; k < 12; k++)
         assert_int_equal(add(&h, on_wall(10, 10, (float)(5 + k)), 1, (size_t)k), k < 8);
     assert_int_equal(add(&h, on_wall(10, 10, 6), 1, 12), 1);
-    lens_hidden_fini(&h);
+    disocclusion_fini(&h);
 }
 
 /* Of a surface of few samples, others that face about the same way take part, and pixels beside;
@@ -154,8 +154,8 @@ TEST(others_do_for_few)
     pixels[12 * SIDE + 10] = (struct light_lookup_pixel){
         .plane = {0, 0, 1}, .light = {500, 500, 500, 5}, .point = {10, 12, 5}};
     for (int many = 1; many <= 64; many *= 4) {
-        struct lens_hidden h;
-        assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+        struct disocclusion h;
+        assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
         struct placed slanted = on_wall(11, 10, 5);
         slanted.normal[0] = 0.5f;
         slanted.normal[2] = sqrtf(0.75f);
@@ -167,62 +167,62 @@ TEST(others_do_for_few)
         if (many > 1) assert_true(own < last);
         if (many == 64) assert_true(own == 0.0f);
         last = own;
-        lens_hidden_fini(&h);
+        disocclusion_fini(&h);
     }
 }
 
 /* What samples send besides is shared by those alone that ask for it, and its mean stays. */
 TEST(reflections_are_shared)
 {
-    struct lens_hidden h;
+    struct disocclusion h;
     const float zero[3] = {0}, bright[3] = {6, 3, 9};
     float rest[3];
-    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
     struct placed p = on_wall(10, 10, 5);
     const struct lens_light_row row = row_of(&p);
-    assert_int_equal(lens_hidden_add(&h, &row, 0, bright, bright, LENS_HIDDEN_REST, 0), 1);
-    assert_int_equal(lens_hidden_add(&h, &row, 0, zero, zero, LENS_HIDDEN_REST, 1), 1);
-    assert_int_equal(lens_hidden_add(&h, &row, 0, zero, zero, 3, 2), 1);
-    assert_int_equal(lens_hidden_add(&h, &row, 0, zero, bright, LENS_HIDDEN_LIGHT, 3), 1);
+    assert_int_equal(disocclusion_add(&h, &row, 0, bright, bright, DISOCCLUSION_REST, 0), 1);
+    assert_int_equal(disocclusion_add(&h, &row, 0, zero, zero, DISOCCLUSION_REST, 1), 1);
+    assert_int_equal(disocclusion_add(&h, &row, 0, zero, zero, 3, 2), 1);
+    assert_int_equal(disocclusion_add(&h, &row, 0, zero, bright, DISOCCLUSION_LIGHT, 3), 1);
     assert_true(shared(&h, unlit, 0, rest) == 6.0f);
     assert_true(rest[0] == 2.0f && rest[1] == 1.0f && rest[2] == 3.0f);
     assert_true(shared(&h, unlit, 2, rest) == 0.0f);
     assert_true(rest[0] == 2.0f && rest[1] == 1.0f && rest[2] == 3.0f);
     assert_true(shared(&h, unlit, 3, rest) == 0.0f);
     assert_true(rest[0] == 6.0f);
-    lens_hidden_fini(&h);
+    disocclusion_fini(&h);
 }
 
 /* A small bright surface beside a large dim one keeps what it reflects, and so do both together. */
 TEST(reflections_stay_on_their_surface)
 {
-    struct lens_hidden h;
+    struct disocclusion h;
     float light[3], rest[3], sum = 0.0f;
-    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
     struct placed dim = on_wall(10, 10, 5), bent = on_wall(10, 10, 5);
     bent.normal[0] = 0.5f;
     bent.normal[2] = sqrtf(0.75f);
     const struct lens_light_row dims = row_of(&dim), bents = row_of(&bent);
     for (int k = 0; k < 104; k++) {
         const float sent[3] = {k < 4 ? 100.0f : 1.0f, 1, 1};
-        assert_int_equal(
-            lens_hidden_add(&h, k < 4 ? &bents : &dims, 0, sent, sent, LENS_HIDDEN_REST, (size_t)k),
-            1);
+        assert_int_equal(disocclusion_add(&h, k < 4 ? &bents : &dims, 0, sent, sent,
+                                          DISOCCLUSION_REST, (size_t)k),
+                         1);
     }
     assert_int_equal(h.spot_count, 2);
     for (size_t k = 0; k < h.count; k++) {
-        lens_hidden_share(&h, unlit, &h.list[k], light, rest);
+        disocclusion_share(&h, unlit, &h.list[k], light, rest);
         sum += rest[0];
     }
     assert_true(fabsf(sum - 500.0f) < 0.01f);
-    lens_hidden_fini(&h);
+    disocclusion_fini(&h);
 }
 
 /* A sample belongs to the pixel whose middle is nearest, of the four between which it lies. */
 TEST(samples_belong_to_the_nearest_pixel)
 {
-    struct lens_hidden h;
-    assert_int_equal(lens_hidden_create(NULL, SIDE, SIDE, 3, &h), 0);
+    struct disocclusion h;
+    assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
     for (size_t k = 0; k < 4; k++) {
         struct placed p = on_wall(10, 20, 5);
         p.across = k & 1 ? 0.6f : 0.4f;
@@ -230,5 +230,5 @@ TEST(samples_belong_to_the_nearest_pixel)
         assert_int_equal(add(&h, p, 1, k), 1);
         assert_int_equal(h.first[(20 + k / 2) * SIDE + 10 + k % 2], h.list[k].spot);
     }
-    lens_hidden_fini(&h);
+    disocclusion_fini(&h);
 }
