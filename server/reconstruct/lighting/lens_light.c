@@ -9,8 +9,8 @@
 #include "server/reconstruct/lens/lens_field.h"
 #include "server/reconstruct/lens/lens_residual.h"
 #include "server/reconstruct/lighting/disocclusion.h"
+#include "server/reconstruct/lighting/lens_cull.h"
 #include "server/reconstruct/lighting/lens_row.h"
-#include "server/reconstruct/lighting/lens_wanted.h"
 #include "server/reconstruct/lighting/light_lookup.h"
 
 #define AROUND_PX 2  /* between q and the pixels that lend */
@@ -34,7 +34,7 @@ int32_t lens_light_ring_px(const struct plan *plan)
 struct lit_lens {
     const struct plan *plan;
     const struct patch *patch;
-    struct lens_wanted wanted;
+    struct lens_cull cull;
     struct light_lookup lookup;
     struct lens_row row;
     struct disocclusion disocclusion;
@@ -57,7 +57,7 @@ static int create(struct lit_lens *f, const struct lighting *lighting, struct re
     f->least = at;
     for (size_t c = 0; c < 3; c++) f->light[c] = at + (c + 1) * width;
     for (size_t c = 0; c < 3; c++) f->gloss[c] = at + (c + 4) * width;
-    lens_wanted_init(f->plan, f->block, f->seen, &f->wanted);
+    lens_cull_init(f->plan, f->block, f->seen, &f->cull);
     int error = lens_row_create(f->plan, f->patch, width, light_lookup_around(lit), &f->row);
     if (!error) error = light_lookup_create(f->plan, f->patch, lighting, lit, &f->lookup);
     if (error) return error;
@@ -92,9 +92,9 @@ static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
 {
     const struct lens_light_row *r = &f->row.samples;
     const int32_t pixel = f->row.x + (int32_t)i;
-    if (row_near && pixel >= f->wanted.near.x0 && pixel < f->wanted.near.x1) return true;
-    return lens_wanted_at(&f->wanted, r->slope[i], r->x_low + (float)r->column[i],
-                          r->y_low + (float)r->row[i]);
+    if (row_near && pixel >= f->cull.near.x0 && pixel < f->cull.near.x1) return true;
+    return lens_cull_reads(&f->cull, r->slope[i], r->x_low + (float)r->column[i],
+                           r->y_low + (float)r->row[i]);
 }
 
 /* A sample that no field lights, or not its sharp lobe. What its path has found waits for that of
@@ -149,7 +149,7 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
     const uint32_t *albedo = f->patch->lens_albedo + sample_at(f, sample);
     const uint32_t *lobe = f->patch->lens_lobe ? f->patch->lens_lobe + sample_at(f, sample) : NULL;
     const bool inside = f->row.y >= b.y0 && f->row.y < b.y1;
-    const bool near = f->row.y >= f->wanted.near.y0 && f->row.y < f->wanted.near.y1;
+    const bool near = f->row.y >= f->cull.near.y0 && f->row.y < f->cull.near.y1;
     for (uint32_t i = begin; i < end; i++) {
         const int32_t pixel = f->row.x + (int32_t)i;
         float light[3], gloss[3] = {0};
@@ -196,12 +196,12 @@ static void light_samples_of(struct lit_lens *f, uint32_t k, uint32_t begin, uin
 }
 
 /* Is one of the samples of pixels `begin` to `end` - 1 read? */
-static bool is_wanted(const float *restrict slope, const float *restrict least, uint32_t begin,
-                      uint32_t end)
+static bool any_read(const float *restrict slope, const float *restrict least, uint32_t begin,
+                     uint32_t end)
 {
-    uint32_t wanted = 0;
-    for (uint32_t i = begin; i < end; i++) wanted |= fabsf(slope[i]) >= least[i] ? 1u : 0u;
-    return wanted != 0;
+    uint32_t read = 0;
+    for (uint32_t i = begin; i < end; i++) read |= fabsf(slope[i]) >= least[i] ? 1u : 0u;
+    return read != 0;
 }
 
 /* Samples k of the line at hand, run by run. */
@@ -213,7 +213,7 @@ static void light_samples(struct lit_lens *f, uint32_t k)
         end = begin;
         while (end < count) {
             const uint32_t next = end + RUN_PX < count ? end + RUN_PX : count;
-            if (!is_wanted(slope, f->least, end, next)) break;
+            if (!any_read(slope, f->least, end, next)) break;
             end = next;
         }
         if (end == begin) {
@@ -239,13 +239,13 @@ static float most_slope(const struct lit_lens *f, int32_t y)
 /* Row y, as far from the block's pixels as any of its samples is read. */
 static void light_row(struct lit_lens *f, int32_t y)
 {
-    const struct rect near = f->wanted.near;
-    const int32_t reach = lens_wanted_px(&f->wanted, most_slope(f, y));
-    const int32_t away = lens_wanted_from(y, near.y0, near.y1);
+    const struct rect near = f->cull.near;
+    const int32_t reach = lens_cull_reach_px(&f->cull, most_slope(f, y));
+    const int32_t away = lens_cull_distance(y, near.y0, near.y1);
     const struct rect row = rect_intersect(rect_grow(near, reach), f->seen);
     if (away > reach) return;
     const uint32_t count = (uint32_t)rect_width(row), l = f->row.pattern.l;
-    lens_wanted_row(&f->wanted, row.x0, away, count, f->least);
+    lens_cull_row(&f->cull, row.x0, away, count, f->least);
     lens_row_begin(&f->row, row.x0, y, count);
     for (uint32_t i = 0; i < l; i++) {
         lens_row_line(&f->row, i);

@@ -20,7 +20,7 @@ struct lens_light_statistics {
 int32_t lens_light_ring_px(const struct plan *plan);
 
 /* Radiance of those lens samples of `seen`, which lies in the patch, that the filter of `block`
- * reads (lens_wanted.h), lit by `lighting`, which is of `lit`: as patch->lens_radiance lies,
+ * reads (lens_cull.h), lit by `lighting`, which is of `lit`: as patch->lens_radiance lies,
  * l_u^2 * 3 planes, and may be these; others are not set or not lit. Counts samples of `block`.
  * ERR_MEMORY; ERR_RANGE without the planes. */
 int lens_light_take(const struct plan *plan, const struct patch *patch,

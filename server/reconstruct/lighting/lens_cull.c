@@ -1,4 +1,4 @@
-#include "server/reconstruct/lighting/lens_wanted.h"
+#include "server/reconstruct/lighting/lens_cull.h"
 
 #include <math.h>
 
@@ -9,7 +9,7 @@
 #define PLACE_PX 3
 #define ROUNDING 0.999f /* of slopes between layers */
 
-static void add_layer(struct lens_wanted *w, uint32_t layer, uint32_t l)
+static void add_layer(struct lens_cull *c, uint32_t layer, uint32_t l)
 {
     float low, high;
     lens_layer_slopes(layer, &low, &high);
@@ -18,36 +18,35 @@ static void add_layer(struct lens_wanted *w, uint32_t layer, uint32_t l)
     const float most = fminf(fmaxf(fabsf(low), fabsf(high)), LENS_SLOPE_MOST);
     const int32_t around = focus ? LENS_FOCUS_REACH_PX : lens_cells_around_px(layer, l);
     const int32_t reach = around + PLACE_PX + (int32_t)ceilf(most); /* of pixels */
-    w->around[layer] = (float)(around + PLACE_PX);
-    for (int32_t d = 0; d <= reach && d <= LENS_WANTED_PX; d++)
-        w->least[d] = fminf(w->least[d], least);
+    c->around[layer] = (float)(around + PLACE_PX);
+    for (int32_t d = 0; d <= reach && d <= LENS_CULL_PX; d++)
+        c->least[d] = fminf(c->least[d], least);
 }
 
 /* Other filters read all that they see. Samples of `near` tell of errors, too (lens_extra.h). */
-void lens_wanted_init(const struct plan *plan, struct rect block, struct rect seen,
-                      struct lens_wanted *out)
+void lens_cull_init(const struct plan *plan, struct rect block, struct rect seen,
+                    struct lens_cull *out)
 {
     const bool sheared = plan->lens_filter == LENS_FILTER_SHEARED;
     const struct rect wide = rect_grow(block, lens_residual_reach_px(plan));
-    *out = (struct lens_wanted){.near = sheared ? rect_intersect(wide, seen) : seen};
-    for (int32_t d = 0; d <= LENS_WANTED_PX; d++) out->least[d] = INFINITY;
+    *out = (struct lens_cull){.near = sheared ? rect_intersect(wide, seen) : seen};
+    for (int32_t d = 0; d <= LENS_CULL_PX; d++) out->least[d] = INFINITY;
     for (uint32_t k = 0; k < LENS_LAYERS; k++) add_layer(out, k, plan->lens_strata_per_axis);
     out->least[0] = 0.0f;
 }
 
-int32_t lens_wanted_px(const struct lens_wanted *w, float most)
+int32_t lens_cull_reach_px(const struct lens_cull *c, float most)
 {
     int32_t d = 0;
-    while (d < LENS_WANTED_PX && w->least[d + 1] <= most) d++;
+    while (d < LENS_CULL_PX && c->least[d + 1] <= most) d++;
     return d;
 }
 
-void lens_wanted_row(const struct lens_wanted *w, int32_t x, int32_t down, uint32_t count,
-                     float *least)
+void lens_cull_row(const struct lens_cull *c, int32_t x, int32_t down, uint32_t count, float *least)
 {
     for (uint32_t i = 0; i < count; i++) {
-        const int32_t across = lens_wanted_from(x + (int32_t)i, w->near.x0, w->near.x1);
+        const int32_t across = lens_cull_distance(x + (int32_t)i, c->near.x0, c->near.x1);
         const int32_t d = across > down ? across : down;
-        least[i] = w->least[d < LENS_WANTED_PX ? d : LENS_WANTED_PX];
+        least[i] = c->least[d < LENS_CULL_PX ? d : LENS_CULL_PX];
     }
 }
