@@ -1,4 +1,4 @@
-// sources: tests/fuzz/answers.c server/http/*.c server/stream/*.c
+// sources: tests/fuzz/answers.c server/http/*.c server/http/*/*.c server/stream/*.c
 // sources: server/access/*.c server/store/*.c server/metric/*.c
 // archives: libserver.a
 // libs: -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl

@@ -1,4 +1,4 @@
-// sources: server/import/[!m]*.c server/import/scene/mesh.c
+// sources: server/import/[!m]*.c server/import/*/*.c
 // sources: server/image/exr_file.c server/image/exr_read.c server/image/image.c
 // libs: -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg
 /* The importer as a whole, behind no fence: scene files and what stands beside them, pictures and

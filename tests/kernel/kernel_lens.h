@@ -16,7 +16,7 @@ static const char *const lens_kernel_names[LENS_KERNEL_COUNT] = {"look", "add", 
 struct lens_case {
     struct lens_gather gather;
     struct lens_tap taps[LENS_CASE_TAPS];
-    struct lens_place place;
+    struct lens_splat splat;
     float *plane[LENS_CELL_PLANES], *array[LENS_CASE_ARRAYS]; /* owned */
     int32_t width, height, stride;                            /* width: without the margins */
     size_t area;
@@ -36,7 +36,7 @@ static inline void lens_case_taps(struct random *r, struct lens_case *out)
 static inline void lens_case_place(int32_t level, struct lens_case *out)
 {
     float *const *a = out->array;
-    out->place = (struct lens_place){
+    out->splat = (struct lens_splat){
         .slope = a[0],
         .along = a[1],
         .left = a[2],
@@ -99,28 +99,28 @@ static inline void lens_case_fini(struct lens_case *c)
 static inline size_t lens_case_size(const struct lens_case *k, enum lens_kernel kernel)
 {
     return kernel == LENS_GATHER ? LENS_GROUPS * LENS_SUMS * k->area
-                                 : LENS_CELL_SUMS * (size_t)(k->place.spare + LENS_LANES);
+                                 : LENS_CELL_SUMS * (size_t)(k->splat.spare + LENS_LANES);
 }
 
 static inline void lens_case_run(const struct lens_case *k, const struct lens_kernels *kernels,
                                  enum lens_kernel kernel, float *out)
 {
     const uint32_t lanes = (uint32_t)(k->width / LENS_LANES * LENS_LANES);
-    struct lens_place place = k->place;
-    place.beyond = kernel == LENS_ADD_BEYOND;
+    struct lens_splat splat = k->splat;
+    splat.beyond = kernel == LENS_ADD_BEYOND;
     if (kernel != LENS_GATHER) memset(out, 0, lens_case_size(k, kernel) * sizeof *out);
     for (int32_t y = 0; y < k->height; y++) {
         const size_t row = (size_t)(y * k->stride);
         const float **const arrays[] = {
-            &place.slope, &place.along, &place.left,     &place.chord,    &place.height,
-            &place.pass,  &place.known, &place.light[0], &place.light[1], &place.light[2]};
+            &splat.slope, &splat.along, &splat.left,     &splat.chord,    &splat.height,
+            &splat.pass,  &splat.known, &splat.light[0], &splat.light[1], &splat.light[2]};
         if (kernel == LENS_GATHER) {
             kernels->gather(&k->gather, row + 8 * (size_t)k->stride + LENS_CASE_MARGIN, lanes,
                             out + row, k->area);
             continue;
         }
         for (int i = 0; i < LENS_CASE_ARRAYS; i++) *arrays[i] = k->array[i] + row;
-        kernels->add(&place, (uint32_t)k->width, out);
+        kernels->add(&splat, (uint32_t)k->width, out);
     }
 }
 
@@ -129,7 +129,7 @@ static inline float lens_case_compare(const struct lens_case *k, const struct le
                                       enum lens_kernel kernel)
 {
     const size_t size = lens_case_size(k, kernel);
-    const size_t cells = LENS_CELL_SUMS * (size_t)k->place.spare;
+    const size_t cells = LENS_CELL_SUMS * (size_t)k->splat.spare;
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
     lens_case_run(k, &lens_kernels_sse42, kernel, a);
     lens_case_run(k, tested, kernel, b);

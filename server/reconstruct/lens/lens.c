@@ -193,7 +193,7 @@ static struct lens_focus focus_of(const struct lens_field *f, int32_t y)
 
 /* Many pixels of a row at once, those that look for others' samples and the last few by themselves.
  */
-static void look_at_focus(struct lens_field *f)
+static void composite_focus(struct lens_field *f)
 {
     const struct rect r = f->wide;
     const uint32_t many = (uint32_t)rect_width(r) / LENS_LANES * LENS_LANES;
@@ -211,17 +211,17 @@ static void look_at_focus(struct lens_field *f)
     }
 }
 
-static int look_at(struct lens_field *f, uint32_t layer)
+static int composite_layer(struct lens_field *f, uint32_t layer)
 {
     struct lens_cells cells;
     if (layer == LENS_FOCUS) {
-        look_at_focus(f);
+        composite_focus(f);
         return 0;
     }
     const int error = lens_cells_create(f, layer, &cells);
     if (!error && !rect_is_empty(cells.targets)) {
-        lens_cells_fill(f, &cells);
-        lens_cells_look(f, &cells);
+        layer_splat(f, &cells);
+        layer_composite(f, &cells);
     }
     lens_cells_fini(f, &cells);
     return error;
@@ -267,7 +267,7 @@ static int shear(const struct plan *plan, const struct patch *patch, struct rect
         statistics->blocks_skipped++;
     }
     for (uint32_t layer = 0; !error && !focused && layer < LENS_LAYERS; layer++)
-        if (f.all >> layer & 1u) error = look_at(&f, layer);
+        if (f.all >> layer & 1u) error = composite_layer(&f, layer);
     if (!error && !focused) {
         divide(&f);
         error = lens_residual(&f, inner, out);

@@ -48,7 +48,7 @@ struct lens_pixels {
     lanes_mask column;
 };
 
-static inline struct lens_pixels lens_pixels_at(const struct lens_place *p, uint32_t i)
+static inline struct lens_pixels lens_pixels_at(const struct lens_splat *p, uint32_t i)
 {
     const lanes_mask pixel = lens_columns(p->x + (int32_t)i),
                      phase = pixel & ((1 << p->coarse) - 1);
@@ -57,7 +57,7 @@ static inline struct lens_pixels lens_pixels_at(const struct lens_place *p, uint
 }
 
 /* The slopes by which samples are moved. */
-static inline lanes_vector lens_moves(const struct lens_place *p, uint32_t i, lanes_vector s,
+static inline lanes_vector lens_moves(const struct lens_splat *p, uint32_t i, lanes_vector s,
                                       int beyond)
 {
     if (p->fixed) return lanes_load_vector(p->pass + i);
@@ -66,7 +66,7 @@ static inline lanes_vector lens_moves(const struct lens_place *p, uint32_t i, la
 
 /* Where samples i on lie, in bytes from the first cell's sums: those of the layer where their slope
  * takes them, others, and those without `wanted`, in spare cells. Does any lie in the layer? */
-static inline int lens_place_vector(const struct lens_place *p, uint32_t i,
+static inline int lens_splat_vector(const struct lens_splat *p, uint32_t i,
                                     const struct lens_pixels *pixels, lanes_mask wanted,
                                     lanes_mask *at, int beyond)
 {
@@ -185,7 +185,7 @@ static inline void lens_add_record(float *sums, uint32_t at, struct lens_record 
 }
 
 /* Samples i on of the layer to sums of cells, in their order. */
-static inline void lens_add_own(const struct lens_place *p, uint32_t i, const uint32_t *at,
+static inline void lens_add_own(const struct lens_splat *p, uint32_t i, const uint32_t *at,
                                 float *sums)
 {
     const lens_quads one = 1.0f - (lens_quads){0};
@@ -203,7 +203,7 @@ static inline void lens_add_own(const struct lens_place *p, uint32_t i, const ui
 
 /* The same of samples that pass the layer: by slopes that are known where others of the pixel lie
  * in it. */
-static inline void lens_add_passing(const struct lens_place *p, uint32_t i, const uint32_t *at,
+static inline void lens_add_passing(const struct lens_splat *p, uint32_t i, const uint32_t *at,
                                     float *sums)
 {
     const lens_quads zero = {0}, one = 1.0f - zero, known = lens_quads_load(p->known + i);
@@ -220,7 +220,7 @@ static inline void lens_add_passing(const struct lens_place *p, uint32_t i, cons
 }
 
 /* Those of a vector, from sample i on. */
-static inline void lens_add_vector(const struct lens_place *p, uint32_t i, lanes_mask at,
+static inline void lens_add_vector(const struct lens_splat *p, uint32_t i, lanes_mask at,
                                    float *sums, int beyond)
 {
     uint32_t all[LANES_PER_VECTOR];
@@ -235,11 +235,11 @@ static inline void lens_add_vector(const struct lens_place *p, uint32_t i, lanes
 #define LENS_PLACE_ARRAYS 10
 
 /* Fewer samples than a vector has. */
-static inline void lens_add_few(const struct lens_place *p, uint32_t count, float *sums, int beyond)
+static inline void lens_add_few(const struct lens_splat *p, uint32_t count, float *sums, int beyond)
 {
     float memory[LENS_PLACE_ARRAYS][LANES_PER_VECTOR] = {{0}};
     lanes_mask cell = {0};
-    struct lens_place few = *p;
+    struct lens_splat few = *p;
     const struct lens_pixels pixels = lens_pixels_at(p, 0);
     const float **const arrays[LENS_PLACE_ARRAYS] = {
         &few.slope, &few.along, &few.left,     &few.chord,    &few.height,
@@ -249,11 +249,11 @@ static inline void lens_add_few(const struct lens_place *p, uint32_t count, floa
         *arrays[k] = memory[k];
     }
     const lanes_mask wanted = lens_columns(-(int32_t)count) < 0;
-    if (lens_place_vector(&few, 0, &pixels, wanted, &cell, beyond))
+    if (lens_splat_vector(&few, 0, &pixels, wanted, &cell, beyond))
         lens_add_vector(&few, 0, cell, sums, beyond);
 }
 
-static inline void lens_fetch(const struct lens_place *p, uint32_t i, int beyond)
+static inline void lens_fetch(const struct lens_splat *p, uint32_t i, int beyond)
 {
     __builtin_prefetch(p->slope + i + p->next);
     for (int k = 0; k < 3 && !beyond; k++) __builtin_prefetch(p->light[k] + i + p->next);
@@ -261,17 +261,17 @@ static inline void lens_fetch(const struct lens_place *p, uint32_t i, int beyond
 
 /* The last vector may begin among the samples of the one before. Cells are at most four pixels
  * wide: vectors begin at the same place in them. */
-static inline void lens_add_row(const struct lens_place *place, uint32_t count, float *sums,
+static inline void lens_add_row(const struct lens_splat *splat, uint32_t count, float *sums,
                                 int beyond)
 {
-    const struct lens_place p = *place;
+    const struct lens_splat p = *splat;
     const uint32_t most = LANES_PER_VECTOR, last = count - most;
     const lanes_mask all = (lanes_mask){0} - 1;
     struct lens_pixels pixels = lens_pixels_at(&p, 0);
     for (uint32_t i = 0; i <= last; i += most) {
         lanes_mask cell = {0};
         if (i % LENS_LANES == 0) lens_fetch(&p, i, beyond);
-        if (lens_place_vector(&p, i, &pixels, all, &cell, beyond))
+        if (lens_splat_vector(&p, i, &pixels, all, &cell, beyond))
             lens_add_vector(&p, i, cell, sums, beyond);
         pixels.column += (int32_t)most >> p.coarse << p.fine;
     }
@@ -279,16 +279,16 @@ static inline void lens_add_row(const struct lens_place *place, uint32_t count, 
     lanes_mask cell = {0};
     pixels = lens_pixels_at(&p, last);
     const lanes_mask wanted = lens_columns((int32_t)(count % most) - (int32_t)most) >= 0;
-    if (lens_place_vector(&p, last, &pixels, wanted, &cell, beyond))
+    if (lens_splat_vector(&p, last, &pixels, wanted, &cell, beyond))
         lens_add_vector(&p, last, cell, sums, beyond);
 }
 
-static void kernel_add(const struct lens_place *place, uint32_t count, float *sums)
+static void kernel_add(const struct lens_splat *splat, uint32_t count, float *sums)
 {
     if (count < LANES_PER_VECTOR)
-        lens_add_few(place, count, sums, place->beyond != 0);
-    else if (place->beyond)
-        lens_add_row(place, count, sums, 1);
+        lens_add_few(splat, count, sums, splat->beyond != 0);
+    else if (splat->beyond)
+        lens_add_row(splat, count, sums, 1);
     else
-        lens_add_row(place, count, sums, 0);
+        lens_add_row(splat, count, sums, 0);
 }

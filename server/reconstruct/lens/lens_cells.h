@@ -48,7 +48,7 @@ int32_t lens_cells_reach_px(uint32_t layer, uint32_t l);
 int32_t lens_cells_around_px(uint32_t layer, uint32_t l);
 
 /* Makes the layer's image. */
-void lens_cells_fill(const struct lens_field *f, struct lens_cells *c);
+void layer_splat(const struct lens_field *f, struct lens_cells *c);
 
 /* Adds what each pixel sees of the layer through what nearer layers leave of its lens. */
-void lens_cells_look(struct lens_field *f, const struct lens_cells *c);
+void layer_composite(struct lens_field *f, const struct lens_cells *c);

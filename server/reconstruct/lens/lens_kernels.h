@@ -42,7 +42,7 @@ struct lens_gather {
 };
 
 /* Where in a layer samples of a row of pixels lie. */
-struct lens_place {
+struct lens_splat {
     const float *slope;            /* of the samples */
     const float *light[3];         /* theirs; where they lie beyond, anything */
     const float *along;            /* jitter of the pixels */
@@ -121,7 +121,7 @@ struct lens_kernels {
 
     /* Adds the samples of a row, `count` of them, that are in the layer or beyond it, to the sums
      * of the cells that they lie in: LENS_CELL_SUMS of each cell, on 16 bytes. */
-    void (*add)(const struct lens_place *place, uint32_t count, float *sums);
+    void (*add)(const struct lens_splat *splat, uint32_t count, float *sums);
 
     /* Adds the slopes in low .. high to `sums`, and to `counts` how many. */
     void (*slopes)(const float *slope, float low, float high, uint32_t count, float *sums,

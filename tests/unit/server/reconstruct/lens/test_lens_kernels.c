@@ -53,9 +53,9 @@ static void fill(uint32_t *seed, float low, float high, size_t count, float *out
 }
 
 /* A layer of slopes from 3 to 8, half of whose cells lie before `column`. */
-static struct lens_place place_of(float arrays[ADD_ARRAYS][NUMBERS], int32_t level)
+static struct lens_splat splat_of(float arrays[ADD_ARRAYS][NUMBERS], int32_t level)
 {
-    return (struct lens_place){.along = arrays[3],
+    return (struct lens_splat){.along = arrays[3],
                                .left = arrays[2],
                                .chord = arrays[4],
                                .height = arrays[0],
@@ -90,15 +90,15 @@ static void compare_add(const struct lens_kernels *tested, uint32_t seed, int32_
     static _Alignas(16) float expected[ADD_SUMS], result[ADD_SUMS];
     float arrays[ADD_ARRAYS][NUMBERS];
     for (size_t k = 0; k < ADD_ARRAYS; k++) fill(&seed, low[k], high[k], NUMBERS, arrays[k]);
-    struct lens_place place = place_of(arrays, level);
+    struct lens_splat splat = splat_of(arrays, level);
     for (int32_t k = 0; k < 4; k++) {
-        place.beyond = k & 1;
-        place.fixed = k >> 1;
+        splat.beyond = k & 1;
+        splat.fixed = k >> 1;
         for (uint32_t count = 1; count <= NUMBERS; count += 11) {
             fill(&seed, 0.0f, 1.0f, ADD_SUMS, expected);
             memcpy(result, expected, sizeof result);
-            lens_kernels_sse42.add(&place, count, expected);
-            tested->add(&place, count, result);
+            lens_kernels_sse42.add(&splat, count, expected);
+            tested->add(&splat, count, result);
             assert_memory_equal(expected, result, ADD_CELLS * LENS_CELL_SUMS * sizeof *result);
         }
     }
@@ -263,7 +263,7 @@ TEST(samples_lie_at_projections)
     const float left[3] = {0.5f, -0.5f, 0.25f}, chord[3] = {0}, height[3] = {0.25f, -0.5f, 1.0f};
     const float known[3] = {0.0f, 0.0f, 2.0f}, light[3] = {1.0f, 2.0f, 3.0f};
     static _Alignas(16) float sums[CELLS + LENS_LANES][LENS_CELL_SUMS];
-    struct lens_place place = {.slope = slope,
+    struct lens_splat splat = {.slope = slope,
                                .pass = pass,
                                .known = known,
                                .light = {light, light, light},
@@ -286,12 +286,12 @@ TEST(samples_lie_at_projections)
     const float first[] = {1, 1, 1, 3, 1, 4, 1, 1};   /* at (10.5 + 4 / 2, 0.5 + 4 / 4) */
     const float second[] = {2, 2, 2, 12, 1, 4, 1, 1}; /* at (11.5 - 2, 0.5 - 2) */
     const float third[] = {0, 0, 0, 0, 0, 5, 1, 1};   /* by a slope of 5 */
-    lens_kernels_sse42.add(&place, 3, sums[0]);
+    lens_kernels_sse42.add(&splat, 3, sums[0]);
     assert_memory_equal(sums[HIT], first, sizeof first);
     assert_memory_equal(sums[OTHER], second, sizeof second);
     assert_true(sums[PASSING][6] == 0.0f);
-    place.beyond = 1;
-    lens_kernels_sse42.add(&place, 3, sums[0]);
+    splat.beyond = 1;
+    lens_kernels_sse42.add(&splat, 3, sums[0]);
     assert_memory_equal(sums[HIT], first, sizeof first);
     assert_memory_equal(sums[PASSING], third, sizeof third);
 }

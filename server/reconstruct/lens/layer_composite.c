@@ -16,7 +16,7 @@ struct tap {
 };
 
 /* A row's pixels of one phase: those that lie in the same place of their cells. */
-struct look {
+struct view {
     struct lens_field *f;
     const struct lens_cells *c;
     struct lens_tap taps[TAPS_MOST];
@@ -26,32 +26,32 @@ struct look {
 };
 
 /* Which part of the lens groups of taps are, at the layer's middle. */
-static void find_shares(struct look *look)
+static void find_shares(struct view *view)
 {
-    const struct lens_cells *c = look->c;
+    const struct lens_cells *c = view->c;
     const float middle = c->fixed ? c->most : fabsf(c->middle);
-    const float reach = middle * c->scale * look->f->shape.inradius + 0.5f;
+    const float reach = middle * c->scale * view->f->shape.inradius + 0.5f;
     float all = 0.0f;
-    float *share = look->composite.share;
+    float *share = view->composite.share;
     uint32_t tap = 0;
     for (uint32_t g = 0; g < LENS_GROUPS; g++) {
         share[g] = 0.0f;
-        for (; tap < look->gather.end[g]; tap++) {
-            const float in = reach - look->taps[tap].distance;
+        for (; tap < view->gather.end[g]; tap++) {
+            const float in = reach - view->taps[tap].distance;
             share[g] += in > 1.0f ? 1.0f : in > 0.0f ? in : 0.0f;
         }
         all += share[g];
     }
     for (uint32_t g = 0; g < LENS_GROUPS; g++) share[g] /= all; /* the nearest tap is in */
-    memcpy(look->composite.lens, look->f->shape.share, sizeof look->composite.lens);
+    memcpy(view->composite.lens, view->f->shape.share, sizeof view->composite.lens);
 }
 
 /* Cells around that of a pixel, whose centre is px cells to the right and py down of the corner of
  * its first cell, that any slope of the layer takes there. */
-static uint32_t list_taps(const struct look *look, float px, float py, struct tap taps[TAPS_MOST])
+static uint32_t list_taps(const struct view *view, float px, float py, struct tap taps[TAPS_MOST])
 {
-    const struct lens_cells *c = look->c;
-    const float size = c->scale * look->f->shape.inradius;
+    const struct lens_cells *c = view->c;
+    const float size = c->scale * view->f->shape.inradius;
     const float most = c->most * size + 0.5f, least = c->least * size - 0.5f;
     const int32_t reach = (int32_t)ceilf(c->most * c->scale) + 1;
     const float sign = c->middle < 0.0f ? -1.0f : 1.0f;
@@ -59,7 +59,7 @@ static uint32_t list_taps(const struct look *look, float px, float py, struct ta
     for (int32_t y = -reach; y <= reach; y++) {
         for (int32_t x = -reach; x <= reach; x++) {
             const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
-            const float distance = lens_shape_distance(&look->f->shape, dx, dy);
+            const float distance = lens_shape_distance(&view->f->shape, dx, dy);
             if (distance >= most || n == TAPS_MOST) continue;
             taps[n].group = lens_shape_group(dx, dy);
             taps[n].inner = distance <= least;
@@ -72,26 +72,26 @@ static uint32_t list_taps(const struct look *look, float px, float py, struct ta
 
 /* Taps of one group, after the first n: those that are within the reach of every slope of the
  * layer, or the others. */
-static uint32_t add_taps(struct look *look, const struct tap *taps, uint32_t count, uint32_t group,
+static uint32_t add_taps(struct view *view, const struct tap *taps, uint32_t count, uint32_t group,
                          bool inner, uint32_t n)
 {
     for (uint32_t k = 0; k < count; k++)
-        if (taps[k].group == group && taps[k].inner == inner) look->taps[n++] = taps[k].tap;
+        if (taps[k].group == group && taps[k].inner == inner) view->taps[n++] = taps[k].tap;
     return n;
 }
 
-static void find_taps(struct look *look, float px, float py)
+static void find_taps(struct view *view, float px, float py)
 {
     struct tap taps[TAPS_MOST];
-    const uint32_t count = list_taps(look, px, py, taps);
+    const uint32_t count = list_taps(view, px, py, taps);
     uint32_t n = 0;
     for (uint32_t g = 0; g < LENS_GROUPS; g++) {
-        n = add_taps(look, taps, count, g, true, n);
-        look->gather.inner[g] = n;
-        n = add_taps(look, taps, count, g, false, n);
-        look->gather.end[g] = n;
+        n = add_taps(view, taps, count, g, true, n);
+        view->gather.inner[g] = n;
+        n = add_taps(view, taps, count, g, false, n);
+        view->gather.end[g] = n;
     }
-    find_shares(look);
+    find_shares(view);
 }
 
 /* Bits of those of LENS_LANES pixels that are near the layer: their cells are every 2^fine-th from
@@ -157,11 +157,11 @@ static void store_lanes(const float from[LENS_LANES], size_t step, size_t count,
 }
 
 /* What pixels have seen: of which the first is pixel p of `wide`. Does any of them see on? */
-static bool load_seen(const struct look *look, size_t count, size_t p,
+static bool load_seen(const struct view *view, size_t count, size_t p,
                       float seen[LENS_VIEWS][LENS_LANES])
 {
-    const struct lens_field *f = look->f;
-    const size_t step = (size_t)1 << look->c->coarse;
+    const struct lens_field *f = view->f;
+    const size_t step = (size_t)1 << view->c->coarse;
     __m128 through = _mm_setzero_ps();
     for (int g = 0; g < LENS_GROUPS; g++) {
         load_lanes(f->through[g] + p, step, count, seen[g]);
@@ -174,43 +174,43 @@ static bool load_seen(const struct look *look, size_t count, size_t p,
 }
 
 /* Pixels x, x + step, ... of row y. Those that see nothing through what is nearer are done. */
-static void look_row(struct look *look, int32_t x, int32_t y)
+static void composite_row(struct view *view, int32_t x, int32_t y)
 {
-    const struct lens_cells *c = look->c;
+    const struct lens_cells *c = view->c;
     const struct rect targets = c->targets;
     const int32_t step = 1 << c->coarse, row = y >> c->coarse << c->fine;
-    const struct lens_kernels *kernels = look->f->kernels;
+    const struct lens_kernels *kernels = view->f->kernels;
     for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
         const int32_t column = first >> c->coarse << c->fine;
         const int32_t left = (targets.x1 - first + step - 1) / step;
         const int32_t count = left < LENS_LANES ? left : LENS_LANES;
-        const size_t p = lens_wide(look->f, first, y);
+        const size_t p = lens_wide(view->f, first, y);
         float seen[LENS_VIEWS][LENS_LANES];
-        look->composite.near = near_lanes(c, column, column + (count << c->fine), row);
-        if (!look->composite.near || !load_seen(look, (size_t)count, p, seen)) continue;
+        view->composite.near = near_lanes(c, column, column + (count << c->fine), row);
+        if (!view->composite.near || !load_seen(view, (size_t)count, p, seen)) continue;
         const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
                           (size_t)((column - c->rect.x0) >> c->fine);
-        kernels->gather(&look->gather, at, LENS_LANES, look->sums, LENS_LANES);
-        kernels->composite(&look->composite, seen);
+        kernels->gather(&view->gather, at, LENS_LANES, view->sums, LENS_LANES);
+        kernels->composite(&view->composite, seen);
         for (int k = 0; k < LENS_VIEWS; k++)
-            store_lanes(seen[k], (size_t)step, (size_t)count, look->f->view[k] + p);
+            store_lanes(seen[k], (size_t)step, (size_t)count, view->f->view[k] + p);
     }
 }
 
-void lens_cells_look(struct lens_field *f, const struct lens_cells *c)
+void layer_composite(struct lens_field *f, const struct lens_cells *c)
 {
-    struct look look = {.f = f, .c = c};
+    struct view view = {.f = f, .c = c};
     const int32_t step = 1 << c->coarse;
-    for (int k = 0; k < LENS_CELL_PLANES; k++) look.gather.plane[k] = c->plane[k];
-    look.gather.taps = look.taps;
-    look.composite.sums = look.sums;
-    look.composite.slope = fabsf(c->fixed ? c->most : c->middle);
+    for (int k = 0; k < LENS_CELL_PLANES; k++) view.gather.plane[k] = c->plane[k];
+    view.gather.taps = view.taps;
+    view.composite.sums = view.sums;
+    view.composite.slope = fabsf(c->fixed ? c->most : c->middle);
     for (int32_t py = 0; py < step; py++) {
         for (int32_t px = 0; px < step; px++) {
-            find_taps(&look, ((float)px + 0.5f) * c->scale, ((float)py + 0.5f) * c->scale);
+            find_taps(&view, ((float)px + 0.5f) * c->scale, ((float)py + 0.5f) * c->scale);
             for (int32_t y = c->targets.y0 + ((py - c->targets.y0) & (step - 1)); y < c->targets.y1;
                  y += step)
-                look_row(&look, c->targets.x0 + ((px - c->targets.x0) & (step - 1)), y);
+                composite_row(&view, c->targets.x0 + ((px - c->targets.x0) & (step - 1)), y);
         }
     }
 }

@@ -14,10 +14,10 @@ static int32_t last_digit(const struct lens_cells *c)
 }
 
 /* Of rows of `seen`. */
-static struct lens_place place_of(const struct lens_field *f, const struct lens_cells *c,
+static struct lens_splat splat_of(const struct lens_field *f, const struct lens_cells *c,
                                   bool beyond)
 {
-    return (struct lens_place){
+    return (struct lens_splat){
         .strata_inverse = 1.0f / (float)f->l, /* l is at least 1 */
         .cells = c->scale,
         .fine = c->fine,
@@ -43,8 +43,8 @@ static size_t tile_at(const struct lens_cells *c, int32_t column, int32_t row)
            (size_t)(column - c->tiles.x0);
 }
 
-/* Can samples of pixels x .. end - 1 of row y lie where somebody looks? */
-static bool is_looked_at(const struct lens_cells *c, int32_t x, int32_t end, int32_t y)
+/* Can samples of pixels x .. end - 1 of row y lie in visible cells? */
+static bool is_visible(const struct lens_cells *c, int32_t x, int32_t end, int32_t y)
 {
     const struct rect t = c->tiles;
     int32_t row = y >> c->coarse << c->fine >> 3;
@@ -86,28 +86,28 @@ static size_t column(const struct lens_field *f, int32_t x)
 
 /* Samples j of columns of row y. */
 static void add_run(const struct lens_field *f, const struct lens_cells *c, uint32_t j,
-                    struct run run, int32_t y, struct lens_place *place)
+                    struct run run, int32_t y, struct lens_splat *splat)
 {
     const size_t at = lens_seen(f, run.x, y), line = j / f->l * (size_t)rect_area(f->seen) + at;
-    place->slope = lens_slopes(f, j, run.x, y);
-    place->along = f->along + at;
-    place->pass = f->pass + column(f, run.x);
-    place->known = f->count + column(f, run.x);
-    place->left = f->left + line;
-    place->chord = f->chord + line;
-    place->height = f->height + line;
-    place->x = run.x;
-    place->stratum = (float)(j % f->l);
-    for (uint32_t k = 0; k < 3; k++) place->light[k] = lens_light(f, j, k, run.x, y);
-    f->kernels->add(place, (uint32_t)(run.end - run.x), c->sums);
+    splat->slope = lens_slopes(f, j, run.x, y);
+    splat->along = f->along + at;
+    splat->pass = f->pass + column(f, run.x);
+    splat->known = f->count + column(f, run.x);
+    splat->left = f->left + line;
+    splat->chord = f->chord + line;
+    splat->height = f->height + line;
+    splat->x = run.x;
+    splat->stratum = (float)(j % f->l);
+    for (uint32_t k = 0; k < 3; k++) splat->light[k] = lens_light(f, j, k, run.x, y);
+    f->kernels->add(splat, (uint32_t)(run.end - run.x), c->sums);
 }
 
 /* Samples of row y within `in`, by runs of segments that have some. */
 static void add_row(const struct lens_field *f, const struct lens_cells *c, struct run in,
-                    int32_t y, uint32_t wanted, struct lens_place *place)
+                    int32_t y, uint32_t wanted, struct lens_splat *splat)
 {
-    place->row_phase = (float)(y & ((1 << c->coarse) - 1));
-    place->row = c->rect.y0 - (y >> c->coarse << c->fine);
+    splat->row_phase = (float)(y & ((1 << c->coarse) - 1));
+    splat->row = c->rect.y0 - (y >> c->coarse << c->fine);
     for (uint32_t j = 0; j < f->l * f->l; j++) {
         const struct rect w = c->windows[j];
         const struct run near = {w.x0 > in.x ? w.x0 : in.x, w.x1 < in.end ? w.x1 : in.end};
@@ -115,7 +115,7 @@ static void add_row(const struct lens_field *f, const struct lens_cells *c, stru
         if (y < w.y0 || y >= w.y1 || near.x >= near.end) continue;
         uint32_t k = lens_segment(f, near.x);
         while (next_run(f, lens_present(f, j, y), wanted, near, &k, &run))
-            add_run(f, c, j, run, y, place);
+            add_run(f, c, j, run, y, splat);
     }
 }
 
@@ -128,13 +128,13 @@ static int32_t first_row(const struct lens_cells *c)
 /* All samples in the layer, row by row: the cells of a row's samples are near each other. */
 static void add_own(const struct lens_field *f, const struct lens_cells *c)
 {
-    struct lens_place place = place_of(f, c, false);
+    struct lens_splat splat = splat_of(f, c, false);
     memset(f->pass, 0, (size_t)rect_width(f->seen) * sizeof(float));
     for (int32_t y = first_row(c); y < c->pixels.y1; y += 1 + last_digit(c)) {
         struct run run;
         uint32_t k = lens_segment(f, c->pixels.x0);
         if (next_run(f, lens_any(f, y), 1u << c->layer, run_of(c->pixels), &k, &run))
-            add_row(f, c, run_of(c->pixels), y, 1u << c->layer, &place);
+            add_row(f, c, run_of(c->pixels), y, 1u << c->layer, &splat);
     }
 }
 
@@ -158,9 +158,9 @@ static void find_pass(const struct lens_field *f, const struct lens_cells *c, st
 }
 
 /* The next run of segments of row y, from segment *k on, that have samples beyond the layer and lie
- * where somebody looks. */
-static bool next_looked(const struct lens_field *f, const struct lens_cells *c, int32_t y,
-                        uint32_t beyond, uint32_t *k, struct run *out)
+ * in visible cells. */
+static bool next_visible(const struct lens_field *f, const struct lens_cells *c, int32_t y,
+                         uint32_t beyond, uint32_t *k, struct run *out)
 {
     const struct rect p = c->pixels;
     const uint32_t *layers = lens_any(f, y), end = lens_segment(f, p.x1 - 1) + 1;
@@ -168,7 +168,7 @@ static bool next_looked(const struct lens_field *f, const struct lens_cells *c, 
     for (; *k < end; ++*k) {
         const int32_t left = lens_segment_x(f, *k), right = left + LENS_SEGMENT;
         const struct run run = {left > p.x0 ? left : p.x0, right < p.x1 ? right : p.x1};
-        if (!(layers[*k] & beyond) || !is_looked_at(c, run.x, run.end, y)) {
+        if (!(layers[*k] & beyond) || !is_visible(c, run.x, run.end, y)) {
             if (found) return true;
             continue;
         }
@@ -179,17 +179,17 @@ static bool next_looked(const struct lens_field *f, const struct lens_cells *c, 
     return found;
 }
 
-/* All samples beyond the layer where somebody looks at it. */
+/* All samples beyond the layer in visible cells. */
 static void add_beyond(const struct lens_field *f, const struct lens_cells *c)
 {
     const uint32_t beyond = ~((2u << c->layer) - 1u);
-    struct lens_place place = place_of(f, c, true);
+    struct lens_splat splat = splat_of(f, c, true);
     for (int32_t y = first_row(c); y < c->pixels.y1; y += 1 + last_digit(c)) {
         uint32_t k = lens_segment(f, c->pixels.x0);
         struct run run;
-        while (next_looked(f, c, y, beyond, &k, &run)) {
+        while (next_visible(f, c, y, beyond, &k, &run)) {
             find_pass(f, c, run, y);
-            add_row(f, c, run, y, beyond, &place);
+            add_row(f, c, run, y, beyond, &splat);
         }
     }
 }
@@ -251,7 +251,7 @@ static void dilate(const struct lens_cells *c, int32_t tiles, const uint8_t *in,
                 out[k * width + x] |= c->spare[y * width + x];
 }
 
-/* Cells that somebody looks at, row by row, in runs of tiles. */
+/* Visible cells, row by row, in runs of tiles. */
 static void finish(const struct lens_field *f, struct lens_cells *c)
 {
     const struct rect r = c->rect, t = c->tiles;
@@ -270,7 +270,7 @@ static void finish(const struct lens_field *f, struct lens_cells *c)
     }
 }
 
-void lens_cells_fill(const struct lens_field *f, struct lens_cells *c)
+void layer_splat(const struct lens_field *f, struct lens_cells *c)
 {
     const int32_t tiles = ((int32_t)ceilf(c->most * c->scale) + 1 + LENS_TILE - 1) / LENS_TILE;
     add_own(f, c);
