@@ -70,16 +70,16 @@ static void copy(const struct glossy *g)
 
 /* Light over weights. Lobes that took no part keep what was measured, as it is. Returns the pixels
  * that were filtered. */
-static uint64_t store(const struct glossy *g, const struct glossy_place *place,
+static uint64_t store(const struct glossy *g, const struct glossy_neighbourhood *around,
                       float *const *channel)
 {
     uint64_t filtered = 0;
     for (int32_t y = g->inner.y0; y < g->inner.y1; y++) {
-        const size_t from = glossy_place_index(place, g->inner.x0, y);
+        const size_t from = glossy_neighbourhood_index(around, g->inner.x0, y);
         const size_t to = patch_pixel(g->patch, g->inner.x0, y);
         for (size_t i = 0; i < (size_t)rect_width(g->inner); i++) {
             const float weight = channel[3][from + i];
-            if (!place->object[from + i] || !(weight >= WEIGHT_LEAST)) continue;
+            if (!around->object[from + i] || !(weight >= WEIGHT_LEAST)) continue;
             for (int c = 0; c < 3; c++) g->out[c][to + i] = channel[c][from + i] / weight;
             filtered++;
         }
@@ -96,16 +96,16 @@ static int run(const struct glossy *g, uint64_t *filtered)
     const int32_t beyond = g->variance ? glossy_variance_reach(g->plan) : 0;
     const struct rect seen = rect_intersect(rect_grow(g->inner, reach + beyond), g->patch->rect);
     const struct rect wide = rect_intersect(rect_grow(g->inner, beyond), seen);
-    struct glossy_place p;
-    const int error = glossy_place_create(g->plan, g->patch, seen, reach > beyond ? reach : beyond,
-                                          g->variance != NULL, &p);
+    struct glossy_neighbourhood p;
+    const int error = glossy_neighbourhood_create(
+        g->plan, g->patch, seen, reach > beyond ? reach : beyond, g->variance != NULL, &p);
     if (error) return error;
     float *const *out = g->variance ? p.wide : p.channel;
     if (filters) glossy_pass_run(&pass, &p, wide, p.channels, p.channel, p.between, out);
     if (filters) *filtered = store(g, &p, out);
     const struct glossy_variance variance = {g->plan, g->patch, &p, filters};
     if (g->variance) glossy_variance_find(&variance, wide, g->inner, g->variance);
-    glossy_place_fini(&p);
+    glossy_neighbourhood_fini(&p);
     return 0;
 }
 

@@ -50,7 +50,7 @@ static int32_t rounded(int32_t count)
     return (count + GLOSSY_LANES - 1) / GLOSSY_LANES * GLOSSY_LANES;
 }
 
-static int carve(struct glossy_place *p, int32_t reach)
+static int carve(struct glossy_neighbourhood *p, int32_t reach)
 {
     const int32_t room = rounded(reach);
     p->field.stride = rounded(room + rect_width(p->rect) + GLOSSY_LANES + room);
@@ -71,7 +71,7 @@ static int carve(struct glossy_place *p, int32_t reach)
     return 0;
 }
 
-static void show(struct glossy_place *p)
+static void show(struct glossy_neighbourhood *p)
 {
     struct glossy_field *f = &p->field;
     for (int k = 0; k < 3; k++) {
@@ -145,9 +145,9 @@ static bool set_lobe(const struct surface_view *view, float alpha, size_t i, flo
 }
 
 static void load_row(const struct surface_view *view, const struct patch *patch, int32_t y,
-                     struct glossy_place *p)
+                     struct glossy_neighbourhood *p)
 {
-    const size_t to = glossy_place_index(p, p->rect.x0, y);
+    const size_t to = glossy_neighbourhood_index(p, p->rect.x0, y);
     const size_t from = patch_pixel(patch, p->rect.x0, y);
     const size_t count = (size_t)rect_width(p->rect);
     surface_points(view, p->rect.x0, y, (uint32_t)count, patch->depth + from, p->own[POINT] + to,
@@ -171,13 +171,14 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
     }
 }
 
-int glossy_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                        int32_t reach, bool halves, struct glossy_place *out)
+int glossy_neighbourhood_create(const struct plan *plan, const struct patch *patch,
+                                struct rect rect, int32_t reach, bool halves,
+                                struct glossy_neighbourhood *out)
 {
     struct surface_view view;
-    *out = (struct glossy_place){.rect = rect,
-                                 .channels = halves ? GLOSSY_MEASURED : GLOSSY_CHANNELS,
-                                 .scratch = patch->scratch};
+    *out = (struct glossy_neighbourhood){.rect = rect,
+                                         .channels = halves ? GLOSSY_MEASURED : GLOSSY_CHANNELS,
+                                         .scratch = patch->scratch};
     const int error = carve(out, reach);
     if (error) return error;
     show(out);
@@ -186,35 +187,36 @@ int glossy_place_create(const struct plan *plan, const struct patch *patch, stru
     return 0;
 }
 
-void glossy_place_fini(struct glossy_place *place)
+void glossy_neighbourhood_fini(struct glossy_neighbourhood *around)
 {
-    scratch_give(place->scratch, place->memory);
-    *place = (struct glossy_place){0};
+    scratch_give(around->scratch, around->memory);
+    *around = (struct glossy_neighbourhood){0};
 }
 
-void glossy_place_rule(struct glossy_place *place, size_t i, const struct glossy_rule *rule)
+void glossy_neighbourhood_rule(struct glossy_neighbourhood *around, size_t i,
+                               const struct glossy_rule *rule)
 {
-    place->own[LIKENESS][i] = rule->likeness;
-    place->own[DISTANCE][i] = rule->distance;
-    place->own[FOOTPRINT][i] = rule->footprint;
-    place->field.likeness = place->own[LIKENESS];
-    place->field.distance = place->own[DISTANCE];
-    place->field.footprint = place->own[FOOTPRINT];
+    around->own[LIKENESS][i] = rule->likeness;
+    around->own[DISTANCE][i] = rule->distance;
+    around->own[FOOTPRINT][i] = rule->footprint;
+    around->field.likeness = around->own[LIKENESS];
+    around->field.distance = around->own[DISTANCE];
+    around->field.footprint = around->own[FOOTPRINT];
 }
 
-void glossy_place_one_rule(struct glossy_place *place)
+void glossy_neighbourhood_one_rule(struct glossy_neighbourhood *around)
 {
-    place->field.likeness = place->field.distance = place->field.footprint = NULL;
+    around->field.likeness = around->field.distance = around->field.footprint = NULL;
 }
 
-struct glossy_run glossy_place_run(const struct glossy_place *place, struct rect rect, int32_t y,
-                                   bool along_x, int32_t reach)
+struct glossy_run glossy_neighbourhood_run(const struct glossy_neighbourhood *around,
+                                           struct rect rect, int32_t y, bool along_x, int32_t reach)
 {
-    const int32_t above = y - place->rect.y0, below = place->rect.y1 - 1 - y;
+    const int32_t above = y - around->rect.y0, below = around->rect.y1 - 1 - y;
     return (struct glossy_run){
-        .first = glossy_place_index(place, rect.x0, y),
+        .first = glossy_neighbourhood_index(around, rect.x0, y),
         .count = (uint32_t)rounded(rect_width(rect)),
-        .step = along_x ? 1 : place->field.stride,
+        .step = along_x ? 1 : around->field.stride,
         .before = along_x || above > reach ? reach : above,
         .after = along_x || below > reach ? reach : below,
     };

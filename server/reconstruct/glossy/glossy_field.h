@@ -7,7 +7,7 @@
 #define GLOSSY_CHANNELS 4 /* light over reflectance, rgb; weight over reflectance */
 #define GLOSSY_MEASURED (2 * GLOSSY_CHANNELS) /* of all rays; of half of them */
 
-struct glossy_place {
+struct glossy_neighbourhood {
     struct rect rect; /* in image pixels: what the field knows */
     struct glossy_field field;
     uint32_t channels; /* GLOSSY_CHANNELS, or GLOSSY_MEASURED with halves */
@@ -27,22 +27,27 @@ struct glossy_place {
  * A lobe takes part where the surface is not seen at grazing angles, n.v >= 0.05. It is GGX's, its
  * Gaussian sigma = alpha / sqrt(2.26), at least that of alpha 0.002; mirrored, twice as wide in the
  * plane of incidence, and n.v times that across. ERR_MEMORY. */
-int glossy_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                        int32_t reach, bool halves, struct glossy_place *out);
-void glossy_place_fini(struct glossy_place *place);
+int glossy_neighbourhood_create(const struct plan *plan, const struct patch *patch,
+                                struct rect rect, int32_t reach, bool halves,
+                                struct glossy_neighbourhood *out);
+void glossy_neighbourhood_fini(struct glossy_neighbourhood *around);
 
-static inline size_t glossy_place_index(const struct glossy_place *place, int32_t x, int32_t y)
+static inline size_t glossy_neighbourhood_index(const struct glossy_neighbourhood *around,
+                                                int32_t x, int32_t y)
 {
-    return place->origin + (size_t)(y - place->rect.y0) * (size_t)place->field.stride +
-           (size_t)(x - place->rect.x0);
+    return around->origin + (size_t)(y - around->rect.y0) * (size_t)around->field.stride +
+           (size_t)(x - around->rect.x0);
 }
 
-/* Gives pixel i of the place's arrays a rule of its own. All pixels of the place need one, or none.
+/* Gives pixel i of the neighbourhood's arrays a rule of its own. All pixels of the neighbourhood
+ * need one, or none.
  */
-void glossy_place_rule(struct glossy_place *place, size_t i, const struct glossy_rule *rule);
-void glossy_place_one_rule(struct glossy_place *place); /* takes these back */
+void glossy_neighbourhood_rule(struct glossy_neighbourhood *around, size_t i,
+                               const struct glossy_rule *rule);
+void glossy_neighbourhood_one_rule(struct glossy_neighbourhood *around); /* takes these back */
 
 /* The runs of a row of `rect` from its first pixel on. They may pass the row's end by GLOSSY_LANES
  * - 1 pixels. */
-struct glossy_run glossy_place_run(const struct glossy_place *place, struct rect rect, int32_t y,
-                                   bool along_x, int32_t reach);
+struct glossy_run glossy_neighbourhood_run(const struct glossy_neighbourhood *around,
+                                           struct rect rect, int32_t y, bool along_x,
+                                           int32_t reach);

@@ -63,43 +63,45 @@ int32_t glossy_pass_reach(const struct glossy_pass *pass)
 }
 
 /* Each pixel's rule by its own rays, of which there are few different numbers. */
-static void set_rules(const struct glossy_pass *pass, struct glossy_place *place)
+static void set_rules(const struct glossy_pass *pass, struct glossy_neighbourhood *around)
 {
     const float *rays = pass->patch->glossy_rays, least = least_rays(pass->plan);
     struct glossy_rule known[RULES] = {{0}};
     float of[RULES] = {0};
-    for (int32_t y = place->rect.y0; y < place->rect.y1; y++) {
-        const size_t to = glossy_place_index(place, place->rect.x0, y);
-        const size_t from = patch_pixel(pass->patch, place->rect.x0, y);
-        for (size_t i = 0; i < (size_t)rect_width(place->rect); i++) {
+    for (int32_t y = around->rect.y0; y < around->rect.y1; y++) {
+        const size_t to = glossy_neighbourhood_index(around, around->rect.x0, y);
+        const size_t from = patch_pixel(pass->patch, around->rect.x0, y);
+        for (size_t i = 0; i < (size_t)rect_width(around->rect); i++) {
             const float n = fmaxf(rays[from + i], least);
             const uint32_t k = (uint32_t)n % RULES;
             if (of[k] != n) known[k] = rule_of(pass, of[k] = n);
-            glossy_place_rule(place, to + i, &known[k]);
+            glossy_neighbourhood_rule(around, to + i, &known[k]);
         }
     }
 }
 
-static void run_rows(const struct glossy_place *place, const struct glossy_rule *rule,
+static void run_rows(const struct glossy_neighbourhood *around, const struct glossy_rule *rule,
                      struct rect rect, bool along_x, uint32_t count, float *const *in,
                      float *const *out)
 {
     const struct glossy_kernels *kernels = KERNELS_BEST(glossy_kernels);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const struct glossy_run run = glossy_place_run(place, rect, y, along_x, rule->reach);
-        kernels->spread(&place->field, rule, &run, count, (const float *const *)in, out);
+        const struct glossy_run run =
+            glossy_neighbourhood_run(around, rect, y, along_x, rule->reach);
+        kernels->spread(&around->field, rule, &run, count, (const float *const *)in, out);
     }
 }
 
-void glossy_pass_run(const struct glossy_pass *pass, struct glossy_place *place, struct rect rect,
-                     uint32_t count, float *const *in, float *const *between, float *const *out)
+void glossy_pass_run(const struct glossy_pass *pass, struct glossy_neighbourhood *around,
+                     struct rect rect, uint32_t count, float *const *in, float *const *between,
+                     float *const *out)
 {
     const struct glossy_rule rule = rule_of(pass, least_rays(pass->plan));
     struct rect tall = rect;
     tall.y0 -= rule.reach;
     tall.y1 += rule.reach;
-    glossy_place_one_rule(place);
-    if (pass->patch->glossy_rays && !pass->smooth) set_rules(pass, place);
-    run_rows(place, &rule, rect_intersect(tall, place->rect), true, count, in, between);
-    run_rows(place, &rule, rect, false, count, between, out);
+    glossy_neighbourhood_one_rule(around);
+    if (pass->patch->glossy_rays && !pass->smooth) set_rules(pass, around);
+    run_rows(around, &rule, rect_intersect(tall, around->rect), true, count, in, between);
+    run_rows(around, &rule, rect, false, count, between, out);
 }

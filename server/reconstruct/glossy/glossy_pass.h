@@ -14,8 +14,10 @@ struct glossy_pass {
  */
 int32_t glossy_pass_reach(const struct glossy_pass *pass);
 
-/* `count` channels of the place, as `in`, over `rect`; `between` holds what is between the two
- * lines and is neither `in` nor `out`, which may be the same. The place's rules become the pass's.
+/* `count` channels of the neighbourhood, as `in`, over `rect`; `between` holds what is between the
+ * two lines and is neither `in` nor `out`, which may be the same. The neighbourhood's rules become
+ * the pass's.
  */
-void glossy_pass_run(const struct glossy_pass *pass, struct glossy_place *place, struct rect rect,
-                     uint32_t count, float *const *in, float *const *between, float *const *out);
+void glossy_pass_run(const struct glossy_pass *pass, struct glossy_neighbourhood *around,
+                     struct rect rect, uint32_t count, float *const *in, float *const *between,
+                     float *const *out);

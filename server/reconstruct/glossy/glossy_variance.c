@@ -30,7 +30,7 @@ static float bounded(float v)
 }
 
 /* Noise, and what F and F' differ by beyond their noise, both squared, into `between`. */
-static void square_filtered(const struct glossy_place *p, uint32_t c, size_t i)
+static void square_filtered(const struct glossy_neighbourhood *p, uint32_t c, size_t i)
 {
     float *const *narrow = p->channel, *const *wide = p->wide;
     const float mean = quotient(wide, c, i), narrow_mean = quotient(narrow, c, i);
@@ -42,7 +42,7 @@ static void square_filtered(const struct glossy_place *p, uint32_t c, size_t i)
 }
 
 /* The plain average leaves weights aside. */
-static void square_measured(const struct glossy_place *p, uint32_t c, size_t i)
+static void square_measured(const struct glossy_neighbourhood *p, uint32_t c, size_t i)
 {
     const float off = p->channel[GLOSSY_CHANNELS + c][i] - p->channel[c][i];
     p->between[c][i] = bounded(off * off);
@@ -52,25 +52,25 @@ static void square_measured(const struct glossy_place *p, uint32_t c, size_t i)
 static void square(const struct glossy_variance *s, struct rect wide)
 {
     for (int32_t y = wide.y0; y < wide.y1; y++) {
-        const size_t first = glossy_place_index(s->place, wide.x0, y);
+        const size_t first = glossy_neighbourhood_index(s->around, wide.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(wide); i++)
             for (uint32_t c = 0; c < 3; c++)
                 if (s->filtered)
-                    square_filtered(s->place, c, i);
+                    square_filtered(s->around, c, i);
                 else
-                    square_measured(s->place, c, i);
+                    square_measured(s->around, c, i);
     }
 }
 
 static void store(const struct glossy_variance *s, struct rect rect, float *const variance[3])
 {
     const float left = 1.0f - RATIO * RATIO, factor = 1.0f / (left * left);
-    float *const *from = s->place->between;
+    float *const *from = s->around->between;
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t at = glossy_place_index(s->place, rect.x0, y);
+        const size_t at = glossy_neighbourhood_index(s->around, rect.x0, y);
         const size_t to = patch_pixel(s->patch, rect.x0, y);
         for (size_t i = 0; i < (size_t)rect_width(rect); i++) {
-            if (!s->place->object[at + i]) continue;
+            if (!s->around->object[at + i]) continue;
             for (uint32_t c = 0; c < 3; c++)
                 variance[c][to + i] = from[c][at + i] + factor * fmaxf(from[3 + c][at + i], 0.0f);
         }
@@ -80,7 +80,7 @@ static void store(const struct glossy_variance *s, struct rect rect, float *cons
 void glossy_variance_find(const struct glossy_variance *s, struct rect wide, struct rect rect,
                           float *const variance[3])
 {
-    struct glossy_place *p = s->place;
+    struct glossy_neighbourhood *p = s->around;
     const struct glossy_pass narrower = {.plan = s->plan, .patch = s->patch, .width = RATIO};
     const struct glossy_pass smooth = smoothing(s->plan, s->patch);
     if (s->filtered)

@@ -70,34 +70,35 @@ static void move_row(const float *pixel, size_t count, const float *from, float 
     }
 }
 
-/* A plane of the patch into an array of the place. */
-static void load_plane(const struct indirect *f, const struct indirect_place *place,
+/* A plane of the patch into an array of the neighbourhood. */
+static void load_plane(const struct indirect *f, const struct indirect_neighbourhood *around,
                        const float *plane, float *out)
 {
-    const struct rect r = place->rect;
+    const struct rect r = around->rect;
     for (int32_t y = r.y0; y < r.y1; y++) {
-        const size_t to = indirect_place_index(place, r.x0, y);
-        move_row(place->pixel + to, (size_t)rect_width(r), plane + patch_pixel(f->patch, r.x0, y),
+        const size_t to = indirect_neighbourhood_index(around, r.x0, y);
+        move_row(around->pixel + to, (size_t)rect_width(r), plane + patch_pixel(f->patch, r.x0, y),
                  out + to);
     }
 }
 
-/* Channel c into a spare of the place. */
-static void load(const struct indirect *f, const struct indirect_place *place, uint32_t c,
+/* Channel c into a spare of the neighbourhood. */
+static void load(const struct indirect *f, const struct indirect_neighbourhood *around, uint32_t c,
                  uint32_t spare)
 {
-    load_plane(f, place, channel_of(f, c), indirect_place_spare(place, spare));
+    load_plane(f, around, channel_of(f, c), indirect_neighbourhood_spare(around, spare));
 }
 
-static void store(const struct indirect *f, const struct indirect_place *place, const float *beta)
+static void store(const struct indirect *f, const struct indirect_neighbourhood *around,
+                  const float *beta)
 {
     const size_t count = (size_t)rect_width(f->inner);
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
-        const size_t from = indirect_place_index(place, f->inner.x0, y);
+        const size_t from = indirect_neighbourhood_index(around, f->inner.x0, y);
         const size_t to = patch_pixel(f->patch, f->inner.x0, y);
-        const float *pixel = place->pixel + from;
+        const float *pixel = around->pixel + from;
         for (uint32_t c = 0; c < f->count; c++)
-            move_row(pixel, count, indirect_place_spare(place, c) + from, f->out[c] + to);
+            move_row(pixel, count, indirect_neighbourhood_spare(around, c) + from, f->out[c] + to);
         for (size_t i = 0; f->width_px && i < count; i++)
             f->width_px[to + i] = pixel[i] > 0.0f ? beta[from + i] / pixel[i] : 0.0f;
     }
@@ -106,7 +107,7 @@ static void store(const struct indirect *f, const struct indirect_place *place, 
 /* Rules A and B. Spares: the channels, beta, what is between the passes. */
 static void run_rule(const struct indirect *f, const struct indirect_rule *rule,
                      const struct indirect_kernels *kernels, struct rect rect,
-                     struct indirect_place *place)
+                     struct indirect_neighbourhood *around)
 {
     const uint32_t count = channels_of(f);
     const struct indirect_pass pass = {
@@ -115,18 +116,18 @@ static void run_rule(const struct indirect *f, const struct indirect_rule *rule,
         .reach = indirect_reach_px(rule->most_px),
         .count = count,
     };
-    const struct rect tall = indirect_pass_tall(place, rect, pass.reach);
+    const struct rect tall = indirect_pass_tall(around, rect, pass.reach);
     float *channels[INDIRECT_CHANNELS_MAX], *between[INDIRECT_CHANNELS_MAX];
-    float *beta = indirect_place_spare(place, count);
-    float *counts = f->patch->bounces ? indirect_place_spare(place, count + 1) : NULL;
+    float *beta = indirect_neighbourhood_spare(around, count);
+    float *counts = f->patch->bounces ? indirect_neighbourhood_spare(around, count + 1) : NULL;
     for (uint32_t c = 0; c < count; c++) {
-        channels[c] = indirect_place_spare(place, c);
-        between[c] = indirect_place_spare(place, count + 1 + c);
+        channels[c] = indirect_neighbourhood_spare(around, c);
+        between[c] = indirect_neighbourhood_spare(around, count + 1 + c);
     }
-    if (counts) load_plane(f, place, f->patch->bounces, counts); /* before it is between */
-    indirect_widths(rule, kernels, place, counts, tall, beta);
-    indirect_set_widths(rule, place, tall, beta, 1.0f);
-    indirect_pass_run(&pass, place, rect, (const float *const *)channels, between, channels);
+    if (counts) load_plane(f, around, f->patch->bounces, counts); /* before it is between */
+    indirect_widths(rule, kernels, around, counts, tall, beta);
+    indirect_set_widths(rule, around, tall, beta, 1.0f);
+    indirect_pass_run(&pass, around, rect, (const float *const *)channels, between, channels);
 }
 
 /* Where the filter's own spares end and those of errors begin. */
@@ -139,33 +140,34 @@ static uint32_t filter_spares(const struct indirect *f)
 
 static void run_filter(const struct indirect *f, const struct indirect_rule *rule,
                        const struct indirect_kernels *kernels, struct rect rect,
-                       struct indirect_place *place)
+                       struct indirect_neighbourhood *around)
 {
     float *counts;
     switch (f->plan->indirect_filter) {
     case INDIRECT_FILTER_NONE:
         break;
     case INDIRECT_FILTER_BLEND:
-        counts = f->patch->bounces ? indirect_place_spare(place, filter_spares(f) - 1) : NULL;
-        if (counts) load_plane(f, place, f->patch->bounces, counts);
-        indirect_blend(rule, kernels, place, counts, rect, channels_of(f), f->count);
+        counts =
+            f->patch->bounces ? indirect_neighbourhood_spare(around, filter_spares(f) - 1) : NULL;
+        if (counts) load_plane(f, around, f->patch->bounces, counts);
+        indirect_blend(rule, kernels, around, counts, rect, channels_of(f), f->count);
         break;
     default:
-        run_rule(f, rule, kernels, rect, place);
+        run_rule(f, rule, kernels, rect, around);
         break;
     }
 }
 
 static void run_error(const struct indirect *f, const struct indirect_rule *rule,
                       const struct indirect_kernels *kernels, struct rect wide,
-                      struct indirect_place *place)
+                      struct indirect_neighbourhood *around)
 {
     const uint32_t count = channels_of(f), more = filter_spares(f);
     const bool blend = f->plan->indirect_filter == INDIRECT_FILTER_BLEND;
     struct indirect_variance s = {.plan = f->plan,
                                   .rule = rule,
                                   .kernels = kernels,
-                                  .place = place,
+                                  .around = around,
                                   .mean = 0,
                                   .half = f->count,
                                   .width = count,
@@ -174,14 +176,14 @@ static void run_error(const struct indirect *f, const struct indirect_rule *rule
     for (uint32_t k = 0; k < 6; k++) {
         const uint32_t c = k < 3 ? k : f->count + k - 3;
         s.narrower[k] = blend ? indirect_blend_narrower(count, c) : more + k;
-        if (!blend) load(f, place, c, s.narrower[k]);
+        if (!blend) load(f, around, c, s.narrower[k]);
     }
     indirect_variance_find(&s, wide, f->inner);
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
-        const size_t from = indirect_place_index(place, f->inner.x0, y);
+        const size_t from = indirect_neighbourhood_index(around, f->inner.x0, y);
         const size_t to = patch_pixel(f->patch, f->inner.x0, y);
         for (uint32_t c = 0; c < 3; c++)
-            move_row(place->pixel + from, (size_t)rect_width(f->inner),
+            move_row(around->pixel + from, (size_t)rect_width(f->inner),
                      indirect_variance_of(&s, c) + from, f->error->variance[c] + to);
     }
 }
@@ -189,13 +191,14 @@ static void run_error(const struct indirect *f, const struct indirect_rule *rule
 /* What bounce rays brought to isolated pixels goes through lens samples, which show it as it is.
  * Under a pinhole errors are told, which know of no windows. */
 static void fill_isolated(const struct indirect *f, const struct indirect_rule *rule,
-                          const struct indirect_place *place, uint64_t *isolated)
+                          const struct indirect_neighbourhood *around, uint64_t *isolated)
 {
-    float *const out[3] = {indirect_place_spare(place, 0), indirect_place_spare(place, 1),
-                           indirect_place_spare(place, 2)};
+    float *const out[3] = {indirect_neighbourhood_spare(around, 0),
+                           indirect_neighbourhood_spare(around, 1),
+                           indirect_neighbourhood_spare(around, 2)};
     const bool lens = f->plan->lens_light != LENS_LIGHT_OWN;
     if (!lens || f->error || f->count < 3 || f->patch->bounces) return;
-    *isolated += indirect_isolated_fill(f->plan, f->patch, place, f->inner,
+    *isolated += indirect_isolated_fill(f->plan, f->patch, around, f->inner,
                                         (int32_t)(LONE_REACH * rule->most_px), f->in, out);
 }
 
@@ -207,16 +210,16 @@ static int run(const struct indirect *f, uint64_t *isolated)
     const int32_t beyond = f->error ? indirect_variance_reach(&rule) : 0;
     const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
     const struct rect wide = rect_intersect(rect_grow(f->inner, beyond), seen);
-    struct indirect_place place;
+    struct indirect_neighbourhood around;
     const uint32_t spares = filter_spares(f) + (f->error ? 6 + INDIRECT_VARIANCE_SPARES : 0);
-    const int error = indirect_place_create(f->plan, f->patch, seen, halo, spares, &place);
+    const int error = indirect_neighbourhood_create(f->plan, f->patch, seen, halo, spares, &around);
     if (error) return error;
-    for (uint32_t c = 0; c < channels_of(f); c++) load(f, &place, c, c);
-    run_filter(f, &rule, kernels, wide, &place);
-    fill_isolated(f, &rule, &place, isolated);
-    store(f, &place, indirect_place_spare(&place, channels_of(f)));
-    if (f->error) run_error(f, &rule, kernels, wide, &place);
-    indirect_place_fini(&place);
+    for (uint32_t c = 0; c < channels_of(f); c++) load(f, &around, c, c);
+    run_filter(f, &rule, kernels, wide, &around);
+    fill_isolated(f, &rule, &around, isolated);
+    store(f, &around, indirect_neighbourhood_spare(&around, channels_of(f)));
+    if (f->error) run_error(f, &rule, kernels, wide, &around);
+    indirect_neighbourhood_fini(&around);
     return 0;
 }
 

@@ -106,7 +106,7 @@ struct adaptive {
     const struct plan *plan;
     struct rect inner;
     const struct patch *patch;
-    struct indirect_place *place;
+    struct indirect_neighbourhood *around;
     const float *alpha; /* of lobes, in the patch; NULL: of Lambert receivers */
     float near_px;
 };
@@ -115,13 +115,13 @@ struct adaptive {
  * in a crack, whose rays all end at once, must not make others look as if all were near. */
 static void load_far(const struct adaptive *a)
 {
-    const struct rect all = a->place->rect;
+    const struct rect all = a->around->rect;
     const struct patch *patch = a->patch;
     for (int32_t y = all.y0; y < all.y1; y++) {
-        const size_t to = indirect_place_index(a->place, all.x0, y);
+        const size_t to = indirect_neighbourhood_index(a->around, all.x0, y);
         const float *far = patch->reflector_far + patch_pixel(patch, all.x0, y);
-        const float *near = a->place->nearness + to;
-        float *out = indirect_place_spare(a->place, 0) + to;
+        const float *near = a->around->nearness + to;
+        float *out = indirect_neighbourhood_spare(a->around, 0) + to;
         for (size_t i = 0; i < (size_t)rect_width(all); i++)
             out[i] = near[i] > 0.0f ? far[i] : 0.0f;
     }
@@ -143,10 +143,11 @@ static void find_row(const struct adaptive *a, const struct indirect_kernels *ke
                      uint8_t *sides)
 {
     const struct indirect_run run =
-        indirect_place_run(a->place, a->inner, y, false, INDIRECT_NEAR_PX);
-    float *near = indirect_place_spare(a->place, 1), *far = indirect_place_spare(a->place, 2);
-    kernels->nearness(&a->place->field, &run, a->place->nearness, near);
-    kernels->nearness(&a->place->field, &run, indirect_place_spare(a->place, 0), far);
+        indirect_neighbourhood_run(a->around, a->inner, y, false, INDIRECT_NEAR_PX);
+    float *near = indirect_neighbourhood_spare(a->around, 1),
+          *far = indirect_neighbourhood_spare(a->around, 2);
+    kernels->nearness(&a->around->field, &run, a->around->nearness, near);
+    kernels->nearness(&a->around->field, &run, indirect_neighbourhood_spare(a->around, 0), far);
     const size_t from = patch_pixel(a->patch, a->inner.x0, y);
     struct indirect_bandlimit band = indirect_bandlimit_lambert();
     float of = -1.0f; /* whose band it is: runs of equal ones are common */
@@ -154,32 +155,33 @@ static void find_row(const struct adaptive *a, const struct indirect_kernels *ke
         if (a->alpha && a->alpha[from + i] != of)
             band = indirect_bandlimit_facets(of = a->alpha[from + i]);
         sides[i] = (uint8_t)side_of(a, &band, near[run.first + i], far[run.first + i],
-                                    a->place->pixel[run.first + i]);
+                                    a->around->pixel[run.first + i]);
     }
 }
 
 static int find(const struct plan *plan, const struct patch *patch, const float *alpha,
                 struct rect inner, uint8_t *sides)
 {
-    struct indirect_place place;
+    struct indirect_neighbourhood around;
     const struct rect common = rect_intersect(inner, patch->rect);
     const bool has =
         patch->depth && patch->normal[0] && patch->id && patch->reflector && patch->reflector_far;
     if (!has || rect_is_empty(inner) || rect_area(common) != rect_area(inner)) return ERR_RANGE;
     const struct rect seen = rect_intersect(rect_grow(inner, INDIRECT_NEAR_PX), patch->rect);
-    const int error = indirect_place_create(plan, patch, seen, INDIRECT_NEAR_PX, 3, &place);
+    const int error =
+        indirect_neighbourhood_create(plan, patch, seen, INDIRECT_NEAR_PX, 3, &around);
     if (error) return error;
     const float lines = (float)plan->height_px / INDIRECT_ADAPTIVE_LINES;
     const struct adaptive a = {.plan = plan,
                                .inner = inner,
                                .patch = patch,
-                               .place = &place,
+                               .around = &around,
                                .alpha = alpha,
                                .near_px = INDIRECT_ADAPTIVE_NEAR_PX * lines};
     load_far(&a);
     for (int32_t y = inner.y0; y < inner.y1; y++, sides += rect_width(inner))
         find_row(&a, KERNELS_BEST(indirect_kernels), y, sides);
-    indirect_place_fini(&place);
+    indirect_neighbourhood_fini(&around);
     return 0;
 }
 

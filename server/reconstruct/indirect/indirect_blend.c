@@ -19,7 +19,7 @@
 struct blend {
     const struct indirect_rule *rule;
     const struct indirect_kernels *kernels;
-    struct indirect_place *place;
+    struct indirect_neighbourhood *around;
     const float *counts; /* of samples; NULL: the plan's */
     uint32_t count, voters;
     float *channels[INDIRECT_CHANNELS_MAX]; /* what was measured; the result */
@@ -48,15 +48,16 @@ uint32_t indirect_blend_narrower(uint32_t count, uint32_t c)
 static void carve(struct blend *b)
 {
     uint32_t next = 0;
-    for (uint32_t c = 0; c < b->count; c++) b->channels[c] = indirect_place_spare(b->place, next++);
-    b->width = indirect_place_spare(b->place, next++);
-    b->beta = indirect_place_spare(b->place, next++);
+    for (uint32_t c = 0; c < b->count; c++)
+        b->channels[c] = indirect_neighbourhood_spare(b->around, next++);
+    b->width = indirect_neighbourhood_spare(b->around, next++);
+    b->beta = indirect_neighbourhood_spare(b->around, next++);
     for (uint32_t c = 0; c < between_count(b->count); c++)
-        b->between[c] = indirect_place_spare(b->place, next++);
+        b->between[c] = indirect_neighbourhood_spare(b->around, next++);
     for (uint32_t k = 0; k < LEVELS; k++) {
         for (uint32_t c = 0; c < b->count; c++)
-            b->level[k][c] = indirect_place_spare(b->place, next++);
-        b->square[k] = indirect_place_spare(b->place, next++);
+            b->level[k][c] = indirect_neighbourhood_spare(b->around, next++);
+        b->square[k] = indirect_neighbourhood_spare(b->around, next++);
     }
 }
 
@@ -67,9 +68,9 @@ static void filter_level(const struct blend *b, uint32_t k, float scale, struct 
                                        .lines = true,
                                        .reach = indirect_reach_px(b->rule->most_px),
                                        .count = b->count};
-    const struct rect tall = indirect_pass_tall(b->place, rect, pass.reach);
-    indirect_set_widths(b->rule, b->place, tall, b->beta, scale);
-    indirect_pass_run(&pass, b->place, rect, (const float *const *)b->channels, b->between,
+    const struct rect tall = indirect_pass_tall(b->around, rect, pass.reach);
+    indirect_set_widths(b->rule, b->around, tall, b->beta, scale);
+    indirect_pass_run(&pass, b->around, rect, (const float *const *)b->channels, b->between,
                       b->level[k]);
 }
 
@@ -78,14 +79,14 @@ static void filter_noise(const struct blend *b, struct rect rect, float *const o
 {
     const struct indirect_pass pass = {
         .kernels = b->kernels, .reach = NOISE_REACH_PX, .count = b->count};
-    const struct rect tall = indirect_pass_tall(b->place, rect, pass.reach);
+    const struct rect tall = indirect_pass_tall(b->around, rect, pass.reach);
     for (int32_t y = tall.y0; y < tall.y1; y++) {
-        const size_t first = indirect_place_index(b->place, tall.x0, y);
+        const size_t first = indirect_neighbourhood_index(b->around, tall.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(tall); i++)
-            b->width[i] = NOISE_SIGMA_PX * b->place->pixel[i];
+            b->width[i] = NOISE_SIGMA_PX * b->around->pixel[i];
     }
-    indirect_set_widths(b->rule, b->place, tall, b->width, 1.0f);
-    indirect_pass_run(&pass, b->place, rect, (const float *const *)b->channels, b->between, out);
+    indirect_set_widths(b->rule, b->around, tall, b->width, 1.0f);
+    indirect_pass_run(&pass, b->around, rect, (const float *const *)b->channels, b->between, out);
 }
 
 /* out = the squared difference of two levels over `rect`, relative to F_0. */
@@ -93,7 +94,7 @@ static void square_difference(const struct blend *b, struct rect rect, float *co
                               float *const other[], float *out)
 {
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t first = indirect_place_index(b->place, rect.x0, y);
+        const size_t first = indirect_neighbourhood_index(b->around, rect.x0, y);
         const size_t end = first + (size_t)rect_width(rect);
         for (size_t i = first; i < end; i++) out[i] = 0.0f;
         for (uint32_t c = 0; c < b->voters; c++) {
@@ -112,8 +113,8 @@ static void filter_levels(const struct blend *b, struct rect rect)
 {
     float scale = 1.0f;
     const int32_t reach = indirect_reach_px(b->rule->most_px);
-    indirect_widths(b->rule, b->kernels, b->place, b->counts,
-                    indirect_pass_tall(b->place, rect, reach), b->beta);
+    indirect_widths(b->rule, b->kernels, b->around, b->counts,
+                    indirect_pass_tall(b->around, rect, reach), b->beta);
     filter_level(b, 0, scale, rect);
     filter_noise(b, rect, b->level[1]);
     square_difference(b, rect, b->channels, b->level[1], b->square[0]);
@@ -130,18 +131,18 @@ static void smooth(const struct blend *b, struct rect rect)
     const struct indirect_pass pass = {.kernels = b->kernels,
                                        .reach = indirect_reach_px(b->rule->smooth_most_px),
                                        .count = LEVELS};
-    const struct rect tall = indirect_pass_tall(b->place, rect, pass.reach);
+    const struct rect tall = indirect_pass_tall(b->around, rect, pass.reach);
     for (int32_t y = tall.y0; y < tall.y1; y++) {
-        const size_t first = indirect_place_index(b->place, tall.x0, y);
+        const size_t first = indirect_neighbourhood_index(b->around, tall.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(tall); i++) {
-            const float pixel = b->place->pixel[i];
+            const float pixel = b->around->pixel[i];
             const float least = b->rule->smooth_least_px * pixel;
             const float most = b->rule->smooth_most_px * pixel;
             b->width[i] = fminf(fmaxf(b->beta[i], least), most);
         }
     }
-    indirect_set_widths(b->rule, b->place, tall, b->width, 1.0f);
-    indirect_pass_run(&pass, b->place, rect, (const float *const *)b->square, b->between,
+    indirect_set_widths(b->rule, b->around, tall, b->width, 1.0f);
+    indirect_pass_run(&pass, b->around, rect, (const float *const *)b->square, b->between,
                       b->square);
 }
 
@@ -166,7 +167,7 @@ static struct steps steps_of(float ratio)
 static void mix_pixel(const struct blend *b, const struct steps *steps, size_t i)
 {
     float beta = b->beta[i] * steps->finest, width = beta;
-    float sigma = beta / b->place->pixel[i]; /* not 0: measured */
+    float sigma = beta / b->around->pixel[i]; /* not 0: measured */
     float noise = b->square[0][i] / (NOISE_TAKEN * fmaxf(FOUR_PI * sigma * sigma, 1.0f));
     float out[INDIRECT_CHANNELS_MAX], narrow[INDIRECT_CHANNELS_MAX];
     for (uint32_t c = 0; c < b->count; c++) out[c] = narrow[c] = b->level[LEVELS - 1][c][i];
@@ -191,24 +192,24 @@ static void mix_pixel(const struct blend *b, const struct steps *steps, size_t i
 }
 
 void indirect_blend(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                    struct indirect_place *place, const float *counts, struct rect rect,
+                    struct indirect_neighbourhood *around, const float *counts, struct rect rect,
                     uint32_t count, uint32_t voters)
 {
     struct blend b = {.rule = rule,
                       .kernels = kernels,
-                      .place = place,
+                      .around = around,
                       .counts = counts,
                       .count = count,
                       .voters = voters};
     const int32_t reach = indirect_reach_px(rule->smooth_most_px);
-    const struct rect wide = rect_intersect(rect_grow(rect, reach), place->rect);
+    const struct rect wide = rect_intersect(rect_grow(rect, reach), around->rect);
     const struct steps steps = steps_of(rule->ratio);
     carve(&b);
     filter_levels(&b, wide);
     smooth(&b, rect);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t first = indirect_place_index(place, rect.x0, y);
+        const size_t first = indirect_neighbourhood_index(around, rect.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
-            if (place->pixel[i] > 0.0f) mix_pixel(&b, &steps, i);
+            if (around->pixel[i] > 0.0f) mix_pixel(&b, &steps, i);
     }
 }

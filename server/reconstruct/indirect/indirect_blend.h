@@ -34,8 +34,8 @@
  * seventh to a quarter more error. */
 #include "server/reconstruct/indirect/indirect_pass.h"
 
-/* Spare arrays of a place that blends `count` channels: the first `count` hold them and become the
- * result, the next one becomes its width in scene units. */
+/* Spare arrays of a neighbourhood that blends `count` channels: the first `count` hold them and
+ * become the result, the next one becomes its width in scene units. */
 uint32_t indirect_blend_spares(uint32_t count);
 
 /* The spare that then holds channel c blended in the same way of the next narrower levels, with
@@ -43,7 +43,7 @@ uint32_t indirect_blend_spares(uint32_t count);
 uint32_t indirect_blend_narrower(uint32_t count, uint32_t c);
 
 /* Blends `count` channels, as the differences of the first `voters` of them say, over `rect`, of a
- * place that reaches indirect_halo_px around it. `counts` as in indirect_widths. */
+ * neighbourhood that reaches indirect_halo_px around it. `counts` as in indirect_widths. */
 void indirect_blend(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                    struct indirect_place *place, const float *counts, struct rect rect,
+                    struct indirect_neighbourhood *around, const float *counts, struct rect rect,
                     uint32_t count, uint32_t voters);

@@ -17,7 +17,7 @@ static int32_t rounded(int32_t count)
     return (count + INDIRECT_LANES - 1) / INDIRECT_LANES * INDIRECT_LANES;
 }
 
-static int carve(struct indirect_place *p, int32_t reach, uint32_t spares)
+static int carve(struct indirect_neighbourhood *p, int32_t reach, uint32_t spares)
 {
     const int32_t room = rounded(reach);
     p->field.stride = rounded(room + rect_width(p->rect) + INDIRECT_LANES + room);
@@ -38,9 +38,9 @@ static int carve(struct indirect_place *p, int32_t reach, uint32_t spares)
 }
 
 static void load_row(const struct surface_view *view, float far, const struct patch *patch,
-                     int32_t y, struct indirect_place *p)
+                     int32_t y, struct indirect_neighbourhood *p)
 {
-    const size_t to = indirect_place_index(p, p->rect.x0, y);
+    const size_t to = indirect_neighbourhood_index(p, p->rect.x0, y);
     const size_t from = patch_pixel(patch, p->rect.x0, y);
     const size_t count = (size_t)rect_width(p->rect);
     surface_points(view, p->rect.x0, y, (uint32_t)count, patch->depth + from, p->point[0] + to,
@@ -66,11 +66,12 @@ static void load_row(const struct surface_view *view, float far, const struct pa
     }
 }
 
-int indirect_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                          int32_t reach, uint32_t spares, struct indirect_place *out)
+int indirect_neighbourhood_create(const struct plan *plan, const struct patch *patch,
+                                  struct rect rect, int32_t reach, uint32_t spares,
+                                  struct indirect_neighbourhood *out)
 {
     struct surface_view view;
-    *out = (struct indirect_place){.rect = rect, .scratch = patch->scratch};
+    *out = (struct indirect_neighbourhood){.rect = rect, .scratch = patch->scratch};
     const int error = carve(out, reach, spares);
     if (error) return error;
     for (int k = 0; k < 3; k++) {
@@ -86,20 +87,21 @@ int indirect_place_create(const struct plan *plan, const struct patch *patch, st
     return 0;
 }
 
-void indirect_place_fini(struct indirect_place *place)
+void indirect_neighbourhood_fini(struct indirect_neighbourhood *around)
 {
-    scratch_give(place->scratch, place->memory);
-    *place = (struct indirect_place){0};
+    scratch_give(around->scratch, around->memory);
+    *around = (struct indirect_neighbourhood){0};
 }
 
-struct indirect_run indirect_place_run(const struct indirect_place *place, struct rect rect,
-                                       int32_t y, bool along_x, int32_t reach)
+struct indirect_run indirect_neighbourhood_run(const struct indirect_neighbourhood *around,
+                                               struct rect rect, int32_t y, bool along_x,
+                                               int32_t reach)
 {
-    const int32_t above = y - place->rect.y0, below = place->rect.y1 - 1 - y;
+    const int32_t above = y - around->rect.y0, below = around->rect.y1 - 1 - y;
     return (struct indirect_run){
-        .first = indirect_place_index(place, rect.x0, y),
+        .first = indirect_neighbourhood_index(around, rect.x0, y),
         .count = (uint32_t)rounded(rect_width(rect)),
-        .step = along_x ? 1 : place->field.stride,
+        .step = along_x ? 1 : around->field.stride,
         .before = along_x || above > reach ? reach : above,
         .after = along_x || below > reach ? reach : below,
     };

@@ -4,7 +4,7 @@
 #include "server/reconstruct/indirect/indirect_kernels.h"
 #include "server/reconstruct/patch/patch.h"
 
-struct indirect_place {
+struct indirect_neighbourhood {
     struct rect rect;            /* in image pixels: what the field knows */
     struct indirect_field field; /* its arrays are those below */
     float *point[3], *normal[3];
@@ -14,29 +14,33 @@ struct indirect_place {
     float *nearness;         /* 1 / z of the nearest reflector; 0: none, or nothing was measured */
     size_t area;             /* numbers of an array */
     size_t origin;           /* where the rect's first pixel lies in it */
-    float *spare;            /* more such arrays, zeroed: indirect_place_spare */
+    float *spare;            /* more such arrays, zeroed: indirect_neighbourhood_spare */
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
 };
 
 /* All of `rect`, which lies in the patch's, room for runs that look `reach` pixels beyond it, and
  * `spares` arrays besides. ERR_MEMORY. */
-int indirect_place_create(const struct plan *plan, const struct patch *patch, struct rect rect,
-                          int32_t reach, uint32_t spares, struct indirect_place *out);
-void indirect_place_fini(struct indirect_place *place);
+int indirect_neighbourhood_create(const struct plan *plan, const struct patch *patch,
+                                  struct rect rect, int32_t reach, uint32_t spares,
+                                  struct indirect_neighbourhood *out);
+void indirect_neighbourhood_fini(struct indirect_neighbourhood *around);
 
-static inline float *indirect_place_spare(const struct indirect_place *place, uint32_t k)
+static inline float *indirect_neighbourhood_spare(const struct indirect_neighbourhood *around,
+                                                  uint32_t k)
 {
-    return place->spare + (size_t)k * place->area;
+    return around->spare + (size_t)k * around->area;
 }
 
-static inline size_t indirect_place_index(const struct indirect_place *place, int32_t x, int32_t y)
+static inline size_t indirect_neighbourhood_index(const struct indirect_neighbourhood *around,
+                                                  int32_t x, int32_t y)
 {
-    return place->origin + (size_t)(y - place->rect.y0) * (size_t)place->field.stride +
-           (size_t)(x - place->rect.x0);
+    return around->origin + (size_t)(y - around->rect.y0) * (size_t)around->field.stride +
+           (size_t)(x - around->rect.x0);
 }
 
 /* The runs of a row of `rect` from its first pixel on, along x or with `before` and `after` rows at
  * most `reach` away along y. They may pass the row's end by INDIRECT_LANES - 1 pixels. */
-struct indirect_run indirect_place_run(const struct indirect_place *place, struct rect rect,
-                                       int32_t y, bool along_x, int32_t reach);
+struct indirect_run indirect_neighbourhood_run(const struct indirect_neighbourhood *around,
+                                               struct rect rect, int32_t y, bool along_x,
+                                               int32_t reach);

@@ -8,7 +8,7 @@
 
 struct window {
     const struct patch *patch;
-    const struct indirect_place *place;
+    const struct indirect_neighbourhood *around;
     const float *const *in;
     int32_t reach;
     float rays; /* of a pixel */
@@ -19,7 +19,7 @@ struct relation {
     float cosine, off;
 };
 
-static struct relation relate(const struct indirect_place *f, size_t p, size_t q)
+static struct relation relate(const struct indirect_neighbourhood *f, size_t p, size_t q)
 {
     struct relation r = {0};
     for (int k = 0; k < 3; k++) {
@@ -31,13 +31,13 @@ static struct relation relate(const struct indirect_place *f, size_t p, size_t q
     return r;
 }
 
-static bool is_alike(const struct indirect_place *f, size_t p, struct relation r)
+static bool is_alike(const struct indirect_neighbourhood *f, size_t p, struct relation r)
 {
     return r.cosine >= INDIRECT_COS && r.off <= f->field.off[p];
 }
 
-static bool is_isolated(const struct indirect_place *f, size_t p, bool left, bool right, bool above,
-                        bool below)
+static bool is_isolated(const struct indirect_neighbourhood *f, size_t p, bool left, bool right,
+                        bool above, bool below)
 {
     const size_t at[4] = {p - 1, p + 1, p - (size_t)f->field.stride, p + (size_t)f->field.stride};
     const bool there[4] = {left, right, above, below};
@@ -55,7 +55,7 @@ struct sums {
 static void add(const struct window *w, size_t p, size_t q, size_t from, float weight,
                 struct sums *sums)
 {
-    const struct indirect_place *f = w->place;
+    const struct indirect_neighbourhood *f = w->around;
     const struct relation r = relate(f, p, q);
     const int other = !is_alike(f, p, r);
     if (other) {
@@ -70,15 +70,15 @@ static void add(const struct window *w, size_t p, size_t q, size_t from, float w
 
 static void fill(const struct window *w, int32_t x, int32_t y, float *const *out)
 {
-    const struct indirect_place *f = w->place;
-    const struct rect around =
+    const struct indirect_neighbourhood *f = w->around;
+    const struct rect window =
         rect_intersect(rect_grow((struct rect){x, y, x + 1, y + 1}, w->reach), f->rect);
-    const size_t p = indirect_place_index(f, x, y);
+    const size_t p = indirect_neighbourhood_index(f, x, y);
     const float square = (float)((w->reach + 1) * (w->reach + 1));
     struct sums s = {.rays = {0}};
-    for (int32_t v = around.y0; v < around.y1; v++)
-        for (int32_t u = around.x0; u < around.x1; u++) {
-            const size_t q = indirect_place_index(f, u, v);
+    for (int32_t v = window.y0; v < window.y1; v++)
+        for (int32_t u = window.x0; u < window.x1; u++) {
+            const size_t q = indirect_neighbourhood_index(f, u, v);
             const float weight = 1.0f - (float)((u - x) * (u - x) + (v - y) * (v - y)) / square;
             if (weight > 0.0f && f->pixel[q] > 0.0f)
                 add(w, p, q, patch_pixel(w->patch, u, v), weight, &s);
@@ -91,18 +91,18 @@ static void fill(const struct window *w, int32_t x, int32_t y, float *const *out
 }
 
 uint64_t indirect_isolated_fill(const struct plan *plan, const struct patch *patch,
-                                const struct indirect_place *place, struct rect inner,
+                                const struct indirect_neighbourhood *around, struct rect inner,
                                 int32_t reach, const float *const *in, float *const *out)
 {
     const uint32_t l = plan->indirect_strata_per_axis;
-    const struct window w = {patch, place, in, reach, (float)(l * l)};
-    const struct rect r = place->rect;
+    const struct window w = {patch, around, in, reach, (float)(l * l)};
+    const struct rect r = around->rect;
     uint64_t isolated = 0;
     for (int32_t y = inner.y0; y < inner.y1; y++)
         for (int32_t x = inner.x0; x < inner.x1; x++) {
-            const size_t p = indirect_place_index(place, x, y);
-            if (!(place->pixel[p] > 0.0f) ||
-                !is_isolated(place, p, x > r.x0, x + 1 < r.x1, y > r.y0, y + 1 < r.y1))
+            const size_t p = indirect_neighbourhood_index(around, x, y);
+            if (!(around->pixel[p] > 0.0f) ||
+                !is_isolated(around, p, x > r.x0, x + 1 < r.x1, y > r.y0, y + 1 < r.y1))
                 continue;
             fill(&w, x, y, out);
             isolated++;

@@ -14,8 +14,8 @@
 #define INDIRECT_ISOLATED_RAYS 1000.0f
 
 /* Of the pixels of `inner`, whose widths and reach are the field's: out[c] of isolated ones becomes
- * such a mean of in[c], an array of the patch; c < 3. `out` are arrays of the place, which knows
- * all up to `reach` pixels around. Returns how many were isolated. */
+ * such a mean of in[c], an array of the patch; c < 3. `out` are arrays of the neighbourhood, which
+ * knows all up to `reach` pixels around. Returns how many were isolated. */
 uint64_t indirect_isolated_fill(const struct plan *plan, const struct patch *patch,
-                                const struct indirect_place *place, struct rect inner,
+                                const struct indirect_neighbourhood *around, struct rect inner,
                                 int32_t reach, const float *const *in, float *const *out);

@@ -11,10 +11,11 @@ struct indirect_pass {
 };
 
 /* The rows that a filter's pass along x must have covered before the one along y covers `rect`. */
-struct rect indirect_pass_tall(const struct indirect_place *place, struct rect rect, int32_t reach);
+struct rect indirect_pass_tall(const struct indirect_neighbourhood *around, struct rect rect,
+                               int32_t reach);
 
-/* Filters arrays of the place over `rect`. The field's widths must be set in indirect_pass_tall.
- * `between` is overwritten; `out` may be `in`. */
-void indirect_pass_run(const struct indirect_pass *pass, const struct indirect_place *place,
-                       struct rect rect, const float *const *in, float *const *between,
-                       float *const *out);
+/* Filters arrays of the neighbourhood over `rect`. The field's widths must be set in
+ * indirect_pass_tall. `between` is overwritten; `out` may be `in`. */
+void indirect_pass_run(const struct indirect_pass *pass,
+                       const struct indirect_neighbourhood *around, struct rect rect,
+                       const float *const *in, float *const *between, float *const *out);

@@ -10,7 +10,7 @@ int32_t indirect_variance_reach(const struct indirect_rule *rule)
 
 static float *spare(const struct indirect_variance *s, uint32_t k)
 {
-    return indirect_place_spare(s->place, s->own + k);
+    return indirect_neighbourhood_spare(s->around, s->own + k);
 }
 
 /* Whether F is one width a pixel, and F' is still to be found. */
@@ -27,27 +27,27 @@ static void filter_narrower(const struct indirect_variance *s, struct rect wide)
                                        .lines = s->plan->indirect_filter == INDIRECT_FILTER_LINEAR,
                                        .reach = indirect_reach_px(s->rule->most_px),
                                        .count = 6};
-    const struct rect tall = indirect_pass_tall(s->place, wide, pass.reach);
+    const struct rect tall = indirect_pass_tall(s->around, wide, pass.reach);
     float *channels[6], *between[6];
     for (uint32_t k = 0; k < 6; k++) {
-        channels[k] = indirect_place_spare(s->place, s->narrower[k]);
+        channels[k] = indirect_neighbourhood_spare(s->around, s->narrower[k]);
         between[k] = spare(s, 6 + k);
     }
-    indirect_set_widths(s->rule, s->place, tall, indirect_place_spare(s->place, s->width),
+    indirect_set_widths(s->rule, s->around, tall, indirect_neighbourhood_spare(s->around, s->width),
                         s->ratio);
-    indirect_pass_run(&pass, s->place, wide, (const float *const *)channels, between, channels);
+    indirect_pass_run(&pass, s->around, wide, (const float *const *)channels, between, channels);
 }
 
 /* Of channel c: noise, and what F and F' differ by beyond their noise, both squared. */
 static void square(const struct indirect_variance *s, uint32_t c, struct rect wide)
 {
-    const float *mean = indirect_place_spare(s->place, s->mean + c);
-    const float *half = indirect_place_spare(s->place, s->half + c);
-    const float *narrow_mean = indirect_place_spare(s->place, s->narrower[c]);
-    const float *narrow_half = indirect_place_spare(s->place, s->narrower[3 + c]);
+    const float *mean = indirect_neighbourhood_spare(s->around, s->mean + c);
+    const float *half = indirect_neighbourhood_spare(s->around, s->half + c);
+    const float *narrow_mean = indirect_neighbourhood_spare(s->around, s->narrower[c]);
+    const float *narrow_half = indirect_neighbourhood_spare(s->around, s->narrower[3 + c]);
     float *noise = spare(s, c), *bias = spare(s, 3 + c);
     for (int32_t y = wide.y0; y < wide.y1; y++) {
-        const size_t first = indirect_place_index(s->place, wide.x0, y);
+        const size_t first = indirect_neighbourhood_index(s->around, wide.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(wide); i++) {
             const float off = half[i] - mean[i];
             const float narrow_off = narrow_half[i] - narrow_mean[i];
@@ -62,24 +62,24 @@ static void smooth(const struct indirect_variance *s, struct rect rect)
 {
     const struct indirect_pass pass = {
         .kernels = s->kernels, .reach = indirect_variance_reach(s->rule), .count = 6};
-    const struct rect tall = indirect_pass_tall(s->place, rect, pass.reach);
-    const float *beta = indirect_place_spare(s->place, s->width);
+    const struct rect tall = indirect_pass_tall(s->around, rect, pass.reach);
+    const float *beta = indirect_neighbourhood_spare(s->around, s->width);
     float *squares[6], *between[6], *width = spare(s, 12);
     for (uint32_t k = 0; k < 6; k++) {
         squares[k] = spare(s, k);
         between[k] = spare(s, 6 + k);
     }
     for (int32_t y = tall.y0; y < tall.y1; y++) {
-        const size_t first = indirect_place_index(s->place, tall.x0, y);
+        const size_t first = indirect_neighbourhood_index(s->around, tall.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(tall); i++) {
-            const float pixel = s->place->pixel[i];
+            const float pixel = s->around->pixel[i];
             const float least = s->rule->smooth_least_px * pixel;
             const float most = s->rule->smooth_most_px * pixel;
             width[i] = fminf(fmaxf(beta[i], least), most);
         }
     }
-    indirect_set_widths(s->rule, s->place, tall, width, 1.0f);
-    indirect_pass_run(&pass, s->place, rect, (const float *const *)squares, between, squares);
+    indirect_set_widths(s->rule, s->around, tall, width, 1.0f);
+    indirect_pass_run(&pass, s->around, rect, (const float *const *)squares, between, squares);
 }
 
 void indirect_variance_find(const struct indirect_variance *s, struct rect wide, struct rect rect)
@@ -91,7 +91,7 @@ void indirect_variance_find(const struct indirect_variance *s, struct rect wide,
     for (uint32_t c = 0; c < 3; c++) {
         float *noise = spare(s, c), *bias = spare(s, 3 + c);
         for (int32_t y = rect.y0; y < rect.y1; y++) {
-            const size_t first = indirect_place_index(s->place, rect.x0, y);
+            const size_t first = indirect_neighbourhood_index(s->around, rect.x0, y);
             for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
                 noise[i] = fmaxf(noise[i], 0.0f) + factor * fmaxf(bias[i], 0.0f);
         }

@@ -9,12 +9,12 @@
  * mean over the surface around. */
 #include "server/reconstruct/indirect/indirect_pass.h"
 
-/* Squares to find: in spares of the place. */
+/* Squares to find: in spares of the neighbourhood. */
 struct indirect_variance {
     const struct plan *plan;
     const struct indirect_rule *rule;
     const struct indirect_kernels *kernels;
-    struct indirect_place *place;
+    struct indirect_neighbourhood *around;
     uint32_t mean, half;  /* F of three channels, and of their halves */
     uint32_t width;       /* of F, in scene units */
     float ratio;          /* r < 1 */
@@ -28,11 +28,12 @@ struct indirect_variance {
 /* Pixels around `rect` that F must be known for. */
 int32_t indirect_variance_reach(const struct indirect_rule *rule);
 
-/* Finds the variances over `rect`, from F over `wide`. Widths of the place are overwritten. */
+/* Finds the variances over `rect`, from F over `wide`. Widths of the neighbourhood are overwritten.
+ */
 void indirect_variance_find(const struct indirect_variance *s, struct rect wide, struct rect rect);
 
 /* The result: of channel c < 3. */
 static inline const float *indirect_variance_of(const struct indirect_variance *s, uint32_t c)
 {
-    return indirect_place_spare(s->place, s->own + c);
+    return indirect_neighbourhood_spare(s->around, s->own + c);
 }

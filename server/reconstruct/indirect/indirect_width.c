@@ -138,17 +138,18 @@ static void vary_rule(const struct indirect_rule *rule, float count, float *band
 }
 
 void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                     const struct indirect_place *place, const float *counts, struct rect rect,
-                     float *beta)
+                     const struct indirect_neighbourhood *around, const float *counts,
+                     struct rect rect, float *beta)
 {
     const bool vary = counts && rule->samples > 0.0f;
     float bandwidth = rule->bandwidth, most = rule->most_px,
           of = rule->samples; /* of pixels before */
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const struct indirect_run run = indirect_place_run(place, rect, y, false, INDIRECT_NEAR_PX);
-        const float *pixel = place->pixel + run.first;
+        const struct indirect_run run =
+            indirect_neighbourhood_run(around, rect, y, false, INDIRECT_NEAR_PX);
+        const float *pixel = around->pixel + run.first;
         float *out = beta + run.first;
-        kernels->nearness(&place->field, &run, place->nearness, beta);
+        kernels->nearness(&around->field, &run, around->nearness, beta);
         for (uint32_t i = 0; i < run.count; i++) {
             const float met = out[i] > 0.0f ? BANDLIMIT / out[i] : FAR;
             const float least = BANDLIMIT * rule->near_px * pixel[i];
@@ -160,13 +161,13 @@ void indirect_widths(const struct indirect_rule *rule, const struct indirect_ker
     }
 }
 
-void indirect_set_widths(const struct indirect_rule *rule, struct indirect_place *place,
+void indirect_set_widths(const struct indirect_rule *rule, struct indirect_neighbourhood *around,
                          struct rect rect, const float *beta, float scale)
 {
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t first = indirect_place_index(place, rect.x0, y);
-        const float *pixel = place->pixel + first, *width = beta + first;
-        float *falloff = place->falloff + first, *off = place->off + first;
+        const size_t first = indirect_neighbourhood_index(around, rect.x0, y);
+        const float *pixel = around->pixel + first, *width = beta + first;
+        float *falloff = around->falloff + first, *off = around->off + first;
         for (size_t i = 0; i < (size_t)rect_width(rect); i++) {
             const float b = width[i] * scale, inverse = b > 0.0f ? 0.5f / b / b : 0.0f;
             falloff[i] = inverse < FALLOFF_MOST ? inverse : FALLOFF_MOST;

@@ -39,11 +39,11 @@ float indirect_root(float ratio, int degree);
 int32_t indirect_reach_px(float most_px);
 
 /* beta in scene units of the field's pixels in `rect`; 0: nothing was measured. `counts`, an array
- * of the place, says how many samples each pixel has; NULL: as many as the plan says. */
+ * of the neighbourhood, says how many samples each pixel has; NULL: as many as the plan says. */
 void indirect_widths(const struct indirect_rule *rule, const struct indirect_kernels *kernels,
-                     const struct indirect_place *place, const float *counts, struct rect rect,
-                     float *beta);
+                     const struct indirect_neighbourhood *around, const float *counts,
+                     struct rect rect, float *beta);
 
 /* Sets the field's widths in `rect` to clamp(beta, least_px, most_px) * scale. */
-void indirect_set_widths(const struct indirect_rule *rule, struct indirect_place *place,
+void indirect_set_widths(const struct indirect_rule *rule, struct indirect_neighbourhood *around,
                          struct rect rect, const float *beta, float scale);

@@ -14,7 +14,7 @@ enum need { NEED_NODES = 1, NEED_RECORD = 2 };
 
 /* The passes over one block, row by row: records of RING rows, node sums of RING rows. */
 struct v_plane {
-    struct v_plane_place place;
+    struct v_plane_neighbourhood around;
     uint8_t *needs; /* of each pixel of the field: bits of enum need */
     float *records, *nodes, *ratios;
     size_t record_row, node_row; /* floats */
@@ -137,11 +137,11 @@ static int v_plane_create(const struct plan *plan, const struct patch *patch, st
                           struct v_plane *out)
 {
     *out = (struct v_plane){0};
-    int error =
-        v_plane_place_create(plan, patch, inner, KERNELS_BEST(v_plane_kernels), &out->place);
-    if (!error) error = v_plane_slopes(&out->place);
+    int error = v_plane_neighbourhood_create(plan, patch, inner, KERNELS_BEST(v_plane_kernels),
+                                             &out->around);
+    if (!error) error = v_plane_slopes(&out->around);
     if (error) return error;
-    struct v_plane_field *field = &out->place.field;
+    struct v_plane_field *field = &out->around.field;
     const size_t width = (size_t)field->width, cells = V_PLANE_CELLS * (size_t)field->strata;
     out->record_row = v_plane_record_floats(field) * width;
     out->node_row = V_PLANE_NODE_FLOATS * width;
@@ -167,14 +167,14 @@ static void v_plane_fini(struct v_plane *v)
     free(v->nodes);
     free(v->records);
     free(v->needs);
-    v_plane_place_fini(&v->place);
+    v_plane_neighbourhood_fini(&v->around);
 }
 
 /* Marks what the walk of field pixel i can reach. */
 static void mark_walk(struct v_plane *v, int axis, size_t i, enum need need)
 {
-    const struct v_plane_walk *w = &v->place.walks[axis][i];
-    const ptrdiff_t width = v->place.field.width;
+    const struct v_plane_walk *w = &v->around.walks[axis][i];
+    const ptrdiff_t width = v->around.field.width;
     const ptrdiff_t major = w->along_x ? 1 : width, minor = w->along_x ? width : 1;
     uint8_t *at = v->needs + i;
     for (int32_t k = -w->reach; k <= w->reach; k++) {
@@ -186,7 +186,7 @@ static void mark_walk(struct v_plane *v, int axis, size_t i, enum need need)
 /* Which pixels take part, and in which pass. */
 static void mark(struct v_plane *v)
 {
-    const struct v_plane_place *p = &v->place;
+    const struct v_plane_neighbourhood *p = &v->around;
     const struct rect wide = rect_grow(p->inner, V_PLANE_REACH_PX);
     for (int32_t y = p->inner.y0; y < p->inner.y1; y++) {
         const size_t first = v_plane_index(p, p->inner.x0, y);
@@ -217,14 +217,14 @@ static void ring_rows(float *ring, size_t row_floats, int32_t y, const float *ro
 /* Records of row y of the field, where there is something. */
 static void load_records(struct v_plane *v, int32_t y)
 {
-    struct v_plane_place *p = &v->place;
+    struct v_plane_neighbourhood *p = &v->around;
     const struct rect seen = rect_intersect(p->rect, p->patch->rect);
     const int32_t image_y = p->rect.y0 + y;
     struct v_plane_planes planes;
     if (image_y < seen.y0 || image_y >= seen.y1) return;
     const size_t first = (size_t)(seen.x0 - p->rect.x0);
     float *out = ring_row(v->records, v->record_row, y) + first * v_plane_record_floats(&p->field);
-    v_plane_place_row(p, seen.x0, image_y, (uint32_t)rect_width(seen), &planes);
+    v_plane_neighbourhood_row(p, seen.x0, image_y, (uint32_t)rect_width(seen), &planes);
     p->kernels->records(&p->strata, &planes, p->field.lanes,
                         v->needs + v_plane_index(p, seen.x0, image_y), NEED_RECORD,
                         p->plan->radiance_scale, out);
@@ -234,7 +234,7 @@ static void load_records(struct v_plane *v, int32_t y)
  */
 static uint32_t list_row(struct v_plane *v, struct rect rect, int32_t y, uint8_t need)
 {
-    const struct v_plane_place *p = &v->place;
+    const struct v_plane_neighbourhood *p = &v->around;
     const size_t row = (size_t)y * (size_t)p->field.width;
     uint32_t count = 0;
     for (int32_t x = rect.x0 - p->rect.x0; x < rect.x1 - p->rect.x0; x++) {
@@ -248,7 +248,7 @@ static uint32_t list_row(struct v_plane *v, struct rect rect, int32_t y, uint8_t
 /* Passes 1a, 1b, 2a of row y of the field. */
 static void run_columns(struct v_plane *v, int32_t y)
 {
-    const struct v_plane_place *p = &v->place;
+    const struct v_plane_neighbourhood *p = &v->around;
     const struct rect wide = rect_grow(p->inner, V_PLANE_REACH_PX);
     const float *rows[RING];
     const uint32_t count = list_row(v, wide, y, NEED_NODES);
@@ -261,7 +261,7 @@ static void run_columns(struct v_plane *v, int32_t y)
 /* Pass 2b of row y of the field, and the division. */
 static void run_rows(struct v_plane *v, int32_t y, float *const out[3], float *width_px)
 {
-    const struct v_plane_place *p = &v->place;
+    const struct v_plane_neighbourhood *p = &v->around;
     const float inverse_scale = 1.0f / p->plan->radiance_scale; /* a power of two */
     const size_t to = patch_pixel(p->patch, p->rect.x0, p->rect.y0 + y);
     const float *rows[RING];
@@ -281,7 +281,7 @@ static void run_rows(struct v_plane *v, int32_t y, float *const out[3], float *w
 /* Each row's first half runs V_PLANE_REACH_PX rows ahead of its second. */
 static void run(struct v_plane *v, float *const out[3], float *width_px)
 {
-    const struct v_plane_place *p = &v->place;
+    const struct v_plane_neighbourhood *p = &v->around;
     const int32_t first = p->inner.y0 - p->rect.y0, end = p->inner.y1 - p->rect.y0;
     mark(v);
     v->records_end = first - 2 * V_PLANE_REACH_PX;

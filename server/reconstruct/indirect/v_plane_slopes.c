@@ -30,9 +30,9 @@ static float sigma_per_deviation(const struct plan *plan)
     return plan->mu * SIGMA_V / (2.0f * BANDWIDTH * indirect_root(l * l / SAMPLES, 3));
 }
 
-static int slopes_create(const struct v_plane_place *place, struct slopes *out)
+static int slopes_create(const struct v_plane_neighbourhood *around, struct slopes *out)
 {
-    const size_t area = (size_t)rect_area(place->rect);
+    const size_t area = (size_t)rect_area(around->rect);
     float *memory = calloc(8 * area, sizeof *memory);
     if (!memory) return ERR_MEMORY;
     out->mean = memory;
@@ -46,20 +46,20 @@ static int slopes_create(const struct v_plane_place *place, struct slopes *out)
 }
 
 /* What each pixel's own samples say. */
-static void measure(struct v_plane_place *place, const struct slopes *s)
+static void measure(struct v_plane_neighbourhood *around, const struct slopes *s)
 {
-    const int32_t around = V_PLANE_REACH_PX + V_PLANE_SLOPES_PX;
-    const struct patch *patch = place->patch;
-    const struct rect seen = rect_intersect(rect_grow(place->inner, around), patch->rect);
-    const float least_px = HEIGHT_LEAST_PX * (float)place->plan->height_px / LINES;
+    const int32_t reach_px = V_PLANE_REACH_PX + V_PLANE_SLOPES_PX;
+    const struct patch *patch = around->patch;
+    const struct rect seen = rect_intersect(rect_grow(around->inner, reach_px), patch->rect);
+    const float least_px = HEIGHT_LEAST_PX * (float)around->plan->height_px / LINES;
     for (int32_t y = seen.y0; y < seen.y1; y++) {
-        const size_t to = v_plane_index(place, seen.x0, y);
+        const size_t to = v_plane_index(around, seen.x0, y);
         const size_t from = patch_pixel(patch, seen.x0, y);
         const uint32_t count = (uint32_t)rect_width(seen);
         struct v_plane_planes planes;
-        v_plane_place_row(place, seen.x0, y, count, &planes);
-        place->kernels->slopes(&place->strata, &planes, place->sources + to, least_px, s->mean + to,
-                               s->deviation + to);
+        v_plane_neighbourhood_row(around, seen.x0, y, count, &planes);
+        around->kernels->slopes(&around->strata, &planes, around->sources + to, least_px,
+                                s->mean + to, s->deviation + to);
         memcpy(s->object + to, patch->id + from, count * sizeof *s->object);
         for (int k = 0; k < 3; k++)
             memcpy(s->normal[k] + to, patch->normal[k] + from, count * sizeof(float));
@@ -97,54 +97,55 @@ static void set_walk(const struct surface_view *view, const struct v_plane_sourc
 }
 
 /* `scale` over the deviation is sigma. */
-static void set_walks(struct v_plane_place *place, const struct slopes *s, float scale, size_t i)
+static void set_walks(struct v_plane_neighbourhood *around, const struct slopes *s, float scale,
+                      size_t i)
 {
-    const struct v_plane_source *source = &place->sources[i];
-    struct v_plane_walk *first = &place->walks[0][i], *second = &place->walks[1][i];
+    const struct v_plane_source *source = &around->sources[i];
+    struct v_plane_walk *first = &around->walks[0][i], *second = &around->walks[1][i];
     if (!v_plane_is_source(source)) return;
     const float eta = s->eta[i] / source->pixel;
     const float spread = s->spread[i] > DEVIATION_LEAST ? s->spread[i] : DEVIATION_LEAST;
     const float sigma_px = scale / spread;
     const float *n = source->normal;
     v_plane_tangents(n[0], n[1], n[2], first->tangent, second->tangent);
-    set_walk(&place->view, source, eta, sigma_px * source->pixel, first);
-    set_walk(&place->view, source, eta, sigma_px * source->pixel, second);
+    set_walk(&around->view, source, eta, sigma_px * source->pixel, first);
+    set_walk(&around->view, source, eta, sigma_px * source->pixel, second);
 }
 
-int v_plane_slopes(struct v_plane_place *place)
+int v_plane_slopes(struct v_plane_neighbourhood *around)
 {
     const struct rect rect =
-        rect_intersect(rect_grow(place->inner, V_PLANE_REACH_PX), place->patch->rect);
+        rect_intersect(rect_grow(around->inner, V_PLANE_REACH_PX), around->patch->rect);
     struct slopes s;
-    const int error = slopes_create(place, &s);
+    const int error = slopes_create(around, &s);
     if (error) return error;
     const struct v_plane_slopes_field field = {
-        .width = place->field.width,
+        .width = around->field.width,
         .object = s.object,
         .normal = {s.normal[0], s.normal[1], s.normal[2]},
         .mean = s.mean,
         .deviation = s.deviation,
     };
-    const float scale = sigma_per_deviation(place->plan);
-    measure(place, &s);
+    const float scale = sigma_per_deviation(around->plan);
+    measure(around, &s);
     for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t first = v_plane_index(place, rect.x0, y), count = (size_t)rect_width(rect);
-        place->kernels->average(&field, first, (uint32_t)count, s.eta, s.spread);
-        for (size_t i = first; i < first + count; i++) set_walks(place, &s, scale, i);
+        const size_t first = v_plane_index(around, rect.x0, y), count = (size_t)rect_width(rect);
+        around->kernels->average(&field, first, (uint32_t)count, s.eta, s.spread);
+        for (size_t i = first; i < first + count; i++) set_walks(around, &s, scale, i);
     }
     free(s.mean);
     return 0;
 }
 
-float v_plane_width_px(const struct v_plane_place *place, size_t i)
+float v_plane_width_px(const struct v_plane_neighbourhood *around, size_t i)
 {
-    const struct v_plane_source *source = &place->sources[i];
+    const struct v_plane_source *source = &around->sources[i];
     float sum = 0.0f;
     for (int axis = 0; axis < 2; axis++) {
-        const struct v_plane_walk *w = &place->walks[axis][i];
+        const struct v_plane_walk *w = &around->walks[axis][i];
         float step[2];
         if (w->reach == 0) continue;
-        screen_step(&place->view, source->point, w->tangent, step);
+        screen_step(&around->view, source->point, w->tangent, step);
         sum += fabsf(step[w->along_x ? 0 : 1]) * sqrtf(0.5f / w->falloff);
     }
     return 0.5f * sum;

@@ -12,10 +12,11 @@
  *
  * The frame is the worker's, v_plane_tangents of the normal in camera axes, so that samples'
  * directions mean the same here. */
-#include "server/reconstruct/indirect/v_plane_place.h"
+#include "server/reconstruct/indirect/v_plane_neighbourhood.h"
 
-/* Sets the walks of all pixels within V_PLANE_REACH_PX of the place's inner rect. ERR_MEMORY. */
-int v_plane_slopes(struct v_plane_place *place);
+/* Sets the walks of all pixels within V_PLANE_REACH_PX of the neighbourhood's inner rect.
+ * ERR_MEMORY. */
+int v_plane_slopes(struct v_plane_neighbourhood *around);
 
 /* The filter's standard deviation in pixels on the screen: the mean of both walks'. */
-float v_plane_width_px(const struct v_plane_place *place, size_t i);
+float v_plane_width_px(const struct v_plane_neighbourhood *around, size_t i);

@@ -279,23 +279,24 @@ TEST(slopes)
     const struct rect all = {200, 200, 300, 300}, inner = rect_grow(all, -40);
     v_plane_scene_init(&scene, V_PLANE_CHECKER, LINES, LINES);
     struct patch *patch = v_plane_patch(&scene, all, 4);
-    struct v_plane_place place;
+    struct v_plane_neighbourhood around;
     assert_int_equal(
-        v_plane_place_create(&scene.plan, patch, inner, &v_plane_kernels_sse42, &place), 0);
-    assert_int_equal(v_plane_slopes(&place), 0);
+        v_plane_neighbourhood_create(&scene.plan, patch, inner, &v_plane_kernels_sse42, &around),
+        0);
+    assert_int_equal(v_plane_slopes(&around), 0);
     for (int32_t y = inner.y0; y < inner.y1; y++) {
         for (int32_t x = inner.x0; x < inner.x1; x++) {
-            const size_t i = v_plane_index(&place, x, y);
+            const size_t i = v_plane_index(&around, x, y);
             for (int axis = 0; axis < 2; axis++) {
-                const struct v_plane_walk *w = &place.walks[axis][i];
+                const struct v_plane_walk *w = &around.walks[axis][i];
                 assert_true(fabsf(w->eta * scene.height - 1.0f) < 1e-3f);
                 assert_true(fabsf(v_plane_dot(w->tangent, w->tangent) - 1.0f) < 1e-5f);
-                assert_true(fabsf(v_plane_dot(w->tangent, place.sources[i].normal)) < 1e-5f);
+                assert_true(fabsf(v_plane_dot(w->tangent, around.sources[i].normal)) < 1e-5f);
                 assert_int_equal(w->reach, V_PLANE_REACH_PX);
             }
         }
     }
-    v_plane_place_fini(&place);
+    v_plane_neighbourhood_fini(&around);
     patch_destroy(&patch);
 }
 

@@ -144,7 +144,7 @@ static inline void brute_samples_init(const struct v_plane_scene *s, int32_t x, 
 
 struct brute {
     const struct v_plane_scene *scene;
-    const struct v_plane_place *place;
+    const struct v_plane_neighbourhood *around;
     const struct patch *patch;
     struct brute_samples *samples; /* of the patch's pixels */
     float shear;                   /* times eta: 1, or 0 for none */
@@ -153,7 +153,7 @@ struct brute {
 /* What pixel q, at `from` of the patch, adds to the sums of p. */
 static inline void brute_add(const struct brute *b, size_t p, size_t q, size_t from, double sums[4])
 {
-    const struct v_plane_source *own = &b->place->sources[p], *other = &b->place->sources[q];
+    const struct v_plane_source *own = &b->around->sources[p], *other = &b->around->sources[q];
     const uint32_t n =
         b->scene->plan.indirect_strata_per_axis * b->scene->plan.indirect_strata_per_axis;
     const size_t area = (size_t)rect_area(b->patch->rect);
@@ -164,7 +164,7 @@ static inline void brute_add(const struct brute *b, size_t p, size_t q, size_t f
         !(off <= fmaxf(3.0f * own->pixel, V_PLANE_OFF_SHARE * sqrtf(d2))))
         return;
     for (int axis = 0; axis < 2; axis++) {
-        const struct v_plane_walk *w = &b->place->walks[axis][p];
+        const struct v_plane_walk *w = &b->around->walks[axis][p];
         const float along = v_plane_dot(d, w->tangent);
         y[axis] = -b->shear * w->eta * along;
         if (w->reach == 0 && q != p) return;
@@ -185,12 +185,12 @@ static inline void brute_add(const struct brute *b, size_t p, size_t q, size_t f
 
 static inline void brute_pixel(const struct brute *b, int32_t x, int32_t y, float out[3])
 {
-    const size_t p = v_plane_index(b->place, x, y);
+    const size_t p = v_plane_index(b->around, x, y);
     double sums[4] = {0};
     for (int32_t v = -V_PLANE_REACH_PX; v <= V_PLANE_REACH_PX; v++) {
         for (int32_t u = -V_PLANE_REACH_PX; u <= V_PLANE_REACH_PX; u++) {
-            const size_t q = v_plane_index(b->place, x + u, y + v);
-            if (!v_plane_is_source(&b->place->sources[q])) continue;
+            const size_t q = v_plane_index(b->around, x + u, y + v);
+            if (!v_plane_is_source(&b->around->sources[q])) continue;
             brute_add(b, p, q, picture_index(b->patch->rect, x + u, y + v), sums);
         }
     }
@@ -203,14 +203,15 @@ static inline struct v_plane_picture accuracy_brute(const struct v_plane_scene *
                                                     const struct patch *patch, struct rect rect,
                                                     float shear, int32_t stride)
 {
-    struct v_plane_place place;
+    struct v_plane_neighbourhood around;
     struct v_plane_picture p = picture_create(rect);
-    struct brute brute = {s, &place, patch, NULL, shear};
+    struct brute brute = {s, &around, patch, NULL, shear};
     const struct rect r = patch->rect;
     brute.samples = malloc((size_t)rect_area(r) * sizeof *brute.samples);
     if (!brute.samples ||
-        v_plane_place_create(&s->plan, patch, rect, KERNELS_BEST(v_plane_kernels), &place) ||
-        v_plane_slopes(&place))
+        v_plane_neighbourhood_create(&s->plan, patch, rect, KERNELS_BEST(v_plane_kernels),
+                                     &around) ||
+        v_plane_slopes(&around))
         abort();
     for (int32_t y = r.y0; y < r.y1; y++)
         for (int32_t x = r.x0; x < r.x1; x++)
@@ -219,12 +220,12 @@ static inline struct v_plane_picture accuracy_brute(const struct v_plane_scene *
         for (int32_t x = rect.x0; x < rect.x1; x += stride) {
             const size_t i = picture_index(rect, x, y);
             float out[3] = {0};
-            if (v_plane_is_source(&place.sources[v_plane_index(&place, x, y)]))
+            if (v_plane_is_source(&around.sources[v_plane_index(&around, x, y)]))
                 brute_pixel(&brute, x, y, out);
             for (int c = 0; c < 3; c++) p.channel[c][i] = out[c];
         }
     }
-    v_plane_place_fini(&place);
+    v_plane_neighbourhood_fini(&around);
     free(brute.samples);
     return p;
 }

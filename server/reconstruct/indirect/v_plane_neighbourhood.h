@@ -7,7 +7,7 @@
 
 #define V_PLANE_HALO_PX (2 * V_PLANE_REACH_PX + V_PLANE_SLOPES_PX)
 
-struct v_plane_place {
+struct v_plane_neighbourhood {
     const struct plan *plan;   /* borrowed */
     const struct patch *patch; /* borrowed */
     const struct v_plane_kernels *kernels;
@@ -22,7 +22,7 @@ struct v_plane_place {
     void *memory;                  /* owned */
 };
 
-static inline size_t v_plane_index(const struct v_plane_place *p, int32_t x, int32_t y)
+static inline size_t v_plane_index(const struct v_plane_neighbourhood *p, int32_t x, int32_t y)
 {
     return (size_t)(y - p->rect.y0) * (size_t)p->field.width + (size_t)(x - p->rect.x0);
 }
@@ -33,11 +33,12 @@ static inline bool v_plane_is_source(const struct v_plane_source *s)
 }
 
 /* ERR_MEMORY. */
-int v_plane_place_create(const struct plan *plan, const struct patch *patch, struct rect inner,
-                         const struct v_plane_kernels *kernels, struct v_plane_place *out);
-void v_plane_place_fini(struct v_plane_place *place);
+int v_plane_neighbourhood_create(const struct plan *plan, const struct patch *patch,
+                                 struct rect inner, const struct v_plane_kernels *kernels,
+                                 struct v_plane_neighbourhood *out);
+void v_plane_neighbourhood_fini(struct v_plane_neighbourhood *around);
 
 /* Strata and sample planes of the pixels from (x, y) on, `count` of them, which lie in one row of
  * the patch and of the field. */
-void v_plane_place_row(struct v_plane_place *place, int32_t x, int32_t y, uint32_t count,
-                       struct v_plane_planes *planes);
+void v_plane_neighbourhood_row(struct v_plane_neighbourhood *around, int32_t x, int32_t y,
+                               uint32_t count, struct v_plane_planes *planes);

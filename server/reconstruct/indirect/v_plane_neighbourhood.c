@@ -1,4 +1,4 @@
-#include "server/reconstruct/indirect/v_plane_place.h"
+#include "server/reconstruct/indirect/v_plane_neighbourhood.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,8 +15,8 @@ static size_t rounded(size_t floats)
     return (floats + unit - 1) / unit * unit;
 }
 
-/* All arrays of the place in one piece of memory. */
-static int carve(struct v_plane_place *p)
+/* All arrays of the neighbourhood in one piece of memory. */
+static int carve(struct v_plane_neighbourhood *p)
 {
     const size_t area = rounded((size_t)rect_area(p->rect)), l = p->field.strata;
     const size_t row = rounded((size_t)rect_width(p->rect)), per = sizeof(struct v_plane_walk) / 4;
@@ -51,8 +51,8 @@ static void load_source(const struct surface_view *view, const struct patch *pat
     }
 }
 
-void v_plane_place_row(struct v_plane_place *p, int32_t x, int32_t y, uint32_t count,
-                       struct v_plane_planes *planes)
+void v_plane_neighbourhood_row(struct v_plane_neighbourhood *p, int32_t x, int32_t y,
+                               uint32_t count, struct v_plane_planes *planes)
 {
     enum { RUN = 64 };
     int32_t at_x[RUN], at_y[RUN];
@@ -71,11 +71,11 @@ void v_plane_place_row(struct v_plane_place *p, int32_t x, int32_t y, uint32_t c
     p->kernels->strata(&p->strata, p->jitter[0], p->jitter[1]);
 }
 
-static void load_row(struct v_plane_place *p, struct rect seen, int32_t y)
+static void load_row(struct v_plane_neighbourhood *p, struct rect seen, int32_t y)
 {
     const size_t to = v_plane_index(p, seen.x0, y), from = patch_pixel(p->patch, seen.x0, y);
     struct v_plane_planes planes;
-    v_plane_place_row(p, seen.x0, y, (uint32_t)rect_width(seen), &planes);
+    v_plane_neighbourhood_row(p, seen.x0, y, (uint32_t)rect_width(seen), &planes);
     for (size_t i = 0; i < (size_t)rect_width(seen); i++) {
         struct v_plane_source *s = &p->sources[to + i];
         load_source(&p->view, p->patch, from + i, s);
@@ -83,11 +83,13 @@ static void load_row(struct v_plane_place *p, struct rect seen, int32_t y)
     }
 }
 
-int v_plane_place_create(const struct plan *plan, const struct patch *patch, struct rect inner,
-                         const struct v_plane_kernels *kernels, struct v_plane_place *out)
+int v_plane_neighbourhood_create(const struct plan *plan, const struct patch *patch,
+                                 struct rect inner, const struct v_plane_kernels *kernels,
+                                 struct v_plane_neighbourhood *out)
 {
     const uint32_t l = plan->indirect_strata_per_axis;
-    *out = (struct v_plane_place){.plan = plan, .patch = patch, .kernels = kernels, .inner = inner};
+    *out = (struct v_plane_neighbourhood){
+        .plan = plan, .patch = patch, .kernels = kernels, .inner = inner};
     out->rect = rect_grow(inner, V_PLANE_HALO_PX);
     out->field = (struct v_plane_field){
         .width = rect_width(out->rect),
@@ -105,8 +107,8 @@ int v_plane_place_create(const struct plan *plan, const struct patch *patch, str
     return 0;
 }
 
-void v_plane_place_fini(struct v_plane_place *place)
+void v_plane_neighbourhood_fini(struct v_plane_neighbourhood *around)
 {
-    free(place->memory);
-    *place = (struct v_plane_place){0};
+    free(around->memory);
+    *around = (struct v_plane_neighbourhood){0};
 }
