@@ -64,12 +64,6 @@ static void put_resolved(const struct targets *t, const struct run *run,
     put_run(t->beauty[3], run, resolved->coverage);
 }
 
-static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
-{
-    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-           (size_t)(x - patch->rect.x0);
-}
-
 /* What bounce rays and the few samples of a pixel's surfaces leave uncertain. */
 static void put_variance(const struct resolver *r, const struct resolved *pixel, int32_t x,
                          int32_t y, struct block_variance *variance)
@@ -123,7 +117,7 @@ static void compose_light(const struct resolver *r, const struct targets *t, str
         for (int32_t x = block.x0; x < block.x1; x += RESOLVE_RUN) {
             const int32_t left = block.x1 - x;
             const struct run run = {x, y, (uint32_t)(left < RESOLVE_RUN ? left : RESOLVE_RUN),
-                                    patch_index(r->patch, x, y)};
+                                    patch_pixel(r->patch, x, y)};
             light_run(r, t, &run, variance, statistics);
         }
 }
@@ -135,7 +129,7 @@ static void copy_plane(const struct patch *patch, const float *in, struct rect b
     if (!in || !out) return;
     size_t size_bytes = (size_t)rect_width(block) * sizeof(float);
     for (int32_t y = block.y0; y < block.y1; y++) {
-        memcpy(plane_at(out, block.x0, y), in + patch_index(patch, block.x0, y), size_bytes);
+        memcpy(plane_at(out, block.x0, y), in + patch_pixel(patch, block.x0, y), size_bytes);
     }
 }
 
@@ -143,7 +137,7 @@ static void compose_ids(const struct patch *patch, struct rect block, const stru
 {
     if (!out || !patch->id) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        const uint32_t *in = patch->id + patch_index(patch, block.x0, y);
+        const uint32_t *in = patch->id + patch_pixel(patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         /* At most LIMIT_INSTANCES + 1, far below 2^24: exact. */
         for (int32_t x = 0; x < rect_width(block); x++) to[x] = (float)in[x];
@@ -178,7 +172,7 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
     const float bounces = (float)bounce_rays(plan);
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        size_t i = patch_index(patch, block.x0, y);
+        size_t i = patch_pixel(patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++) {
             if (!patch_has_surface(patch, i)) continue;
@@ -210,7 +204,7 @@ static void compose_occlusion(const struct resolver *r, struct rect block, const
 {
     if (!out || !r->patch->open) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        size_t i = patch_index(r->patch, block.x0, y);
+        size_t i = patch_pixel(r->patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++)
             to[x] = patch_has_surface(r->patch, i) ? share_of(r->lighting->open[i]) : 1.0f;
@@ -245,7 +239,7 @@ static void compose_visibility(const struct plan *plan, const struct patch *patc
 {
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        size_t i = patch_index(patch, block.x0, y);
+        size_t i = patch_pixel(patch, block.x0, y);
         for (int32_t x = block.x0; x < block.x1; x++, i++) {
             *plane_at(out, x, y) = visibility(plan, patch, i);
         }
@@ -320,7 +314,7 @@ static void add_indirect(const struct resolver *r, const struct targets *t, stru
 {
     if (!t->beauty[0] && !t->indirect[0] && !r->errors) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        size_t i = patch_index(r->patch, block.x0, y);
+        size_t i = patch_pixel(r->patch, block.x0, y);
         for (int32_t x = block.x0; x < block.x1; x++, i++) {
             struct resolved pixel;
             resolve_pixel(r, i, &pixel);

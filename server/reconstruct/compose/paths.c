@@ -10,12 +10,6 @@ struct mean {
     const float *sum; /* NULL: not in the plan */
 };
 
-static size_t patch_index(const struct patch *patch, int32_t x, int32_t y)
-{
-    return (size_t)(y - patch->rect.y0) * (size_t)rect_width(patch->rect) +
-           (size_t)(x - patch->rect.x0);
-}
-
 /* Also where sums have overflowed, or where they have and a difference was taken: no comparison
  * holds for NaN. */
 static float bounded(float v)
@@ -28,7 +22,7 @@ static void put_mean(const struct patch *patch, const float *sum, struct rect bl
 {
     if (!sum || !out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        const size_t first = patch_index(patch, block.x0, y);
+        const size_t first = patch_pixel(patch, block.x0, y);
         const float *in = sum + first, *spp = patch->paths.spp + first;
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++) to[x] = bounded(in[x] / spp[x]);
@@ -39,7 +33,7 @@ static void put_samples(const struct patch *patch, struct rect block, const stru
 {
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        const float *spp = patch->paths.spp + patch_index(patch, block.x0, y);
+        const float *spp = patch->paths.spp + patch_pixel(patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++) to[x] = spp[x];
     }
@@ -49,7 +43,7 @@ static uint64_t count_background(const struct patch *patch, struct rect block)
 {
     uint64_t count = 0;
     for (int32_t y = block.y0; y < block.y1 && patch->path_coverage; y++) {
-        const float *in = patch->path_coverage + patch_index(patch, block.x0, y);
+        const float *in = patch->path_coverage + patch_pixel(patch, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++) count += in[x] == 0.0f;
     }
     return count;

@@ -5,6 +5,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect.h"
 #include "server/reconstruct/indirect/indirect_adaptive.h"
+#include "server/reconstruct/simd/clamp.h"
 
 #define LINES        512.0f /* what pixels below are counted at */
 #define SAMPLES      16.0f
@@ -32,11 +33,6 @@ float indirect_root(float ratio, int degree)
         root -= (root * below - (double)ratio) / (degree * below);
     }
     return (float)root;
-}
-
-static inline float clamp(float v, float least, float most)
-{
-    return v < least ? least : v > most ? most : v;
 }
 
 int32_t indirect_reach_px(float most_px)

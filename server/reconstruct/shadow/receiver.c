@@ -55,7 +55,7 @@ void receiver_sunk(const struct receiver_light *light, const float *const point[
         const float rise = r->half[0] * fabsf(receiver_along(nx, ny, nz, a)) +
                            r->half[1] * fabsf(receiver_along(nx, ny, nz, b));
         const float share = 0.5f * (rise - up) / (rise > 0.0f ? rise : 1.0f);
-        sunk[i] = receiver_clamp(share, 0.0f, 1.0f);
+        sunk[i] = clamp(share, 0.0f, 1.0f);
     }
 }
 

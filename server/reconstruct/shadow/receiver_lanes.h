@@ -7,6 +7,7 @@
 #include "server/reconstruct/shadow/coverage.h"
 #include "server/reconstruct/shadow/receiver.h"
 #include "server/reconstruct/shadow/shadow_lanes.h"
+#include "server/reconstruct/simd/clamp.h"
 #include "server/reconstruct/simd/lanes_inline.h"
 
 #define RECEIVER_PLANE_PX  2.0f
@@ -19,11 +20,6 @@
 static inline float receiver_along(float x, float y, float z, const float axis[3])
 {
     return x * axis[0] + y * axis[1] + z * axis[2];
-}
-
-static inline float receiver_clamp(float v, float least, float most)
-{
-    return v < least ? least : v > most ? most : v;
 }
 
 /* Planes of pixels, from one of them on. */
@@ -71,8 +67,8 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
         const float inverse_up = up > RECEIVER_GRAZING ? 1.0f / towards : 0.0f;
         const float gamma_u = facing_u * inverse_up - 4.0f * (aside_u * inverse) * inverse;
         const float gamma_v = facing_v * inverse_up - 4.0f * (aside_v * inverse) * inverse;
-        const float within_u = receiver_clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
-        const float within_v = receiver_clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
+        const float within_u = clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
+        const float within_v = clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
         to.normal[0][i] = lanes_keep(lit, nx);
         to.normal[1][i] = lanes_keep(lit, ny);
         to.normal[2][i] = lanes_keep(lit, nz);
