@@ -164,8 +164,8 @@ static struct active_job *job_of(struct jobs *jobs, const struct frame *work,
     return open->job;
 }
 
-/* Holds against a worker what it sent damaged; after the third it is in quarantine. When nobody is
- * left then, who waits must hear of it. */
+/* Counts a damaged result against its worker, which is in quarantine after the third. When no
+ * worker is left then, waiting jobs must be told. */
 static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t worker)
 {
     if (!fleet_strike(jobs->fleet, worker) || fleet_count(jobs->fleet) > 0) return;

@@ -45,7 +45,8 @@ static struct fair_tenant *find(const struct fair_share *share, const char *owne
     return t;
 }
 
-/* Who is away and would begin where all others are has nothing that is worth remembering. */
+/* Forgets tenants that are away and would begin where all others are: nothing of them is worth
+ * remembering. */
 static void forget_settled(struct fair_share *share, int32_t priority)
 {
     const struct fair_tenant *least = fair_share_next(share, priority);

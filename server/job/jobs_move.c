@@ -1,4 +1,4 @@
-/* Moving the camera of a live job; and what becomes of those that nobody moves any more. */
+/* Moves the camera of live jobs, and ends live jobs that are not moved any more. */
 #include <limits.h>
 #include <stdlib.h>
 

@@ -77,7 +77,7 @@ static json_t *summary_of(const struct active_job *active, const struct job_row 
                      (int)(active ? active_job_is_paused(active) : is_paused(row)));
 }
 
-/* What goes first, as somebody has asked. */
+/* Adds the tile priority to the body. */
 static void add_tile_priority(json_t *body, const struct active_job *active)
 {
     const struct tile_priority none = {0}, *priority = active ? &active->tile_priority : &none;
@@ -144,7 +144,7 @@ static json_t *body_of(const struct active_job *active, const struct job_row *ro
     return body;
 }
 
-/* Who asked what. */
+/* A query, and the principal that asks it. */
 struct question {
     struct jobs *jobs;
     jobs_answer answer;

@@ -53,7 +53,7 @@ static void apply(struct jobs *jobs, struct active_job *job, const struct steeri
     if (s->given & STEERING_PAUSED) pause_job(jobs, job, s->paused);
     if (s->given & (STEERING_REGION | STEERING_NEAR)) prioritize(job, s);
     job->revision++;
-    /* A point that follows somebody's mouse is nobody else's news. */
+    /* A point that follows one viewer's mouse is no event for the others. */
     if (s->given & ~(uint32_t)STEERING_NEAR) jobs_event_state(job);
     jobs_advance_soon(jobs);
     if (jobs->fleet) fleet_wake(jobs->fleet);

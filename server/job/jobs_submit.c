@@ -47,7 +47,7 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     return 0;
 }
 
-/* A place in the tenant's quota. Those whom nobody can tell apart have none. */
+/* Takes a place in the tenant's quota. Jobs without a tenant need none. */
 static int take_place(struct jobs *jobs, const struct principal *principal, struct fault *fault)
 {
     const size_t most = jobs->options.tenant_jobs_most;
@@ -120,7 +120,7 @@ static void on_inserted(void *ctx, int error, const char *existing)
     free_submission(s);
 }
 
-/* Who would be refused a new job may ask for one that it has. */
+/* A submission that would be refused, whose key may still name an earlier job. */
 struct refusal {
     jobs_submitted done;
     void *ctx;

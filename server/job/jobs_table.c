@@ -18,11 +18,12 @@ static size_t place_of(const struct jobs *jobs, const char *id)
     return low;
 }
 
-/* As long as nobody's turn is looked at: the order of the list, which does not change by itself. */
+/* Compares ranks without the tenants' turns: the order of the list, which does not change by
+ * itself. */
 static bool ranks_before(const struct active_job *a, const struct active_job *b)
 {
     if (a->priority != b->priority) return a->priority > b->priority;
-    if (a->live != b->live) return a->live; /* somebody waits at it */
+    if (a->live != b->live) return a->live; /* a user waits for it */
     return strcmp(a->id, b->id) < 0;
 }
 
@@ -169,7 +170,7 @@ void jobs_table_charge(struct jobs *jobs, struct active_job *job, uint64_t sampl
     if (!job->tenant) return;
     fair_share_charge(&jobs->share, job->tenant, samples);
     sort_open(jobs);
-    /* Somebody whose turn it is now may have a frame that is not open yet. */
+    /* The tenant whose turn it is may have a frame that is not open yet. */
     const struct fair_tenant *next = fair_share_next(&jobs->share, job->priority);
     if (next != job->tenant && !has_tiles(jobs, next)) jobs_advance_soon(jobs);
 }

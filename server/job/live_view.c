@@ -126,7 +126,7 @@ static void on_recorded(void *ctx, int error)
         job->view->dirty = error != 0; /* the next one says it, or the end */
 }
 
-/* Nobody waits for it: who moves a camera moves on. One is in the store's hands at a time, so that
+/* Records the newest view. Nothing waits for it, and the store has one recording at a time, so that
  * moves do not queue there. */
 static void record_newest(struct active_job *job)
 {

@@ -8,8 +8,8 @@
 #include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/patch/scratch.h"
 
-/* A block's pixels are written beside the image and copied in on the loop's thread, so that whoever
- * looks at the picture while it forms reads no half-written numbers. */
+/* A block's work. Its pixels are written beside the image and copied in on the loop's thread, so
+ * that a reader of the forming picture sees no half-written numbers. */
 struct block_task {
     struct pool_task task;
     struct frame *frame;

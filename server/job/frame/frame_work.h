@@ -69,18 +69,18 @@ struct frame_file {
     struct frame *frame;
     struct picture_file picture;
     int32_t end;  /* rows that were given to it */
-    bool is_out;  /* on the pool; then nobody touches what is here, but `frame` */
+    bool is_out;  /* on the pool, which alone then touches what is here but `frame` */
     bool is_last; /* its last task: it was given all rows */
     bool is_stored;
     bool waits; /* for the end: it failed before */
     struct digest digest;
     struct fault fault;
     int error;
-    bool is_held; /* stored, and nobody has been told of it who would release it */
+    bool is_held; /* stored and held, until `encoded` is told */
 };
 struct frame_files {
     struct frame_file of[PICTURE_FILE_COUNT];
-    bool closing; /* the image is whole; nobody has heard yet of its files */
+    bool closing; /* the image is whole; `encoded` is not told yet */
 };
 
 struct frame {

@@ -67,7 +67,8 @@ int rounds_create(const struct plan *plan, struct rounds **out)
         r->report.paths += (uint64_t)t->area * plan->paths.spp;
         r->report.bounces += (uint64_t)t->area * l * l;
     }
-    r->report.expected = 2.0 * (double)(r->report.paths + r->report.bounces); /* nobody knows yet */
+    r->report.expected =
+        2.0 * (double)(r->report.paths + r->report.bounces); /* a guess before the first round */
     *out = r;
     return 0;
 }

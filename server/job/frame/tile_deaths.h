@@ -1,8 +1,8 @@
 #pragma once
-/* Which workers have died at which tiles of a frame. Few are expected: a plain list.
+/* The deaths of workers at tiles of a frame. Few are expected, so they are a plain list.
  *
- * A worker whose link broke may come back, or turn out to have been stopped by somebody: it has not
- * died of its tiles then. */
+ * A worker whose link broke may come back, or may have been stopped from outside. It has not died
+ * of its tiles then. */
 #include <stdbool.h>
 #include <stdint.h>
 

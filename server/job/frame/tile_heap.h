@@ -8,7 +8,7 @@ struct tile_key {
 };
 
 struct tile_heap {
-    struct tile_key *keys; /* owned by whoever made it, with room for all that is pushed */
+    struct tile_key *keys; /* owned by the heap's owner, with room for all that is pushed */
     uint32_t count;
 };
 

@@ -196,7 +196,7 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
     }
 }
 
-/* Who makes the picture; the report says why not the others. */
+/* Chooses the integrator; the report says why not the others. */
 static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
                    struct plan_report *report)
 {

@@ -38,7 +38,7 @@ enum plan_effect {
 };
 #define EFFECT_COUNT 10
 
-/* Who makes the picture. */
+/* The integrator that makes the picture. */
 enum plan_integrator {
     INTEGRATOR_LIGHT_FIELD,
     INTEGRATOR_PATHS,

@@ -82,7 +82,7 @@ static enum filter_method method_of(uint32_t filter)
     return filter == SHADOW_FILTER_AXIS_ALIGNED ? FILTER_AXIS_ALIGNED : FILTER_NONE;
 }
 
-/* Who asked for a filter is told that none runs. */
+/* Reports that the filter which was asked for does not run. */
 static void tell_none(const struct job *job, struct plan_report *report)
 {
     plan_skip(report, "filter", "%.*s", (int)PLAN_WHY_BYTES - 1, report->filter_why);

@@ -108,7 +108,7 @@ const char *plan_indirect_filter_name(uint32_t filter)
     return filter ? indirect_method_name(INDIRECT_AVERAGE + filter) : "none";
 }
 
-/* Who asked for a filter is told that none runs. */
+/* Reports that the filter which was asked for does not run. */
 static void tell_none(const struct job *job, struct plan_report *report)
 {
     plan_skip(report, "filter of indirect light", "%.*s", (int)PLAN_WHY_BYTES - 1,

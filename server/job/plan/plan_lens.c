@@ -59,7 +59,7 @@ const char *plan_lens_filter_name(uint32_t filter)
     return filter ? lens_method_name(LENS_AVERAGE + filter) : "none";
 }
 
-/* Who asked for a filter is told that none runs. */
+/* Reports that the filter which was asked for does not run. */
 static void tell_none(const struct job *job, struct plan_report *report)
 {
     plan_skip(report, "filter of the lens", "%.*s", (int)PLAN_WHY_BYTES - 1,

@@ -59,7 +59,7 @@ bool plan_light_field_possible(const struct job *job, const struct scene *scene,
     return false;
 }
 
-/* Somebody asks how far off the picture is: a layer, or whoever samples until it is near enough. */
+/* Returns whether the error is wanted: for a layer, or for a target error. */
 bool plan_wants_error(const struct job *job)
 {
     return (job->layers & LAYER_ERROR) != 0 || job->target_error > 0.0f;

@@ -95,7 +95,7 @@ static void destroy(struct import *import)
     free(import);
 }
 
-/* Tells all who wait; they may ask for the next at once. */
+/* Answers all waiting requests, which may begin the next at once. */
 static void tell(struct import *import, const struct fault *fault, const struct digest *blob,
                  uint64_t cpu_us)
 {
@@ -272,7 +272,7 @@ fail:
     return ERR_MEMORY;
 }
 
-/* Nobody waits: ends the import, unless the store still holds on to it. */
+/* Ends an import without requests, unless the store still holds on to it. */
 static void abandon(struct import *import)
 {
     struct imports *s = import->imports;

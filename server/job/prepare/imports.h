@@ -5,12 +5,12 @@
 #include "server/store/job_store.h"
 
 struct imports;
-struct import_request; /* one who waits */
+struct import_request; /* a waiting request */
 
 int imports_create(const struct import_options *options, struct job_store *store,
                    struct imports **out);
 
-/* Kills what runs and tells nobody more. */
+/* Kills what runs. No callbacks come any more. */
 void imports_stop(struct imports *imports);
 
 /* After imports_stop, once store and pool have let go. Nulls the pointer. */
@@ -23,7 +23,7 @@ void imports_destroy(struct imports **imports);
 int imports_request(struct imports *imports, const struct job *scene, import_done done, void *ctx,
                     struct import_request **out);
 
-/* An import that nobody waits for any more is killed. Nulls the pointer. */
+/* Forgets a request, and kills an import that no request waits for. Nulls the pointer. */
 void imports_forget(struct import_request **request);
 
 /* What a blob depends on: the importer's build, the main file, and each file's name and bytes. */

@@ -6,7 +6,7 @@
 
 struct preparation;
 
-/* What came of it. Owned by who was told; prepared_destroy frees it. */
+/* A finished preparation. Owned by its receiver; prepared_destroy frees it. */
 struct prepared {
     struct job job;
     struct plan plan; /* of the job's first frame; others differ in pattern.frame */
