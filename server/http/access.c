@@ -137,8 +137,9 @@ static void refuse_role(struct request *r, const struct token *token, enum role 
     request_problem(r, PROBLEM_FORBIDDEN, detail, NULL);
 }
 
-/* Browsers name the page that sends a request which changes something; who does not is none, and
- * has no business with a cookie. What the name must be request_check.c checks. */
+/* Returns whether another page forged the request. Browsers name the page that sends a request
+ * which changes something; a client that does not is no browser and needs no cookie.
+ * request_check.c checks the name. */
 static bool is_forged(const struct request *r)
 {
     return r->by_cookie && r->method != METHOD_GET && r->method != METHOD_HEAD &&

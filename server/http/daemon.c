@@ -95,8 +95,8 @@ static void on_poll(uv_poll_t *poll, int status, int events)
     if (!uv_is_active((uv_handle_t *)&http->turn)) run(http);
 }
 
-/* While sockets take what MHD has for them it wants to run at once, again and again. A timer of no
- * time would be let run until none does, and nobody else meanwhile: it runs once a turn. */
+/* Runs MHD once a turn of the loop. While sockets take bytes it wants to run again at once, and a
+ * timer of 0 ms would let nothing else run. */
 static void run(struct http *http)
 {
     MHD_UNSIGNED_LONG_LONG wait_ms = 0;
@@ -139,8 +139,8 @@ static void measure_delay(struct http *http)
     http->tick_ns = now_ns;
 }
 
-/* Streams would go on for as long as their readers like, also of who has signed out. All else that
- * has begun is let end: the answer to signing out among it. */
+/* Ends streams of users that have signed out, since they would go on for as long as their readers
+ * like. All other answers that have begun may end, the one to signing out among them. */
 static void cut_signed_out(struct http *http)
 {
     for (struct request *r = http->requests; r; r = r->next)

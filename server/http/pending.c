@@ -4,8 +4,8 @@
 
 #define SYNCED_BYTES_PER_MS 4096u /* by a slow disk */
 
-/* As many as there may be connections, of which each waits for one answer at a time: only who was
- * told to come again fills more than that. */
+/* Returns whether one more may wait: as many as there may be connections, each of which waits for
+ * one answer at a time. Only requests that were answered as overdue can fill more. */
 bool pending_has_room(const struct http *http)
 {
     return http->pending.count < LIMIT_HTTP_CONNECTIONS;

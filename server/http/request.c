@@ -237,7 +237,7 @@ static enum MHD_Result queue(struct request *r)
     return result;
 }
 
-/* What never waits is answered whoever else does. */
+/* Returns whether a route may wait. One that never does is answered however many others wait. */
 static bool may_wait(enum route_id id)
 {
     const char *path = route_of(id)->path;
@@ -275,8 +275,8 @@ static enum MHD_Result handle(struct request *r)
     return MHD_YES;
 }
 
-/* With a body that nobody reads the connection cannot go on: the answer is queued at once. Else in
- * the next call. */
+/* Refuses the request. A connection whose body is not read cannot go on, so the answer is queued at
+ * once; else in the next call. */
 static enum MHD_Result refuse(struct request *r)
 {
     if (r->close) return queue(r);

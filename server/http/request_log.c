@@ -50,7 +50,7 @@ static enum log_level level_of(unsigned status)
     return status == 500 ? LOG_ERROR : status > 500 ? LOG_WARNING : LOG_INFO;
 }
 
-/* The route's pattern in place of the target: that may hold anything, and somebody's secrets. */
+/* Logs the route's pattern in place of the target, which may hold anything, secrets, too. */
 void request_log_end(const struct request *r)
 {
     const bool known = r->match.id < ROUTE_COUNT;

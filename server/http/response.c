@@ -7,7 +7,8 @@
 
 #include "proto/json.h"
 
-/* Pages get what their own files need and nothing else; nobody may frame or embed an answer. */
+/* Headers of all answers. Pages may load their own files and nothing else, and no page may frame or
+ * embed an answer. */
 static const struct {
     const char *name, *value;
 } protection[] = {

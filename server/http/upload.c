@@ -9,7 +9,7 @@
 struct upload {
     uv_work_t work;
     struct http *http;
-    struct request *request; /* NULL: nobody wants it any more */
+    struct request *request; /* NULL: it was dropped */
     /* Of the loop's thread. */
     bool busy;                     /* the pool has it */
     bool wanted;                   /* the request waits for what is under way */

@@ -4,8 +4,8 @@
 
 #include "proto/error.h"
 
-/* The system takes so many bytes for a client beyond those that are on their way to it: who reads
- * nothing fills no more memory than that, and soon. */
+/* Unsent bytes that the system keeps for a client that reads nothing: the most memory that it can
+ * fill. */
 #define LISTEN_UNSENT_BYTES 262144
 
 struct listen_guards {

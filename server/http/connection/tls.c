@@ -28,7 +28,7 @@ static int read_public(const char *path, char **out, struct fault *fault)
     return 0;
 }
 
-/* Here rather than at somebody's first handshake. */
+/* Tests them here, before a first handshake fails. */
 static int try_on(const struct tls *tls, const char *path, struct fault *fault)
 {
     gnutls_certificate_credentials_t credentials;

@@ -6,8 +6,8 @@ struct tls {
     char *certificate, *key; /* owned texts; both or none */
 };
 
-/* Reads both and tries them on. The key's file must be nobody else's to read (secret_file.h).
- * *fault says which is at fault. */
+/* Reads both and tests them. Only the owner may read the key's file (secret_file.h). *fault says
+ * which one is wrong. */
 int tls_read(struct tls *tls, const char *certificate_path, const char *key_path,
              struct fault *fault);
 void tls_fini(struct tls *tls);

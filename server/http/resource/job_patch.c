@@ -73,8 +73,8 @@ static void move(struct request *r)
 
 /* ---- beside the job ---- */
 
-/* ERR_STATE: somebody else has changed it since the client looked (RFC 9110, section 13.1.1).
- * ERR_MEMORY. */
+/* Compares the client's tag. ERR_STATE: the job has changed since the client looked (RFC 9110,
+ * section 13.1.1). ERR_MEMORY. */
 static int compare_tags(const struct request *r, const json_t *body)
 {
     const char *wanted = request_header(r, "If-Match");
@@ -136,8 +136,8 @@ static void on_seen(void *ctx, int error, json_t *body)
     }
 }
 
-/* Whether there is a camera or a lens anywhere in it; what is wrong with it is found by who reads
- * it. ERR_MEMORY. */
+/* Finds whether the body has a camera or a lens anywhere. Its errors are found when it is read.
+ * ERR_MEMORY. */
 static int look_for_move(const struct request *r, bool *moves)
 {
     struct fault ignored;

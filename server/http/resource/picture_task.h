@@ -26,7 +26,7 @@ struct picture_task {
     char exr_path[OBJECTS_PATH_BYTES];
     char layer[32];
     float exposure;
-    bool so_far; /* it will change: nobody may keep it */
+    bool so_far; /* it will change, and must not be cached */
     char etag[ETAG_BYTES];
     struct exr_metadata metadata;
     char job[JOB_ID_BYTES], build[LIMIT_NAME_BYTES]; /* what metadata points to */

@@ -1,4 +1,4 @@
-/* /v1/session: who one is here, and signing in and out from a browser. */
+/* Serves /v1/session: the user of a request, and signing in and out from a browser. */
 #include "server/http/access.h"
 #include "server/http/request.h"
 
@@ -14,8 +14,8 @@ static void answer_cookie(struct request *r, const char *set_cookie)
     request_answer(r, 204, response);
 }
 
-/* {tokens, name, tenant, role}: whether any are asked for, and whose this one is; null for nobody.
- */
+/* Answers {tokens, name, tenant, role}: whether tokens are asked for, and whose this one is; null
+ * without one. */
 void route_session_get(struct request *r)
 {
     const bool asked = r->http->access.path != NULL;
