@@ -9,8 +9,8 @@
 
 #include "server/http/http.h"
 
-/* Who watches learns of the end, and what is being answered when it begins gets out: so long at
- * least while somebody is connected, and so long at most. */
+/* How long the coordinator goes on after its end has begun, so that viewers learn of it and answers
+ * under way go out: at least so long while clients are connected, and at most. */
 #define FAREWELL_MS      100
 #define FAREWELL_MOST_MS 10000
 #define FAREWELL_LOOK_MS 2
@@ -205,7 +205,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
         .stream_us_per_s = stream_us_per_s(options)};
     int error = http_create(&http, &c->http, fault);
     c->reloaded = options->reloaded;
-    /* Without tokens a hangup is the end where somebody's terminal is gone, and nowhere else. */
+    /* Without tokens a hangup ends the process only when its terminal is gone. */
     if (!error && (options->tokens || !isatty(STDIN_FILENO)))
         uv_signal_start(&c->hangup, on_hangup, SIGHUP);
     return error;

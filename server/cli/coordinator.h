@@ -13,7 +13,7 @@ struct coordinator_options {
     struct log *log;                       /* must outlive the coordinator; NULL: none */
     const struct directories *directories; /* must outlive the coordinator */
     const char *listen;                    /* HTTP, "ADDR:PORT" */
-    const char *tokens;            /* file (server/access/tokens.h); NULL: everybody may do all */
+    const char *tokens;            /* file (server/access/tokens.h); NULL: all clients may do all */
     unsigned tenant_jobs;          /* that have not ended, of each tenant; 0: no quota */
     unsigned tenant_assets_mib;    /* of its assets; 0: no quota */
     unsigned feed_mb_per_s;        /* of all pixel feeds while pictures are in work; 0: no limit */

@@ -83,7 +83,7 @@ static void frame_path(const char *path, long frame, bool several, char *out, si
         snprintf(out, capacity, "%s", path);
 }
 
-/* Before the work: nobody wants to hear after hours that a folder is missing. */
+/* Checks outputs before the work, so that a missing folder is not noticed hours later. */
 static int check_outputs(const struct render_options *o, struct fault *fault)
 {
     int error = o->exr ? output_file_check_picture(o->exr, "exr", fault) : 0;
@@ -234,7 +234,7 @@ int cli_render(int argc, char **argv)
     if (!error) client_stop_on(client, &interrupted);
     if (!error) error = render(client, argv[1], document, &o, &progress, &job, &fault);
     double wall_s = now_s() - start_s;
-    client_destroy(&client); /* a server that nobody is connected to ends at once */
+    client_destroy(&client); /* a server without connections ends at once */
     embedded_server_stop(&server, &usage);
     if (!error && o.stats) error = save_statistics(job, o.stats, wall_s, &usage, &fault);
     if (error) {

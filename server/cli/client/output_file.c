@@ -63,8 +63,8 @@ int output_file_check_picture(const char *path, const char *ending, struct fault
     return output_file_check(path, fault);
 }
 
-/* The file's one name, by way of links, whether it is there yet or not. False: nobody could write
- * it. */
+/* Resolves links to the file's one name, whether the file is there yet or not. False: it could not
+ * be written. */
 static bool find_file(const char *path, char out[PATH_MAX])
 {
     char folder[PATH_MAX], to[PATH_MAX], real[PATH_MAX], at[PATH_MAX];

@@ -14,8 +14,8 @@ struct tev_link {
 /* "HOST:PORT", IPv6 in brackets. ERR_SYNTAX, ERR_RANGE. */
 int tev_link_parse(const char *text, bool anywhere, struct tev_link *link, struct fault *fault);
 
-/* ERR_UNSUPPORTED for a host that is not this machine unless `anywhere`; ERR_IO when nobody
- * listens. */
+/* Connects to tev. ERR_UNSUPPORTED for a host that is not this machine unless `anywhere`; ERR_IO
+ * when no process listens. */
 int tev_link_connect(struct tev_link *link, struct fault *fault);
 
 /* ERR_IO: the connection is gone, and closed. */
