@@ -43,7 +43,7 @@ void streams_settle(struct streams *s)
                                 .pixel_bytes = s->pixel_bytes};
     const uint64_t events_us = all.events_us - s->settled.events_us;
     const uint64_t pixels_us = all.pixels_us - s->settled.pixels_us;
-    /* While nothing is in work there is nobody to take it from. */
+    /* While nothing is in work there is nothing to protect. */
     cpu_budget_settle(&s->cpu_budget, streams_clock_us(), events_us,
                       s->rate_limit.pictures > 0 ? pixels_us : 0);
     rate_limit_learn(&s->rate_limit, all.pixel_bytes - s->settled.pixel_bytes, pixels_us);
