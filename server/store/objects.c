@@ -253,7 +253,7 @@ static int hash_file(int fd, struct digest *out)
     return error;
 }
 
-/* Hashes and syncs a file that somebody else has written. */
+/* Hashes and syncs a file that another program has written. */
 static int seal_file(const struct objects *o, const char *path, struct digest *out)
 {
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
