@@ -28,7 +28,7 @@ int json_read_foreign(const char *text, size_t size_bytes, json_t **out);
  * when it finds no memory for the quote behind a key, and gives text without it. */
 char *json_text(const json_t *value, size_t flags);
 
-/* What was missing before is nobody's: where a piece of work begins. */
+/* Forgets earlier failures of this thread, at the start of a piece of work. */
 void json_begin(void);
 
 /* `text` as printable ASCII, other bytes as \xNN, cut with "..." to fit: for echoing input. */

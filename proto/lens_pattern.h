@@ -100,6 +100,6 @@ void lens_pattern_jitters(const struct lens_pattern *p, int32_t x, int32_t y, ui
 void lens_pattern_at(const struct lens_pattern *p, int32_t x, int32_t y, uint32_t i, uint32_t k,
                      float u[2]);
 
-/* The same, for whoever asks but once. */
+/* Does the same for a single lookup, without a prepared pattern. */
 void lens_pattern_point(const struct plan *plan, int32_t x, int32_t y, uint32_t i, uint32_t k,
                         float u[2]);

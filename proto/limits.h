@@ -87,7 +87,7 @@
 #define LIMIT_KEPT_PIXELS_BYTES   (256u << 20)
 #define LIMIT_PIXELS_BYTES        (512u << 20)
 
-/* Who may do what. */
+/* Access control. */
 #define LIMIT_TOKENS            4096    /* tokens of a coordinator */
 #define LIMIT_TOKENS_FILE_BYTES 1048576 /* bytes of the file that they come from */
 

@@ -135,5 +135,5 @@ bool surface_near_facing(const struct surface_view *view, float pixel, float sub
  * `offset` in its pixel. */
 float surface_share(const float offset[2], int32_t column, int32_t row);
 
-/* Sums of shares times matches below this are nobody's surface: no pixel shows the sub-sample's. */
+/* Below this sum of shares times matches, no pixel shows the sub-sample's surface. */
 #define SURFACE_WEIGHT_MIN 1e-6f

@@ -24,14 +24,14 @@ struct message_hello {
     uint32_t capabilities;
     char build_id[LIMIT_NAME_BYTES]; /* must equal the coordinator's */
     char embree_version[LIMIT_NAME_BYTES];
-    char isa[LIMIT_NAME_BYTES];  /* "avx512", "avx2", "sse4.2": Embree's and ours */
-    char name[LIMIT_NAME_BYTES]; /* for people: host:pid */
+    char isa[LIMIT_NAME_BYTES];  /* "avx512", "avx2", "sse4.2": Embree's and the kernels' */
+    char name[LIMIT_NAME_BYTES]; /* is shown to users: host:pid */
     uint32_t threads;
     uint64_t pid;
 };
 
-/* The bits of a worker id from here on are one number for the whole life of a coordinator: after a
- * reconnect to another life a worker drops what it holds, since frame ids mean something else. */
+/* The bits of a worker id from here on number the runs of the coordinator. After a reconnect to
+ * another run a worker drops its leases, since frame ids are numbered anew. */
 #define WORKER_ID_LIFE_SHIFT 28
 
 struct message_welcome {
@@ -49,8 +49,8 @@ struct message_want {
 };
 
 struct message_frame_plan {
-    uint64_t frame_id;                    /* unique in the coordinator's life */
-    char job[LIMIT_JOB_ID_BYTES];         /* whose it is, for the worker's log; "": not told */
+    uint64_t frame_id;                    /* unique in a run of the coordinator */
+    char job[LIMIT_JOB_ID_BYTES];         /* for the worker's log; "": unknown */
     char trace[TRACE_CONTEXT_TEXT_BYTES]; /* of the request that submitted it (trace_context_keep),
                                              or "" */
     const uint8_t *plan;                  /* plan_decode reads it; borrowed */

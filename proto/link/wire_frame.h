@@ -1,15 +1,15 @@
 #pragma once
-/* Framing of worker links: a fixed header, then a payload. No IO and no allocation while decoding.
+/* Framing of worker links: a fixed header, then a payload. Decoding does no IO and no allocation.
  *
  *   offset size
  *        0    4  magic "SHWR"
  *        4    4  payload length in bytes
  *        8    2  message type
  *       10    2  flags, 0
- *       12    8  request id: an answer carries its question's
+ *       12    8  request id: an answer has its question's
  *       20    4  CRC32C of bytes 4..19 and the payload
  *
- * Little-endian. The length is checked against the limit before the payload is awaited. */
+ * Numbers are little-endian. The length is checked against the limit before the payload is read. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -23,9 +23,9 @@ struct wire_frame_view {
     uint32_t payload_bytes;
 };
 
-/* Decodes one frame from the start of `data`. 0 and *used_bytes on success; ERR_INCOMPLETE when
- * more is needed, with *used_bytes the size that would be enough; ERR_MAGIC, ERR_LIMIT, ERR_RANGE
- * (flags), ERR_CHECKSUM otherwise. `limit_bytes` caps the payload. */
+/* Decodes one frame of *used_bytes from the start of `data`. `limit_bytes` caps the payload.
+ * ERR_INCOMPLETE when more bytes are needed, *used_bytes in all; ERR_MAGIC, ERR_LIMIT, ERR_RANGE
+ * (flags), ERR_CHECKSUM. */
 int wire_frame_decode(const uint8_t *data, size_t size_bytes, uint32_t limit_bytes,
                       struct wire_frame_view *out, size_t *used_bytes);
 
@@ -37,7 +37,7 @@ void wire_frame_header(uint8_t out[WIRE_FRAME_HEADER_BYTES], uint16_t type, uint
 
 uint32_t wire_frame_crc32c(uint32_t crc, const void *data, size_t size_bytes);
 
-/* Bytes that came in and are not yet decoded: a growing buffer, bounded by limit + header. */
+/* Received bytes that are not yet decoded: a growing buffer, bounded by limit + header. */
 struct wire_frame_inbox {
     uint8_t *data; /* owned */
     size_t start, end, capacity_bytes;
@@ -47,10 +47,10 @@ struct wire_frame_inbox {
 void wire_frame_inbox_init(struct wire_frame_inbox *in, uint32_t limit_bytes);
 void wire_frame_inbox_fini(struct wire_frame_inbox *in);
 
-/* Where to read more into, and how much fits (at least 4 KiB). NULL on failed allocation. */
+/* Returns where to read more bytes to, at least 4 KiB. NULL on failed allocation. */
 uint8_t *wire_frame_inbox_space(struct wire_frame_inbox *in, size_t *space_bytes);
 void wire_frame_inbox_filled(struct wire_frame_inbox *in, size_t size_bytes);
 
-/* The next whole frame, ERR_INCOMPLETE, or what wire_frame_decode refuses. The view holds until the
- * next call on this inbox. */
+/* Returns the next whole frame in *out. ERR_INCOMPLETE, or what wire_frame_decode returns. The view
+ * is valid until the next call on this inbox. */
 int wire_frame_inbox_next(struct wire_frame_inbox *in, struct wire_frame_view *out);

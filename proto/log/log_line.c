@@ -1,4 +1,4 @@
-/* One line of the log, of bytes that nobody vouches for. */
+/* Formats one line of the log from untrusted bytes. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -19,7 +19,7 @@ struct log_writer {
     pthread_cond_t filled, emptied;
     uint64_t put_bytes, taken_bytes; /* since the start; the rest is in bytes, round and round */
     uint64_t failed;                 /* lines */
-    bool writing, ending, left;      /* left: nobody waits for the end of it */
+    bool writing, ending, left;      /* left: log_writer_close no longer waits */
     int fd;
     char piece[LOG_LINE_BYTES];
     char bytes[LOG_BUFFER_BYTES];
@@ -35,7 +35,7 @@ static void release(struct log_writer *w)
 
 /* -- on the writer's thread -- */
 
-/* These may pass: somebody makes room, or another disk takes over. */
+/* Returns whether an error may pass, as when a user makes room on the disk. */
 static bool may_pass(int error)
 {
     return error == ENOSPC || error == EDQUOT || error == EIO;
@@ -112,9 +112,9 @@ static void *run(void *ctx)
     return NULL;
 }
 
-/* -- on the thread of who logs -- */
+/* -- on the caller's thread -- */
 
-/* Signals are for those who wait for them. */
+/* Starts the thread with signals blocked, since other threads handle them. */
 static int start(struct log_writer *w)
 {
     sigset_t all, before;

@@ -1,8 +1,8 @@
 #pragma once
-/* Which request something belongs to: identifiers as in W3C Trace Context (Level 1), so that lines
- * here can be found from the caller's side and the other way round.
+/* The identifiers of a request, as in W3C Trace Context (Level 1). They connect the log lines of a
+ * request with those of its caller.
  *
- * The trace is the caller's, or a new one; the request's own id is that of its span. */
+ * The trace is the caller's, or a new one. The request's own id is that of its span. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -19,21 +19,22 @@ struct trace_context {
     bool sampled;                          /* the caller keeps it */
 };
 
-/* Gives ids that differ; not secret. For one thread. */
+/* A source of distinct ids, which are not secret. For one thread. */
 struct trace_context_source {
     uint64_t state;
 };
 void trace_context_source_init(struct trace_context_source *source);
 
-/* A new request. `header`: the value of its only traceparent field, any bytes up to a NUL, or NULL.
- * One that is not valid is as none, as the standard wants it. */
+/* Begins a request. `header` is the value of its only traceparent field, any bytes up to a NUL, or
+ * NULL. An invalid value counts as none, as the standard demands. */
 void trace_context_begin(struct trace_context_source *source, const char *header,
                          struct trace_context *out);
 
-/* The traceparent for whoever is told of this request. */
+/* Writes the traceparent to be passed on. */
 void trace_context_write(const struct trace_context *trace, char out[TRACE_CONTEXT_PARENT_BYTES]);
 
-/* To be kept: the traceparent and, after another dash, the caller's span if there is one; "" for no
- * request. Reading is false, and the trace zero, for all else. */
+/* Write and read a text for storage: the traceparent and, after another dash, the caller's span if
+ * there is one; "" for no request. trace_context_kept returns false, and a zero trace, for any
+ * other text. */
 void trace_context_keep(const struct trace_context *trace, char out[TRACE_CONTEXT_TEXT_BYTES]);
 bool trace_context_kept(const char *text, struct trace_context *out);

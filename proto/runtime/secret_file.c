@@ -72,7 +72,7 @@ static int write_all(int fd, const char *text, size_t size_bytes)
     return fsync(fd);
 }
 
-/* Whoever could read the old file can read the new one; nobody else. */
+/* Gives the new file the owner, group and mode of the old one, but no access for others. */
 static int keep_readers(int fd, const char *path)
 {
     struct stat old;

@@ -1,5 +1,5 @@
 #pragma once
-/* Small files that nobody else may read: hashes of tokens, keys. */
+/* Small files that other users cannot read: hashes of tokens, keys. */
 #include <stddef.h>
 
 #include "proto/error.h"

@@ -27,8 +27,8 @@ struct pool_thread {
 };
 
 struct thread_pool {
-    /* Of results_fd, to which whoever finishes something writes: uv_async has the loop spin for as
-     * long as its sender is kept off the CPU (libuv 1.44). */
+    /* Polls results_fd, to which a thread writes when it has finished a task. uv_async would let
+     * the loop spin for as long as its sender is kept off the CPU (libuv 1.44). */
     uv_poll_t results;
     int results_fd;
     char name[NAME_BYTES];

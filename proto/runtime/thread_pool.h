@@ -28,7 +28,7 @@ struct pool_tools {
     void *ctx;
 };
 
-/* Starts the threads; they take no signals. `name` is for people who look at threads (at most 15
+/* Starts the threads, which take no signals. `name` is shown by tools such as top (at most 15
  * bytes); `tools` may be NULL. ERR_LIMIT, ERR_MEMORY, ERR_IO, or what tools->create returned; then
  * the loop must run once more to close the pool's handle. */
 int thread_pool_create(uv_loop_t *loop, const char *name, unsigned threads,

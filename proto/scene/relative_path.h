@@ -2,6 +2,6 @@
 /* Relative paths inside a scene. */
 #include <stdbool.h>
 
-/* True for a path that stays inside its folder: relative, no empty, "." or ".." part, no backslash,
- * no control character, within LIMIT_PATH_BYTES. */
+/* Returns whether a path stays inside its folder: it is relative and within LIMIT_PATH_BYTES, and
+ * has no empty, "." or ".." part, no backslash and no control character. */
 bool relative_path_is_inside(const char *path);
