@@ -47,7 +47,7 @@ static void on_ended(void *ctx, enum session_end end, const char *text)
     p->session = NULL;
 }
 
-/* A scene that loads cannot be stopped, and nobody waits for it: the process may end under it. */
+/* Loading a scene cannot be stopped and is not waited for: the process may end during it. */
 static void on_flushed(void *ctx, bool is_loading)
 {
     struct program *p = ctx;

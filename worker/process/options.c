@@ -193,7 +193,7 @@ static int check_arguments(const struct options *o, struct fault *fault)
                      "a pixel X,Y and a sample's number must follow");
 }
 
-/* Does what is sent there leave the machine? A name may be anybody's. */
+/* Returns whether bytes sent there may leave the machine, as they may for any host name. */
 static bool crosses_network(const char *address)
 {
     static const char *const own[] = {"unix:", "127.", "localhost:", "[::1]:"};

@@ -29,9 +29,9 @@ float environment_most(const struct environment *e);
 /* Texels along u and v. */
 void environment_size(const struct environment *e, float *width, float *height);
 
-/* Lookups and samples go in steps. Maps are larger than caches: each step asks memory for what the
- * next one reads, and who takes it for several directions before the next waits for all of them at
- * once. Steps without memory are here, so that loops over lanes become vector code. */
+/* Lookups and samples are done in steps. Maps are larger than caches, so each step prefetches what
+ * the next one reads. A caller that takes one step for several directions before the next waits for
+ * all of them at once. Steps that read no memory are inline, so that loops over lanes vectorise. */
 
 /* Position in texels. */
 struct environment_spot {

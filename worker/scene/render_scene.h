@@ -53,7 +53,7 @@ struct render_scene {
 
 /* Builds the scene with `threads` threads (at least 1) on the instruction set build_isa(). `blob`
  * stays borrowed, and its vertices are used in place: it must outlive the result. *steps (may be
- * NULL) grows while it gets on, for who watches from another thread. ERR_MEMORY, ERR_UNSUPPORTED
+ * NULL) grows with the progress and may be read by other threads. ERR_MEMORY, ERR_UNSUPPORTED
  * (the CPU lacks the instruction set), ERR_LIMIT; *fault says more. */
 int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint64_t *steps,
                         struct render_scene **out, struct fault *fault);

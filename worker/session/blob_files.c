@@ -105,7 +105,7 @@ uint64_t blob_files_used_bytes(const struct blob_files *c)
 
 /* ---- removing ---- */
 
-/* Unlinks a file that nobody has locked. */
+/* Unlinks a file unless it is locked. */
 static bool remove_unlocked(const char *path)
 {
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);

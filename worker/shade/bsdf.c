@@ -98,7 +98,7 @@ static bool sample_reflection(const struct bsdf *b, const float wo[3], float cho
     }
 }
 
-/* Weights by the same formulas as everyone's who evaluates the pair. False: all are 0. */
+/* Computes the weights by the formulas of bsdf_evaluate. False: all are 0. */
 static bool weigh(const struct bsdf *b, const struct bsdf_value *v, struct bsdf_sample *out)
 {
     if (!(v->pdf > BSDF_PDF_LEAST)) return false;

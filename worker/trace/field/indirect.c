@@ -212,9 +212,8 @@ static void reject(const struct lanes_mask *counted, size_t first, struct path_r
     counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint32_t)rejected;
 }
 
-/* Halves alternate like a chessboard's fields over the strata: any other cut would put light from
- * here into one half and light from there into the other. Where pixels differ in their strata
- * nobody asks for halves. */
+/* Returns the half of a sample. Halves alternate over the strata like the fields of a chessboard,
+ * so that both see light from all directions. Pixels with different strata have no halves. */
 static uint32_t field_of(uint32_t l, uint32_t sample)
 {
     return l > 0 ? sample % l + sample / l : sample;

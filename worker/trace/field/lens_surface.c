@@ -23,9 +23,9 @@ static void find_light(const struct path_context *c, const struct path_harvest *
     for (int k = 0; k < 3; k++) out[k] = light[k] < INFINITY ? light[k] : 0.0f;
 }
 
-/* Of pure Lambert surfaces nothing is left; of others what their other lobes have sent on. What is
- * not finite stays so, for whoever counts it. The albedo is the exact one, though it travels
- * rounded: rounded at random it adds as much in the mean, and nothing is left that is cut at 0. */
+/* Leaves nothing of pure Lambert surfaces, and the radiance of the other lobes on others. Values
+ * that are not finite stay so, and are counted later. The exact albedo is used although the plane's
+ * is rounded: the rounding is random, so its mean is right, and no remainder is clamped at 0. */
 void lens_surface_take_out(const struct path_context *c, size_t slot, struct path_harvest *h)
 {
     struct path_rgb *left = &h->indirect;

@@ -4,7 +4,7 @@
 
 struct mesh_point;
 
-/* Albedo below half a step of the albedo plane: black for everyone who reads that plane. */
+/* Half a step of the albedo plane: lower albedos are 0 in that plane. */
 #define ALBEDO_BLACK (0.5f / 65535.0f)
 
 /* The surfaces that sixteen rays met. Where `hit` is off, distance, id, albedo and emission are 0

@@ -129,7 +129,7 @@ static uint32_t index_of(const struct RTCHit16 *hit, int i)
     return hit->instID[0][i] != RTC_INVALID_GEOMETRY_ID ? hit->instID[0][i] : hit->geomID[i];
 }
 
-/* The first lane's instance is everyone's. */
+/* Looks up the first lane's instance, which all lanes share. */
 static void find_one(const struct render_scene *scene, const struct RTCRayHit16 *rays,
                      struct hit_lanes *lanes, struct surface *out)
 {

@@ -1,9 +1,9 @@
 #pragma once
-/* All that is asked of Embree while tracing, sixteen rays at a time. A ray's id is the key of its
- * random numbers at blended surfaces (worker/scene/alpha.h); 0: none.
+/* The queries to Embree while tracing, sixteen rays at a time. A ray's id is the key of its random
+ * numbers at blended surfaces (worker/scene/alpha.h); 0: none.
  *
- * Embree aborts on rays that are not finite or start beyond 1e18: every packet goes through
- * queries_sanitise first, or was made by light_kernels' sample_light, which looks itself. */
+ * Embree aborts on rays that are not finite or start beyond 1e18. Every packet goes through
+ * queries_sanitise first, or comes from light_kernels' sample_light, which checks its rays. */
 #include <embree3/rtcore.h>
 
 #include "worker/scene/render_scene.h"
@@ -29,7 +29,7 @@ struct hit_kernels;
 struct queries {
     const struct render_scene *scene;
     const struct hit_kernels *kernels;
-    struct query_recorder *recorder; /* NULL: nobody looks */
+    struct query_recorder *recorder; /* NULL: nothing is recorded */
     uint64_t rejected;               /* rays switched off because they were not finite */
     struct RTCRayHit8 narrow8;       /* scratch for CPUs without packets of sixteen */
     struct RTCRayHit4 narrow4;
@@ -41,15 +41,15 @@ void queries_init(struct queries *q);
 /* Sets the fields that no query changes. */
 void queries_init_rays(struct RTCRayHit16 *rays);
 
-/* Lanes whose ray Embree can take stay in *valid; the others are counted. */
+/* Clears the lanes of *valid whose ray Embree cannot take, and counts them. */
 void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct RTCRay16 *rays);
 
-/* Closest hits of the lanes in *valid, which must be fit; rays->ray.tfar becomes the distance and
- * rays->hit is filled, geomID RTC_INVALID_GEOMETRY_ID on a miss and in other lanes. */
+/* Finds closest hits in the lanes of *valid, which must be fit; rays->ray.tfar becomes the distance
+ * and rays->hit is filled, geomID RTC_INVALID_GEOMETRY_ID on a miss and in other lanes. */
 void queries_closest(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                      struct RTCRayHit16 *rays);
 
-/* rays->ray.tfar becomes -infinity where something stands between tnear and tfar. rays->hit is left
+/* Sets rays->ray.tfar to -infinity where geometry lies between tnear and tfar. rays->hit is left
  * alone. The lanes of *valid must be fit. */
 void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                       struct RTCRayHit16 *rays);
