@@ -6,87 +6,13 @@
 
 #include "proto/runtime/clock.h"
 #include "server/store/asset_tables.h"
+#include "server/store/job_queries.h"
 #include "server/store/job_schema.h"
 
-/* Prepared when first needed, kept until the end. */
-enum query {
-    QUERY_BEGIN,
-    QUERY_COMMIT,
-    QUERY_ROLLBACK,
-    QUERY_MARK,
-    QUERY_KEEP,
-    QUERY_UNDO,
-    QUERY_FIND_KEY,
-    QUERY_INSERT,
-    QUERY_INSERT_KEY,
-    QUERY_UPDATE,
-    QUERY_STEER,
-    QUERY_UPDATE_FRAME,
-    QUERY_UPDATE_DOCUMENT,
-    QUERY_REMOVE,
-    QUERY_GET,
-    QUERY_FRAMES,
-    QUERY_LIST,
-    QUERY_LIST_STATE,
-    QUERY_LIST_OWNER,
-    QUERY_LIST_OWNER_STATE,
-    QUERY_UNFINISHED,
-    QUERY_REMEMBER_BLOB,
-    QUERY_FIND_BLOB,
-    QUERY_COUNT
-};
-
-/* No LIKE: what people look for may hold its wildcards. */
-#define HAS_TEXT                                                                                   \
-    " AND (?3 IS NULL OR instr(lower(id), lower(?3)) > 0 OR instr(lower(document), lower(?3)) > "  \
-    "0)"
-
-static const char *const query_text[QUERY_COUNT] = {
-    [QUERY_BEGIN] = "BEGIN IMMEDIATE",
-    [QUERY_COMMIT] = "COMMIT",
-    [QUERY_ROLLBACK] = "ROLLBACK",
-    [QUERY_MARK] = "SAVEPOINT change",
-    [QUERY_KEEP] = "RELEASE change",
-    [QUERY_UNDO] = "ROLLBACK TO change",
-    [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
-    [QUERY_INSERT] =
-        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
-        " ?10, ?11)",
-    [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
-    [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
-                     " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
-    [QUERY_STEER] = "UPDATE jobs SET priority = coalesce(?2, priority),"
-                    " paused = coalesce(?3, paused), updated_ms = ?4 WHERE id = ?1"
-                    " AND state NOT IN ('finished', 'failed', 'cancelled')",
-    [QUERY_UPDATE_FRAME] = "INSERT INTO frames (job, number, state, exr, png)"
-                           " SELECT id, ?2, ?3, ?4, ?5 FROM jobs WHERE id = ?1"
-                           " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"
-                           " exr = excluded.exr, png = excluded.png",
-    [QUERY_UPDATE_DOCUMENT] = "UPDATE jobs SET document = ?2, updated_ms = ?3 WHERE id = ?1",
-    [QUERY_REMOVE] = "DELETE FROM jobs WHERE id = ?1",
-    [QUERY_GET] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE id = ?1",
-    [QUERY_FRAMES] = "SELECT " JOB_RECORD_FRAME_COLUMNS " FROM frames WHERE job = ?1"
-                     " ORDER BY number",
-    [QUERY_LIST] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)" HAS_TEXT
-                   " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?4"
-                         " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_OWNER] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
-                         " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_OWNER_STATE] =
-        "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
-        " AND state = ?4 AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
-    [QUERY_UNFINISHED] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs"
-                         " WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY id",
-    [QUERY_REMEMBER_BLOB] = "INSERT INTO blobs (source, blob) VALUES (?1, ?2)"
-                            " ON CONFLICT (source) DO UPDATE SET blob = excluded.blob",
-    [QUERY_FIND_BLOB] = "SELECT blob FROM blobs WHERE source = ?1",
-};
-
 struct job_database {
-    char *path;  /* owned */
-    sqlite3 *db; /* NULL: it could not be opened again */
-    sqlite3_stmt *statements[QUERY_COUNT];
+    char *path;                            /* owned */
+    sqlite3 *db;                           /* NULL: it could not be opened again */
+    sqlite3_stmt *statements[QUERY_COUNT]; /* prepared when first needed */
     bool ephemeral;
     bool suspect; /* a file of it failed: this connection may never write again */
 };
@@ -164,7 +90,7 @@ static sqlite3_stmt *statement(struct job_database *db, enum query query)
 {
     sqlite3_stmt **s = &db->statements[query];
     if (!*s) {
-        sqlite3_prepare_v3(db->db, query_text[query], -1, SQLITE_PREPARE_PERSISTENT, s, NULL);
+        sqlite3_prepare_v3(db->db, job_query_text(query), -1, SQLITE_PREPARE_PERSISTENT, s, NULL);
         if (!*s) return NULL;
     }
     sqlite3_reset(*s);

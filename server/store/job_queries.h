@@ -1,0 +1,31 @@
+#pragma once
+/* The queries of the job database in SQL. */
+
+enum query {
+    QUERY_BEGIN,
+    QUERY_COMMIT,
+    QUERY_ROLLBACK,
+    QUERY_MARK,
+    QUERY_KEEP,
+    QUERY_UNDO,
+    QUERY_FIND_KEY,
+    QUERY_INSERT,
+    QUERY_INSERT_KEY,
+    QUERY_UPDATE,
+    QUERY_STEER,
+    QUERY_UPDATE_FRAME,
+    QUERY_UPDATE_DOCUMENT,
+    QUERY_REMOVE,
+    QUERY_GET,
+    QUERY_FRAMES,
+    QUERY_LIST,
+    QUERY_LIST_STATE,
+    QUERY_LIST_OWNER,
+    QUERY_LIST_OWNER_STATE,
+    QUERY_UNFINISHED,
+    QUERY_REMEMBER_BLOB,
+    QUERY_FIND_BLOB,
+    QUERY_COUNT
+};
+
+const char *job_query_text(enum query query);
