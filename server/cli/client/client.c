@@ -8,25 +8,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "proto/job/job.h"
 #include "proto/json.h"
-#include "server/cli/client/event_parser.h"
+#include "server/cli/client/client_request.h"
 #include "server/cli/client/output_file.h"
 
 #define ANSWER_LIMIT_BYTES (64u << 20)
-#define EVENT_TRIES        10
-
-struct client {
-    CURL *curl;
-    char base_url[512];
-    char message[CURL_ERROR_SIZE];
-    const volatile sig_atomic_t *stop; /* NULL: none */
-    char *token;                       /* owned; NULL: none */
-    const char *authority;             /* NULL: the system's */
-};
 
 struct answer {
     char *data;
@@ -96,8 +85,8 @@ static int check_stop(void *ctx, curl_off_t down_total, curl_off_t down, curl_of
     return c->stop && *c->stop;
 }
 
-/* A fresh request on the kept connection. Proxies are never asked: a render goes where it says. */
-static void begin(struct client *c, const char *path)
+/* Proxies are never asked: a render goes where it says. */
+void client_begin(struct client *c, const char *path)
 {
     char url[2048];
     curl_easy_reset(c->curl);
@@ -129,7 +118,7 @@ static size_t collect(char *data, size_t size, size_t count, void *ctx)
     return more;
 }
 
-static int code_of_status(long status)
+int client_code_of_status(long status)
 {
     switch (status) {
     case 401:
@@ -155,11 +144,12 @@ static int refused(long status, const struct answer *a, struct fault *fault)
     const char *detail = json_string_value(json_object_get(problem, "detail"));
     const char *title = json_string_value(json_object_get(problem, "title"));
     const char *pointer = json_string_value(json_object_get(problem, "pointer"));
-    int code = fault_set(fault, code_of_status(status), pointer ? pointer : "", "%s (HTTP %ld)",
-                         detail  ? detail
-                         : title ? title
-                                 : "the server refused",
-                         status);
+    int code =
+        fault_set(fault, client_code_of_status(status), pointer ? pointer : "", "%s (HTTP %ld)",
+                  detail  ? detail
+                  : title ? title
+                          : "the server refused",
+                  status);
     json_decref(problem);
     return code;
 }
@@ -176,8 +166,7 @@ static int unreachable(struct client *c, CURLcode result, struct fault *fault)
     return fault_set(fault, ERR_IO, "", "%s: %s", c->base_url, why);
 }
 
-/* Runs the prepared request; *status is set when 0 is returned. */
-static int perform(struct client *c, long *status, struct fault *fault)
+int client_perform(struct client *c, long *status, struct fault *fault)
 {
     CURLcode result = curl_easy_perform(c->curl);
     if (result != CURLE_OK) return unreachable(c, result, fault);
@@ -203,9 +192,9 @@ static int hash_file(FILE *f, const char *path, struct digest *out, struct fault
 static int asset_known(struct client *c, const char *url_path, bool *known, struct fault *fault)
 {
     long status = 0;
-    begin(c, url_path);
+    client_begin(c, url_path);
     curl_easy_setopt(c->curl, CURLOPT_NOBODY, 1L);
-    int error = perform(c, &status, fault);
+    int error = client_perform(c, &status, fault);
     *known = status == 200;
     return error;
 }
@@ -215,13 +204,13 @@ static int upload(struct client *c, const char *url_path, FILE *f, curl_off_t si
 {
     struct answer answer = {0};
     long status = 0;
-    begin(c, url_path);
+    client_begin(c, url_path);
     curl_easy_setopt(c->curl, CURLOPT_UPLOAD, 1L);
     curl_easy_setopt(c->curl, CURLOPT_READDATA, f);
     curl_easy_setopt(c->curl, CURLOPT_INFILESIZE_LARGE, size_bytes);
     curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, collect);
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, &answer);
-    int error = perform(c, &status, fault);
+    int error = client_perform(c, &status, fault);
     if (!error && status >= 400) error = refused(status, &answer, fault);
     free(answer.data);
     return error;
@@ -283,7 +272,7 @@ int client_json(struct client *c, const char *method, const char *path, const js
     char *text = json_text(body, JSON_COMPACT);
     long status = 0;
     if (body && !text) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
-    begin(c, path);
+    client_begin(c, path);
     curl_easy_setopt(c->curl, CURLOPT_CUSTOMREQUEST, method);
     if (text) {
         headers = curl_slist_append(headers, "Content-Type: application/json");
@@ -292,7 +281,7 @@ int client_json(struct client *c, const char *method, const char *path, const js
     }
     curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, collect);
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, &answer);
-    int error = perform(c, &status, fault);
+    int error = client_perform(c, &status, fault);
     if (!error && status >= 400) error = refused(status, &answer, fault);
     if (!error) error = parse_answer(&answer, out, fault);
     curl_slist_free_all(headers);
@@ -320,7 +309,7 @@ static int download(struct client *c, const char *path, struct fault *fault)
     int error = output_file_open(&out, path, fault);
     if (error) return error;
     curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, out.file);
-    error = perform(c, &status, fault);
+    error = client_perform(c, &status, fault);
     if (!error && status >= 400) error = refused_download(out.file, status, fault);
     int unwritten = output_file_close(&out, !error, fault);
     return error ? error : unwritten;
@@ -328,7 +317,7 @@ static int download(struct client *c, const char *path, struct fault *fault)
 
 int client_download(struct client *c, const char *url_path, const char *path, struct fault *fault)
 {
-    begin(c, url_path);
+    client_begin(c, url_path);
     return download(c, path, fault);
 }
 
@@ -344,67 +333,11 @@ int client_post_download(struct client *c, const char *url_path, const json_t *b
     }
     snprintf(accept, sizeof accept, "Accept: %s", type);
     headers = curl_slist_append(headers, accept);
-    begin(c, url_path);
+    client_begin(c, url_path);
     curl_easy_setopt(c->curl, CURLOPT_HTTPHEADER, headers);
     curl_easy_setopt(c->curl, CURLOPT_POSTFIELDS, text);
     const int error = download(c, path, fault);
     curl_slist_free_all(headers);
     free(text);
-    return error;
-}
-
-static size_t feed_events(char *data, size_t size, size_t count, void *ctx)
-{
-    return event_parser_feed(ctx, data, size * count) ? size * count : 0;
-}
-
-/* One connection's worth of events. */
-static int follow(struct client *c, const char *path, struct event_parser *parser, long *status,
-                  struct fault *fault)
-{
-    char last[64];
-    struct curl_slist *headers = curl_slist_append(NULL, "Accept: text/event-stream");
-    if (parser->last_id[0]) {
-        snprintf(last, sizeof last, "Last-Event-ID: %s", parser->last_id);
-        headers = curl_slist_append(headers, last);
-    }
-    begin(c, path);
-    curl_easy_setopt(c->curl, CURLOPT_HTTPHEADER, headers);
-    curl_easy_setopt(c->curl, CURLOPT_WRITEFUNCTION, feed_events);
-    curl_easy_setopt(c->curl, CURLOPT_WRITEDATA, parser);
-    /* The server says something at least every 15 s; a minute of silence is a dead link. */
-    curl_easy_setopt(c->curl, CURLOPT_LOW_SPEED_LIMIT, 1L);
-    curl_easy_setopt(c->curl, CURLOPT_LOW_SPEED_TIME, 60L);
-    int error = perform(c, status, fault);
-    curl_slist_free_all(headers);
-    return error;
-}
-
-int client_events(struct client *c, const char *job, client_event event, void *ctx,
-                  struct fault *fault)
-{
-    char path[256];
-    struct event_parser parser;
-    int error = 0;
-    snprintf(path, sizeof path, "/v1/jobs/%s/events", job);
-    event_parser_init(&parser, event, ctx);
-    for (int tries = 0; tries < EVENT_TRIES && !parser.stopped && !(c->stop && *c->stop); tries++) {
-        uint64_t before = parser.events;
-        long status = 0;
-        event_parser_restart(&parser);
-        error = follow(c, path, &parser, &status, fault);
-        if (!error && status >= 400) {
-            error = fault_set(fault, code_of_status(status), "", "events of job %s: HTTP %ld", job,
-                              status);
-            break;
-        }
-        if (parser.events > before) tries = -1;
-        if (!parser.stopped) nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
-    }
-    if (parser.error)
-        error = fault_set(fault, parser.error, "", "events of job %s: %s", job,
-                          error_text(parser.error));
-    if (parser.stopped) error = 0;
-    event_parser_fini(&parser);
     return error;
 }
