@@ -1,7 +1,7 @@
 /* Radiance pictures: whatever the bytes, a fault or a panorama that a blob may hold after its
  * repair; the address sanitizer watches. */
 // sources: server/import/image/panorama.c server/import/image/panorama_radiance.c
-// server/import/scene/warnings.c
+// sources: server/import/scene/warnings.c
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
