@@ -7,20 +7,12 @@
 #include "proto/error.h"
 #include "server/job/frame/tile_deaths.h"
 #include "server/job/frame/tile_heap.h"
+#include "server/job/frame/tile_leases.h"
 
 enum tile_state { TILE_WAITING, TILE_LEASED, TILE_RECEIVED, TILE_LANDED };
 
-/* Leases of a tile that are in force at the same time: its own and a copy. */
-#define TILE_LEASES 2
-
-struct tile_lease {
-    uint64_t worker;
-    uint32_t generation; /* 0: none */
-    bool alone;          /* given as a suspect: to a worker that held nothing else */
-};
-
 struct tile_entry {
-    struct tile_lease leases[TILE_LEASES];
+    struct tile_leases leases;
     uint64_t faulted_by[TILE_QUEUE_FAULTS];
     uint32_t generation; /* of the last lease; 0: never leased */
     uint32_t settled;    /* the generation under which the last pass landed; 0: none has */
@@ -140,7 +132,7 @@ static uint32_t add_lease(struct tile_entry *t, uint64_t worker, bool alone)
 {
     const struct tile_lease lease = {
         .worker = worker, .generation = ++t->generation, .alone = alone};
-    t->leases[t->leases[0].generation != 0] = lease;
+    tile_leases_add(&t->leases, &lease);
     return lease.generation;
 }
 
@@ -187,9 +179,10 @@ bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint3
                      uint32_t *generation)
 {
     struct tile_entry *t = tile < q->count ? &q->tiles[tile] : NULL;
-    if (!t || t->state != TILE_LEASED || t->leases[1].generation != 0) return false;
+    if (!t || t->state != TILE_LEASED || t->leases.at[1].generation != 0) return false;
     if (tile_queue_is_suspect(q, tile)) return false;
-    if (t->leases[0].generation != of_generation || t->leases[0].worker == worker) return false;
+    if (t->leases.at[0].generation != of_generation || t->leases.at[0].worker == worker)
+        return false;
     *generation = add_lease(t, worker, false);
     q->copied++;
     return true;
@@ -201,18 +194,7 @@ static struct tile_entry *end_lease(struct tile_queue *q, uint64_t worker, uint3
 {
     if (tile >= q->count || generation == 0) return NULL;
     struct tile_entry *t = &q->tiles[tile];
-    for (int i = 0; i < TILE_LEASES; i++) {
-        if (t->leases[i].generation != generation || t->leases[i].worker != worker) continue;
-        if (i == 0) t->leases[0] = t->leases[1];
-        t->leases[1] = (struct tile_lease){0};
-        return t;
-    }
-    return NULL;
-}
-
-static bool is_somebodys(const struct tile_entry *t, uint32_t generation)
-{
-    return t->leases[0].generation == generation || t->leases[1].generation == generation;
+    return tile_leases_end(&t->leases, worker, generation) ? t : NULL;
 }
 
 /* Takes a tile that came back out of those that wait. */
@@ -239,7 +221,7 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
     t = &q->tiles[tile];
     if (t->state == TILE_LANDED || t->state == TILE_RECEIVED || generation <= t->settled)
         return VERDICT_DUPLICATE;
-    if (is_somebodys(t, generation)) return VERDICT_FOREIGN;
+    if (tile_leases_find(&t->leases, generation)) return VERDICT_FOREIGN;
     if (t->generation != generation || t->state != TILE_WAITING) return VERDICT_STALE;
     take_out(q, tile); /* it came back, and nobody has begun it since */
     t->state = TILE_RECEIVED;
@@ -252,7 +234,7 @@ static struct tile_entry *end_pass(struct tile_queue *q, uint32_t tile)
     struct tile_entry *t = &q->tiles[tile];
     assert(tile < q->count && t->state == TILE_RECEIVED);
     t->settled = t->generation;
-    memset(t->leases, 0, sizeof t->leases);
+    memset(&t->leases, 0, sizeof t->leases);
     t->returns = 0;
     t->faults = 0;
     tile_deaths_clear(&q->deaths, tile);
@@ -297,7 +279,7 @@ void tile_queue_land_and_take(struct tile_queue *q, uint32_t tile)
 void tile_queue_give_up(struct tile_queue *q, uint32_t tile)
 {
     struct tile_entry *t = &q->tiles[tile];
-    assert(tile < q->count && t->state == TILE_RECEIVED && t->leases[0].generation == 0);
+    assert(tile < q->count && t->state == TILE_RECEIVED && t->leases.at[0].generation == 0);
     t->state = TILE_WAITING;
     wait_fresh(q, tile);
 }
@@ -330,7 +312,7 @@ uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
  * again. */
 static void put_back(struct tile_queue *q, struct tile_entry *t)
 {
-    if (t->state == TILE_RECEIVED || t->leases[0].generation != 0) return;
+    if (t->state == TILE_RECEIVED || t->leases.at[0].generation != 0) return;
     t->state = TILE_WAITING;
     q->returned[q->returned_count++] = (uint32_t)(t - q->tiles);
 }
@@ -344,10 +326,9 @@ void tile_queue_reject(struct tile_queue *q, uint32_t tile)
 
 static bool is_alone(const struct tile_queue *q, uint32_t tile, uint32_t generation)
 {
-    for (int i = 0; i < TILE_LEASES && tile < q->count; i++)
-        if (q->tiles[tile].leases[i].generation == generation)
-            return q->tiles[tile].leases[i].alone;
-    return false;
+    const struct tile_lease *lease =
+        tile < q->count ? tile_leases_find(&q->tiles[tile].leases, generation) : NULL;
+    return lease && lease->alone;
 }
 
 enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32_t tile,
