@@ -31,6 +31,7 @@ enum kernel {
 
 extern const char *const kernel_names[KERNEL_COUNT];
 
+#define FIELD_FLOATS 22 /* of a pixel: struct shadow_pixels; then what is whole */
 #define FIELD_PIXEL  28
 #define FIELD_PLANES 3 /* of struct shadow_blur beside pixels but its reach: seen first */
 
@@ -72,6 +73,8 @@ void field_init(struct kernel_field *out, uint32_t l, int32_t width, int32_t hei
                 bool wild);
 
 void field_fini(struct kernel_field *k);
+
+/* ---- kernel_run.c ---- */
 
 /* Numbers that `kernel` writes for `count` pixels, or for all slots. */
 size_t field_output(const struct kernel_field *k, enum kernel kernel, uint32_t count);
