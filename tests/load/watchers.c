@@ -24,15 +24,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "tests/load/watched.h"
+
 #define CLIENTS_MOST 4096
-#define BLOCKS_MOST  4096
 #define EVENTS_MOST  65536
 #define POKES_MOST   1024
-#define DELAYS_MOST  (1u << 22)
 #define BUFFER_BYTES (256u << 10)
 #define LINE_BYTES   8192u
-#define HEADER_BYTES 32u
-#define BLOCK_PX     64
 #define HASHED_EVERY 16 /* feeds whose pixels are compared */
 #define TOO_LONG_MS  600000.0
 #define STUCK_BYTES  4096 /* of a stuck reader's receive buffer */
@@ -46,7 +44,7 @@ struct client {
     enum body body;
     uint64_t chunk_left;
     uint64_t bytes; /* of the body */
-    bool begun, hashed;
+    bool begun;
     char line[LINE_BYTES]; /* of head, chunk size or event */
     size_t line_bytes;
     /* a viewer */
@@ -54,20 +52,7 @@ struct client {
     unsigned events;
     int poked; /* the last of which it was told */
     bool saw_end;
-    /* a feed */
-    uint8_t header[HEADER_BYTES];
-    size_t header_bytes;
-    uint64_t block_left, revision;
-    unsigned at, blocks, distinct;
-    bool whole; /* the last message said: all there is has been sent */
-    uint32_t width_px, height_px;
-    uint64_t *hash; /* by block; owned */
-    uint8_t *seen;  /* by block; owned */
-};
-
-struct delays {
-    float *ms;
-    size_t count;
+    struct watched_feed feed; /* of a feed */
 };
 
 static struct {
@@ -83,29 +68,11 @@ static struct {
     char buffer[BUFFER_BYTES];
 } all;
 
-static void fail(const char *what)
-{
-    fprintf(stderr, "watchers: %s: %s\n", what, strerror(errno));
-    exit(1);
-}
-
 static double now_ms(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
-}
-
-static void *must(void *memory)
-{
-    if (!memory) fail("memory");
-    return memory;
-}
-
-static void note_delay(struct delays *d, double ms)
-{
-    if (!d->ms) d->ms = must(malloc(DELAYS_MOST * sizeof *d->ms));
-    if (d->count < DELAYS_MOST) d->ms[d->count++] = (float)ms;
 }
 
 /* ---- viewers ---- */
@@ -155,68 +122,6 @@ static void take_events(struct client *c, const char *data, size_t bytes)
             on_line(c);
         else if (c->line_bytes + 1 < LINE_BYTES)
             c->line[c->line_bytes++] = data[i];
-    }
-}
-
-/* ---- feeds ---- */
-
-static uint64_t little(const uint8_t *p, int bytes)
-{
-    uint64_t v = 0;
-    for (int i = bytes; i-- > 0;) v = v << 8 | p[i];
-    return v;
-}
-
-static void on_size(struct client *c, uint32_t width_px, uint32_t height_px)
-{
-    c->whole = c->blocks > 0;
-    if (c->width_px == width_px && c->height_px == height_px) return;
-    c->width_px = width_px;
-    c->height_px = height_px;
-    c->distinct = 0;
-    memset(c->seen, 0, BLOCKS_MOST);
-}
-
-static void on_header(struct client *c)
-{
-    const uint8_t *h = c->header;
-    const uint32_t format = (uint32_t)little(h + 6, 2), x = (uint32_t)little(h + 8, 4);
-    const uint32_t y = (uint32_t)little(h + 12, 4), w = (uint32_t)little(h + 16, 4);
-    const uint32_t rows = (uint32_t)little(h + 20, 4);
-    c->header_bytes = 0;
-    if (memcmp(h, "SWPX", 4) != 0 || format != 1) fail("a feed has lost its place");
-    c->revision = little(h + 24, 8);
-    if (w == 0) {
-        if (rows == 0) on_size(c, x, y);
-        return;
-    }
-    c->whole = false;
-    c->at = y / BLOCK_PX * ((c->width_px + BLOCK_PX - 1) / BLOCK_PX) + x / BLOCK_PX;
-    if (c->at >= BLOCKS_MOST) fail("a picture too large for this program");
-    c->blocks++;
-    c->distinct += !c->seen[c->at];
-    c->seen[c->at] = 1;
-    c->hash[c->at] = UINT64_C(14695981039346656037);
-    c->block_left = (uint64_t)w * rows * 6;
-}
-
-static void take_pixels(struct client *c, const char *data, size_t bytes)
-{
-    while (bytes > 0) {
-        size_t n;
-        if (c->block_left > 0) {
-            n = bytes < c->block_left ? bytes : (size_t)c->block_left;
-            for (size_t i = 0; c->hashed && i < n; i++)
-                c->hash[c->at] = (c->hash[c->at] ^ (uint8_t)data[i]) * UINT64_C(1099511628211);
-            c->block_left -= n;
-        } else {
-            n = HEADER_BYTES - c->header_bytes < bytes ? HEADER_BYTES - c->header_bytes : bytes;
-            memcpy(c->header + c->header_bytes, data, n);
-            c->header_bytes += n;
-            if (c->header_bytes == HEADER_BYTES) on_header(c);
-        }
-        data += n;
-        bytes -= n;
     }
 }
 
@@ -273,7 +178,7 @@ static void take(struct client *c, const char *data, size_t bytes)
             c->chunk_left -= n;
             c->bytes += n;
             if (c->kind == VIEWER) take_events(c, data, n);
-            if (c->kind == FEED) take_pixels(c, data, n);
+            if (c->kind == FEED) take_pixels(&c->feed, data, n);
             if (c->chunk_left == 0) c->body = IN_END;
         } else {
             take_letter(c, *data);
@@ -307,8 +212,8 @@ static void start_client(struct client *c, enum kind kind, bool feed)
     c->kind = kind;
     c->fd = dial(kind == STUCK ? STUCK_BYTES : 0);
     if (kind == FEED) {
-        c->hash = must(calloc(BLOCKS_MOST, sizeof *c->hash));
-        c->seen = must(calloc(BLOCKS_MOST, 1));
+        c->feed.hash = must(calloc(BLOCKS_MOST, sizeof *c->feed.hash));
+        c->feed.seen = must(calloc(BLOCKS_MOST, 1));
     }
     snprintf(text, sizeof text, "GET /v1/jobs/%s/%s HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n",
              all.job, feed ? "pixels" : "events", all.port);
@@ -360,30 +265,12 @@ static void poke(void)
 
 /* ---- what came ---- */
 
-static int by_size(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-static double quantile(struct delays *d, double q)
-{
-    if (d->count == 0) return -1;
-    qsort(d->ms, d->count, sizeof *d->ms, by_size);
-    return d->ms[(size_t)(q * (double)(d->count - 1))];
-}
-
-static unsigned blocks_of(const struct client *c)
-{
-    return ((c->width_px + BLOCK_PX - 1) / BLOCK_PX) * ((c->height_px + BLOCK_PX - 1) / BLOCK_PX);
-}
-
 /* The picture as who comes after the end is given it. */
 static struct client *last_picture(void)
 {
     struct client *c = &all.client[all.clients];
     start_client(c, FEED, true);
-    c->hashed = true;
+    c->feed.hashed = true;
     for (const double end = now_ms() + 20000; c->fd >= 0 && now_ms() < end;) look(100);
     return c;
 }
@@ -403,11 +290,11 @@ static void report(void)
         } else if (c->kind == FEED) {
             feeds++;
             bytes += c->bytes;
-            blocks += c->blocks;
-            whole += c->whole && c->distinct == blocks_of(c);
-            hashed += c->hashed;
-            same += c->hashed && c->distinct == last->distinct &&
-                    memcmp(c->hash, last->hash, BLOCKS_MOST * sizeof *c->hash) == 0;
+            blocks += c->feed.blocks;
+            whole += c->feed.whole && c->feed.distinct == blocks_of(&c->feed);
+            hashed += c->feed.hashed;
+            same += c->feed.hashed && c->feed.distinct == last->feed.distinct &&
+                    memcmp(c->feed.hash, last->feed.hash, BLOCKS_MOST * sizeof *c->feed.hash) == 0;
         }
     }
     struct rusage used;
@@ -421,7 +308,7 @@ static void report(void)
     printf("\"feeds\": %u, \"feeds_whole\": %u, \"compared\": %u, \"same\": %u, ", feeds, whole,
            hashed, same);
     printf("\"pictures\": %.2f, \"feed_mb\": %.1f, \"cpu_s\": %.2f}\n",
-           feeds ? (double)blocks / feeds / (last->distinct ? last->distinct : 1) : 0,
+           feeds ? (double)blocks / feeds / (last->feed.distinct ? last->feed.distinct : 1) : 0,
            1e-6 * (double)bytes,
            (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
                1e-6 * (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec));
@@ -449,7 +336,7 @@ static void start_all(int viewers, int feeds, int stuck)
             start_client(c, VIEWER, false);
         else
             start_client(c, FEED, true);
-        c->hashed = c->kind == FEED && (count - i) % HASHED_EVERY == 1;
+        c->feed.hashed = c->kind == FEED && (count - i) % HASHED_EVERY == 1;
         if (i % 64 == 63) look(0);
     }
     while (all.begun < viewers + feeds) look(100);
