@@ -14,7 +14,6 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -26,6 +25,7 @@
 #include "server/http/request.h"
 #include "server/stream/streams.h"
 #include "tests/fuzz/answers.h"
+#include "tests/fuzz/patience.h"
 
 #define CLIENTS_MOST 4
 #define RUNS_MOST    256 /* of one coordinator */
@@ -70,13 +70,6 @@ static void must_at(bool holds, int line)
     for (int i = 0; i < client_count; i++)
         fwrite(clients[i].text, 1, clients[i].text_bytes, stderr);
     abort();
-}
-
-/* Longer where targets share a core: tests/fuzz/run. */
-static int patience_ms(void)
-{
-    const char *slower = getenv("FUZZ_SLOWER");
-    return 20000 * (slower ? atoi(slower) : 1);
 }
 
 /* -- the coordinator -- */
@@ -184,18 +177,6 @@ static void close_edge(void)
 }
 
 /* -- the clients -- */
-
-/* libFuzzer's timer interrupts calls that wait; a connection that is begun goes on being made. */
-static bool is_connected(int fd, const struct sockaddr_in *address)
-{
-    struct pollfd made = {.fd = fd, .events = POLLOUT};
-    int error = -1;
-    if (connect(fd, (const struct sockaddr *)address, sizeof *address) == 0) return true;
-    if (errno != EINTR) return false;
-    while (poll(&made, 1, patience_ms()) < 0 && errno == EINTR) continue;
-    (void)getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &(socklen_t){sizeof error});
-    return error == 0 && (made.revents & POLLOUT);
-}
 
 static struct client *connect_one(void)
 {
