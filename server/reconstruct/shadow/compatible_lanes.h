@@ -1,6 +1,6 @@
 #pragma once
-/* Do two pixels show one smooth surface, near enough for each other (docs/reconstruction.md, Slopes
- * and wedges)? */
+/* Tests whether two pixels show one smooth surface, near enough to each other
+ * (docs/reconstruction.md, Slopes and wedges). */
 #include <math.h>
 
 #include "server/reconstruct/shadow/shadow_lanes.h"
@@ -10,7 +10,7 @@
 
 _Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
 
-/* What of a pixel asks its neighbours. */
+/* A receiving pixel's numbers for the test. */
 struct asker {
     float point[3], normal[3];
     float plane_least, distance_most2;
@@ -24,8 +24,8 @@ static inline struct asker asker_of(const struct shadow_pixels *p, size_t i)
                           p->distance_most2[i]};
 }
 
-/* 1 if what lies at (x, y, z) with the normal (nx, ny, nz) is compatible, else 0; *squared becomes
- * the distance's square. */
+/* Returns 1 if the point (x, y, z) with the normal (nx, ny, nz) is compatible, else 0. *squared
+ * becomes the square of the distance. */
 LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, float z, float nx,
                                       float ny, float nz, float *squared)
 {
@@ -40,7 +40,7 @@ LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, f
            ((off <= p->plane_least) | (off * off <= share * d2));
 }
 
-/* What the lanes of one vector ask. */
+/* The receiving pixels of one vector. */
 struct asker_lanes {
     lanes_vector point[3], normal[3];
     lanes_vector plane_least, distance_most2;
@@ -58,7 +58,7 @@ static inline struct asker_lanes asker_lanes_of(const struct shadow_pixels *p, s
     return a;
 }
 
-/* compatible_point of each lane. */
+/* Does compatible_point for each lane. */
 LANES_INLINE lanes_chosen compatible_chosen(const struct asker_lanes *p,
                                             const lanes_vector point[3],
                                             const lanes_vector normal[3])

@@ -1,8 +1,8 @@
 #pragma once
-/* The weight of a sample by its place on the light: I(y) / cov(y) (docs/reconstruction.md, Sample
- * weights), looked up. Of samples sheared on to the light, cov is the share that stays there;
- * dividing by it keeps wide penumbrae from ringing. Lengths are fractions of the half-side, so that
- * both axes of a rectangle share one table. */
+/* Tables of a sample's weight by its position on the light: I(y) / cov(y) (docs/reconstruction.md,
+ * Sample weights). cov is the share of sheared samples that stay on the light; dividing by it keeps
+ * wide penumbrae from ringing. Lengths are fractions of the half-side, so that both axes of a
+ * rectangle share one table. */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -11,12 +11,12 @@
 
 #define COVERAGE_RHO_LEAST 1e-3f /* below, every sample stays on the light */
 #define COVERAGE_ALL_LEAST 1e-6f /* with rho beyond any use, as near to 1 everywhere */
-#define COVERAGE_LEAST     0.05f /* what is divided by; true values at |y| <= 1 are above 0.4 */
+#define COVERAGE_LEAST     0.05f /* least divisor; true values at |y| <= 1 are above 0.4 */
 
 #define COVERAGE_STEPS 17 /* of rho = |eta| sigma_x, and of the root of delta */
 #define COVERAGE_ROWS  (COVERAGE_STEPS * COVERAGE_STEPS)
 
-/* The row of the largest rho and delta 0: of what has no wedge. */
+/* The row of the largest rho and of delta 0, for pixels without a wedge. */
 #define COVERAGE_WIDEST     ((COVERAGE_STEPS - 1) * COVERAGE_STEPS)
 #define COVERAGE_DELTA_MOST 2.0f
 
@@ -28,14 +28,14 @@ struct coverage {
     float *weights;            /* owned; as in struct shadow_field */
 };
 
-/* Nodes r a light's side for strata x strata samples. */
+/* Returns r, the nodes along a light's side, for strata x strata samples. */
 uint32_t coverage_scale(uint32_t strata);
 
-/* Weights for l strata an axis and rho up to rho_most. ERR_MEMORY. */
+/* Creates weights for l strata an axis and rho up to rho_most. ERR_MEMORY. */
 int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out);
 void coverage_fini(struct coverage *coverage);
 
-/* The row of the nearest rho >= 0, per_rho_most is 1 / rho_most, and delta in [0, 2]. */
+/* Returns the row of the nearest rho >= 0 and delta in [0, 2]; per_rho_most is 1 / rho_most. */
 static inline int32_t coverage_row(float per_rho_most, float rho, float delta)
 {
     const float steps = COVERAGE_STEPS - 1;
@@ -45,8 +45,8 @@ static inline int32_t coverage_row(float per_rho_most, float rho, float delta)
     return i * COVERAGE_STEPS + j;
 }
 
-/* What cov needs to know of all places on the light. Written so that loops over places vectorise:
- * where every sample stays, share is 0 + rest 1 over all 1. */
+/* The numbers of cov that all positions on the light share. Loops over positions vectorise: where
+ * every sample stays on the light, share is 0 and rest 1. */
 struct coverage_shear {
     float reach, inverse; /* 1 + delta; 1 / rho or 0 */
     float all, rest;
@@ -61,7 +61,7 @@ static inline struct coverage_shear coverage_shear_of(float rho, float delta)
     return (struct coverage_shear){.reach = s.reach, .all = 1.0f, .rest = 1.0f};
 }
 
-/* cov at y half-sides. */
+/* Returns cov at y half-sides. */
 static inline float coverage_at(const struct coverage_shear *s, float y)
 {
     const float stays = gaussian_phi((s->reach - y) * s->inverse) +
@@ -70,5 +70,5 @@ static inline float coverage_at(const struct coverage_shear *s, float y)
     return share > COVERAGE_LEAST ? share : COVERAGE_LEAST;
 }
 
-/* Computes the weights of a row, unless they are there. */
+/* Computes the weights of a row unless they are there. */
 void coverage_need(struct coverage *coverage, int32_t row);

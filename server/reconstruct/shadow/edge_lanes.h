@@ -1,5 +1,5 @@
 #pragma once
-/* shadow_kernels' filter_edges. */
+/* The filter_edges of shadow_kernels. */
 #include <math.h>
 
 #include "proto/pattern.h"
@@ -9,18 +9,18 @@
 #include "server/reconstruct/simd/lanes_inline.h"
 
 #define EDGE_TOGETHER      4    /* pixels whose neighbours are loaded before any are summed */
-#define EDGE_PARTS         2    /* of sums: neighbours go to them in turn */
+#define EDGE_PARTS         2    /* parts of a sum, to which neighbours are added in turn */
 #define EDGE_EXPONENT_MOST 3.0f /* 2.4 sigma */
 
-/* I / cov along an axis of the light: at the nodes but the last, and from there to the next. */
+/* I / cov along an axis of the light: at all nodes but the last, and the rise to the next node. */
 struct edge_weights {
     _Alignas(32) float even[EDGE_NODES], rise[EDGE_NODES];
 };
 
-/* Neighbours that count, side by side, and whole lanes that stand for none after them. */
+/* The neighbours in the window, packed, and padded to whole lanes with weightless ones. */
 struct edge_neighbours {
-    _Alignas(64) float exponents[EDGE_AROUND]; /* of all around */
-    int32_t near[EDGE_AROUND];                 /* which of those count; what follows is theirs */
+    _Alignas(64) float exponents[EDGE_AROUND]; /* of all pixels around */
+    int32_t near[EDGE_AROUND]; /* indices of those in the window; the arrays below are theirs */
     int32_t at[EDGE_AROUND];
     int32_t bits[EDGE_AROUND]; /* of the first 32 strata */
     float exponent[EDGE_AROUND], u[2][EDGE_AROUND], jitter[2][EDGE_AROUND];
@@ -28,8 +28,7 @@ struct edge_neighbours {
 };
 _Static_assert(SHADOW_LANES + EDGE_SIDE * EDGE_SIDE <= EDGE_AROUND, "room for all and the lanes");
 
-/* I / cov of docs/reconstruction.md, Sample weights, at both axes' nodes side by side, but the
- * last. */
+/* Computes I / cov of docs/reconstruction.md, Sample weights, at both axes' nodes but the last. */
 static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct edge_windows *w,
                                     uint32_t lane, struct edge_weights out[2])
 {
@@ -54,8 +53,8 @@ static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct
     }
 }
 
-/* Which neighbours are in the window, in order; exponents of all. They count in pairs opposite each
- * other, so that what changes linearly cancels. */
+/* Lists the neighbours in the window, in order, and the exponents of all. They are accepted in
+ * pairs opposite each other, so that linear changes cancel. */
 static inline void edge_choose(const struct edge_fixed *fixed, const struct edge_view *v,
                                const struct edge_windows *w, uint32_t lane,
                                struct edge_neighbours *out)
@@ -77,19 +76,19 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
     }
 }
 
-/* edge_load: what neighbours that count show. Lanes past the end, up to whole ones, stand at the
- * pixel itself and weigh nothing. */
+/* edge_load loads the neighbours of the window. Lanes past the end repeat the pixel itself with a
+ * weight of 0. */
 
 #ifdef __AVX512F__
 
-/* The lanes of `kept` of 16 numbers, beside each other. */
+/* Packs the lanes of `kept` of 16 numbers. */
 LANES_INLINE void edge_keep(__mmask16 kept, const void *numbers, void *out)
 {
     _mm512_storeu_si512(out,
                         _mm512_maskz_compress_epi32(kept, _mm512_maskz_loadu_epi32(kept, numbers)));
 }
 
-/* The 16 neighbours from q on. */
+/* Loads the 16 neighbours from q on. */
 static inline void edge_load_row(const struct edge_field *f, size_t q, const float *exponents,
                                  __mmask16 kept, struct edge_neighbours *n)
 {
@@ -148,7 +147,7 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
 
 #endif
 
-/* Numbers 0 .. 7 of a table. */
+/* Returns entries 0 .. 7 of a table by index. */
 static inline lanes_vector edge_look_up(const float table[EDGE_NODES], lanes_mask numbers)
 {
 #ifdef __AVX512F__
@@ -163,7 +162,7 @@ static inline lanes_vector edge_look_up(const float table[EDGE_NODES], lanes_mas
 #endif
 }
 
-/* As far as pattern_axis lets them. */
+/* Loads jitters, limited as pattern_axis does. */
 static inline struct lanes edge_jitter(const float *from)
 {
     struct lanes jitter = lanes_load(from);
@@ -172,9 +171,8 @@ static inline struct lanes edge_jitter(const float *from)
     return jitter;
 }
 
-/* w_i of docs/reconstruction.md, Sample weights, at the k-th of l strata, where pattern_axis has
- * it; 0 off the light.
- */
+/* Returns w_i of docs/reconstruction.md, Sample weights, at the k-th of l strata as pattern_axis
+ * places it; 0 off the light. */
 static inline lanes_vector edge_weigh(const struct edge_weights *w, float gamma, uint32_t l,
                                       uint32_t k, lanes_vector jitter, lanes_vector shift)
 {
@@ -189,7 +187,7 @@ static inline lanes_vector edge_weigh(const struct edge_weights *w, float gamma,
     return lanes_where(inside, weight * lanes_fused(y, lanes_same(gamma), lanes_same(1.0f)));
 }
 
-/* Around a pixel: numbers that all its neighbours share. */
+/* Numbers of the centre pixel that all its neighbours share. */
 struct edge_centre {
     const struct edge_weights *weights; /* of both axes */
     float u[2], normal[2], move[2], gamma[2], distance;
@@ -212,7 +210,7 @@ static inline struct edge_centre edge_centre_of(const struct edge_field *f, size
     return c;
 }
 
-/* The words that have stratum k of neighbours. */
+/* Returns the words with stratum k of the neighbours. */
 static inline struct lanes_whole edge_bits(const struct edge_field *f, uint32_t k,
                                            const int32_t *at)
 {
@@ -222,7 +220,7 @@ static inline struct lanes_whole edge_bits(const struct edge_field *f, uint32_t 
     return lanes_load_whole(bits);
 }
 
-/* Sums over neighbours that were put in the same lane. */
+/* Sums by lane. */
 struct edge_sums {
     struct lanes seen, all;
 };
@@ -239,8 +237,8 @@ static inline void edge_count(const struct lanes *column, const struct lanes *ro
     }
 }
 
-/* Adds the strata of neighbours from number `first` on, moved on to where the pixel has them: seen
- * ones, all. */
+/* Adds the strata of neighbours from index `first` on, moved to the pixel's position: the seen
+ * ones, and all. */
 static inline void edge_add(const struct edge_field *f, const struct edge_centre *c,
                             const struct edge_neighbours *n, size_t first, struct edge_sums *sums)
 {
@@ -294,8 +292,8 @@ static inline float edge_sum(const struct edge_field *f, const struct edge_centr
     return whole > 0.0f ? share / whole : -1.0f;
 }
 
-/* EDGE_TOGETHER pixels from number `first` of the windows on: what is loaded number by number is
- * read as vectors long after it. */
+/* Filters EDGE_TOGETHER pixels from index `first` of the windows on. Numbers are stored one by one
+ * long before they are read as vectors. */
 static inline void edge_filter_some(const struct edge_field *f, const struct edge_fixed *fixed,
                                     const uint32_t *pixels, uint32_t first, uint32_t end,
                                     const struct edge_view *views, const struct edge_windows *w,
@@ -315,8 +313,8 @@ static inline void edge_filter_some(const struct edge_field *f, const struct edg
     }
 }
 
-/* Windows are made for pixels side by side: all look around before any asks what it saw, since
- * numbers beside each other are read across what was written, which has to be in the cache then. */
+/* Makes windows for adjacent pixels together. All views are filled before any is evaluated:
+ * unaligned reads cross several stores, which have to be in the cache by then. */
 static void kernel_filter_edges(const struct edge_field *f, const uint32_t *pixels,
                                 const float *sigma_px, uint32_t count, float *out)
 {

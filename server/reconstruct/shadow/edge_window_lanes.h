@@ -1,5 +1,5 @@
 #pragma once
-/* Windows along edges: where these are, and what follows for pixels side by side. */
+/* Finds the windows along edges of adjacent pixels. */
 #include <math.h>
 
 #include "proto/plan.h"
@@ -9,16 +9,16 @@
 #include "server/reconstruct/simd/fused.h"
 #include "server/reconstruct/simd/gaussian.h"
 
-/* Pixels at 9 samples; all shrink with m(N), as the noise that is averaged and the penumbra's own
- * width do. */
+/* Pixels at 9 samples. All shrink with m(N), as the noise and the penumbra's own width do. */
 #define EDGE_ALONG_PX  2.0f  /* sigma along an edge without any bend */
 #define EDGE_ACROSS_PX 0.35f /* least sigma across */
 #define EDGE_TENSOR_PX 2.2f  /* sigma of the structure tensor's window */
 
-#define EDGE_NODES  8                          /* from the light's centre to its edge */
-#define EDGE_AROUND (EDGE_SIDE * SHADOW_LANES) /* a view: each row filled up to whole lanes */
+#define EDGE_NODES 8 /* from the light's centre to its edge */
+#define EDGE_AROUND                                                                                \
+    (EDGE_SIDE * SHADOW_LANES) /* pixels of a view, each row padded to whole lanes */
 
-/* The same for all pixels. */
+/* Numbers that all pixels share. */
 struct edge_fixed {
     _Alignas(64) float tensor[EDGE_AROUND]; /* weights of the structure tensor; 0 past the end */
     float profile[SHADOW_LANES];            /* I at the nodes but the last, twice */
@@ -29,8 +29,9 @@ struct edge_fixed {
     struct receiver_stepper stepper[2];
 };
 
-/* Which pixels around one show the same surface, and how much of the light these see; zeros
- * where what lies opposite of others is looked for, before and after, or beside them, after. */
+/* Which pixels around one show the same surface, and how much of the light these see. Zeros before
+ * and after serve reads of pixels opposite each other, and those after also reads of pixels beside
+ * them. */
 struct edge_view {
     _Alignas(64) int32_t padded[SHADOW_LANES + EDGE_AROUND + SHADOW_LANES + 1];
     _Alignas(64) float seen[EDGE_AROUND + SHADOW_LANES + 1];
@@ -41,12 +42,12 @@ static inline const int32_t *edge_same(const struct edge_view *view)
     return view->padded + SHADOW_LANES;
 }
 
-/* Pixels side by side: what they ask for, and windows around them. */
+/* Windows of adjacent pixels, and what they come from. */
 struct edge_windows {
     _Alignas(64) float tensor[3][SHADOW_LANES]; /* xx, xy, yy */
     float point[3][SHADOW_LANES], surface[3][SHADOW_LANES], eta[SHADOW_LANES];
     float sigma_px[SHADOW_LANES];
-    int32_t told[SHADOW_LANES];                             /* can the edge be? */
+    int32_t told[SHADOW_LANES];                             /* whether an edge was found */
     float across[2][SHADOW_LANES];                          /* unit, pixels */
     float falloff[2][SHADOW_LANES];                         /* 1 / (2 sigma^2) across, along */
     float normal[2][SHADOW_LANES];                          /* nu */
@@ -77,7 +78,7 @@ static inline void edge_fix(const struct edge_field *f, struct edge_fixed *out)
     for (int i = 0; i < 2; i++) out->stepper[i] = receiver_stepper_of(f->light, i);
 }
 
-/* Fills the view. */
+/* Fills the view of one pixel. */
 static inline void edge_look(const struct edge_field *f, const struct edge_fixed *fixed,
                              size_t pixel, struct edge_view *v)
 {
@@ -100,7 +101,7 @@ static inline void edge_look(const struct edge_field *f, const struct edge_fixed
     }
 }
 
-/* The structure tensor over four pixels that touch: xx, xy, yy. */
+/* Computes the structure tensor over four pixels that touch: xx, xy, yy. */
 static inline void edge_tensor(const struct edge_fixed *fixed, const struct edge_view *v,
                                float out[3])
 {
@@ -139,14 +140,14 @@ static inline void edge_ask(const struct edge_field *f, const struct edge_fixed 
     w->sigma_px[lane] = sigma_px;
 }
 
-/* The unit vectors across edges, and windows' widths by how sure these are: 0 in every direction
- * alike .. 1. */
+/* Finds the unit vectors across edges, and widths by the certainty of these, from 0 (every
+ * direction alike) to 1. */
 static inline void edge_turn(const struct edge_field *f, struct edge_windows *w)
 {
     const float least = EDGE_ACROSS_PX * f->scale, most = EDGE_ALONG_PX * f->scale;
     for (int i = 0; i < SHADOW_LANES; i++) {
         const float xx = w->tensor[0][i], xy = w->tensor[1][i], yy = w->tensor[2][i];
-        /* The tensor's larger eigenvector, by half of twice its angle. */
+        /* The tensor's larger eigenvector has half of the doubled angle. */
         const float half = 0.5f * (xx - yy), root = sqrtf(half * half + xy * xy);
         const float twice = half / (root > 0.0f ? root : 1.0f); /* in [-1, 1] but for rounding */
         const float y = sqrtf(twice < 1.0f ? 0.5f - 0.5f * twice : 0.0f);
@@ -163,7 +164,7 @@ static inline void edge_turn(const struct edge_field *f, struct edge_windows *w)
     }
 }
 
-/* Edges' normals on the light. */
+/* Finds the edges' normals on the light. */
 static inline void edge_face(const struct edge_fixed *fixed, struct edge_windows *w)
 {
     const struct receiver_stepper u = fixed->stepper[0], v = fixed->stepper[1];
@@ -179,7 +180,8 @@ static inline void edge_face(const struct edge_fixed *fixed, struct edge_windows
     }
 }
 
-/* What moves along an axis of the light by a pixel across the edge, in half-sides: coverage. */
+/* Computes the shear along an axis of the light for a pixel across the edge, in half-sides, for
+ * coverage. */
 static inline void edge_shear(const struct edge_field *f, const struct edge_fixed *fixed,
                               const float length[SHADOW_LANES], int axis, struct edge_windows *w)
 {
@@ -198,7 +200,7 @@ static inline void edge_shear(const struct edge_field *f, const struct edge_fixe
     }
 }
 
-/* Makes windows of what was asked for. */
+/* Makes the windows. */
 static inline void edge_make_windows(const struct edge_field *f, const struct edge_fixed *fixed,
                                      struct edge_windows *w)
 {

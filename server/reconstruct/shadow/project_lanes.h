@@ -1,5 +1,6 @@
 #pragma once
-/* shadow_kernels' projection along columns, pass 1a, and what both projections know of a pixel. */
+/* Pass 1a of shadow_kernels, the projection along columns, and what both projections read of a
+ * pixel. */
 #include <math.h>
 #include <string.h>
 
@@ -8,11 +9,11 @@
 #include "server/reconstruct/simd/lanes_inline.h"
 
 #define PROJECT_LANES 16
-#define PROJECT_GROUP 8 /* pixels: weights are read long after they were written */
+#define PROJECT_GROUP 8 /* pixels whose weights are all written before any is read */
 
-/* Where strata begin of pixels side by side: first node, how far that lies from the stratum's
- * sample, which of a row's weights are those of the phases below and above, and how far it is from
- * the one below. */
+/* Where the strata of adjacent pixels begin: the first node, its distance from the stratum's
+ * sample, the rows of weights of the phases below and above, and the distance from the phase
+ * below. */
 struct project_start {
     _Alignas(64) int32_t node[PROJECT_LANES], below[PROJECT_LANES], above[PROJECT_LANES];
     float g[PROJECT_LANES], rest[PROJECT_LANES];
@@ -35,20 +36,19 @@ static inline void project_begin(const struct shadow_field *f, uint32_t stratum,
     }
 }
 
-/* All strata's, of up to PROJECT_LANES of the `left` pixels. */
+/* Finds these for all strata of up to PROJECT_LANES of the `left` pixels. */
 LANES_INLINE void project_begin_all(const struct shadow_field *f, uint32_t strata,
                                     const float *jitter, uint32_t left, struct project_start *out)
 {
     _Alignas(64) float own[PROJECT_LANES] = {0};
-    if (left >= PROJECT_LANES) /* in one piece, as it is read */
+    if (left >= PROJECT_LANES) /* copied in one piece, as it is read */
         memcpy(own, jitter, sizeof own);
     else
         memcpy(own, jitter, left * sizeof *own);
     for (uint32_t a = 0; a < strata; a++) project_begin(f, a, own, &out[a]);
 }
 
-/* A row of weights, as a pixel needs it, and 1 + gamma y of what lies g nodes from the sample:
- * base + slope g. */
+/* A pixel's row of weights. 1 + gamma y at g nodes from the sample is base + slope g. */
 struct project_row {
     const float *weights;
     float base, slope;
@@ -63,8 +63,8 @@ static inline struct project_row project_row_of(const struct shadow_field *f, ui
                                 -gamma * (2.0f / (float)f->scale)};
 }
 
-/* weight(g + j) (1 + gamma y_j) of the nodes j < r, by linear interpolation between two phases; 0
- * from r on. */
+/* Computes weight(g + j) (1 + gamma y_j) of the nodes j < r, linearly between two phases; 0 from r
+ * on. */
 LANES_INLINE void project_weigh(const struct project_row *row, uint32_t window, int32_t below,
                                 int32_t above, float g, float rest, float *out)
 {
@@ -90,7 +90,7 @@ struct project_strata {
     const uint32_t *seen;
 };
 
-/* What loops over a pixel's strata and nodes need to know; of the field. */
+/* The field's numbers that loops over a pixel's strata and nodes read. */
 struct project_shape {
     uint32_t strata, scale, window, lanes;
 };
@@ -99,7 +99,7 @@ struct project_shape {
 /* Nodes whose sums stay in registers, four nodes in each. */
 #define PROJECT_NODES 16
 
-/* Sums of four rows from `row` on at PROJECT_NODES nodes from `node` on, stratum by stratum. */
+/* Sums four rows from `row` on at PROJECT_NODES nodes from `node` on, stratum by stratum. */
 LANES_INLINE void project_sum(const struct project_strata *s, uint32_t l, uint32_t row,
                               uint32_t node, __m512 sums[PROJECT_NODES / 4])
 {
@@ -119,7 +119,7 @@ LANES_INLINE void project_sum(const struct project_strata *s, uint32_t l, uint32
     }
 }
 
-/* As many of these as there are nodes, which lie `stride` numbers apart. */
+/* Stores the sums of the nodes that there are, `stride` numbers apart. */
 LANES_INLINE void project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes,
                                 uint32_t stride, float *node)
 {
@@ -152,13 +152,13 @@ LANES_INLINE void project_column(struct project_shape shape, const struct projec
         *(shadow_four *)(columns + (size_t)used * lanes + i) = (shadow_four){0};
 }
 #else
-/* Of four rows that bits say are seen. */
+/* 1 for each of four rows whose bit is set, else 0. */
 static const _Alignas(16) float project_shares[16][4] = {
     {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {1, 1, 0, 0}, {0, 0, 1, 0}, {1, 0, 1, 0},
     {0, 1, 1, 0}, {1, 1, 1, 0}, {0, 0, 0, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 1, 0, 1},
     {0, 0, 1, 1}, {1, 0, 1, 1}, {0, 1, 1, 1}, {1, 1, 1, 1}};
 
-/* To node j weights[j] share; nodes lie `stride` numbers apart. */
+/* Adds weights[j] share to node j; nodes lie `stride` numbers apart. */
 static inline void project_add(uint32_t count, const float *weights, const float *share,
                                uint32_t stride, float *node)
 {
@@ -182,9 +182,9 @@ LANES_INLINE void project_column(struct project_shape shape, const struct projec
 
 #if defined __AVX__ && !defined __AVX512F__
 #define PROJECT_BY_NODES 1
-/* Up to PROJECT_FEW strata, whose rows and denominator are four lanes: a node's sum over the
- * strata, two nodes in a register. Weights have zeros around them for nodes that lie beyond: a
- * stratum's first node is `scale` at most, and the last one 2 scale - 1. */
+/* Sums up to PROJECT_FEW strata, whose rows and denominator fill four lanes: a register holds a
+ * node's sums of two nodes. Weights have zeros around them for nodes that lie beyond: a stratum's
+ * first node is `scale` at most, and the last one 2 scale - 1. */
 #define PROJECT_FEW    3
 #define PROJECT_BEFORE SHADOW_STRATA_MAX
 #define PROJECT_SPAN   (PROJECT_BEFORE + 2 * SHADOW_STRATA_MAX)
@@ -268,7 +268,7 @@ LANES_INLINE void project_columns(const struct shadow_field *f, struct project_s
     }
 }
 
-/* Loops over as few strata as usual are faster where the compiler knows how many. */
+/* Gives the compiler the usual number of strata as a constant, with which the loops are faster. */
 LANES_INLINE void project_columns_three(const struct shadow_field *f, struct project_shape three,
                                         const uint32_t *pixels, uint32_t count, const float *jitter,
                                         const uint32_t *seen)

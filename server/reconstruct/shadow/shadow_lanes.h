@@ -1,7 +1,6 @@
 #pragma once
-/* Numbers of sixteen pixels side by side, from and to the planes that have them. Pixels of a list
- * mostly follow each other, and so do the pixels that these look at: then a number of all of them
- * is one piece of its plane. */
+/* Loads and stores numbers of sixteen pixels, from and to planes. The pixels of a list are mostly
+ * adjacent, and so are their taps: then one vector load reads a number of all of them. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -14,18 +13,18 @@
 #include "server/reconstruct/shadow/shadow_kernels.h"
 #include "server/reconstruct/simd/lanes_inline.h"
 
-#define SHADOW_LANES 16 /* arrays are filled up to a multiple of that */
-/* Four sums side by side; they start on 16 bytes. */
+#define SHADOW_LANES 16 /* arrays are padded to a multiple of it */
+/* Four sums, aligned to 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
-/* lanes_take: out[n][i] = planes[n][to[i]] of `count` planes, floats or int32_t, copied as bits.
- * lanes_put: planes[n][to[i]] = numbers[n][i]; pixels may repeat where their numbers are equal.
- * Nothing else of the planes is read or written. */
+/* lanes_take copies out[n][i] = planes[n][to[i]] for `count` planes of float or int32_t, as bits.
+ * lanes_put copies planes[n][to[i]] = numbers[n][i]; pixels may repeat where their numbers are
+ * equal. Nothing else of the planes is read or written. */
 
 #ifdef __AVX512F__
 
-/* Lanes of `left`, not 0, whose pixels follow each other as the lanes do; *start is where lane 0's
- * would be. */
+/* Returns the lanes of `left`, which is not 0, whose pixels follow each other as the lanes do.
+ * *start becomes lane 0's pixel. */
 static inline __mmask16 lanes_run(__m512i to, __mmask16 left, ptrdiff_t *start)
 {
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -70,7 +69,7 @@ LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[
 #else
 #ifdef __AVX2__
 
-/* The same of eight lanes, of which `left` are set, in a vector's lanes. */
+/* Does the same for eight lanes; `left` is a mask in a vector's lanes. */
 static inline __m256i lanes_run(__m256i to, __m256i left, ptrdiff_t *start)
 {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
@@ -135,7 +134,7 @@ LANES_INLINE void lanes_take(const void *const *planes, size_t count,
 
 #endif
 
-/* Lanes whose pixels are stored at once where they follow each other. */
+/* Lanes that are stored with one instruction where their pixels are adjacent. */
 #ifdef __AVX2__
 #define LANES_STORED 8
 #else
@@ -175,10 +174,10 @@ LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[
 
 #endif
 
-/* A number of a plane, whatever it is: floats, or whole numbers as bits. */
+/* A number of a plane: a float, or the bits of an integer. */
 typedef float lanes_number __attribute__((may_alias));
 
-/* Whether all pixels follow each other as lanes do: then *start is the first. */
+/* Returns whether the pixels are adjacent, in the order of the lanes; then *start is the first. */
 static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start)
 {
     int32_t follows = 1;
@@ -201,19 +200,19 @@ static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start
     return follows;
 }
 
-/* Pixels of a list as lanes; those past its end repeat the last. */
+/* Loads the pixels of a list into lanes. Lanes past the list's end repeat the last pixel. */
 LANES_INLINE void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
 {
-    if (count >=
-        SHADOW_LANES) { /* in one piece: a vector is not read from a few stores in flight */
+    if (count >= SHADOW_LANES) { /* Copied in one piece: a vector load would stall on several stores
+                                    in flight. */
         memcpy(out, pixels, SHADOW_LANES * sizeof *out);
         return;
     }
     for (uint32_t i = 0; i < SHADOW_LANES; i++) out[i] = (int32_t)pixels[i < count ? i : count - 1];
 }
 
-/* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many.
- */
+/* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many
+ * there are. */
 static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out)
 {
     size_t kept = 0;
@@ -246,8 +245,8 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
     return kept;
 }
 
-/* v if kept is 1, 0 if it is 0. Of a choice gcc makes a branch or a store under a mask where that
- * looks cheaper in one lane: where v takes long to find, or goes back to where it was read. */
+/* Returns v if kept is 1, and 0 if it is 0. For a conditional gcc may emit a branch or a masked
+ * store, which is slow where v takes long to compute or is stored to where it was read. */
 static inline float lanes_keep(int32_t kept, float v)
 {
     uint32_t bits;
@@ -257,8 +256,8 @@ static inline float lanes_keep(int32_t kept, float v)
     return v;
 }
 
-/* The sum over lanes in a fixed order, in pairs. Sums are kept in as many parts as there are lanes.
- */
+/* Returns the sum over lanes, in pairs and in a fixed order. Sums are kept in as many parts as
+ * there are lanes. */
 static inline float lanes_sum(const float parts[SHADOW_LANES])
 {
     typedef float four __attribute__((vector_size(16), aligned(4), may_alias));

@@ -1,5 +1,5 @@
 #pragma once
-/* Walks of sixteen pixels side by side: where each's tap lies. */
+/* Places the taps of sixteen pixels' walks. */
 #include <math.h>
 #include <string.h>
 
@@ -13,10 +13,11 @@ struct walk_group {
     float slant[SHADOW_LANES];                          /* steps aside, a step */
 };
 
-/* One tap of each. */
+/* One tap of each pixel. */
 struct walk_tap {
-    _Alignas(64) int32_t to[SHADOW_LANES]; /* the pixel; its own where there is no tap */
-    float share[SHADOW_LANES];             /* 0 where there is none */
+    _Alignas(64)
+        int32_t to[SHADOW_LANES]; /* the tap's pixel; the receiver itself where there is no tap */
+    float share[SHADOW_LANES];    /* 0 where there is none */
 };
 
 static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
@@ -47,8 +48,8 @@ static inline int32_t walk_group_taps(const struct walk_group *g)
     return 2 * (2 * g->reach_most + 1);
 }
 
-/* Step k's two taps, from -reach_most to reach_most: the walk goes through between two pixels, of
- * which each has a share of it. */
+/* Places the two taps of step k, from -reach_most to reach_most. The walk passes between two
+ * pixels, which share its weight. */
 static inline void walk_place(const struct walk_group *g, int32_t k, struct walk_tap out[2])
 {
     const int32_t away = k < 0 ? -k : k;

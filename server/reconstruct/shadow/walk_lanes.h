@@ -1,6 +1,6 @@
 #pragma once
-/* shadow_kernels' walks: passes 1b and 2b, and whom they reach. Sixteen pixels go side by side to
- * where their taps are weighed, and to what these give. */
+/* The walks of shadow_kernels, passes 1b and 2b, and the pixels that walks reach. Sixteen pixels
+ * are walked together, first to weigh their taps, then to sum them. */
 #include "server/reconstruct/shadow/walk_sum_lanes.h"
 
 static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pixels,

@@ -1,7 +1,7 @@
 #pragma once
-/* What the taps of sixteen pixels give: their cells from columns, their shares from rows. One tap
- * of all pixels comes after the other: what a pixel's next tap adds to has long been written then,
- * and sums of several pixels do not wait for each other. A pixel's own are added in their order. */
+/* Sums what the taps of sixteen pixels contribute: cells from columns, shares from rows. The loop
+ * runs over taps outside and over pixels inside, so that a sum is complete in memory before the
+ * pixel's next tap adds to it. A pixel's taps are added in their order. */
 #include <string.h>
 
 #include "server/reconstruct/shadow/walk_taps_lanes.h"
@@ -10,8 +10,7 @@
 
 typedef float walk_two __attribute__((vector_size(8), may_alias));
 
-/* To the sums of each phase of each pixel what two neighbouring nodes give. Taps that a pixel does
- * not have weigh nothing. */
+/* Adds two neighbouring nodes to the sums of each phase of each pixel. Missing taps weigh 0. */
 LANES_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
                            const struct walk_taps *taps, uint32_t n, float *sums)
 {
@@ -35,8 +34,8 @@ LANES_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
     }
 }
 
-/* Pair i of a tap's weights, each of them four times. What is read behind the last pair is of
- * struct walk_taps, too. */
+/* Loads pair i of a tap's weights, each of them four times. The load may pass the last pair, but
+ * not struct walk_taps. */
 LANES_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
 {
 #ifdef __AVX2__
@@ -48,7 +47,7 @@ LANES_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
 #endif
 }
 
-/* The same of nodes of four numbers: both of them are added to eight sums. */
+/* Does the same for nodes of four numbers: both are added to eight sums. */
 static inline void walk_add_both(const struct shadow_field *f, const struct walk_taps *taps,
                                  uint32_t n, float *sums)
 {
@@ -72,7 +71,7 @@ static inline void walk_add_steps_both(const struct shadow_field *f, const struc
     }
 }
 
-/* From sums a phase to (numerator, denominator) a cell. */
+/* Turns sums by phase into (numerator, denominator) by cell. */
 static inline void walk_cells(const struct shadow_field *f, const float *sums, float *out)
 {
     const uint32_t l = f->strata, cells = 2 * f->scale, each = l * f->phases / cells;
@@ -92,12 +91,12 @@ static inline void walk_cells(const struct shadow_field *f, const float *sums, f
     }
 }
 
-/* The same of nine samples a light: 16 phases of three rows and a denominator, 16 cells of three
- * numbers that follow each other row by row. */
+/* Does the same for nine samples a light: 16 phases of three rows and a denominator become 16
+ * cells, whose three numbers follow each other row by row. */
 
 #ifdef __AVX512F__
 
-/* Sums at[0] .. at[15] of 64. */
+/* Returns sums at[0] .. at[15] of 64. */
 static inline __m512 walk_pick(const __m512 sums[4], lanes_mask at)
 {
     const __m512i places = (__m512i)at;
@@ -106,7 +105,7 @@ static inline __m512 walk_pick(const __m512 sums[4], lanes_mask at)
     return _mm512_mask_mov_ps(low, _mm512_cmpgt_epi32_mask(places, _mm512_set1_epi32(31)), high);
 }
 
-/* Four phases' sums, of both nodes. */
+/* Returns four phases' sums of both nodes. */
 static inline __m512 walk_four_phases(const float *sums)
 {
     const __m512 low = _mm512_load_ps(sums), high = _mm512_load_ps(sums + 16);
@@ -150,7 +149,7 @@ static inline void walk_cells_three(const float *sums, float *out)
 
 #endif
 
-/* Cells of the group's pixels, 4 r numbers each. */
+/* Computes the cells of the group's pixels, 4 r numbers each. */
 static inline void walk_sum_columns(const struct shadow_field *f, const struct walk_taps *taps,
                                     float *out)
 {
@@ -175,13 +174,13 @@ static inline void walk_sum_columns(const struct shadow_field *f, const struct w
 #define WALK_ROWS 4
 #endif
 
-/* Adds what a tap gives: two nodes' (numerator, denominator), which start on 8 bytes, weighted. */
+/* Adds a tap's two nodes of (numerator, denominator), weighted. They are aligned to 8 bytes. */
 static inline shadow_four walk_nodes(const float *nodes, walk_two w, shadow_four sum)
 {
     return fused_4(*(const fused_four *)nodes, __builtin_shufflevector(w, w, 0, 0, 1, 1), sum);
 }
 
-/* Of WALK_ROWS pixels from `first` on. */
+/* Sums WALK_ROWS pixels from `first` on. */
 static inline void walk_sum_few(const struct shadow_field *f, const struct walk_taps *taps,
                                 uint32_t first, shadow_four all[WALK_ROWS])
 {
@@ -200,7 +199,7 @@ static inline void walk_sum_few(const struct shadow_field *f, const struct walk_
     for (uint32_t i = 0; i < WALK_ROWS; i++) all[i] = even[i] + odd[i];
 }
 
-/* (numerator, denominator) of the group's pixels. */
+/* Computes (numerator, denominator) of the group's pixels. */
 static inline void walk_sum_rows(const struct shadow_field *f, const struct walk_taps *taps,
                                  float *out)
 {

@@ -1,6 +1,6 @@
 #pragma once
-/* The taps of sixteen pixels' walks: where they lie, who counts of what lies there, what it weighs.
- * What a pixel gets does not depend on those beside it. */
+/* Finds the taps of sixteen pixels' walks: where each lies, whether the pixel accepts it, and what
+ * it weighs. A pixel's taps do not depend on the pixels beside it. */
 #include <stddef.h>
 #include <string.h>
 
@@ -10,9 +10,9 @@
 #include "server/reconstruct/simd/lanes_inline.h"
 #include "server/reconstruct/simd/lanes_vector.h"
 
-#define WALK_LINEAR 0.8f /* share of a local linear fit's correction */
+#define WALK_LINEAR 0.8f /* share of a local linear fit's correction that is applied */
 
-/* What a tap reads of its neighbours, in the order of these. */
+/* What a walk reads of a tap, in this order. */
 enum walk_number {
     WALK_POINT = 0,
     WALK_NORMAL = 3,
@@ -24,7 +24,7 @@ enum walk_number {
     WALK_NUMBERS,
 };
 
-/* What a pixel asks with: the same up to eta, then these. */
+/* What a walk reads of the receiving pixel: the same up to eta, then these. */
 enum walk_asked {
     WALK_PLANE_LEAST = WALK_SPREAD,
     WALK_DISTANCE_MOST2,
@@ -33,26 +33,25 @@ enum walk_asked {
     WALK_ASKED,
 };
 
-/* Taps of sixteen pixels from the walks' negative ends on; the nearer pixel in rows or columns
- * first. All are placed, then all met and weighed: steps so short that the CPU has several taps in
- * work at once. Steps of which no pixel keeps a tap are left out of all that follows. */
+/* Taps of sixteen pixels, from the walks' negative ends on, the nearer pixel in rows or columns
+ * first. All taps are placed before any is met and weighed, so that the CPU has several of these
+ * short steps in work at once. Steps of which no pixel keeps a tap are skipped. */
 struct walk_taps {
     struct walk_group group;
-    uint32_t steps;                  /* that some pixel keeps */
-    uint32_t first[SHADOW_TAPS / 2]; /* of each: its nearer tap */
+    uint32_t steps;                  /* steps of which some pixel keeps a tap */
+    uint32_t first[SHADOW_TAPS / 2]; /* nearer tap of each step */
     _Alignas(64) struct walk_tap tap[SHADOW_TAPS];
     float weight[SHADOW_TAPS][2 * SHADOW_LANES]; /* of two neighbouring nodes: all lanes' lower ones
-                                                    first; when they are balanced, lane by lane */
-    uint32_t at[SHADOW_TAPS][SHADOW_LANES];      /* the lower one: its place among all sums */
-    uint32_t phase[SHADOW_TAPS]
-                  [SHADOW_LANES]; /* of the neighbour: its place among all pixels' sums */
+                                                    first; once balanced, lane by lane */
+    uint32_t at[SHADOW_TAPS][SHADOW_LANES];      /* index of the lower node among all sums */
+    uint32_t phase[SHADOW_TAPS][SHADOW_LANES];   /* index of the neighbour among all pixels' sums */
 };
 
-/* What the pixels of a vector ask with. */
+/* The receiving pixels of one vector. */
 struct walk_asks {
     struct asker_lanes who;
     lanes_vector u, eta, distance, falloff;
-    lanes_mask sums; /* where each pixel's begin */
+    lanes_mask sums; /* index at which each pixel's sums begin */
 };
 
 /* Constants of a walk's taps. */
@@ -61,8 +60,8 @@ struct walk_rule {
     int32_t stride, slot_sums, phase_sums; /* sums of a node, of a slot, of a phase */
 };
 
-/* Sums kept of a phase. Of three rows and a denominator those of both nodes are: to add to eight
- * sums takes fewer instructions than to add four to four first. */
+/* Returns how many sums are kept of a phase. With three rows and a denominator both nodes' sums are
+ * kept: adding to eight sums takes fewer instructions than reducing to four first. */
 static inline uint32_t walk_phase_sums(const struct shadow_field *f)
 {
     return f->strata == 3 ? 8 : f->lanes;
@@ -102,8 +101,8 @@ static inline lanes_mask walk_whole(const lanes_number *plane, uint32_t first)
     return *(const lanes_stored_mask *)(const void *)(plane + first);
 }
 
-/* Who counts of what shows `number`: `delta` away on the light, read at `node`. Spreads below 0 are
- * of those that nobody refuses. */
+/* Returns the mask of lanes that accept a tap that shows `number`, `delta` away on the light, read
+ * at `node`. A spread below 0 marks a tap that every receiver accepts. */
 LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule, const struct walk_asks *own,
                                       const lanes_vector number[WALK_SLOT], lanes_vector delta,
                                       lanes_vector node)
@@ -114,8 +113,8 @@ LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule, const struct
            lanes_up_to(node, lanes_same(2.0f * rule->centre)) & lanes_up_to(lanes_same(0.0f), node);
 }
 
-/* Who counts of what lies at tap n, q, what it weighs, and where its sums are read and added to: of
- * the lanes of one vector, from `first` on. Returns who. */
+/* Meets tap n at the pixels q, for the lanes of one vector from `first` on: finds its weight and
+ * where its sums are read and added to. Returns the mask of lanes that accept it. */
 LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
                                            const struct walk_asks *own,
                                            const lanes_number *const q[WALK_NUMBERS], int32_t n,
@@ -128,7 +127,7 @@ LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_
         lanes_fused(-own->eta * delta, lanes_same(rule->per_length), lanes_same(rule->centre));
     const lanes_vector share = lanes_load_vector(taps->tap[n].share + first);
     const lanes_vector all = share * gaussian_exp_minus_lanes(delta * delta * own->falloff);
-    /* weights of 0 go with the others: where a node lies is found before what it weighs is */
+    /* A tap of weight 0 goes with the refused ones: its node is known before its weight is. */
     const lanes_chosen kept =
         walk_counts(rule, own, number, delta, node) & lanes_below(lanes_same(0.0f), share);
     const lanes_vector counted = lanes_only(kept, all), at = lanes_only(kept, node);
@@ -145,7 +144,7 @@ LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_
     return kept;
 }
 
-/* Returns whether any pixel keeps the tap. */
+/* Meets tap n of all lanes. Returns whether any pixel keeps it. */
 LANES_INLINE bool walk_meet(const struct walk_rule *rule, uint32_t axis,
                             const struct walk_asks own[LANES_VECTORS],
                             const lanes_number *const q[WALK_NUMBERS], int32_t n,
@@ -158,7 +157,7 @@ LANES_INLINE bool walk_meet(const struct walk_rule *rule, uint32_t axis,
     return lanes_some(kept);
 }
 
-/* The same of planes of what pixels show. */
+/* Does the same with the tap's numbers read from the pixels' planes. */
 LANES_INLINE bool walk_look(const struct walk_rule *rule, uint32_t axis,
                             const struct walk_asks own[LANES_VECTORS],
                             const void *const shown[WALK_NUMBERS], int32_t n,
@@ -166,7 +165,8 @@ LANES_INLINE bool walk_look(const struct walk_rule *rule, uint32_t axis,
 {
     const lanes_number *q[WALK_NUMBERS];
     ptrdiff_t start;
-    if (lanes_follow(taps->tap[n].to, &start)) { /* the common case: as they lie there */
+    if (lanes_follow(taps->tap[n].to,
+                     &start)) { /* the common case: the pixels are adjacent in the planes */
         for (int k = 0; k < WALK_NUMBERS; k++) q[k] = (const lanes_number *)shown[k] + start;
         return walk_meet(rule, axis, own, q, n, taps);
     }
@@ -181,17 +181,21 @@ static inline float walk_step(const struct walk_group *g, uint32_t n)
     return (float)((int32_t)(n >> 1) - g->reach_most);
 }
 
-/* What tap n weighs, not balanced yet. */
+/* Returns the weight of tap n before it is balanced. */
 static inline lanes_vector walk_weight(const struct walk_taps *taps, uint32_t n, int v)
 {
     const float *lower = taps->weight[n] + v * LANES_PER_VECTOR;
     return lanes_load_vector(lower) + lanes_load_vector(lower + SHADOW_LANES);
 }
 
-/* Where a silhouette or a refusal cuts a walk, its taps lie to one side, and what changes linearly
- * along it is read there, not at the pixel. A local linear fit undoes that: weights w (1 - k S1/S2)
- * of tap k, S1 and S2 the sums of w k and w k^2. Weights go through all of their noise with it:
- * most of the correction has the least error. The sum of weights stays above a fifth of itself. */
+/* Balances weights by a local linear fit. Where a silhouette or a refusal cuts a walk, its taps lie
+ * to one side, and what changes linearly along it would be read there instead of at the pixel. The
+ * fit undoes that:
+ *
+ *   w_k (1 - K S1/S2 k),  S1 = sum of w k,  S2 = sum of w k^2,  K = WALK_LINEAR
+ *
+ * The full correction would add noise; most of it has the least error. The sum of weights stays
+ * above a fifth of itself. */
 static inline struct lanes walk_balance_slopes(const struct walk_taps *taps)
 {
     struct lanes first = lanes_all(0.0f), second = first, slope;
@@ -204,7 +208,7 @@ static inline struct lanes walk_balance_slopes(const struct walk_taps *taps)
             second.v[v] = lanes_fused(both, lanes_same(k * k), second.v[v]);
         }
     }
-    /* S2 is a sum of squares, and 0 only where S1 is. */
+    /* S2 is a sum of squares and is 0 only where S1 is. */
     const struct lanes one = lanes_all(1.0f);
     for (int v = 0; v < LANES_VECTORS; v++)
         slope.v[v] =
@@ -212,7 +216,7 @@ static inline struct lanes walk_balance_slopes(const struct walk_taps *taps)
     return slope;
 }
 
-/* Weights become pairs, lane by lane. */
+/* Balances the weights and stores them as pairs, lane by lane. */
 static inline void walk_balance(struct walk_taps *taps)
 {
     const struct lanes slope = walk_balance_slopes(taps);
