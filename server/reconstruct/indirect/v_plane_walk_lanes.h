@@ -40,9 +40,9 @@ static inline void v_plane_turn_fours(v_plane_four m[4])
 }
 
 /* Where the taps lie and what they show. Returns their number, filled up to whole lanes. */
-static inline uint32_t v_plane_neighbourhood(const struct v_plane_walk *w,
-                                             const struct v_plane_source *p, ptrdiff_t width,
-                                             struct v_plane_taps *out)
+static inline uint32_t v_plane_place_taps(const struct v_plane_walk *w,
+                                          const struct v_plane_source *p, ptrdiff_t width,
+                                          struct v_plane_taps *out)
 {
     const int32_t count = 2 * w->reach + 1;
     const int32_t padded = (count + V_PLANE_LANES - 1) / V_PLANE_LANES * V_PLANE_LANES;
@@ -270,7 +270,7 @@ static inline uint32_t v_plane_fill_pixel(const struct v_plane_field *f, int32_t
     const float *records[V_PLANE_PADDED];
     struct v_plane_taps taps;
     struct v_plane_order order;
-    const uint32_t n = v_plane_neighbourhood(w, &f->sources[p], f->width, &taps);
+    const uint32_t n = v_plane_place_taps(w, &f->sources[p], f->width, &taps);
     v_plane_weigh(w, &f->sources[p], n, &taps);
     v_plane_sort(&taps, n, &order);
     for (uint32_t i = 0; i < n; i++)
@@ -329,7 +329,7 @@ static void kernel_rows(const struct v_plane_field *f, int32_t y, const int32_t 
         const size_t p = (size_t)y * (size_t)f->width + (size_t)x[k];
         const size_t own = (size_t)x[k] * V_PLANE_NODE_FLOATS;
         const struct v_plane_walk *w = &f->walks[0][p];
-        const uint32_t n = v_plane_neighbourhood(w, &f->sources[p], f->width, &taps);
+        const uint32_t n = v_plane_place_taps(w, &f->sources[p], f->width, &taps);
         v_plane_four sum = {0};
         v_plane_weigh(w, &f->sources[p], n, &taps);
         v_plane_find_nodes(&taps, n, &nodes);
