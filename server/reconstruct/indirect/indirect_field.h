@@ -1,11 +1,11 @@
 #pragma once
 /* A block and its surroundings as the filters of indirect light read them: which pixels were
- * measured, where they lie, how near what they see is. */
+ * measured, where they lie, and the distance of what they see. */
 #include "server/reconstruct/indirect/indirect_kernels.h"
 #include "server/reconstruct/patch/patch.h"
 
 struct indirect_neighbourhood {
-    struct rect rect;            /* in image pixels: what the field knows */
+    struct rect rect;            /* in image pixels: what the field covers */
     struct indirect_field field; /* its arrays are those below */
     float *point[3], *normal[3];
     int32_t *object;
@@ -14,13 +14,13 @@ struct indirect_neighbourhood {
     float *nearness;         /* 1 / z of the nearest reflector; 0: none, or nothing was measured */
     size_t area;             /* numbers of an array */
     size_t origin;           /* where the rect's first pixel lies in it */
-    float *spare;            /* more such arrays, zeroed: indirect_neighbourhood_spare */
+    float *spare;            /* more such arrays, zeroed (indirect_neighbourhood_spare) */
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
 };
 
-/* All of `rect`, which lies in the patch's, room for runs that look `reach` pixels beyond it, and
- * `spares` arrays besides. ERR_MEMORY. */
+/* Loads all of `rect`, which lies in the patch's. Runs may look `reach` pixels beyond it. `spares`
+ * more arrays are made. ERR_MEMORY. */
 int indirect_neighbourhood_create(const struct plan *plan, const struct patch *patch,
                                   struct rect rect, int32_t reach, uint32_t spares,
                                   struct indirect_neighbourhood *out);
@@ -39,8 +39,8 @@ static inline size_t indirect_neighbourhood_index(const struct indirect_neighbou
            (size_t)(x - around->rect.x0);
 }
 
-/* The runs of a row of `rect` from its first pixel on, along x or with `before` and `after` rows at
- * most `reach` away along y. They may pass the row's end by INDIRECT_LANES - 1 pixels. */
+/* Returns the run of a row of `rect` from its first pixel on: along x, or along y with at most
+ * `reach` rows before and after. It may pass the row's end by INDIRECT_LANES - 1 pixels. */
 struct indirect_run indirect_neighbourhood_run(const struct indirect_neighbourhood *around,
                                                struct rect rect, int32_t y, bool along_x,
                                                int32_t reach);

@@ -1,6 +1,6 @@
 #pragma once
-/* A block and its surroundings as the sheared filter of indirect light reads them: what was
- * measured where, and the samples row by row. */
+/* A block and its surroundings as the sheared filter of indirect light reads them: which pixels
+ * were measured, and the samples row by row. */
 #include "server/reconstruct/indirect/v_plane_kernels.h"
 #include "server/reconstruct/patch/patch.h"
 #include "server/reconstruct/patch/surface.h"
@@ -11,12 +11,12 @@ struct v_plane_neighbourhood {
     const struct plan *plan;   /* borrowed */
     const struct patch *patch; /* borrowed */
     const struct v_plane_kernels *kernels;
-    struct rect rect;  /* of the field, in image pixels: may pass the patch's and the image's */
-    struct rect inner; /* what is filtered; rect is it grown by V_PLANE_HALO_PX */
+    struct rect rect;  /* of the field, in image pixels; it may pass the patch's and the image's */
+    struct rect inner; /* the filtered pixels; rect is it grown by V_PLANE_HALO_PX */
     struct surface_view view;
     struct v_plane_field field; /* its arrays are those below; ratios are not set */
     struct v_plane_source *sources;
-    struct v_plane_walk *walks[2]; /* zero: v_plane_slopes.h sets them */
+    struct v_plane_walk *walks[2]; /* zero; v_plane_slopes.h sets them */
     struct v_plane_strata strata;  /* of one row */
     float *jitter[2];              /* of the same row */
     void *memory;                  /* owned */
@@ -32,13 +32,13 @@ static inline bool v_plane_is_source(const struct v_plane_source *s)
     return s->pixel > 0.0f;
 }
 
-/* ERR_MEMORY. */
+/* Loads the neighbourhood of `inner`. ERR_MEMORY. */
 int v_plane_neighbourhood_create(const struct plan *plan, const struct patch *patch,
                                  struct rect inner, const struct v_plane_kernels *kernels,
                                  struct v_plane_neighbourhood *out);
 void v_plane_neighbourhood_fini(struct v_plane_neighbourhood *around);
 
-/* Strata and sample planes of the pixels from (x, y) on, `count` of them, which lie in one row of
+/* Computes the strata and sample planes of `count` pixels from (x, y) on, which lie in one row of
  * the patch and of the field. */
 void v_plane_neighbourhood_row(struct v_plane_neighbourhood *around, int32_t x, int32_t y,
                                uint32_t count, struct v_plane_planes *planes);
