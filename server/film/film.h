@@ -1,26 +1,26 @@
 #pragma once
-/* Where a frame's samples land: tiles in, patches out, memory bounded by what is still needed.
+/* Collects a frame's samples: tiles go in, patches come out, and memory is bounded by what is still
+ * needed.
  *
- * A tile lands pass by pass (proto/plan.h). Its first pass is kept; the sums of later ones are
- * added to it in their order, so that a tile costs the same memory whatever the samples a pixel,
- * and the sums are the same bytes whatever the order in which tiles arrive.
+ * A tile lands pass by pass (proto/plan.h). Its first pass is kept, and later passes are added to
+ * its sums in their order. A tile thus costs the same memory whatever the samples a pixel, and the
+ * sums are the same bytes whatever the order of arrival.
  *
- * A block is ready as soon as all its tiles have a first pass, and again each time when all of them
- * have a further one: at most once a pass. In between it reads of each tile what has landed. A
- * block is handed out once at a time, and while it is out nobody touches its tiles: what lands for
- * them waits beside them, and is added when the last block that reads them is done. No block is
- * handed out that reads a tile for which something waits, so that this comes soon. After the last
- * pass of its tiles a block is reconstructed a last time, with all of their samples; then it lets
- * go of them, and a tile that no block needs any more is freed.
+ * A block is ready when all its tiles have a first pass, and again each time that all of them have
+ * a further one: at most once a pass. It reads whatever has landed of each tile. A block is handed
+ * out once at a time. While it is out its tiles do not change: passes that land for them stay
+ * pending, and are added when the last block that reads the tile is done. A block that reads a tile
+ * with a pending pass is not handed out, so that this happens soon. After the last pass of its
+ * tiles a block is reconstructed a last time, with all samples. Then it releases its tiles, and a
+ * tile without a reading block is freed.
  *
- * Under a plan that has rounds, what the schedule has is the first of several: blocks keep
- * their tiles, and when all of them are settled, tiles may be asked for further passes. A block is
- * then reconstructed once a round, when all its tiles have what they were asked for, and blocks of
- * which no tile was asked are settled as they are. A frame's tiles stay until film_release.
+ * Under a plan with rounds the schedule is the first round: blocks keep their tiles, and when all
+ * blocks are settled, tiles may be asked for further passes. A block is then reconstructed once a
+ * round, when all its tiles have the passes asked for; blocks without such tiles are settled as
+ * they are. A frame's tiles stay until film_release.
  *
- * Book-keeping (land, the ready list, release) is for the loop's thread. film_gather reads tiles
- * that have landed and may run on any thread for blocks that were reported ready and are not yet
- * done. */
+ * Book-keeping (land, the ready list, release) belongs to the loop's thread. film_gather reads
+ * landed tiles and may run on any thread, for blocks reported ready and not yet done. */
 #include <stdbool.h>
 
 #include "proto/samples.h"
@@ -29,46 +29,48 @@
 
 struct film;
 
-/* Blocks of block_px over the plan's image; patches reach halo_px around them and hold all planes
- * core_px around. The plan is borrowed and must outlive the film. */
+/* Creates a film of blocks of block_px over the plan's image. Patches reach halo_px around them and
+ * hold all planes core_px around. The plan is borrowed and must outlive the film. */
 int film_create(const struct plan *plan, int32_t block_px, int32_t core_px, int32_t halo_px,
                 struct film **out);
 void film_destroy(struct film **film);
 
-/* Takes the samples of a tile's pass, which must be of this pass's layout; its sides are borrowed
- * for the film's life. Not taken: ERR_EXISTS when the pass has landed before, ERR_RANGE for a tile
- * or a pass that is none or comes before its turn, ERR_MISMATCH for samples of another size. Blocks
- * that are now ready are queued; film_next_ready takes them in order. */
+/* Takes the samples of a tile's pass, which must have this pass's layout; its sides are borrowed
+ * for the film's life. On an error they are not taken: ERR_EXISTS when the pass has landed before,
+ * ERR_RANGE for an unknown tile or pass or one before its turn, ERR_MISMATCH for samples of another
+ * size. Blocks that become ready are queued; film_next_ready takes them in order. */
 int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pass,
                    struct samples *samples);
 
-/* The same of a pass of the plan's schedule. */
+/* Does the same for a pass of the plan's schedule. */
 int film_land(struct film *film, uint32_t tile, uint32_t pass, struct samples *samples);
 
-/* Of a plan that has rounds, when the film is complete: tile t gets more_passes[t] passes more. */
+/* Begins a round of a complete film under a plan with rounds: tile t gets more_passes[t] further
+ * passes. */
 void film_begin_round(struct film *film, const uint32_t *more_passes);
 
-/* Lets go of all tiles of a film that is complete. */
+/* Frees all tiles of a complete film. */
 void film_release(struct film *film);
 
-/* The next block that can be reconstructed; false when there is none. It is out until
- * film_block_done. */
+/* Takes the next ready block. Returns false if there is none. It is out until film_block_done. */
 bool film_next_ready(struct film *film, uint32_t *block);
 struct rect film_block_rect(const struct film *film, uint32_t block);
 uint32_t film_block_count(const struct film *film);
 
-/* From here on patches come from that scratch, which must outlive them; before, from the heap. */
+/* Makes patches come from that scratch, which must outlive them, instead of from the heap. */
 void film_gather_in(struct film *film, struct scratch *scratch);
 
-/* The block's samples with halo, as floats. Owned by the caller. */
+/* Gathers the block's samples with halo, as floats. The caller owns the patch. */
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
 
-/* The block is reconstructed: what waited for its tiles is added, which may make blocks ready, and
- * tiles that no block needs any more are freed. True when that was its last time, in this round. */
+/* Ends a block's reconstruction: adds pending passes of its tiles, which may make blocks ready, and
+ * frees tiles that no block reads any more. Returns whether it was the block's last time in this
+ * round. */
 bool film_block_done(struct film *film, uint32_t block);
-/* Rows of pixels from the top all of whose blocks are done; of a plan with rounds, in this one. */
+/* Returns the rows of pixels from the top whose blocks are all done, in this round under a plan
+ * with rounds. */
 int32_t film_rows_done(const struct film *film);
-bool film_complete(const struct film *film); /* the last time of all, in this round */
+bool film_complete(const struct film *film); /* every block's last time, in this round, is over */
 
 uint64_t film_bytes(const struct film *film);   /* held in tiles now */
 uint64_t film_pending(const struct film *film); /* passes that wait to be added */

@@ -1,9 +1,9 @@
 #pragma once
-/* The film from inside: for film.c and film_gather.c alone. */
+/* The inside of the film, for film.c and film_gather.c alone. */
 #include "server/film/film.h"
 #include "server/film/passes.h"
 
-/* A pass that has landed while a block read its tile. */
+/* A pass that landed while a block was reading its tile. */
 struct pending_pass {
     struct samples *samples; /* owned */
     struct pass_counts counts;
@@ -12,18 +12,18 @@ struct pending_pass {
 
 struct film_tile {
     struct samples
-        *samples;    /* owned; NULL before it has landed and when nobody needs it any more */
+        *samples;    /* owned; NULL before it has landed and once no block reads it any more */
     uint32_t merged; /* passes that `samples` holds */
     uint32_t landed; /* merged ones and those pending */
-    uint32_t goal;   /* passes that it will have, as far as is known */
+    uint32_t goal;   /* passes that it will have, as far as known */
     struct pass_counts counts;           /* of `samples` */
     uint32_t readers;                    /* blocks that are out and read it */
     uint32_t blocks_waiting;             /* blocks that read it and are not done */
     struct pending_pass *pending, *last; /* owned; in the order of the passes */
 };
 
-/* idle -> queued -> out -> idle, until its last time. Held: it was to go out, but something is
- * pending for one of its tiles; it is queued again when that is merged. */
+/* idle -> queued -> out -> idle, until its last time. A held block was to go out, but one of its
+ * tiles has a pending pass; it is queued again when that is merged. */
 enum block_state { BLOCK_IDLE, BLOCK_QUEUED, BLOCK_HELD, BLOCK_OUT, BLOCK_DONE };
 
 struct film_block {
@@ -42,8 +42,8 @@ struct film {
     uint32_t tile_count, block_count, pass_count;
     uint32_t blocks_done;
     int32_t rows_done;                /* of blocks, from the top */
-    bool keeps;                       /* tiles may be asked for more */
-    bool more;                        /* they were */
+    bool keeps;                       /* whether tiles may be asked for more passes */
+    bool more;                        /* whether they were */
     struct film_tile *tiles;          /* owned */
     struct film_block *blocks;        /* owned */
     uint32_t *ready;                  /* owned; a ring: blocks in the order of becoming ready */
