@@ -1,7 +1,7 @@
 #pragma once
-/* The OpenEXR library's way to the disk (or to a file in memory), and where its complaints go: a
- * file of ours through its stream functions, so that it neither names, renames nor deletes
- * anything, nor prints. */
+/* File access and error reports of the OpenEXR library. It reads and writes through stream
+ * functions, to a file that the caller has opened or from memory, so that it neither names, renames
+ * nor deletes files, nor prints. */
 #include <OpenEXR/openexr.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -21,7 +21,7 @@ struct exr_file {
 /* Fills *init for reading or writing `file`, which must outlive the context. */
 void exr_file_context(struct exr_file *file, exr_context_initializer_t *init);
 
-/* The project's code for a result of the library, with the library's words in *fault (which may be
- * NULL); 0 for success. */
+/* Returns the error code for a result of the library, with the library's message in *fault (which
+ * may be NULL); 0 for success. */
 int exr_file_fault(const struct exr_file *file, exr_result_t result, const char *path,
                    struct fault *fault);
