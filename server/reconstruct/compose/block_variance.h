@@ -9,7 +9,7 @@ enum error_source {
     ERROR_SOURCE_PATHS,   /* more paths */
     ERROR_SOURCE_BOUNCES, /* more bounce rays */
     ERROR_SOURCE_LOBES,   /* more rays of glossy lobes, which come with bounce rays */
-    ERROR_SOURCE_CENTRES, /* nothing: a pixel's few surface samples, over which light is spread */
+    ERROR_SOURCE_CENTRES, /* nothing: they stem from a pixel's few surface samples */
     ERROR_SOURCE_COUNT
 };
 
@@ -20,7 +20,7 @@ struct block_variance {
     void *memory; /* owned */
 };
 
-/* All zero. ERR_MEMORY. */
+/* Creates variances of 0. ERR_MEMORY. */
 int block_variance_create(struct rect rect, struct block_variance *out);
 void block_variance_fini(struct block_variance *variance);
 

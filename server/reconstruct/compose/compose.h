@@ -1,5 +1,5 @@
 #pragma once
-/* From resolved pixels and samples to an image's channels. */
+/* Composes an image's channels from resolved pixels and samples. */
 #include "server/image/image.h"
 #include "server/reconstruct/compose/block_statistics.h"
 #include "server/reconstruct/compose/block_variance.h"
