@@ -11,12 +11,11 @@ struct resolved {
                                                reflectance is indirect */
     float albedo[3];                        /* mean; samples without surface count as black */
     float coverage;                         /* share of samples that hit a surface */
-    float error[3];        /* standard error of diffuse indirect; 0 unless the lighting tells */
-    float glossy_error[3]; /* of what glossy lobes send on; the same */
-    float spread[3]; /* squared standard error of total, as a mean of so few samples of the pixel; 0
-                        unless wanted */
-    uint32_t lone;   /* sub-samples that have light of their own */
-    uint32_t unmatched; /* others whose surface no pixel around them shows */
+    float error[3];        /* standard error of diffuse indirect light; 0 unless known */
+    float glossy_error[3]; /* that of glossy lobes' light; likewise */
+    float spread[3]; /* variance of total, as a mean of the pixel's few samples; 0 unless wanted */
+    uint32_t lone;   /* sub-samples with light of their own */
+    uint32_t unmatched; /* others whose surface is shown by no pixel around them */
 };
 
 struct resolver {
@@ -24,22 +23,21 @@ struct resolver {
     const struct patch *patch;
     const struct lighting *lighting;
     struct surface_view view;
-    uint32_t subs; /* sub-samples that take part: 0 when planes for the comparison are missing */
+    uint32_t subs; /* sub-samples that are compared: 0 when planes for it are missing */
     float share;   /* 1 / (1 + subs) */
-    bool errors;   /* are wanted; false unless the caller says otherwise */
-    bool parts;    /* direct and indirect light, too: true unless the caller says otherwise */
+    bool errors;   /* whether errors are wanted; false unless the caller sets it */
+    bool parts; /* whether direct and indirect light are, too; true unless the caller clears it */
 };
 
 void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,
                    const struct lighting *lighting);
 
-/* Pixel i of the patch. Reads the pixels around it as far as the patch has them.
+/* Resolves pixel i of the patch from the pixels around it, as far as the patch has them.
  *
- * A lone sub-sample (proto/lone.h) has the light that it was shaded with.
- *
- * A sub-sample that fully matches its own pixel (surface_match 1) takes that pixel's lighting as it
- * is: flat regions are not blurred. Otherwise with m its match to its own pixel, the lighting is
- * the mean with weights m for the own pixel and (1 - m) k_q m_q / 8 for the 8 around, k_q a tent 3
- * pixels wide. Where no weight is left, the least mismatch decides, and the sub-sample counts as
- * unmatched; without any surface around, it is unlit. */
+ * A lone sub-sample (proto/lone.h) keeps the light that it was shaded with. A sub-sample that fully
+ * matches its own pixel (surface_match 1) takes that pixel's lighting as it is, so that flat
+ * regions are not blurred. Otherwise the lighting is a weighted mean: with m the match to its own
+ * pixel, the own pixel has the weight m and each of the 8 around (1 - m) k_q m_q / 8, k_q a tent 3
+ * pixels wide. Where all weights vanish, the pixel of least mismatch is taken, and the sub-sample
+ * counts as unmatched; without any surface around it is unlit. */
 void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out);

@@ -1,21 +1,22 @@
 #pragma once
-/* Pixels side by side, resolved at once where that is plain: all that a pixel's samples show is
- * surely its centre's surface, and nobody asks for errors. Most are, and what is left is for
- * resolve_pixel. */
+/* Resolves adjacent pixels at once in the plain case: all that a pixel's samples show is surely
+ * its centre's surface, and no errors are wanted. Most pixels are plain; resolve_pixel serves
+ * the rest. */
 #include "server/reconstruct/compose/resolve.h"
 
 #define RESOLVE_RUN 64
 
-/* As `struct resolved` has them; direct and indirect hold anything where nobody wants parts. */
+/* The results, as in `struct resolved`. direct and indirect are undefined unless parts are
+ * wanted. */
 struct resolved_run {
-    int32_t plain[RESOLVE_RUN]; /* -1: the rest is there; 0: it holds anything */
+    int32_t plain[RESOLVE_RUN]; /* -1: the results are set; 0: they are undefined */
     float direct[3][RESOLVE_RUN], indirect[3][RESOLVE_RUN], total[3][RESOLVE_RUN];
     float albedo[3][RESOLVE_RUN], coverage[RESOLVE_RUN];
 };
 
-/* `count` pixels, at most RESOLVE_RUN, of one row of the patch, the first of them pixel i: the bits
- * that resolve_pixel gives for those that are plain. */
+/* Resolves `count` pixels, at most RESOLVE_RUN, of one row of the patch from pixel i on. Plain ones
+ * get the bits of resolve_pixel. */
 void resolve_run(const struct resolver *r, size_t i, uint32_t count, struct resolved_run *out);
 
-/* Number k of them by itself. */
+/* Sets result k. */
 void resolved_run_set(struct resolved_run *run, uint32_t k, const struct resolved *pixel);
