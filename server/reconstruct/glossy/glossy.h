@@ -28,19 +28,20 @@ struct glossy_statistics {
     uint64_t blocks_skipped; /* of only such pixels: no pass ran */
 };
 
-/* Pixels around a block that the plan's filter reads; 0 for GLOSSY_FILTER_NONE. It depends on the
- * plan alone and is at most 1.5 GLOSSY_REACH_MAX_PX, or what indirect.h says for bandlimits. */
+/* Returns how many pixels around a block the plan's filter reads; 0 for GLOSSY_FILTER_NONE. It
+ * depends on the plan alone and is at most 1.5 GLOSSY_REACH_MAX_PX, or what indirect.h says for
+ * bandlimits. */
 int32_t glossy_halo_px(const struct plan *plan);
 
-/* Filters over `inner`, which lies in patch->rect; the patch needs depth, normal, id and the planes
+/* Filters over `inner`, which lies in patch->rect. The patch needs depth, normal, id and the planes
  * of glossy lobes. Writes out[c] for the pixels of `inner`, 0 where there is no lobe, and adds to
- * *statistics. The plain average is what was measured, weights left aside. ERR_MEMORY; ERR_RANGE of
- * another filter, a plane that is not there or an `inner` outside. */
+ * *statistics. The plain average is what was measured, without weights. ERR_MEMORY; ERR_RANGE for
+ * another filter, a missing plane or an `inner` outside. */
 int glossy_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                   float *const out[3], struct glossy_statistics *statistics);
 
-/* The same, and variance[c], squared standard errors of out[c] (glossy_variance.h), for a plan of
- * which patch_knows_glossy_errors. */
+/* Does the same and writes variance[c] of out[c] (glossy_variance.h), for a plan of which
+ * patch_knows_glossy_errors. */
 int glossy_filter_with_error(const struct plan *plan, const struct patch *patch, struct rect inner,
                              float *const out[3], float *const variance[3],
                              struct glossy_statistics *statistics);

@@ -6,7 +6,7 @@
 
 #define LN_2        0.69314718055994531
 #define HALF_PI     1.57079632679489662
-#define RAYS_BEYOND 1e9f /* more than anybody gets */
+#define RAYS_BEYOND 1e9f /* more than any pixel gets */
 #define WIDTH_MOST  1e30f
 #define FIT_END     50.0f /* exponent */
 
@@ -150,7 +150,7 @@ static void find_row(const struct adaptive *a, const struct indirect_kernels *ke
     kernels->nearness(&a->around->field, &run, indirect_neighbourhood_spare(a->around, 0), far);
     const size_t from = patch_pixel(a->patch, a->inner.x0, y);
     struct indirect_bandlimit band = indirect_bandlimit_lambert();
-    float of = -1.0f; /* whose band it is: runs of equal ones are common */
+    float of = -1.0f; /* whose band it is; runs of equal alphas are common */
     for (size_t i = 0; i < (size_t)rect_width(a->inner); i++) {
         if (a->alpha && a->alpha[from + i] != of)
             band = indirect_bandlimit_facets(of = a->alpha[from + i]);

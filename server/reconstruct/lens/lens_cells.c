@@ -82,7 +82,8 @@ static struct rect find_box(const struct lens_field *f, uint32_t layer, struct r
     return rect_intersect(box, pixels);
 }
 
-/* Who can see the layer, which cells they look at, and which pixels those show. */
+/* Finds the pixels that can see the layer, the cells they see, and the pixels whose samples lie in
+ * those. */
 static void find_rects(const struct lens_field *f, struct lens_cells *c)
 {
     const int32_t reach = reach_px(c), down = c->coarse;

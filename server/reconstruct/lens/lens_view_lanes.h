@@ -85,9 +85,9 @@ static inline lanes_mask lens_bits(uint32_t bits)
     return (lanes_load_mask(own) & (int32_t)bits) != 0;
 }
 
-/* Of quarters of the lens through which nobody looked at the layer the others tell. Cells on the
- * lines between quarters are all one quarter's: what the layer takes of the lens is what its cells
- * say, and what it leaves, quarter by quarter, is made to be the rest of it. */
+/* Composites a layer. A quarter of the lens through which no cell was seen takes the sums of all
+ * quarters. Cells on the lines between quarters belong to one quarter each, so the transparencies
+ * of the quarters are scaled at the end to leave what the layer did not take of the lens. */
 static inline void lens_composite_vector(const struct lens_composite *c, size_t i,
                                          float seen[LENS_VIEWS][LENS_LANES])
 {

@@ -11,8 +11,8 @@
 #define SPOTS_MOST 8 /* surfaces of a cell */
 #define NOWHERE    UINT32_MAX
 
-/* Samples whose mean shows little noise; and a pixel's lighting, which is filtered, counts as so
- * many. */
+/* Samples whose mean shows little noise. A pixel's lighting, which is filtered, counts as
+ * PIXEL_SAMPLES. */
 #define ENOUGH        64.0f
 #define PIXEL_SAMPLES 16.0f
 
@@ -21,7 +21,7 @@
 #define COSINE_ABOUT 0.5f
 #define OFF_ABOUT    6.0f
 
-/* Pixels around a sample whose lighting is there for sure: those beside its own. */
+/* Pixels around a sample whose lighting is surely there: those beside its own. */
 #define PIXELS_SQUARE 2.0f
 
 /* A surface in a cell: the first sample's; sums of all samples' light; what they share, once

@@ -12,14 +12,14 @@
 #define BATCH       64u
 #define SUMS_BYTES  64
 
-/* Rows of pixels that each pass goes on by before the next pass does. What a pass leaves of a pixel
- * is read from SHADOW_REACH_PX rows above it to as many below, and kept for KEPT_PX rows: for all
- * of a block it would lie in no cache, and take several times the memory. */
+/* Rows of pixels by which each pass advances before the next pass does. Results of a pass are read
+ * from SHADOW_REACH_PX rows above to as many below, and kept for KEPT_PX rows: those of a whole
+ * block would fit into no cache and take several times the memory. */
 #define STRIPE_PX 8
 #define KEPT_PX   (2 * SHADOW_REACH_PX + STRIPE_PX)
 _Static_assert(SHADOW_REACH_PX % STRIPE_PX == 0, "stripes of all passes end together");
 
-/* Pixels row by row, and how many of them a pass has come to. */
+/* Pixels row by row, and how many of them a pass has processed. */
 struct sheared_list {
     const uint32_t *pixels;
     uint32_t count, done;
@@ -31,10 +31,10 @@ struct sheared {
     const struct shadow_kernels *kernels;
     struct receivers *receivers;
     struct shadow_field field;
-    uint8_t *needs[2]; /* of each pixel: does a walk along axis 0, 1 reach it? */
+    uint8_t *needs[2]; /* of each pixel: whether a walk along axis 0, 1 reaches it */
     uint32_t *order;   /* pixels of both lists */
     struct sheared_list columns, rows, asked;
-    uint32_t slots; /* that there is room for: pixels take them in turn */
+    uint32_t slots; /* room in slots, which pixels take in turn */
     float *cells;   /* 4 r a pixel of a batch */
 };
 
@@ -50,13 +50,13 @@ static uint32_t collect(const struct sheared *s, bool both, uint32_t *out)
     return count;
 }
 
-/* The first pixel of row y, where there are rows above. */
+/* Returns the first pixel of row y, where there are rows above. */
 static uint32_t row_start(const struct sheared *s, int32_t y)
 {
     return y > 0 ? (uint32_t)y * (uint32_t)s->field.width : 0;
 }
 
-/* The most pixels of the list in KEPT_PX rows that end with a stripe. */
+/* Returns the most pixels of the list in KEPT_PX rows that end with a stripe. */
 static uint32_t most_kept(const struct sheared *s, const struct sheared_list *list)
 {
     uint32_t first = 0, end = 0, most = 0;
@@ -68,7 +68,7 @@ static uint32_t most_kept(const struct sheared *s, const struct sheared_list *li
     return most;
 }
 
-/* Who takes part, and in which pass. */
+/* Finds the pixels of each pass. */
 static void find_slots(struct sheared *s)
 {
     const size_t area = (size_t)s->field.width * (size_t)s->field.height;
@@ -79,7 +79,7 @@ static void find_slots(struct sheared *s)
     s->columns = (struct sheared_list){columns, collect(s, true, columns), 0};
     s->slots = most_kept(s, &s->columns);
     for (uint32_t k = 0; k < s->columns.count; k++) {
-        assert(s->slots > 0); /* whoever is listed is kept */
+        assert(s->slots > 0); /* listed pixels are kept */
         s->receivers->pixels.slot[columns[k]] = (int32_t)(k % s->slots);
     }
 }
@@ -89,7 +89,7 @@ static size_t align_up(size_t bytes)
     return (bytes + SUMS_BYTES - 1) / SUMS_BYTES * SUMS_BYTES;
 }
 
-/* Taps that count nothing read the first slot, which need not be anybody's yet. */
+/* Creates the sums. Taps of weight 0 read the first slot, before it is in use. */
 static int create_sums(struct sheared *s)
 {
     const size_t nodes = shadow_nodes(&s->field);
@@ -113,7 +113,7 @@ static void place_pixels(const struct sheared *s, const uint32_t *pixels, uint32
     }
 }
 
-/* The next pixels of the list that lie above row `end`, at most BATCH: how many. */
+/* Returns the number of the next pixels of the list above row `end`, at most BATCH. */
 static uint32_t next_batch(const struct sheared *s, struct sheared_list *list, int32_t end,
                            const uint32_t **pixels)
 {
@@ -128,7 +128,7 @@ static uint32_t next_batch(const struct sheared *s, struct sheared_list *list, i
     return count;
 }
 
-/* Pass 1a. */
+/* Runs pass 1a. */
 static void project_columns(struct sheared *s, const uint32_t *pixels, uint32_t count)
 {
     const uint32_t l = s->light->strata;
@@ -147,14 +147,14 @@ static void project_columns(struct sheared *s, const uint32_t *pixels, uint32_t 
     s->kernels->project_columns(&s->field, pixels, count, jitter[0], seen);
 }
 
-/* Passes 1b and 2a. */
+/* Runs passes 1b and 2a. */
 static void project_rows(struct sheared *s, const uint32_t *pixels, uint32_t count)
 {
     s->kernels->walk_columns(&s->field, pixels, count, s->cells);
     s->kernels->project_rows(&s->field, pixels, count, s->cells);
 }
 
-/* Pass 2b. */
+/* Runs pass 2b. */
 static void walk_rows(struct sheared *s, const uint32_t *pixels, uint32_t count, float *seen)
 {
     float sums[2 * BATCH];
@@ -167,7 +167,7 @@ static void walk_rows(struct sheared *s, const uint32_t *pixels, uint32_t count,
     }
 }
 
-/* All passes, stripe by stripe: each as far behind the one before as it looks ahead. */
+/* Runs all passes, stripe by stripe, each as far behind the one before as it reads ahead. */
 static void run_passes(struct sheared *s, float *seen)
 {
     const uint32_t *pixels;
