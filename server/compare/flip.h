@@ -20,6 +20,6 @@ struct flip {
     double quartile[3]; /* below which a quarter, half, three quarters of the sum of errors lie */
 };
 
-/* map[i], width * height, in [0, 1]: 0 where nobody sees a difference, and where a pixel does not
- * count. `ppd`: pixels a degree of visual angle, within the two above. ERR_MEMORY. */
+/* Computes map[i], width * height, in [0, 1]: 0 where no difference is visible, and where a pixel
+ * does not count. `ppd` is in pixels a degree of visual angle, within the two above. ERR_MEMORY. */
 int flip_map(const struct display_pair *pair, double ppd, float *map, struct flip *out);

@@ -29,7 +29,7 @@
         BPF_JUMP(BPF_JMP | BPF_JSET | BPF_K, PROT_EXEC, 0, 1), REFUSE(EPERM),                      \
         RETURN(SECCOMP_RET_ALLOW)
 
-/* So is fcntl, but for commands by which the kernel would signal somebody. */
+/* So is fcntl, but for commands by which the kernel would signal a process. */
 #define FCNTL_REFUSED(command) BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, (command), 0, 1), REFUSE(EPERM)
 #define ALLOW_FCNTL                                                                                \
     BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_fcntl, 0, 10), LOAD(args[1]), FCNTL_REFUSED(F_SETOWN), \

@@ -7,8 +7,8 @@
 int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char *place,
                                   struct scene_material *m, struct fault *fault);
 
-/* extras.shearwater (proto/scene/scene.h tells its members), which replaces how the surface
- * scatters. Other extras are nobody's business. Every member is checked, unknown ones are refused.
- * The base colour must have been read. */
+/* Reads extras.shearwater (proto/scene/scene.h lists its members), which replaces how the surface
+ * scatters. Other extras are ignored. Every member is checked, unknown ones are refused. The base
+ * colour must have been read. */
 int gltf_material_extras_read(struct gltf *g, const json_t *json, const char *place,
                               struct scene_material *m, struct fault *fault);

@@ -147,7 +147,7 @@ static int visit(struct gltf *g, size_t index, const struct affine *parent, uint
     return rc;
 }
 
-/* Without scenes: all nodes that are nobody's child. */
+/* Lists all nodes that are no node's child, for a document without scenes. */
 static int visit_roots(struct gltf *g, struct fault *fault)
 {
     size_t count = gltf_count(g->root, "nodes");
