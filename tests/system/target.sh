@@ -8,11 +8,12 @@ build=${1:?usage: tests/system/target.sh BUILD_DIR}
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 # The box below its lamp, whose edge would be most of all errors, seen from aside with a bent head:
-# no edge runs along the pixels.
+# no edge runs along the pixels. Of paths errors are those of plain means: their filter is left out.
 cat >"$tmp/box.json" <<J
 {"scene": {"file": "$scene", "camera": {"eye": [0.4, 1.0, 2.6], "target": [0, 0.55, 0], "up": [0.15, 1, 0], "yfov_deg": 36}},
  "image": {"width": 96, "height": 96}, "sampling": {"spp": 16, "seed": 7},
- "effects": {"indirect_bounces": 3}, "layers": ["beauty", "error", "samples"]}
+ "effects": {"indirect_bounces": 3}, "layers": ["beauty", "error", "samples"],
+ "filter": {"residual": "none"}}
 J
 jq '.environment = {radiance: [0.2, 0.3, 0.4]}' "$tmp/box.json" >"$tmp/open.json"
 render() { # JOB OUT ARGUMENTS...
@@ -42,6 +43,16 @@ for job in box open; do
     check "$job: 16 paths alone" render paths few
     check "... know their error" calibrated $job few
 done
+# The filter of paths leaves less than the errors of their means say, and a target that these reach.
+modest() { known "$1" "$2" | jq -e '.error > 0 and .error < .estimate'; }
+jq 'del(.filter)' "$tmp/open.json" >"$tmp/filtered.json"
+check "filtered paths" render filtered few --spp 16
+check "... are better than they say" modest open few
+jq '.sampling.spp = 9 | .sampling.target_error = 0.02' "$tmp/filtered.json" >"$tmp/beyond.json"
+check "filtered paths until a target" render beyond a
+check "... are within it" modest open a
+check "... by what plain means reach" counts a '.target.error <= 0.02 and .target.error > 0.014'
+check "... and are filtered" counts a '.residual.pixels_filtered > 1000'
 jq '.sampling.spp = 9 | .sampling.target_error = 0.02' "$tmp/open.json" >"$tmp/target.json"
 check "sampling until a target" render target a --workers 1 --worker-threads 1 --tile 16
 check "... reaches it" reached open a 0.02
