@@ -41,7 +41,7 @@ struct residual_features {
 struct residual_light {
     float *half[2]; /* 3 planes each: what half a and half b of the samples bring, in the mean */
     float *filtered[2]; /* the same of a pass's output */
-    float *guide[2];    /* sum over rgb of what the weights look at; twice the same but in pass 1 */
+    float *guide[2];    /* weighted sum over rgb of what the weights look at; twice the same but in pass 1 */
     float *variance;    /* of a guide */
 };
 

@@ -30,6 +30,12 @@
 /* Light above counts as much to guides: squares of differences stay finite. */
 #define GUIDE_MOST 1e15f
 
+/* Channels of a guide have weights of their own, or pure colours of one brightness would be alike.
+ */
+#define GUIDE_RED   0.8f
+#define GUIDE_GREEN 1.3f
+#define GUIDE_BLUE  0.9f
+
 #define LOG2_E 1.442695f
 
 /* 2^-x, relative error below 1e-4; from 30 on 0. */
@@ -202,7 +208,8 @@ static void kernel_finish(const struct residual_field *field, enum residual_comp
 static void sum_channels(const float *restrict rgb, size_t plane, size_t count, float *restrict out)
 {
     for (size_t i = 0; i < count; i++) {
-        const float sum = rgb[i] + rgb[plane + i] + rgb[2 * plane + i];
+        const float sum =
+            GUIDE_RED * rgb[i] + GUIDE_GREEN * rgb[plane + i] + GUIDE_BLUE * rgb[2 * plane + i];
         out[i] = sum < GUIDE_MOST ? (sum > -GUIDE_MOST ? sum : -GUIDE_MOST) : GUIDE_MOST;
     }
 }

@@ -188,6 +188,24 @@ TEST(edges_of_light_do_not_leak)
     assert_true(fabs(dark / dark_plain - 1) < 0.01 && fabs(light / light_plain - 1) < 0.01);
 }
 
+/* Red light beside green light, of one brightness. */
+static void show_colors(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                        struct residual_sample *out)
+{
+    (void)s;
+    out->direct[x < WIDTH / 2 ? 0 : 1] = 0.5f + residual_random(x, y, sample, 1);
+}
+
+TEST(colors_do_not_leak)
+{
+    static struct pictures p;
+    const struct residual_scene s = {
+        .width = WIDTH, .height = HEIGHT, .spp = 64, .show = show_colors};
+    make_pictures(&s, 0, &p);
+    assert_true(mean(p.filtered, WIDTH / 2 - 4, WIDTH / 2) > 0.49); /* of 0.5 */
+    assert_true(mean(p.filtered, WIDTH / 2, WIDTH / 2 + 4) < 0.01);
+}
+
 /* A texture of light as fine as pixels, behind noise. */
 static float texture(int32_t x, int32_t y)
 {
