@@ -114,7 +114,7 @@ serve_start "$tmp/data" --workers 0 --quiet || echo "Bail out! the server did no
 http -o "$tmp/body" "$url/v1/jobs"
 serve_stop
 check "--quiet says nothing of what went well" [ ! -s "$log" ]
-check "a format that is none is refused" bash -c "'$build/shearwater' serve --log-format xml 2>&1 | grep -q 'text and json'"
+check "a format that is none is refused" bash -c "'$build/shearwater' serve --log-format xml 2>&1 | grep -q 'text or json'"
 
 # A disk on which the log's writes hang: tests/fake/preload_faults.c.
 hang_log() { # hang_log CALLS: so many from now on; 0: not any more

@@ -45,7 +45,7 @@ check "bash completes a command" completes serve shearwater se
 check "bash completes an option" completes --listen shearwater serve --li
 check "bash completes an option's word" completes sheared shearwater render --method she
 check "bash completes a file" completes tests/system/man.sh shearwater render tests/system/ma
-check "bash completes the worker's options" completes "--pack --pass" shearwater-worker --pa
+check "bash completes the worker's options" completes "--cache --cache-bytes" shearwater-worker --ca
 check "bash offers nothing where anything may stand" completes "" shearwater serve --listen ""
 check "the worker's completion is there, too" test -r "$completion/shearwater-worker"
 if command -v zsh >/dev/null; then check "zsh can read its completion" zsh -n "$root/usr/share/zsh/site-functions/_shearwater"
