@@ -81,8 +81,8 @@ uint64_t block_patch_bytes_least(const struct plan *plan)
 int32_t block_side_px(const struct plan *plan)
 {
     const int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
-    const bool wide = plan->lens_filter != LENS_FILTER_NONE ||
-                      plan->residual_filter != RESIDUAL_FILTER_NONE;
+    const bool wide =
+        plan->lens_filter != LENS_FILTER_NONE || plan->residual_filter != RESIDUAL_FILTER_NONE;
     const int64_t enough = wide ? BLOCKS_ENOUGH_WIDE : BLOCKS_ENOUGH;
     const bool many = (int64_t)plan->width_px * plan->height_px >= enough * large;
     int32_t side = many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;

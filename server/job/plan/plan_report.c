@@ -187,7 +187,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     char scene[DIGEST_HEX_BYTES];
     digest_to_hex(&plan->scene, scene);
     return json_pack(
-        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,s:o,s:o,"
+        "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,"
+        "s:o,s:o,"
         "s:s,s:f,"
         "s:f,s:o,s:o}",
         "integrator", integrator_names[report->integrator], "effects",

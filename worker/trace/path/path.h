@@ -45,7 +45,7 @@ struct path_context {
     bool lens;          /* camera paths are those of the lens's light field */
     struct centre_gbuffer *centres; /* of the lens's: what light fields light; NULL: nothing */
     bool features; /* harvests tell how far what the camera sees is, and how it faces */
-    bool field; /* paths begin on surfaces, scattered once: the light field of indirect light */
+    bool field;    /* paths begin on surfaces, scattered once: the light field of indirect light */
     uint32_t strata;      /* l of the field's bounce rays */
     const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
     const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
