@@ -186,9 +186,13 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
     const unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
     light_table_init(&t->lights, plan, scene->emitters != NULL);
-    sky_init(&t->sky, &plan->environment, environment);
+    const bool has_map = plan->environment.kind == ENVIRONMENT_MAP;
+    const struct sky_guide *guide =
+        has_map ? sky_guides_take(scene->guides, environment, &plan->environment) : NULL;
+    sky_init(&t->sky, &plan->environment, environment, guide);
     find_position(plan, x, y, sample, record->pixel);
-    e = trace(t, plan, x, y, sample, record);
+    e = has_map && !guide ? ERR_MEMORY : trace(t, plan, x, y, sample, record);
+    sky_guides_give(scene->guides, guide);
     _mm_setcsr(mode);
     free(t);
     return e ? fault_set(fault, e, "", "%s", error_text(e)) : 0;

@@ -7,17 +7,34 @@
 #include "worker/scene/alias_table.h"
 #include "worker/shade/elementary.h"
 
+/* Of a weight, what is left to directions that scattering finds as well: this part of the mean
+ * (Karlik et al. 2019, "MIS compensation"); this part of the weight stays. psnr_db at 4 samples of
+ * blocks under the sky, helmet in the park, helmet in the studio: 0: 43.4, 36.6, 33.4; half:
+ * 43.5, 36.9, 33.5; all: 43.3, 36.8, 33.4. */
+#define LEFT_OF_MEAN 0.5f
+#define KEPT_LEAST   0.1f
+
 /* A map whose luminance integrates to less is black: densities would leave the range of floats. */
 #define TOTAL_MIN 1e-30
+
+/* A rectangle of texels. */
+struct bin {
+    uint32_t x, y, width, height;
+    uint32_t first; /* of the cells */
+    float density;  /* per solid angle, of weight 1, once the bin is chosen */
+    double share;
+};
 
 struct environment {
     const float *texels; /* the blob's */
     uint32_t width, height;
     float *weights;   /* one a texel: luminance, as lookups inside it have it in the mean */
-    float density;    /* per solid angle, of weight 1; 0: a black map */
     float mean, most; /* luminance */
     double *edges;    /* height + 1; 1 - cos from the nearer pole, as proto/scene/environment.h */
-    struct alias_cell *cells; /* one a texel */
+    struct alias_cell *cells; /* one a texel, bin by bin */
+    struct bin bins[ENVIRONMENT_BINS];
+    uint8_t *bin_u, *bin_v; /* one a column, one a row */
+    uint16_t bin_at[ENVIRONMENT_BINS_V][ENVIRONMENT_BINS_U];
 };
 
 static float luminance(const float rgb[3])
@@ -73,6 +90,13 @@ static double integrate(const struct environment *e)
     return total;
 }
 
+static void leave_to_scattering(struct environment *e)
+{
+    const size_t count = (size_t)e->width * e->height;
+    for (size_t i = 0; i < count; i++)
+        e->weights[i] = fmaxf(e->weights[i] - LEFT_OF_MEAN * e->mean, KEPT_LEAST * e->weights[i]);
+}
+
 /* Lookups are means of texels. */
 static void find_most(struct environment *e)
 {
@@ -90,11 +114,91 @@ float environment_most(const struct environment *e)
     return e->most;
 }
 
-/* What a texel sends, in units of 2 pi / width: an alias_weight. */
-static double weigh_texel(const void *environment, uint32_t i)
+/* ---- bins ---- */
+
+/* A Hilbert curve's number of a place among 16 x 16. */
+static uint32_t along_curve(uint32_t x, uint32_t y)
 {
-    const struct environment *e = environment;
-    return (double)e->weights[i] * row_share(e, i / e->width);
+    uint32_t d = 0;
+    for (uint32_t s = 8; s > 0; s /= 2) {
+        const uint32_t right = (x & s) != 0, below = (y & s) != 0;
+        d += s * s * ((3 * right) ^ below);
+        if (below) continue;
+        const uint32_t kept = right ? 15u - x : x;
+        x = right ? 15u - y : y;
+        y = kept;
+    }
+    return d;
+}
+
+uint32_t environment_bin_at(uint32_t u, uint32_t v)
+{
+    return u / 16 * 256 + along_curve(u % 16, v);
+}
+
+/* The first texel of a bin, of so many texels along an axis: it has those up to the next bin's
+ * first, perhaps none. */
+static uint32_t first_of(uint32_t bin, uint32_t texels, uint32_t bins)
+{
+    return (uint32_t)(((uint64_t)bin * texels + bins - 1) / bins);
+}
+
+struct bin_texels {
+    const struct environment *e;
+    const struct bin *bin;
+};
+
+/* What a bin's texel sends, in units of 2 pi / width: an alias_weight. */
+static double weigh_texel(const void *texels, uint32_t i)
+{
+    const struct bin_texels *t = texels;
+    const uint32_t y = t->bin->y + i / t->bin->width, x = t->bin->x + i % t->bin->width;
+    return (double)t->e->weights[(size_t)y * t->e->width + x] * row_share(t->e, y);
+}
+
+/* `first` is of the cells; `total` is the map's. Returns the cells that the bin takes. */
+static uint32_t fill_bin(struct environment *e, uint32_t u, uint32_t v, uint32_t first,
+                         double total)
+{
+    struct bin *b = &e->bins[e->bin_at[v][u]];
+    const struct bin_texels texels = {e, b};
+    double sum = 0.0;
+    b->first = first;
+    b->x = first_of(u, e->width, ENVIRONMENT_BINS_U);
+    b->y = first_of(v, e->height, ENVIRONMENT_BINS_V);
+    b->width = first_of(u + 1, e->width, ENVIRONMENT_BINS_U) - b->x;
+    b->height = first_of(v + 1, e->height, ENVIRONMENT_BINS_V) - b->y;
+    const uint32_t count = b->width * b->height;
+    for (uint32_t i = 0; i < count; i++) sum += weigh_texel(&texels, i);
+    const double unit = 6.28318530717958648 / (double)e->width;
+    b->density = sum * unit < TOTAL_MIN ? 0.0f : (float)(1.0 / (sum * unit));
+    if (!(b->density > 0.0f)) return count;
+    b->share = sum / total;
+    alias_build(weigh_texel, &texels, count, sum, e->cells + first);
+    return count;
+}
+
+static void number_bins(struct environment *e)
+{
+    for (uint32_t v = 0; v < ENVIRONMENT_BINS_V; v++)
+        for (uint32_t u = 0; u < ENVIRONMENT_BINS_U; u++)
+            e->bin_at[v][u] = (uint16_t)environment_bin_at(u, v);
+    for (uint32_t x = 0; x < e->width; x++)
+        e->bin_u[x] = (uint8_t)((uint64_t)x * ENVIRONMENT_BINS_U / e->width);
+    for (uint32_t y = 0; y < e->height; y++)
+        e->bin_v[y] = (uint8_t)((uint64_t)y * ENVIRONMENT_BINS_V / e->height);
+}
+
+static void fill_bins(struct environment *e, double total)
+{
+    uint32_t first = 0;
+    for (uint32_t v = 0; v < ENVIRONMENT_BINS_V; v++)
+        for (uint32_t u = 0; u < ENVIRONMENT_BINS_U; u++) first += fill_bin(e, u, v, first, total);
+}
+
+double environment_bin_share(const struct environment *e, uint32_t bin)
+{
+    return e->bins[bin].share;
 }
 
 int environment_create(const struct environment_blob *blob, struct environment **out)
@@ -108,18 +212,21 @@ int environment_create(const struct environment_blob *blob, struct environment *
     e->edges = calloc(e->height + 1u, sizeof *e->edges);
     e->cells = malloc((size_t)e->width * e->height * sizeof *e->cells);
     e->weights = malloc((size_t)e->width * e->height * sizeof *e->weights);
-    if (!e->edges || !e->cells || !e->weights) {
+    e->bin_u = malloc(e->width);
+    e->bin_v = malloc(e->height);
+    if (!e->edges || !e->cells || !e->weights || !e->bin_u || !e->bin_v) {
         environment_destroy(out);
         return ERR_MEMORY;
     }
     for (uint32_t y = 0; y <= e->height; y++) e->edges[y] = environment_edge(y, e->height);
     fill_weights(e);
     find_most(e);
+    number_bins(e);
     const double total = integrate(e), unit = 6.28318530717958648 / (double)e->width;
     e->mean = (float)(total * unit / 12.5663706143591730);
     if (total * unit < TOTAL_MIN) return 0;
-    e->density = (float)(1.0 / (total * unit));
-    alias_build(weigh_texel, e, e->width * e->height, total, e->cells);
+    leave_to_scattering(e);
+    fill_bins(e, integrate(e));
     return 0;
 }
 
@@ -128,6 +235,8 @@ void environment_destroy(struct environment **environment)
     struct environment *e = *environment;
     *environment = NULL;
     if (!e) return;
+    free(e->bin_v);
+    free(e->bin_u);
     free(e->edges);
     free(e->cells);
     free(e->weights);
@@ -215,39 +324,53 @@ static uint32_t row_of(const struct environment *e, const float d[3], struct env
     return below ? last - row : row;
 }
 
-float environment_density(const struct environment *e, const float direction[3],
-                          struct environment_spot spot)
+static uint32_t bin_of_texel(const struct environment *e, uint32_t x, uint32_t y)
 {
-    const size_t row = row_of(e, direction, spot);
-    return e->density * e->weights[row * e->width + column_of(e, spot)];
+    return e->bin_at[e->bin_v[y]][e->bin_u[x]];
+}
+
+struct environment_density environment_density(const struct environment *e,
+                                               const float direction[3],
+                                               struct environment_spot spot)
+{
+    const uint32_t row = row_of(e, direction, spot), column = column_of(e, spot);
+    const uint32_t bin = bin_of_texel(e, column, row);
+    const float weight = e->weights[(size_t)row * e->width + column];
+    return (struct environment_density){bin, e->bins[bin].density * weight};
 }
 
 /* ---- sampling ---- */
 
-void environment_expect(const struct environment *e, float choice, const float u[2])
+void environment_expect(const struct environment *e, uint32_t bin, float choice, const float u[2])
 {
-    if (!(e->density > 0.0f)) return;
+    const struct bin *b = &e->bins[bin];
+    if (!(b->density > 0.0f)) return;
     const double x = alias_refine(choice, u);
-    __builtin_prefetch(&e->cells[alias_place_of(e->width * e->height, x).cell]);
+    __builtin_prefetch(&e->cells[b->first + alias_place_of(b->width * b->height, x).cell]);
 }
 
-uint32_t environment_choose(const struct environment *e, float choice, const float u[2])
+uint32_t environment_choose(const struct environment *e, uint32_t bin, float choice,
+                            const float u[2])
 {
-    if (!(e->density > 0.0f)) return 0;
-    const uint32_t i = alias_choose(e->cells, e->width * e->height, alias_refine(choice, u));
-    __builtin_prefetch(e->weights + i);
-    return i;
+    const struct bin *b = &e->bins[bin];
+    if (!(b->density > 0.0f)) return 0;
+    const uint32_t i =
+        alias_choose(e->cells + b->first, b->width * b->height, alias_refine(choice, u));
+    const uint32_t texel = (b->y + i / b->width) * e->width + b->x + i % b->width;
+    __builtin_prefetch(e->weights + texel);
+    return texel;
 }
 
 struct environment_texel environment_texel_of(const struct environment *e, uint32_t texel)
 {
-    if (!(e->density > 0.0f)) return (struct environment_texel){0};
     const uint32_t y = texel / e->width, x = texel - y * e->width;
+    const struct bin *bin = &e->bins[bin_of_texel(e, x, y)];
+    if (!(bin->density > 0.0f)) return (struct environment_texel){0};
     const bool below = 2 * y >= e->height;
     const uint32_t row = below ? e->height - 1 - y : y;
     return (struct environment_texel){.near = e->edges[row],
                                       .far = e->edges[row + 1],
                                       .column = (float)x,
                                       .below = below,
-                                      .density = e->density * e->weights[texel]};
+                                      .density = bin->density * e->weights[texel]};
 }

@@ -4,8 +4,12 @@
  *
  * Directions here are the map's own: u = 0.5 + atan2(z, x)/2 pi, v = acos(y)/pi from the top row.
  * Lookups are bilinear, wrapping around in u and clamped in v. The density of a sample is constant
- * over a texel: the mean luminance of the lookups inside it over the integral of luminance over the
- * sphere. It is positive wherever a lookup is, so that no rim of a sun is lost.
+ * over a texel: the mean luminance of the lookups inside it, less a part of the map's mean, over
+ * the integral of that over its bin. It is positive wherever a lookup is, so that no rim of a sun
+ * is lost.
+ *
+ * Texels are gathered in bins, between which sampling chooses first (sky_guide.h): each row of
+ * ENVIRONMENT_BINS_V has ENVIRONMENT_BINS_U, numbered along a curve that keeps near bins together.
  *
  * Nothing here calls the C library's trigonometry: bytes must not depend on the CPU. */
 #include <math.h>
@@ -15,6 +19,10 @@
 #include "worker/shade/elementary.h"
 
 struct environment;
+
+#define ENVIRONMENT_BINS_U 32u
+#define ENVIRONMENT_BINS_V 16u
+#define ENVIRONMENT_BINS   (ENVIRONMENT_BINS_U * ENVIRONMENT_BINS_V)
 
 /* `blob` is borrowed and must outlive the result. ERR_MEMORY. */
 int environment_create(const struct environment_blob *blob, struct environment **out);
@@ -49,12 +57,25 @@ static inline struct environment_spot environment_find(const float d[3], float w
                                      down > 0.0f ? down * height : 0.0f};
 }
 
-/* Asks for what is there; reads radiance, or the density per solid angle with which that direction
- * is sampled. */
+/* Asks for what is there, and reads its radiance. */
 void environment_ask(const struct environment *e, struct environment_spot spot);
 void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3]);
-float environment_density(const struct environment *e, const float direction[3],
-                          struct environment_spot spot);
+
+/* A direction's bin, and the density per solid angle with which it is sampled once its bin is
+ * chosen. */
+struct environment_density {
+    uint32_t bin;
+    float within;
+};
+struct environment_density environment_density(const struct environment *e,
+                                               const float direction[3],
+                                               struct environment_spot spot);
+
+/* Share of the map's luminance that comes from a bin; all are 0 of a black map. */
+double environment_bin_share(const struct environment *e, uint32_t bin);
+
+/* The bin in column u and row v, from the top. */
+uint32_t environment_bin_at(uint32_t u, uint32_t v);
 
 /* A texel that was chosen. Rows below the equator are the upper ones' mirror image: 1 - cos is
  * exact near both poles. */
@@ -62,14 +83,16 @@ struct environment_texel {
     double near, far; /* 1 - cos of its edges, from the nearer pole */
     float column;
     bool below;
-    float density; /* per solid angle; 0: a black map, there is no direction */
+    float density; /* per solid angle, within its bin; 0: a black map, there is no direction */
 };
 
-/* A sample is of three uniform numbers in [0, 1): `choice` picks the texel, u the place in it; the
- * last of the 24 digits of u lend the choice more digits than a float has, since maps may have 2^25
- * texels. Asks for the table alone; chooses a texel; looks where it is. */
-void environment_expect(const struct environment *e, float choice, const float u[2]);
-uint32_t environment_choose(const struct environment *e, float choice, const float u[2]);
+/* A sample is of a bin that sends light and three uniform numbers in [0, 1): `choice` picks the
+ * texel, u the place in it; the last of the 24 digits of u lend the choice more digits than a float
+ * has, since maps may have 2^25 texels. Asks for the table alone; chooses a texel; looks where it
+ * is. */
+void environment_expect(const struct environment *e, uint32_t bin, float choice, const float u[2]);
+uint32_t environment_choose(const struct environment *e, uint32_t bin, float choice,
+                            const float u[2]);
 struct environment_texel environment_texel_of(const struct environment *e, uint32_t texel);
 
 /* And places a unit direction within it. */

@@ -9,6 +9,7 @@
 #include "proto/runtime/build.h"
 #include "worker/scene/alpha.h"
 #include "worker/scene/emitters.h"
+#include "worker/scene/sky_guide.h"
 
 static char version_text[32];
 static pthread_once_t version_once = PTHREAD_ONCE_INIT;
@@ -228,6 +229,11 @@ int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint
     step(steps);
     rc = build(s, fault);
     if (rc) goto fail;
+    s->guides = sky_guides_create(s);
+    if (!s->guides) {
+        rc = fault_set(fault, ERR_MEMORY, "scene", "no memory for what it sees of the sky");
+        goto fail;
+    }
     s->steps = NULL;
     *out = s;
     return 0;
@@ -240,6 +246,7 @@ void render_scene_destroy(struct render_scene **scene)
 {
     struct render_scene *s = *scene;
     if (!s) return;
+    sky_guides_destroy(&s->guides);
     if (s->top) rtcReleaseScene(s->top);
     for (size_t i = 0; s->sub_scenes && i < (size_t)s->blob->count[SCENE_MESHES]; i++)
         if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);

@@ -34,6 +34,7 @@ struct mesh_view {
 };
 
 struct emitters;
+struct sky_guides;
 struct RTCDeviceTy;
 struct RTCSceneTy;
 
@@ -42,6 +43,7 @@ struct render_scene {
     struct material_table *materials;
     struct mesh_view *meshes;       /* one a mesh of the blob */
     struct emitters *emitters;      /* NULL: no mesh shines */
+    struct sky_guides *guides;      /* grow as skies are asked for */
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;

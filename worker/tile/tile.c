@@ -113,14 +113,15 @@ static int create_samples(const struct tile_job *job, struct samples **out)
 }
 
 /* Points the tracer's tables at what the job is traced with, and chooses the stages. */
-static void prepare(struct tile_tracer *t, const struct tile_job *job, struct stages *stages)
+static void prepare(struct tile_tracer *t, const struct tile_job *job,
+                    const struct sky_guide *guide, struct stages *stages)
 {
     const struct render_scene *scene = job->scene;
     t->queries.scene = scene;
     t->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
     t->queries.rejected = 0;
     light_table_init(&t->lights, job->plan, scene->emitters != NULL);
-    sky_init(&t->sky, &job->plan->environment, job->environment);
+    sky_init(&t->sky, &job->plan->environment, job->environment, guide);
     const struct path_context parts = {.queries = &t->queries,
                                        .light_kernels = KERNELS_FOR(light_kernels, scene->isa),
                                        .kernels = KERNELS_FOR(path_kernels, scene->isa),
@@ -136,7 +137,12 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
 {
     struct stages stages;
     int e = 0;
-    prepare(t, job, &stages);
+    const struct sky_guide *guide = NULL;
+    if (job->plan->environment.kind == ENVIRONMENT_MAP) {
+        guide = sky_guides_take(job->scene->guides, job->environment, &job->plan->environment);
+        if (!guide) return ERR_MEMORY;
+    }
+    prepare(t, job, guide, &stages);
     if (stages.lens) lens_scratch_init(&t->lens, job->plan);
     if (stages.through_lens.centres) e = centre_gbuffer_init(&t->centres, &stages.field, job->rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = job->progress;
@@ -144,6 +150,7 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
     if (e == 0) e = trace_rows(t, &stages, job, samples);
     if (e == 0) e = trace_lone(t, &stages, job->rect, samples);
     if (stages.through_lens.centres) centre_gbuffer_fini(&t->centres);
+    sky_guides_give(job->scene->guides, guide);
     return e;
 }
 

@@ -79,6 +79,7 @@ struct path_vertex {
     struct mirrors mirrors;    /* of camera rays, where the context looks through mirrors */
     struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
     bool any_lambert, any_general;
+    _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* of the sky's guide; only with a map */
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
     struct layers layers;             /* of these, where a path is about to go on; else nobody's */
@@ -199,9 +200,9 @@ float path_ahead(const struct path_context *c, const struct path_packet *p,
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct path_harvest *h);
 
-/* Adds one light sample of every active path. */
-void path_nee_add(const struct path_context *c, const struct path_packet *p,
-                  const struct path_vertex *v, struct nee_sample *light, struct path_harvest *h);
+/* Adds one light sample of every active path, and sets v->sky_table. */
+void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
+                  struct nee_sample *light, struct path_harvest *h);
 
 /* The active paths' next segments go to `next`. */
 void path_scatter(const struct path_context *c, const struct path_packet *p,

@@ -71,8 +71,9 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
         float radiance[3], weight = 1.0f;
         const float soft = sky_radiance(c->sky, &missed.view, lane, radiance);
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
-            weight = mis_power_weight(p->pdf[i], c->lights->environment_probability *
-                                                     sky_pdf(c->sky, &missed.view, lane));
+            weight = mis_power_weight(p->pdf[i],
+                                      c->lights->environment_probability *
+                                          sky_pdf(c->sky, &missed.view, lane, p->sky_table[i]));
         if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);

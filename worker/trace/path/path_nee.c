@@ -307,12 +307,26 @@ static void gather(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-void path_nee_add(const struct path_context *c, const struct path_packet *p,
-                  const struct path_vertex *v, struct nee_sample *light, struct path_harvest *h)
+/* What samples of the sky are from, of each surface. */
+static void find_tables(const struct path_context *c, struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    for (int i = 0; i < LANES; i++) {
+        const float normal[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
+        v->sky_table[i] = v->active.on[i]
+                              ? sky_guide_table(c->sky->guide, s->position.x[i], s->position.y[i],
+                                                s->position.z[i], normal)
+                              : 0;
+    }
+}
+
+void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
+                  struct nee_sample *light, struct path_harvest *h)
 {
     struct light_selection selection;
     struct reflected reflected;
     struct light_packet *packet = &light->packet;
+    if (c->sky->guide) find_tables(c, v);
     sample_lights(c, p, v, &selection, light);
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     light_count_skips(packet, &v->active, 1, c->counters);

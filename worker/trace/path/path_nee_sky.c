@@ -22,21 +22,22 @@ static void find_lanes(const struct light_selection *selection, struct skies *s)
 }
 
 /* Samples directions and their densities. */
-static void place(const struct path_context *c, const struct light_selection *selection,
-                  struct skies *s)
+static void place(const struct path_context *c, const struct path_vertex *v,
+                  const struct light_selection *selection, struct skies *s)
 {
     const int count = s->count;
-    uint32_t chosen[LANES];
+    struct sky_choice choice[LANES];
+    uint32_t texel[LANES];
     for (int k = 0; k < count; k++) {
         const int i = s->lane[k];
-        sky_expect(c->sky, selection->pick[i], (float[]){selection->u[i], selection->v[i]});
+        choice[k] = sky_expect(c->sky, v->sky_table[i], selection->pick[i],
+                               (float[]){selection->u[i], selection->v[i]});
     }
     for (int k = 0; k < count; k++) {
         const int i = s->lane[k];
-        chosen[k] =
-            sky_choose(c->sky, selection->pick[i], (float[]){selection->u[i], selection->v[i]});
+        texel[k] = sky_choose(c->sky, &choice[k], (float[]){selection->u[i], selection->v[i]});
     }
-    for (int k = 0; k < count; k++) sky_look(c->sky, chosen[k], s->lane[k], &s->texels);
+    for (int k = 0; k < count; k++) sky_look(c->sky, &choice[k], texel[k], s->lane[k], &s->texels);
     c->kernels->place_sky(c->sky, &s->texels, selection->u, selection->v, &s->direction);
 }
 
@@ -67,7 +68,7 @@ void path_nee_sample_sky(const struct path_context *c, const struct path_vertex 
     int seen = 0;
     find_lanes(selection, &s);
     if (s.count == 0) return;
-    place(c, selection, &s);
+    place(c, v, selection, &s);
     for (int k = 0; k < s.count; k++)
         if (aim(v, &s, s.lane[k], &out->packet)) s.lane[seen++] = s.lane[k];
     if (seen == 0) return;

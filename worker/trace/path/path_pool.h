@@ -14,9 +14,10 @@
 struct path_packet {
     struct RTCRayHit16 rays; /* unit directions */
     struct lanes3 throughput;
-    _Alignas(LANES_ALIGN) float pdf[LANES];    /* of the direction, per solid angle, where a light
-                                                  sample could have found it too; 0: it could not */
-    _Alignas(LANES_ALIGN) uint32_t key[LANES]; /* pattern_path.h: pixel and sample */
+    _Alignas(LANES_ALIGN) float pdf[LANES]; /* of the direction, per solid angle, where a light
+                                               sample could have found it too; 0: it could not */
+    _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* that such a sample of the sky is from */
+    _Alignas(LANES_ALIGN) uint32_t key[LANES];       /* pattern_path.h: pixel and sample */
     _Alignas(LANES_ALIGN) uint32_t sample[LANES];
     _Alignas(LANES_ALIGN) uint32_t slot[LANES];
     uint32_t count;
@@ -99,6 +100,7 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     p->throughput.y[lane] = s->weight[1];
     p->throughput.z[lane] = s->weight[2];
     p->pdf[lane] = 0.0f;
+    p->sky_table[lane] = 0;
     p->key[lane] = s->key;
     p->sample[lane] = s->sample;
     p->slot[lane] = s->slot;

@@ -143,6 +143,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->sample[lane] = p->sample[i];
     next->slot[lane] = p->slot[i];
     next->pdf[lane] = s->pdf[i];
+    next->sky_table[lane] = v->sky_table[i];
 }
 
 /* Whether all that the path could bring is the light field's: direct light nothing can send it. */

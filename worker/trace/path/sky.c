@@ -5,9 +5,11 @@
 
 #include "worker/shade/elementary.h"
 
-void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map)
+void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map,
+              const struct sky_guide *guide)
 {
-    *sky = (struct sky){.kind = plan->kind, .map = map, .cosine = 1.0f, .soft_most = INFINITY};
+    *sky = (struct sky){
+        .kind = plan->kind, .map = map, .guide = guide, .cosine = 1.0f, .soft_most = INFINITY};
     memcpy(sky->radiance, plan->radiance, sizeof sky->radiance);
     if (plan->kind != ENVIRONMENT_MAP) return;
     sky->cosine = elementary_cos(plan->rotation_rad);
@@ -37,29 +39,36 @@ float sky_radiance(const struct sky *sky, const struct sky_view *view, int lane,
     return bright > sky->soft_most ? sky->soft_most / bright : 1.0f;
 }
 
-float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane)
+float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane, uint32_t table)
 {
     const struct lanes3 *d = &view->direction;
     const float direction[3] = {d->x[lane], d->y[lane], d->z[lane]};
-    return environment_density(sky->map, direction, spot_of(view, lane));
+    const struct environment_density at =
+        environment_density(sky->map, direction, spot_of(view, lane));
+    return sky_guide_probability(sky->guide, table, at.bin) * at.within;
 }
 
-void sky_expect(const struct sky *sky, float choice, const float u[2])
+struct sky_choice sky_expect(const struct sky *sky, uint32_t table, float choice, const float u[2])
 {
-    environment_expect(sky->map, choice, u);
+    struct sky_choice out = {.within = choice};
+    out.bin = sky_guide_choose(sky->guide, table, &out.within);
+    out.probability = sky_guide_probability(sky->guide, table, out.bin);
+    environment_expect(sky->map, out.bin, out.within, u);
+    return out;
 }
 
-uint32_t sky_choose(const struct sky *sky, float choice, const float u[2])
+uint32_t sky_choose(const struct sky *sky, const struct sky_choice *choice, const float u[2])
 {
-    return environment_choose(sky->map, choice, u);
+    return environment_choose(sky->map, choice->bin, choice->within, u);
 }
 
-void sky_look(const struct sky *sky, uint32_t chosen, int lane, struct sky_texels *out)
+void sky_look(const struct sky *sky, const struct sky_choice *choice, uint32_t texel, int lane,
+              struct sky_texels *out)
 {
-    const struct environment_texel t = environment_texel_of(sky->map, chosen);
+    const struct environment_texel t = environment_texel_of(sky->map, texel);
     out->near[lane] = t.near;
     out->far[lane] = t.far;
     out->column[lane] = t.column;
-    out->density[lane] = t.density;
+    out->density[lane] = t.density * choice->probability;
     out->below.on[lane] = t.below ? -1 : 0;
 }

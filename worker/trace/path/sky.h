@@ -5,20 +5,24 @@
 
 #include "proto/plan.h"
 #include "worker/scene/environment.h"
+#include "worker/scene/sky_guide.h"
 #include "worker/shade/lanes.h"
 
 struct sky {
     uint32_t kind; /* enum environment_kind */
     const struct environment *map;
-    float radiance[3];   /* or the map's factor */
-    float cosine, sine;  /* of the map's rotation */
-    float width, height; /* of the map, in texels */
-    float soft_most;     /* luminance of the map's lookups above which light is not soft */
-    bool hard;           /* some lookup is above */
+    const struct sky_guide *guide; /* of the map's samples */
+    float radiance[3];             /* or the map's factor */
+    float cosine, sine;            /* of the map's rotation */
+    float width, height;           /* of the map, in texels */
+    float soft_most; /* luminance of the map's lookups above which light is not soft */
+    bool hard;       /* some lookup is above */
 };
 
-/* Sets the sky of a plan. `map` is the plan's, borrowed; NULL when it has none. */
-void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map);
+/* Sets the sky of a plan. `map` is the plan's, with a guide of it, borrowed; NULL when it has
+ * none. */
+void sky_init(struct sky *sky, const struct plan_environment *plan, const struct environment *map,
+              const struct sky_guide *guide);
 
 /* Sixteen unit directions in the map's frame, set by path_kernels' find_sky. sky_ask prefetches a
  * lane's texels: call it for all lanes before the first sky_radiance. */
@@ -34,8 +38,9 @@ void sky_ask(const struct sky *sky, const struct sky_view *view, int lane);
 #define SKY_SOFT_TIMES PLAN_SKY_SOFT_TIMES
 float sky_radiance(const struct sky *sky, const struct sky_view *view, int lane, float radiance[3]);
 
-/* Returns the density per solid angle with which a map's directions are sampled. */
-float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane);
+/* Returns the density per solid angle with which a map's directions are sampled from a table of the
+ * guide. */
+float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane, uint32_t table);
 
 /* Sixteen texels of a map from which directions are sampled. */
 struct sky_texels {
@@ -44,8 +49,14 @@ struct sky_texels {
     struct lanes_mask below;
 };
 
-/* Sample a direction of a map by three uniform numbers, with its density per solid angle (0: none),
- * in the steps of environment.h. path_kernels' place_sky then computes the direction. */
-void sky_expect(const struct sky *sky, float choice, const float u[2]);
-uint32_t sky_choose(const struct sky *sky, float choice, const float u[2]);
-void sky_look(const struct sky *sky, uint32_t chosen, int lane, struct sky_texels *out);
+/* Sample a direction of a map by three uniform numbers and a table of the guide, with its density
+ * per solid angle (0: none), in the steps of environment.h. path_kernels' place_sky then computes
+ * the direction. */
+struct sky_choice {
+    uint32_t bin;
+    float probability, within; /* of the bin; what of the choice is left in it */
+};
+struct sky_choice sky_expect(const struct sky *sky, uint32_t table, float choice, const float u[2]);
+uint32_t sky_choose(const struct sky *sky, const struct sky_choice *choice, const float u[2]);
+void sky_look(const struct sky *sky, const struct sky_choice *choice, uint32_t texel, int lane,
+              struct sky_texels *out);

@@ -42,15 +42,37 @@ void environment_lookup(const struct environment *e, const float direction[3], f
 
 float environment_pdf(const struct environment *e, const float direction[3])
 {
-    return environment_density(e, direction, environment_spot_of(e, direction));
+    const struct environment_density at =
+        environment_density(e, direction, environment_spot_of(e, direction));
+    return (float)environment_bin_share(e, at.bin) * at.within;
+}
+
+/* The bin that `choice` takes in proportion to bins' shares; it becomes the place in it. */
+static uint32_t choose_bin(const struct environment *e, float *choice)
+{
+    double before = 0.0;
+    uint32_t bin = 0;
+    for (uint32_t i = 0; i < ENVIRONMENT_BINS; i++) {
+        const double share = environment_bin_share(e, i);
+        if (!(share > 0.0)) continue;
+        bin = i;
+        if (*choice < before + share) break;
+        before += share;
+    }
+    const double share = environment_bin_share(e, bin);
+    const double within = share > 0.0 ? ((double)*choice - before) / share : 0.0;
+    *choice = (float)(within < 1.0 ? within : 0x1.fffffep-1);
+    return bin;
 }
 
 void environment_sample(const struct environment *e, float choice, const float u[2],
                         float direction[3], float *pdf)
 {
     float width, height;
-    const struct environment_texel t = environment_texel_of(e, environment_choose(e, choice, u));
+    const uint32_t bin = choose_bin(e, &choice);
+    const struct environment_texel t =
+        environment_texel_of(e, environment_choose(e, bin, choice, u));
     environment_size(e, &width, &height);
     environment_place(t, width, u, direction);
-    *pdf = t.density;
+    *pdf = (float)environment_bin_share(e, bin) * t.density;
 }

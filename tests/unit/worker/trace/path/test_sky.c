@@ -13,6 +13,7 @@ enum { WIDTH = 12, HEIGHT = 7 };
 
 static struct environment_fixture f, night;
 static struct sky sky;
+static struct sky_guide *guide;
 
 static int open_sky(void **state)
 {
@@ -25,13 +26,16 @@ static int open_sky(void **state)
     environment_fixture_open(&night, WIDTH, HEIGHT, dark);
     const struct plan_environment plan = {
         .kind = ENVIRONMENT_MAP, .rotation_rad = 0.7f, .radiance = {1, 1, 1}};
-    sky_init(&sky, &plan, f.map);
+    guide = sky_guide_create(f.map, &plan, NULL);
+    assert_non_null(guide);
+    sky_init(&sky, &plan, f.map, guide);
     return 0;
 }
 
 static int close_sky(void **state)
 {
     (void)state;
+    sky_guide_destroy(&guide);
     environment_fixture_close(&f);
     environment_fixture_close(&night);
     return 0;
@@ -84,11 +88,14 @@ TEST(test_place)
     for (int round = 0; round < 500; round++) {
         _Alignas(64) float u[LANES], v[LANES];
         uint32_t texel[LANES];
+        const uint32_t table = (uint32_t)(random_bits(&r) % SKY_GUIDE_NORMALS);
         struct sky_texels texels;
         for (int i = 0; i < LANES; i++) {
             u[i] = 0.02f + 0.96f * random_unit(&r), v[i] = 0.02f + 0.96f * random_unit(&r);
-            texel[i] = (uint32_t)(random_bits(&r) % (WIDTH * HEIGHT));
-            sky_look(&sky, texel[i], i, &texels);
+            const struct sky_choice choice =
+                sky_expect(&sky, table, random_unit(&r), (float[]){u[i], v[i]});
+            texel[i] = sky_choose(&sky, &choice, (float[]){u[i], v[i]});
+            sky_look(&sky, &choice, texel[i], i, &texels);
         }
         for (int k = 0; k < isa_count(); k++) {
             const struct path_kernels *kernels = KERNELS_FOR(path_kernels, all_isas[k]);
@@ -104,7 +111,7 @@ TEST(test_place)
                 assert_true(d.y[i] == one[1]);
                 assert_true(d.z[i] == sky.sine * one[0] + sky.cosine * one[2]);
                 assert_int_equal((uint32_t)view.v[i] * WIDTH + (uint32_t)view.u[i], texel[i]);
-                assert_true(texels.density[i] == sky_pdf(&sky, &view, i));
+                assert_true(texels.density[i] == sky_pdf(&sky, &view, i, table));
             }
         }
     }
@@ -136,6 +143,7 @@ TEST(test_path_samples)
             choice.v[i] = random_unit(&r);
             light.packet.skip[i] = 99;
             v.surface.normal.y[i] = v.surface.facet.y[i] = 1.0f;
+            v.sky_table[i] = (uint32_t)(random_bits(&r) % SKY_GUIDE_NORMALS);
         }
         path_nee_sample_sky(&c, &v, &choice, &light);
         const struct RTCRay16 *ray = &light.packet.rays.ray;
@@ -150,7 +158,7 @@ TEST(test_path_samples)
             if (light.packet.skip[i] != LIGHT_TRACED) continue;
             traced++;
             c.kernels->find_sky(&sky, ray->dir_x, ray->dir_y, ray->dir_z, &view);
-            const float density = sky_pdf(&sky, &view, i);
+            const float density = sky_pdf(&sky, &view, i, v.sky_table[i]);
             (void)sky_radiance(&sky, &view, i, radiance);
             assert_true(fabsf(light.packet.density[i] - density) <= 1e-5f * density);
             assert_true(ray->dir_y[i] > 0.0f && ray->tfar[i] == INFINITY);

@@ -1,0 +1,231 @@
+#include "worker/scene/openness.h"
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "proto/pattern_path.h"
+#include "worker/scene/render_scene.h"
+#include "worker/shade/elementary.h"
+
+/* A room is some six cells long, which windows look different from. */
+#define CELLS_MOST 256u
+#define SIDE_MOST  32u
+
+/* Rays a bin. Sixteen neighbouring bins share a place. */
+#define RAYS 1u
+
+/* More of the sky than this is seen by chance often enough. */
+#define OPEN_SHARE 0.3f
+
+struct openness {
+    const struct render_scene *scene;
+    struct openness_grid grid;
+    uint32_t total, cells;
+    float high[3];
+    float *open;      /* OPENNESS_BINS a cell of the grid, then of those that count */
+    uint16_t *number; /* the grid's */
+    pthread_mutex_t lock;
+    pthread_cond_t learned;
+    _Atomic uint32_t next;
+    uint32_t done;
+};
+
+static void set_grid(struct openness *o)
+{
+    struct RTCBounds b;
+    struct openness_grid *g = &o->grid;
+    rtcGetSceneBounds(o->scene->top, &b);
+    const float low[3] = {b.lower_x, b.lower_y, b.lower_z};
+    const float high[3] = {b.upper_x, b.upper_y, b.upper_z};
+    float extent[3], longest = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        extent[k] = high[k] > low[k] ? high[k] - low[k] : 0.0f;
+        longest = fmaxf(longest, extent[k]);
+    }
+    uint32_t along = SIDE_MOST;
+    do {
+        for (int k = 0; k < 3; k++) {
+            const float cells = longest > 0.0f ? ceilf(extent[k] / longest * (float)along) : 1.0f;
+            g->size[k] = cells > 1.0f ? (uint32_t)cells : 1;
+        }
+        o->total = g->size[0] * g->size[1] * g->size[2];
+        along--;
+    } while (o->total > CELLS_MOST);
+    for (int k = 0; k < 3; k++) {
+        g->low[k] = isfinite(low[k]) ? low[k] : 0.0f;
+        g->per_cell[k] = extent[k] > 0.0f ? (float)g->size[k] / extent[k] : 0.0f;
+        if (!isfinite(g->per_cell[k])) g->per_cell[k] = 0.0f;
+    }
+}
+
+struct openness *openness_create(const struct render_scene *scene)
+{
+    struct openness *o = calloc(1, sizeof *o);
+    if (!o) return NULL;
+    pthread_mutex_init(&o->lock, NULL);
+    pthread_cond_init(&o->learned, NULL);
+    o->scene = scene;
+    set_grid(o);
+    o->open = malloc((size_t)o->total * OPENNESS_BINS * sizeof *o->open);
+    o->number = calloc(o->total, sizeof *o->number);
+    o->grid.number = o->number;
+    if (!o->open || !o->number) openness_destroy(&o);
+    return o;
+}
+
+void openness_destroy(struct openness **openness)
+{
+    struct openness *o = *openness;
+    *openness = NULL;
+    if (!o) return;
+    pthread_cond_destroy(&o->learned);
+    pthread_mutex_destroy(&o->lock);
+    free(o->open);
+    free(o->number);
+    free(o);
+}
+
+/* ---- rays ---- */
+
+struct probe {
+    const struct openness *openness;
+    uint32_t cell, random;
+    float place[3];
+};
+
+static float next_random(struct probe *p)
+{
+    p->random += 0x9e3779b9u;
+    return (float)(path_mix(p->random) >> 8) * 0x1p-24f;
+}
+
+/* Goes to a place in the cell. */
+static void go(struct probe *p)
+{
+    const struct openness_grid *g = &p->openness->grid;
+    const uint32_t at[3] = {p->cell % g->size[0], p->cell / g->size[0] % g->size[1],
+                            p->cell / g->size[0] / g->size[1]};
+    for (int k = 0; k < 3; k++) {
+        const float per = g->per_cell[k] > 0.0f ? 1.0f / g->per_cell[k] : 0.0f;
+        p->place[k] = g->low[k] + ((float)at[k] + next_random(p)) * per;
+    }
+}
+
+/* Whether nothing is in the way into a random direction of a bin. */
+static bool sees(struct probe *p, uint32_t u, uint32_t v)
+{
+    const float around = ((float)u + next_random(p)) / (float)OPENNESS_U;
+    const float down = ((float)v + next_random(p)) / (float)OPENNESS_V;
+    float around_sine, around_cosine, down_sine, down_cosine;
+    elementary_sincos_turn(around, &around_sine, &around_cosine);
+    elementary_sincos_turn(0.5f * down, &down_sine, &down_cosine);
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    struct RTCRay ray = {.org_x = p->place[0],
+                         .org_y = p->place[1],
+                         .org_z = p->place[2],
+                         .dir_x = -down_sine * around_cosine,
+                         .dir_y = down_cosine,
+                         .dir_z = -down_sine * around_sine,
+                         .tfar = INFINITY,
+                         .mask = UINT32_MAX};
+    rtcOccluded1(p->openness->scene->top, &context, &ray);
+    return ray.tfar > 0.0f;
+}
+
+/* Some rays all over the sphere, from four places: whether to look closer. */
+static bool is_open(struct probe *p)
+{
+    uint32_t open = 0;
+    for (uint32_t k = 0; k < 4; k++) {
+        go(p);
+        for (uint32_t i = 0; i < 16; i++)
+            open += sees(p, (i * 2 + k) * 5 % OPENNESS_U, (i + 4 * k) % OPENNESS_V);
+    }
+    return (float)open > OPEN_SHARE * 4 * 16;
+}
+
+/* Rays from one place into 4 x 4 bins. */
+static void look(struct probe *p, uint32_t u, uint32_t v, float *counts)
+{
+    go(p);
+    for (uint32_t i = 0; i < 16; i++)
+        if (sees(p, u + i % 4, v + i / 4)) counts[(v + i / 4) * OPENNESS_U + u + i % 4] += 1.0f;
+}
+
+/* Neighbours know something of each other: weights 1 2 1 both ways. */
+static void blur(const float *counts, float *open)
+{
+    static const float weight[3] = {0.25f, 0.5f, 0.25f};
+    for (uint32_t v = 0; v < OPENNESS_V; v++)
+        for (uint32_t u = 0; u < OPENNESS_U; u++) {
+            float sum = 0.0f;
+            for (uint32_t j = 0; j < 3; j++)
+                for (uint32_t i = 0; i < 3; i++) {
+                    const uint32_t x = (u + OPENNESS_U + i - 1) % OPENNESS_U;
+                    const uint32_t y = v + j < 1 ? 0 : v + j > OPENNESS_V ? v : v + j - 1;
+                    sum += weight[i] * weight[j] * counts[y * OPENNESS_U + x];
+                }
+            open[v * OPENNESS_U + u] = sum / (float)RAYS;
+        }
+}
+
+static void learn_cell(struct openness *o, uint32_t cell)
+{
+    float counts[OPENNESS_BINS] = {0};
+    struct probe p = {.openness = o, .cell = cell, .random = path_mix(cell + 1)};
+    o->number[cell] = is_open(&p) ? 0 : 1;
+    if (o->number[cell] == 0) return;
+    for (uint32_t k = 0; k < RAYS; k++)
+        for (uint32_t v = 0; v < OPENNESS_V; v += 4)
+            for (uint32_t u = 0; u < OPENNESS_U; u += 4) look(&p, u, v, counts);
+    blur(counts, o->open + (size_t)cell * OPENNESS_BINS);
+}
+
+/* Numbers the cells that count and moves what is known of them together. */
+static void number_cells(struct openness *o)
+{
+    for (uint32_t k = 0; k < o->total; k++) {
+        if (o->number[k] == 0) continue;
+        memmove(o->open + (size_t)o->cells * OPENNESS_BINS, o->open + (size_t)k * OPENNESS_BINS,
+                OPENNESS_BINS * sizeof *o->open);
+        o->number[k] = (uint16_t)++o->cells;
+    }
+}
+
+void openness_learn(struct openness *o)
+{
+    uint32_t mine = 0, cell = 0;
+    while ((cell = atomic_fetch_add_explicit(&o->next, 1, memory_order_relaxed)) < o->total) {
+        learn_cell(o, cell);
+        mine++;
+    }
+    atomic_store_explicit(&o->next, o->total, memory_order_relaxed);
+    pthread_mutex_lock(&o->lock);
+    o->done += mine;
+    if (mine > 0 && o->done == o->total) {
+        number_cells(o);
+        pthread_cond_broadcast(&o->learned);
+    }
+    while (o->done < o->total) pthread_cond_wait(&o->learned, &o->lock);
+    pthread_mutex_unlock(&o->lock);
+}
+
+uint32_t openness_cells(const struct openness *o)
+{
+    return o->cells;
+}
+
+const float *openness_of(const struct openness *o, uint32_t cell)
+{
+    return o->open + (size_t)cell * OPENNESS_BINS;
+}
+
+struct openness_grid openness_grid(const struct openness *o)
+{
+    return o->grid;
+}
