@@ -1,13 +1,14 @@
 #pragma once
-/* The job document: read, check with the JSON pointer of the fault, fill in defaults, write.
+/* Reads, checks and writes job documents. A fault has the JSON pointer of its member, and defaults
+ * are filled in.
  *
- * Every field says meaning, unit, range, default. The schema for people is openapi.yaml. The
- * members:
+ * Each field below has its meaning, unit, range and default. openapi.yaml has the schema, and
+ * docs/job-document.md explains it. The members are:
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool}     asset is required
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
  *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
- *   lights    [{type: rectangle | directional | point | spot, ...}]               see api.md
+ *   lights    [{type: rectangle | directional | point | spot, ...}]               see openapi.yaml
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
@@ -16,7 +17,7 @@
  *   filter    {method, indirect, glossy, lens, residual, mu}
  *   layers    [names]      frames {first, last}      priority      live: bool
  *
- * What later versions know is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
+ * A member of a later version is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -26,7 +27,7 @@
 #include "proto/plan.h"
 #include "proto/scene/relative_path.h"
 
-/* A file that the scene's main file refers to: its relative name there and its asset. */
+/* A file that the scene's main file refers to by a relative name. */
 struct job_file {
     char *path; /* owned; relative, no "..", no leading "/"; at most LIMIT_PATH_BYTES */
     struct digest asset;
@@ -46,12 +47,13 @@ enum filter_method {
     FILTER_AUTO,
     FILTER_SHEARED,
     FILTER_AXIS_ALIGNED,
-    FILTER_AVERAGE, /* light fields as they are: what filters are measured against */
+    FILTER_AVERAGE, /* unfiltered light fields, the baseline of the filters */
     FILTER_NONE     /* paths alone */
 };
 
-/* filter.indirect: how diffuse indirect light and ambient occlusion of light fields are filtered.
- * These and the next two go on from average, the NONE of the plan's enums, in the plan's order. */
+/* filter.indirect says how diffuse indirect light and ambient occlusion of light fields are
+ * filtered. From average on, the values of this and the next two enums have the order of the
+ * plan's, where average is NONE. */
 enum indirect_method {
     INDIRECT_AUTO, /* by the number of samples */
     INDIRECT_AVERAGE,
@@ -62,13 +64,13 @@ enum indirect_method {
     INDIRECT_SHEARED
 };
 
-/* filter.glossy: how the light field of glossy lobes is filtered. */
+/* filter.glossy says how the light field of glossy lobes is filtered. */
 enum glossy_method { GLOSSY_AUTO, GLOSSY_AVERAGE, GLOSSY_VIRTUAL_HIT, GLOSSY_BANDLIMIT };
 
-/* filter.residual: how what paths bring is filtered. */
+/* filter.residual says how the light of paths is filtered. */
 enum residual_method { RESIDUAL_AUTO, RESIDUAL_NONE, RESIDUAL_HALVES };
 
-/* filter.lens: how the light field of the lens is filtered. */
+/* filter.lens says how the light field of the lens is filtered. */
 enum lens_method {
     LENS_AUTO, /* as filter.method says, and under its auto along the slopes */
     LENS_AVERAGE,
@@ -113,7 +115,7 @@ struct job_environment {
 };
 
 #define JOB_MAX_SPP 1024
-/* With fewer samples in the first round their spread and halves tell too little. */
+/* With fewer samples in the first round their spread and halves give no usable error. */
 #define JOB_TARGET_SPP_LEAST 4
 
 struct job {
@@ -160,27 +162,27 @@ struct job {
 int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault);
 void job_fini(struct job *job);
 
-/* The document with every default spelled out: what GET answers and the store keeps. NULL on failed
- * allocation; the caller owns the reference. job_read of it gives the same job. */
+/* Writes the document with every default spelled out, as GET answers it and the store keeps it.
+ * job_read of it gives the same job. Returns a new reference; NULL on failed allocation. */
 json_t *job_write(const struct job *job);
 
-/* Its members camera and lens. A lens is null where there is none. New reference; NULL on failed
+/* Write the members camera and lens; no lens is null. Return a new reference; NULL on failed
  * allocation. */
 json_t *job_camera_write(const struct job_camera *camera);
 json_t *job_lens_write(const struct job *job);
 
-/* Reads {"camera": ..., "lens": ...} over a copy of a job, to move the camera of a live one: each
- * member as the job document has it, and the whole of it; what is absent stays. At least one must
- * be there. On failure *fault has the code, the JSON pointer and a sentence. What the camera points
- * to (files) stays the job's. */
+/* Reads {"camera": ..., "lens": ...} over a copy of a job, to move the camera of a live one. A
+ * member replaces the whole of the job's and has the same form. An absent one stays, but one of the
+ * two is required. On failure *fault has the code, the JSON pointer and a sentence. The files stay
+ * the job's. */
 int job_view_read(const char *text, size_t size_bytes, struct job *job, struct fault *fault);
 
-/* l of an spp: the least l with l*l >= spp. */
+/* Returns the strata per axis of an spp, the least l with l*l >= spp. */
 uint32_t job_strata_per_axis(uint32_t spp);
 
-/* "beauty" and so on; NULL for an unknown bit. */
+/* Returns the layer's name, such as "beauty"; NULL for an unknown bit. */
 const char *layer_name(enum layer layer);
-/* The bit, or 0. */
+/* Returns the bit of a name, or 0. */
 uint32_t layer_from_name(const char *name);
 const char *filter_method_name(enum filter_method method);
 const char *indirect_method_name(enum indirect_method method);

@@ -1,7 +1,7 @@
 #pragma once
-/* The environment blob: what shearwater-import writes for an .hdr or .exr map and workers sample.
- * Flat, little-endian, loadable with mmap: a header of 64 bytes, then rows of RGB floats from the
- * top, finite and not negative. The header holds what a plan needs without reading texels. */
+/* The environment blob, which shearwater-import makes of an .hdr or .exr map and workers sample.
+ * It is flat, little-endian and can be mapped: a header of 64 bytes precedes rows of RGB floats
+ * from the top, which are finite and not negative. A plan needs the header alone. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -27,20 +27,21 @@ struct environment_blob {
     const float *texels; /* 3 * width * height */
 };
 
-/* Checks everything. `blob` must be aligned to 64 bytes and outlive *out. ERR_MAGIC, ERR_VERSION,
- * ERR_LIMIT, ERR_TRUNCATED, ERR_TRAILING, ERR_NOT_FINITE, ERR_RANGE; *fault names the texel. */
+/* Checks the header and every texel. `blob` must be aligned to 64 bytes and outlive *out.
+ * ERR_MAGIC, ERR_VERSION, ERR_LIMIT, ERR_TRUNCATED, ERR_TRAILING, ERR_NOT_FINITE, ERR_RANGE; *fault
+ * names the texel. */
 int environment_open(const void *blob, size_t size_bytes, struct environment_blob *out,
                      struct fault *fault);
 
-/* mmaps a file read-only and opens it; environment_unmap undoes it. */
+/* Maps a file read-only and opens it; environment_unmap undoes it. */
 int environment_map(const char *path, struct environment_blob *out, struct fault *fault);
 void environment_unmap(struct environment_blob *e);
 
-/* Checks sides and texels as environment_open does and fills in a header for them: how a blob is
- * made. ERR_LIMIT, ERR_NOT_FINITE, ERR_RANGE. */
+/* Fills in the header of a new blob. It checks sides and texels as environment_open does.
+ * ERR_LIMIT, ERR_NOT_FINITE, ERR_RANGE. */
 int environment_describe(uint32_t width_px, uint32_t height_px, const float *texels,
                          struct environment_header *out, struct fault *fault);
 
-/* 1 - cos of the angle from +y to the upper edge of row `row` (0 .. height_px), in double and with
- * the same bits on every CPU. A texel of row y covers 2 pi / width_px * (edge(y + 1) - edge(y)). */
+/* Returns 1 - cos of the angle from +y to the upper edge of row `row` (0 .. height_px). The bits
+ * are the same on every CPU. A texel of row y covers 2 pi / width_px * (edge(y + 1) - edge(y)). */
 double environment_edge(uint32_t row, uint32_t height_px);

@@ -1,11 +1,12 @@
 #pragma once
-/* The scene blob: what shearwater-import writes, the coordinator plans from and workers trace.
+/* The scene blob. shearwater-import writes it, the coordinator plans from it and workers trace it.
  *
- * Flat, little-endian, loadable with mmap: a header, a table of sections, then the sections, each
- * 64-byte aligned and followed by at least 16 readable bytes (Embree reads past the last vertex). A
- * section is an array of one record type below. All cross references are indexes, checked once by
- * scene_open; after that every access is safe. Coordinates are world units, y up or not as in the
- * source; angles radians; colours linear, Rec. 709 primaries. */
+ * It is flat, little-endian and can be mapped. A header and a table of sections precede the
+ * sections, each aligned to 64 bytes and followed by at least 16 readable bytes, as Embree reads
+ * past the last vertex. A section is an array of one record type below. All cross references are
+ * indexes, which scene_open checks once, so that every later access is safe. Coordinates are in
+ * world units, with y up or not as in the source. Angles are in radians, and colours linear with
+ * Rec. 709 primaries. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -100,12 +101,12 @@ struct scene_texture_ref {
     float transform[6]; /* u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5 (KHR_texture_transform) */
 };
 
-/* How a surface scatters. GLTF is metallic-roughness with its extensions, the default. The others
+/* How a surface scatters. GLTF, the default, is metallic-roughness with its extensions. The others
  * come from OBJ files (server/import/obj/obj_shading.h) and from a glTF material's extras,
  *
  *   "extras": {"shearwater": {"model": "phong", "exponent": 50, "specular": [0.2, 0.2, 0.2]}}
  *
- *   model              members beside it, all required but as said
+ *   model              members beside it, required unless they have a default
  *   lambert            none: glTF's model without its coat, as KHR_materials_specular of factor 0
  *   phong              exponent in [0, 1e5], specular
  *   blinn_phong        exponent, specular
@@ -130,7 +131,7 @@ enum material_model {
     MODEL_COUNT = 6
 };
 
-/* Fields that a model does not name are ignored by it; base_color is the diffuse albedo of all. */
+/* A model ignores the fields that it does not name. base_color is the diffuse albedo of all. */
 struct scene_material {
     float base_color[4];
     float emission[3]; /* radiance: emissiveFactor * emissiveStrength */
@@ -183,7 +184,7 @@ struct scene_image {
     uint32_t reserved;
 };
 
-/* Fields as plan_light; `instance` is the recognised emitter or SCENE_NONE. */
+/* Has the fields of plan_light; `instance` is the recognised emitter or SCENE_NONE. */
 struct scene_light {
     uint32_t type, profile;
     float position[3], direction[3], half_u[3], half_v[3], color[3];
@@ -205,7 +206,7 @@ struct scene_camera {
     uint32_t reserved;
 };
 
-/* A checked view of a blob. Pointers lead into it. */
+/* A checked view of a blob, into which its pointers lead. */
 struct scene {
     const uint8_t *blob;
     size_t blob_bytes;
@@ -224,16 +225,16 @@ struct scene {
     const char *names, *warnings;
 };
 
-/* Size of a section's records; 0 for an unknown section. */
+/* Returns the size of a section's records; 0 for an unknown section. */
 uint32_t scene_record_bytes(uint32_t section);
 
-/* Checks everything: table, alignment, overlaps, every index and every number. `blob` must be
+/* Checks the whole blob: table, alignment, overlaps, every index and every number. `blob` must be
  * aligned to 64 bytes (mmap is) and outlive *out. *fault names the record and field. */
 int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fault *fault);
 
-/* mmaps a file read-only and opens it; scene_unmap undoes it. */
+/* Maps a file read-only and opens it; scene_unmap undoes it. */
 int scene_map(const char *path, struct scene *out, struct fault *fault);
 void scene_unmap(struct scene *s);
 
-/* A name by offset; "" for 0. */
+/* Returns a name by its offset; "" for 0. */
 const char *scene_name(const struct scene *s, uint32_t name);

@@ -1,5 +1,5 @@
 #pragma once
-/* Checking the contents of a scene blob whose sections are known to lie where they should. */
+/* Checks of a scene blob's contents, once its sections are known to lie where they should. */
 #include <stddef.h>
 
 #include "proto/scene/scene.h"
@@ -7,10 +7,10 @@
 /* Checks every index and every number; *fault names record and field ("meshes[3].material"). */
 int scene_check(const struct scene *s, struct fault *fault);
 
-/* "positions" and so on. */
+/* Returns a section's name, such as "positions". */
 const char *scene_section_name(uint32_t section);
 
-/* The record that is being checked. */
+/* A record that is checked. */
 struct scene_record {
     const struct scene *scene;
     uint32_t section;
@@ -18,33 +18,33 @@ struct scene_record {
     struct fault *fault;
 };
 
-/* "materials[3].ior": `value` and why it is refused. Returns `code`. */
+/* Writes a fault such as "materials[3].ior", with `value` and why it is refused. Returns `code`. */
 int record_refuse(const struct scene_record *at, const char *field, int code, double value,
                   const char *why);
 
-/* Finite and within [min, max]. */
+/* Checks that v is finite and within [min, max]. */
 int record_number(const struct scene_record *at, const char *field, float v, float min, float max);
 int record_numbers(const struct scene_record *at, const char *field, const float *v, size_t count,
                    float min, float max);
 
-/* An index into a section; or none. */
+/* Check an index into a section; the second may be none. */
 int record_index(const struct scene_record *at, const char *field, uint32_t index,
                  uint32_t section);
 int record_optional(const struct scene_record *at, const char *field, uint32_t index,
                     uint32_t section);
 
-/* A stretch of a section. */
+/* Checks a stretch of a section. */
 int record_range(const struct scene_record *at, const char *field, uint32_t first, uint64_t count,
                  uint32_t section);
 
-/* Of an enumeration up to `max`; of bits within `known`; a word that must be 0. */
+/* Check a value of an enumeration up to `max`, bits within `known`, and a word that must be 0. */
 int record_value(const struct scene_record *at, const char *field, uint32_t value, uint32_t max);
 int record_flags(const struct scene_record *at, uint32_t flags, uint32_t known);
 int record_reserved(const struct scene_record *at, uint32_t reserved);
 
 int record_name(const struct scene_record *at, uint32_t name);
 
-/* scene_check_surface.c: what surfaces look like. */
+/* Checks how a surface looks (scene_check_surface.c). */
 int scene_check_material(const struct scene_record *at, const struct scene_material *m);
 int scene_check_texture(const struct scene_record *at, const struct scene_texture *t);
 int scene_check_image(const struct scene_record *at, const struct scene_image *image);

@@ -1,8 +1,8 @@
 #include "worker/scene/emitters.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "worker/scene/alias_table.h"
 #include "worker/scene/mesh.h"
@@ -15,12 +15,20 @@ struct emitter_triangle {
     uint32_t instance, triangle;
 };
 
+/* One an instance of the scene. */
+struct emitter_instance {
+    double luminance;
+    uint64_t first; /* of its triangles' groups */
+};
+
 struct emitters {
     const struct render_scene *scene; /* borrowed */
     uint32_t count;
-    struct emitter_triangle *triangles; /* owned */
+    struct emitter_triangle *triangles; /* owned; group by group */
     struct alias_cell *cells;           /* owned; one a triangle */
-    float *pdf_area;                    /* owned; one an instance of the scene */
+    struct emitter_instance *instances; /* owned */
+    uint8_t *group;                     /* owned; of all triangles of instances that shine */
+    struct emitter_groups groups;
 };
 
 /* A triangle in the world. */
@@ -89,98 +97,128 @@ static double luminance_of(const struct render_scene *s, uint32_t instance)
 }
 
 /* Of each instance; sums up the triangles of those that shine. */
-static uint64_t measure(const struct render_scene *s, double *luminance)
+static uint64_t measure(const struct render_scene *s, struct emitter_instance *instances)
 {
     uint64_t triangles = 0;
     for (uint32_t i = 0; i < s->blob->count[SCENE_INSTANCES]; i++) {
-        luminance[i] = luminance_of(s, i);
-        if (luminance[i] > 0.0) triangles += mesh_of(s, i)->triangle_count;
+        instances[i].luminance = luminance_of(s, i);
+        instances[i].first = triangles;
+        if (instances[i].luminance > 0.0) triangles += mesh_of(s, i)->triangle_count;
     }
     return triangles;
 }
 
-/* Lists the triangles that are not degenerate and weighs them; the sum of weights. */
-static double list_triangles(struct emitters *e, const double *luminance, double *weights)
+/* A transform that mirrors turns the winding over, but not the front. */
+static bool mirrors(const struct scene_instance *instance)
 {
-    double sum = 0.0;
+    const float *m = instance->to_world;
+    double d[3] = {(double)m[5] * (double)m[10] - (double)m[6] * (double)m[9],
+                   (double)m[6] * (double)m[8] - (double)m[4] * (double)m[10],
+                   (double)m[4] * (double)m[9] - (double)m[5] * (double)m[8]};
+    return (double)m[0] * d[0] + (double)m[1] * d[1] + (double)m[2] * d[2] < 0.0;
+}
+
+/* The shape of a triangle. False: it has hardly any area. */
+static bool shape_of(const struct emitters *e, uint32_t instance, uint32_t triangle,
+                     struct emitter_shape *out)
+{
+    struct corners corners;
+    double normal[3];
+    place_triangle(e->scene, instance, triangle, &corners);
+    cross_edges(&corners, normal);
+    const double area = 0.5 * length(normal);
+    if (!(area >= AREA_MIN)) return false;
+    const double scale = mirrors(&e->scene->blob->instances[instance]) ? -0.5 / area : 0.5 / area;
+    memcpy(out->corner, corners.at, sizeof out->corner);
+    for (int k = 0; k < 3; k++) out->normal[k] = (float)(normal[k] * scale);
+    out->power = area * e->instances[instance].luminance;
+    out->both_sides = mesh_of(e->scene, instance)->material->double_sided;
+    return true;
+}
+
+/* Lists the triangles that are not degenerate. */
+static void list_triangles(struct emitters *e, struct emitter_triangle *triangles,
+                           struct emitter_shape *shapes)
+{
     for (uint32_t i = 0; i < e->scene->blob->count[SCENE_INSTANCES]; i++) {
-        if (!(luminance[i] > 0.0)) continue;
-        for (uint32_t t = 0; t < mesh_of(e->scene, i)->triangle_count; t++) {
-            struct corners corners;
-            double normal[3];
-            place_triangle(e->scene, i, t, &corners);
-            cross_edges(&corners, normal);
-            double area = 0.5 * length(normal);
-            if (!(area >= AREA_MIN)) continue;
-            weights[e->count] = area * luminance[i];
-            e->triangles[e->count] = (struct emitter_triangle){i, t};
-            sum += weights[e->count++];
+        if (!(e->instances[i].luminance > 0.0)) continue;
+        for (uint32_t t = 0; t < mesh_of(e->scene, i)->triangle_count; t++)
+            if (shape_of(e, i, t, &shapes[e->count]))
+                triangles[e->count++] = (struct emitter_triangle){i, t};
+    }
+}
+
+struct ordered {
+    const struct emitter_shape *shapes;
+    const uint32_t *order;
+};
+
+static double power_at(const void *ordered, uint32_t i)
+{
+    const struct ordered *o = ordered;
+    return o->shapes[o->order[i]].power;
+}
+
+/* Puts the triangles in the groups' order and builds a table for each. */
+static void fill_groups(struct emitters *e, const struct emitter_triangle *triangles,
+                        const struct emitter_shape *shapes, const uint32_t *order)
+{
+    for (uint32_t g = 0; g < e->groups.count; g++) {
+        const uint32_t first = e->groups.first[g], count = e->groups.first[g + 1] - first;
+        const struct ordered of = {shapes, order + first};
+        double sum = 0.0;
+        for (uint32_t i = 0; i < count; i++) {
+            const struct emitter_triangle *t = &triangles[order[first + i]];
+            e->triangles[first + i] = *t;
+            e->group[e->instances[t->instance].first + t->triangle] = (uint8_t)g;
+            sum += power_at(&of, i);
         }
+        alias_build(power_at, &of, count, sum, e->cells + first);
     }
-    return sum;
 }
 
-/* Densities per area. An instance so dim beside the others that its density is no float is left to
- * the rays that find it. The sum of weights that stay. */
-static double set_densities(struct emitters *e, const double *luminance, double sum,
-                            double *weights)
+/* Lists, groups and builds tables. e->count stays 0 where no triangle has an area. */
+static int fill(struct emitters *e, uint64_t most)
 {
-    for (uint32_t i = 0; i < e->scene->blob->count[SCENE_INSTANCES]; i++) {
-        double density = luminance[i] / sum;
-        e->pdf_area[i] = density >= (double)FLT_MIN ? (float)density : 0.0f;
-    }
-    double stays = 0.0;
-    for (uint32_t t = 0; t < e->count; t++) {
-        if (e->pdf_area[e->triangles[t].instance] == 0.0f) weights[t] = 0.0;
-        stays += weights[t];
-    }
-    return stays;
-}
-
-static double weight_at(const void *weights, uint32_t i)
-{
-    return ((const double *)weights)[i];
-}
-
-/* Lists, weighs and builds the table. e->count stays 0 where no triangle has an area. */
-static int fill(struct emitters *e, const double *luminance, uint64_t most)
-{
-    double *weights = malloc(most * sizeof *weights);
-    e->triangles = malloc(most * sizeof *e->triangles);
+    struct emitter_triangle *triangles = malloc(most * sizeof *triangles);
+    struct emitter_shape *shapes = malloc(most * sizeof *shapes);
+    uint32_t *order = malloc(most * sizeof *order);
+    e->group = calloc(most, sizeof *e->group);
     int rc = ERR_MEMORY;
-    if (!weights || !e->triangles) goto done;
-    double sum = list_triangles(e, luminance, weights);
-    if (e->count > 0) {
-        e->cells = malloc(e->count * sizeof *e->cells);
-        if (!e->cells) goto done;
-        sum = set_densities(e, luminance, sum, weights);
-        alias_build(weight_at, weights, e->count, sum, e->cells);
-    }
+    if (!triangles || !shapes || !order || !e->group) goto done;
+    list_triangles(e, triangles, shapes);
     rc = 0;
+    if (e->count == 0) goto done;
+    e->triangles = malloc(e->count * sizeof *e->triangles);
+    e->cells = malloc(e->count * sizeof *e->cells);
+    rc = e->triangles && e->cells ? emitter_groups_find(shapes, e->count, order, &e->groups)
+                                  : ERR_MEMORY;
+    if (rc == 0) fill_groups(e, triangles, shapes, order);
 done:
-    free(weights);
+    free(order);
+    free(shapes);
+    free(triangles);
     return rc;
 }
 
 int emitters_create(const struct render_scene *scene, struct emitters **out)
 {
     size_t instances = (size_t)scene->blob->count[SCENE_INSTANCES];
-    double *luminance = calloc(instances + 1, sizeof *luminance);
     struct emitters *e = calloc(1, sizeof *e);
-    int rc = ERR_MEMORY;
     *out = NULL;
-    if (!luminance || !e) goto done;
+    if (!e) return ERR_MEMORY;
     e->scene = scene;
-    uint64_t most = measure(scene, luminance);
+    e->instances = calloc(instances + 1, sizeof *e->instances);
+    int rc = ERR_MEMORY;
+    if (!e->instances) goto done;
+    uint64_t most = measure(scene, e->instances);
     rc = most > LIMIT_TRIANGLES ? ERR_LIMIT : 0;
     if (rc != 0 || most == 0) goto done;
-    e->pdf_area = calloc(instances, sizeof *e->pdf_area);
-    rc = e->pdf_area ? fill(e, luminance, most) : ERR_MEMORY;
+    rc = fill(e, most);
     if (rc != 0 || e->count == 0) goto done;
     *out = e;
     e = NULL;
 done:
-    free(luminance);
     emitters_destroy(&e);
     return rc;
 }
@@ -191,9 +229,15 @@ void emitters_destroy(struct emitters **emitters)
     if (!e) return;
     free(e->triangles);
     free(e->cells);
-    free(e->pdf_area);
+    free(e->instances);
+    free(e->group);
     free(e);
     *emitters = NULL;
+}
+
+const struct emitter_groups *emitters_groups(const struct emitters *e)
+{
+    return &e->groups;
 }
 
 /* From the unit square to barycentric coordinates: Heitz's map (2019, "A low-distortion map between
@@ -211,16 +255,6 @@ static void square_to_triangle(const float square[2], float *u, float *v)
     }
 }
 
-/* A transform that mirrors turns the winding over, but not the front. */
-static bool mirrors(const struct scene_instance *instance)
-{
-    const float *m = instance->to_world;
-    double d[3] = {(double)m[5] * (double)m[10] - (double)m[6] * (double)m[9],
-                   (double)m[6] * (double)m[8] - (double)m[4] * (double)m[10],
-                   (double)m[4] * (double)m[9] - (double)m[5] * (double)m[8]};
-    return (double)m[0] * d[0] + (double)m[1] * d[1] + (double)m[2] * d[2] < 0.0;
-}
-
 /* What leaves the point, weakened where the surface is only partly there. */
 static void emit(const struct mesh_view *mesh, uint32_t triangle, float u, float v,
                  float radiance[3])
@@ -233,11 +267,18 @@ static void emit(const struct mesh_view *mesh, uint32_t triangle, float u, float
     for (int i = 0; i < 3; i++) radiance[i] *= opacity;
 }
 
-void emitters_sample(const struct emitters *e, float choice, const float u[2],
+/* Density per area within its group of an instance's points. */
+static float density_of(const struct emitters *e, uint32_t instance, uint32_t group)
+{
+    return (float)(e->instances[instance].luminance / e->groups.sum[group]);
+}
+
+void emitters_sample(const struct emitters *e, uint32_t group, float choice, const float u[2],
                      struct emitter_point *out)
 {
-    uint32_t cell = alias_choose(e->cells, e->count, alias_refine(choice, u));
-    const struct emitter_triangle *chosen = &e->triangles[cell];
+    const uint32_t first = e->groups.first[group], count = e->groups.first[group + 1] - first;
+    uint32_t cell = alias_choose(e->cells + first, count, alias_refine(choice, u));
+    const struct emitter_triangle *chosen = &e->triangles[first + cell];
     const struct mesh_view *mesh = mesh_of(e->scene, chosen->instance);
     struct corners c;
     float a, b;
@@ -254,10 +295,14 @@ void emitters_sample(const struct emitters *e, float choice, const float u[2],
     emit(mesh, chosen->triangle, a, b, out->radiance);
     out->offset = offset_distance(c.magnitude);
     out->double_sided = mesh->material->double_sided;
-    out->pdf_area = e->pdf_area[chosen->instance];
+    out->pdf_area = density_of(e, chosen->instance, group);
 }
 
-float emitters_pdf_area(const struct emitters *e, uint32_t instance)
+float emitters_pdf_area(const struct emitters *e, uint32_t instance, uint32_t triangle,
+                        uint32_t *group)
 {
-    return e ? e->pdf_area[instance] : 0.0f;
+    *group = 0;
+    if (!e || !(e->instances[instance].luminance > 0.0)) return 0.0f;
+    *group = e->group[e->instances[instance].first + triangle];
+    return density_of(e, instance, *group);
 }

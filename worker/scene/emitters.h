@@ -1,6 +1,7 @@
 #pragma once
-/* Meshes that shine and that no light of the plan stands for: points on their triangles, chosen in
- * proportion to area times emitted luminance, with an alias table.
+/* Meshes that shine and that no light of the plan stands for: points on their triangles, of which
+ * a group (emitter_groups.h) is chosen first, then one in proportion to area times emitted
+ * luminance, with an alias table.
  *
  * Built once per scene, shared read-only. Meshes with MESH_IS_LIGHT (recognised rectangles) and
  * unlit materials are not among them. Emission by texture counts with the texture's mean, so that
@@ -9,6 +10,7 @@
 #include <stdint.h>
 
 #include "proto/error.h"
+#include "worker/scene/emitter_groups.h"
 
 struct render_scene;
 struct emitters;
@@ -24,13 +26,17 @@ struct emitter_point {
     float radiance[3]; /* that leaves the emitting side; of a blended surface times its opacity */
     float offset; /* scene units: a ray that ends this far in front of it misses it (offset.h) */
     bool double_sided; /* shines on both sides */
-    float pdf_area;    /* density per area of the surface, > 0 */
+    float pdf_area;    /* density per area of the surface within the group, > 0 */
 };
 
-/* A point by three uniform numbers in [0, 1): `choice` picks the triangle, u the place on it; the
- * last of the 24 digits of u lend the choice more digits than a float has. */
-void emitters_sample(const struct emitters *e, float choice, const float u[2],
+const struct emitter_groups *emitters_groups(const struct emitters *e);
+
+/* A point of a group by three uniform numbers in [0, 1): `choice` picks the triangle, u the place
+ * on it; the last of the 24 digits of u lend the choice more digits than a float has. */
+void emitters_sample(const struct emitters *e, uint32_t group, float choice, const float u[2],
                      struct emitter_point *out);
 
-/* pdf_area of any point of the instance; 0 for an instance that is no emitter. NULL e: 0. */
-float emitters_pdf_area(const struct emitters *e, uint32_t instance);
+/* pdf_area of any point of the triangle, and its group; 0 for an instance that is no emitter. NULL
+ * e: 0. */
+float emitters_pdf_area(const struct emitters *e, uint32_t instance, uint32_t triangle,
+                        uint32_t *group);

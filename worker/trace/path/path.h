@@ -14,6 +14,7 @@
  * sees geometry only. */
 #include <stdatomic.h>
 
+#include "worker/scene/emitter_groups.h"
 #include "worker/scene/light_table.h"
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit/hit.h"
@@ -117,10 +118,17 @@ struct path_scattering {
     struct lanes3 specular;
 };
 
+/* How much each group of mesh emitters may light sixteen surfaces. */
+struct group_light {
+    _Alignas(LANES_ALIGN) float group[EMITTER_GROUPS][LANES];
+    _Alignas(LANES_ALIGN) float total[LANES];
+};
+
 /* A light sample of sixteen vertices. */
 struct nee_sample {
     struct light_packet packet, candidate;
     struct lanes3 color; /* radiance or intensity, over the probability of the choice */
+    struct group_light groups;
 };
 
 /* Scratch of one thread. */

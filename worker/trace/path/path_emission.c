@@ -1,5 +1,6 @@
 /* Emission that the rays of paths meet: the environment, rectangles and surfaces. */
 #include <math.h>
+#include <string.h>
 
 #include "worker/scene/emitters.h"
 #include "worker/trace/path/mis.h"
@@ -127,27 +128,45 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
 
 /* Density per solid angle with which a light sample finds this point of a mesh emitter. */
 static float emitter_density(const struct path_context *c, const struct path_packet *p,
-                             const struct surface *s, uint32_t i)
+                             const struct surface *s, const struct group_light *light, uint32_t i)
 {
     const struct RTCRay16 *r = &p->rays.ray;
-    float area = emitters_pdf_area(c->queries->scene->emitters, s->id[i] - 1);
+    uint32_t group;
+    float area =
+        emitters_pdf_area(c->queries->scene->emitters, s->id[i] - 1, p->rays.hit.primID[i], &group);
+    area *= light->total[i] > 0.0f ? light->group[group][i] / light->total[i] : 0.0f;
     float cosine =
         -(s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i]);
     return c->lights->emitters_probability * area * s->distance[i] * s->distance[i] /
            fmaxf(cosine, 1e-12f);
 }
 
+/* How much groups of emitters may light the surfaces that rays come from. */
+static void light_groups(const struct path_context *c, const struct path_packet *p,
+                         struct group_light *out)
+{
+    const struct RTCRay16 *r = &p->rays.ray;
+    struct lanes3 origin;
+    memcpy(origin.x, r->org_x, sizeof origin.x);
+    memcpy(origin.y, r->org_y, sizeof origin.y);
+    memcpy(origin.z, r->org_z, sizeof origin.z);
+    c->kernels->group_light(emitters_groups(c->queries->scene->emitters), &origin, &p->normal, out);
+}
+
 static void meet_surfaces(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_harvest *h)
 {
     const struct surface *s = &v->surface;
+    struct group_light light;
     if (!s->any_emission) return;
+    const bool sampled = v->depth > 0 && c->lights->emitters_probability > 0.0f;
+    if (sampled) light_groups(c, p, &light);
     for (uint32_t i = 0; i < p->count; i++) {
         float radiance[3] = {s->emission.x[i], s->emission.y[i], s->emission.z[i]}, weight = 1.0f;
         if (!s->hit.on[i] || !(radiance[0] + radiance[1] + radiance[2] > 0.0f)) continue;
         if (s->light.on[i] && !is_seen(v, i)) continue; /* its rectangle has been met */
-        if (p->pdf[i] > 0.0f && c->lights->emitters_probability > 0.0f)
-            weight = mis_power_weight(p->pdf[i], emitter_density(c, p, s, i));
+        if (sampled && p->pdf[i] > 0.0f)
+            weight = mis_power_weight(p->pdf[i], emitter_density(c, p, s, &light, i));
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }

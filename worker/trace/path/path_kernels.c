@@ -1,5 +1,6 @@
 #include "worker/trace/path/path_kernels.h"
 
+#include "worker/trace/path/emitter_lanes.h"
 #include "worker/trace/path/layer_lanes.h"
 #include "worker/trace/path/path_lanes.h"
 #include "worker/trace/path/sky_lanes.h"
@@ -21,5 +22,6 @@ const struct path_kernels KERNELS(path_kernels) = {
     .layers_gloss = kernel_layers_gloss,
     .find_sky = kernel_find_sky,
     .place_sky = kernel_place_sky,
+    .group_light = kernel_group_light,
     .meet_rectangle = kernel_meet_rectangle,
 };

@@ -32,7 +32,7 @@ static void choose(const struct path_context *c, const struct path_packet *p,
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
     _Alignas(LANES_ALIGN) float lobe[LANES], which[LANES], unused[LANES];
     out->plan_lights = 0;
-    out->others = false;
+    out->others = out->emitters = false;
     kernels->path_pairs(p, base + PATH_LIGHT, out->u, out->v);
     kernels->path_pairs(p, base + PATH_CHOICE, lobe, which);
     kernels->path_pairs(p, base + PATH_ROULETTE, unused, out->pick);
@@ -44,6 +44,8 @@ static void choose(const struct path_context *c, const struct path_packet *p,
         uint32_t chosen = light_table_choose(c->lights, which[i]);
         out->chosen[i] = chosen;
         out->probability[i] = probability_of(c->lights, chosen);
+        out->which[i] = which[i];
+        out->emitters |= chosen == LIGHT_CHOICE_EMITTERS;
         if (chosen < LIMIT_LIGHTS)
             out->plan_lights |= UINT64_C(1) << chosen;
         else
@@ -71,15 +73,48 @@ static void sample_plan_lights(const struct path_context *c, const struct path_v
     }
 }
 
+/* The group that x in [0, 1) chooses in proportion to how much it may light lane i, and the
+ * probability of that. 0: none lights it. */
+static float choose_group(const struct group_light *light, uint32_t count, int i, float x,
+                          uint32_t *group)
+{
+    const float target = x * light->total[i];
+    float upto = 0.0f, of = 0.0f;
+    *group = 0;
+    for (uint32_t g = 0; g < count; g++) {
+        const float one = light->group[g][i];
+        if (!(one > 0.0f)) continue;
+        upto += one;
+        of = one;
+        *group = g;
+        if (target < upto) break;
+    }
+    return of > 0.0f ? of / light->total[i] : 0.0f;
+}
+
+/* Lights of the plan come before the emitters, the environment after them. */
+static float within_emitters(const struct light_table *t, float which)
+{
+    const float before = t->count > 0 ? t->lights[t->count - 1].probability_upto : 0.0f;
+    const float x = (which - before) / t->emitters_probability;
+    return x > 0.0f ? (x < 0x1.fffffep-1f ? x : 0x1.fffffep-1f) : 0.0f;
+}
+
 static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
                            const struct light_selection *selection, int i, struct nee_sample *out)
 {
     const struct surface *s = &v->surface;
     struct light_packet *p = &out->packet;
     struct RTCRay16 *r = &p->rays.ray;
+    const struct emitters *emitters = c->queries->scene->emitters;
     struct emitter_point e;
     float u[2] = {selection->u[i], selection->v[i]};
-    emitters_sample(c->queries->scene->emitters, selection->pick[i], u, &e);
+    uint32_t group;
+    const float chance = choose_group(&out->groups, emitters_groups(emitters)->count, i,
+                                      within_emitters(c->lights, selection->which[i]), &group);
+    p->skip[i] = LIGHT_FACING_AWAY;
+    if (!(chance > 0.0f)) return;
+    emitters_sample(emitters, group, selection->pick[i], u, &e);
     float way[3] = {e.position[0] - s->position.x[i], e.position[1] - s->position.y[i],
                     e.position[2] - s->position.z[i]};
     float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
@@ -91,7 +126,7 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
         return;
     }
     /* front, and so squared, are positive here */
-    p->density[i] = e.pdf_area * squared * sqrtf(squared) / fabsf(front);
+    p->density[i] = chance * e.pdf_area * squared * sqrtf(squared) / fabsf(front);
     p->irradiance[i] /= p->density[i];
     float clear = side * fminf(e.offset, 0.5f * fabsf(front));
     r->dir_x[i] = e.position[0] + clear * e.normal[0] - s->origin.x[i];
@@ -108,6 +143,9 @@ static void sample_others(const struct path_context *c, const struct path_vertex
 {
     struct light_packet *p = &out->packet;
     path_nee_sample_sky(c, v, selection, out);
+    if (selection->emitters)
+        c->kernels->group_light(emitters_groups(c->queries->scene->emitters), &v->surface.origin,
+                                &v->surface.normal, &out->groups);
     for (int i = 0; i < LANES; i++) {
         if (selection->chosen[i] == UINT32_MAX || selection->chosen[i] < LIMIT_LIGHTS) continue;
         if (selection->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, selection, i, out);

@@ -8,9 +8,11 @@ struct light_selection {
     uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
     _Alignas(LANES_ALIGN) float probability[LANES];
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
+    _Alignas(LANES_ALIGN) float which[LANES]; /* the number that chose */
     _Alignas(LANES_ALIGN) float soft[LANES]; /* share that is the soft sky's */
     uint64_t plan_lights;                    /* bits: lights of the plan that a lane chose */
     bool others;                             /* a lane chose emitters or the environment */
+    bool emitters;                           /* a lane chose emitters */
 };
 
 /* Decides whether lane i needs a ray to a sample at `way` from its surface, of length `along`, and

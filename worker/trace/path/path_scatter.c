@@ -144,6 +144,9 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->slot[lane] = p->slot[i];
     next->pdf[lane] = s->pdf[i];
     next->sky_table[lane] = v->sky_table[i];
+    next->normal.x[lane] = from->normal.x[i];
+    next->normal.y[lane] = from->normal.y[i];
+    next->normal.z[lane] = from->normal.z[i];
 }
 
 /* Whether all that the path could bring is the light field's: direct light nothing can send it. */

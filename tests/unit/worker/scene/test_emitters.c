@@ -48,14 +48,35 @@ static uint32_t shining(struct scene_fixture *f, float r, float g, float b)
     return m;
 }
 
-/* Uniform numbers; a sequence of its own for each test. */
+static double share_of(const struct emitters *e, uint32_t group)
+{
+    const struct emitter_groups *g = emitters_groups(e);
+    double sum = 0.0;
+    for (uint32_t k = 0; k < g->count; k++) sum += g->sum[k];
+    return g->sum[group] / sum;
+}
+
+/* Density of a point where groups are chosen by their power. */
+static float density(const struct emitters *e, uint32_t instance, uint32_t triangle)
+{
+    uint32_t group;
+    const float within = emitters_pdf_area(e, instance, triangle, &group);
+    return e ? (float)share_of(e, group) * within : within;
+}
+
+/* Uniform numbers; a sequence of its own for each test. Groups are chosen by their power. */
 static void draw(const struct emitters *e, struct random *r, struct emitter_point *out)
 {
+    const uint32_t count = emitters_groups(e)->count;
+    double at = (double)random_unit(r);
+    uint32_t group = 0;
+    while (group + 1 < count && at >= share_of(e, group)) at -= share_of(e, group++);
     float choice = random_unit(r);
     float u[2];
     u[0] = random_unit(r);
     u[1] = random_unit(r);
-    emitters_sample(e, choice, u, out);
+    emitters_sample(e, group, choice, u, out);
+    out->pdf_area *= (float)share_of(e, group);
 }
 
 /* Chi-square against expected counts; beyond these `sigmas` a sound sampler comes once in a
@@ -83,7 +104,7 @@ TEST(nothing_shines_in_the_dark)
     fixture_panel(f, shining(f, 1, 1, 1), origin, x, none); /* without area */
     struct lit lit = light_up(f);
     assert_null(lit.emitters);
-    assert_true(emitters_pdf_area(lit.emitters, listed) == 0.0f);
+    assert_true(density(lit.emitters, listed, 0) == 0.0f);
     put_out(&lit);
 }
 
@@ -110,12 +131,12 @@ TEST(densities_integrate_to_one)
     const double areas[3] = {4, 16, 32}, luminance[3] = {1, 3, 3};
     double total = 0.0, power = 4 * 1 + 16 * 3 + 32 * 3;
     for (uint32_t i = 0; i < 3; i++) {
-        double density = (double)emitters_pdf_area(lit.emitters, i);
-        assert_true(fabs(density - luminance[i] / power) < 1e-6);
-        total += density * areas[i];
+        const double of = (double)density(lit.emitters, i, 1);
+        assert_true(fabs(of - luminance[i] / power) < 1e-6);
+        total += of * areas[i];
     }
     assert_true(fabs(total - 1.0) < 1e-6);
-    assert_true(emitters_pdf_area(lit.emitters, 3) == 0.0f);
+    assert_true(density(lit.emitters, 3, 0) == 0.0f);
     put_out(&lit);
 }
 
@@ -150,7 +171,8 @@ TEST(points_are_uniform_by_power)
         draw(lit.emitters, &r, &point);
         int cell = cell_of(point.position, &panel);
         seen[64 * panel + cell] += 1.0;
-        assert_true(point.pdf_area == emitters_pdf_area(lit.emitters, (uint32_t)panel));
+        const float of = density(lit.emitters, (uint32_t)panel, 0);
+        assert_true(fabsf(point.pdf_area - of) <= 1e-6f * of);
         assert_true(point.radiance[0] == (panel == 0 ? 1.0f : 3.0f));
         assert_true(fabsf(point.normal[1] - 1.0f) < 1e-6f);
         assert_true(point.offset > 0.0f && point.offset < 1e-4f);
@@ -201,8 +223,8 @@ TEST(textures_weigh_by_their_mean)
     fixture_panel(f, m, origin, x, z);
     fixture_panel(f, shining(f, 2, 2, 2), far, x, z);
     struct lit lit = light_up(f);
-    assert_true(fabsf(emitters_pdf_area(lit.emitters, 0) - 0.125f) < 1e-6f);
-    assert_true(fabsf(emitters_pdf_area(lit.emitters, 1) - 0.125f) < 1e-6f);
+    assert_true(fabsf(density(lit.emitters, 0, 0) - 0.125f) < 1e-6f);
+    assert_true(fabsf(density(lit.emitters, 1, 1) - 0.125f) < 1e-6f);
     struct random r = {3};
     for (int i = 0; i < 1000; i++) {
         struct emitter_point p;
