@@ -81,6 +81,7 @@ struct plan_report {
     enum plan_integrator integrator;
     struct plan_emitters emitters;
     uint32_t effects;
+    bool whole_paths;          /* all indirect light comes along paths, though fields might do */
     bool soft_sky;             /* the environment has no sun: nothing far above its mean */
     uint32_t layers;           /* enum layer */
     enum filter_method method; /* that runs: not auto */

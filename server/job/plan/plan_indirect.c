@@ -180,6 +180,12 @@ static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
         plan_skip(report, "plane indirect_mean", "there is no indirect light");
         return;
     }
+    if (report->whole_paths) {
+        plan_skip(report, "plane indirect_mean",
+                  "paths bring it, and the residual filter cleans "
+                  "it");
+        return;
+    }
     plan_surfaces(plan, report);
     plan->planes |= parts   ? PLANE_BIT(INDIRECT_STRATA)
                     : error ? PLANE_BIT(INDIRECT_HALVES)

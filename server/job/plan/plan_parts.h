@@ -71,6 +71,8 @@ const char *plan_glossy_filter_name(uint32_t filter);
 /* The residual filter of a plan with paths and their number, and the planes that it reads; else why
  * not. Before plan_paths' own planes. */
 void plan_residual(const struct job *job, struct plan *plan, struct plan_report *report);
+/* Whether it may run on paths of the job. */
+bool plan_residual_possible(const struct job *job, const struct plan_report *report);
 /* There are no paths. */
 void plan_residual_none(struct plan_report *report);
 const char *plan_residual_filter_name(uint32_t filter);

@@ -6,6 +6,12 @@
 
 #define LAYERS_FILTERED (LAYER_BEAUTY | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT)
 
+bool plan_residual_possible(const struct job *job, const struct plan_report *report)
+{
+    return job->residual != RESIDUAL_NONE && (report->layers & LAYERS_FILTERED) != 0 &&
+           job_strata_per_axis(job->spp) > 1;
+}
+
 static uint32_t choose(const struct job *job, const struct plan *plan,
                        const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
 {

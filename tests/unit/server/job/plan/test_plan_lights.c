@@ -84,8 +84,7 @@ TEST(powers_have_one_unit)
     assert_true(near_share(s->plan.lights[0].power, lamp / sum));
     assert_true(near_share(s->plan.environment.power, sky / sum));
     assert_true(near_share(s->plan.paths.emitter_power, glow / sum));
-    assert_int_equal(s->plan.capabilities,
-                     CAPABILITY_PATHS | CAPABILITY_INDIRECT | CAPABILITY_ENVIRONMENT);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT);
     /* Both sides, and two more placements: moved and twice as large; stretched along z alone, which
      * a triangle in the plane of x and y does not feel. */
     s->material.flags = MATERIAL_DOUBLE_SIDED;
@@ -137,7 +136,7 @@ TEST(maps_are_planned_from_their_header)
     assert_int_equal(make(s), 0);
     assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
     assert_true(digest_is_zero(&s->plan.environment.map));
-    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS | CAPABILITY_INDIRECT);
+    assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS);
 }
 
 TEST(drops_what_cannot_matter)

@@ -46,12 +46,35 @@ TEST(auto_filters_paths)
     }
 }
 
-/* Light fields bring a part; the filter has the rest. */
-TEST(auto_filters_paths_beside_light_fields)
+/* Where light fields cannot do it alone, whole paths are cheaper; a filter of theirs that is asked
+ * for by name runs beside paths. */
+TEST(whole_paths_do_without_light_fields)
 {
     struct stage *s = *state;
     s->material.metallic = 0.5f;
     s->job.indirect_bounces = 2;
+    expect_halves(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
+    s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
+    s->job.occlusion_distance = 1;
+    expect_halves(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_true(s->plan.planes & PLANE_BIT(OPEN));
+    assert_false(s->plan.paths.without_diffuse_indirect);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
+    s->job.layers = LAYER_BEAUTY;
+    s->job.spp = 1;
+    assert_int_equal(make(s), 0);
+    assert_true(s->plan.paths.without_diffuse_indirect);
+}
+
+TEST(fields_run_beside_paths_by_name)
+{
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.indirect_bounces = 2;
+    s->job.indirect = INDIRECT_CONSTANT;
     expect_halves(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
     assert_true(s->plan.paths.without_diffuse_indirect);
