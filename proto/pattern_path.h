@@ -130,6 +130,41 @@ static inline uint32_t path_morton(int32_t x, int32_t y)
     return path_spread_bits((uint32_t)x) | path_spread_bits((uint32_t)y) << 1;
 }
 
+/* Pixels of a square whose paths share one sequence. Pixel i of the curve through it has samples
+ * i 2^k to (i + 1) 2^k - 1, so that neighbours make up for each other's gaps, whatever of them a
+ * filter takes together (Ahmed and Wonka 2020, "Screen-space blue-noise diffusion of Monte Carlo
+ * sampling error via hierarchical ordering of pixels"). A pixel's samples in themselves are what
+ * they would be alone. */
+#define PATH_SQUARE_PX 64
+
+/* A pixel's part of its square's sequence. Samples beyond 2^k have another sequence. */
+struct path_places {
+    uint32_t square; /* key */
+    uint32_t first;  /* sample */
+    uint32_t digits; /* k */
+};
+
+static inline struct path_places path_places_of(uint64_t seed, uint32_t frame, int32_t x, int32_t y,
+                                                uint32_t spp)
+{
+    uint32_t digits = 0;
+    while (digits < 16 && 1u << digits < spp) digits++;
+    const int32_t low = PATH_SQUARE_PX - 1;
+    return (struct path_places){path_key(seed, frame, x & ~low, y & ~low),
+                                path_morton(x & low, y & low) << digits, digits};
+}
+
+static inline uint32_t path_place_key(struct path_places p, uint32_t sample)
+{
+    const uint32_t turn = sample >> p.digits;
+    return turn > 0 ? path_mix(p.square + turn * 0x9e3779b9u) : p.square;
+}
+
+static inline uint32_t path_place_sample(struct path_places p, uint32_t sample)
+{
+    return p.first | (sample & ((1u << p.digits) - 1));
+}
+
 /* The key of what one sequence gives to all pixels of a frame for their glossy lobes: pixel i of
  * the curve has samples i n to i n + n - 1, so that neighbours make up for each other's gaps
  * (docs/reconstruction.md, Sample positions: half the samples' worth). */

@@ -88,11 +88,18 @@ static void sum_up(const struct path_harvest *h, size_t slot, struct path_record
     if (out->rejected) memset(out->radiance, 0, sizeof out->radiance);
 }
 
+/* Of a path; lens samples of light fields have their pixel's own numbers. */
 static void find_position(const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
-                          float pixel[2])
+                          enum path_record_kind kind, float pixel[2])
 {
+    const struct pattern *p = &plan->pattern;
+    const struct path_places places = path_places_of(p->seed, p->frame, x, y, plan->paths.spp);
     float u, v;
-    path_pair(path_key(plan->pattern.seed, plan->pattern.frame, x, y), sample, PATH_PIXEL, &u, &v);
+    if (kind == PATH_RECORD_PATHS)
+        path_pair(path_place_key(places, sample), path_place_sample(places, sample), PATH_PIXEL, &u,
+                  &v);
+    else
+        path_pair(path_key(p->seed, p->frame, x, y), sample, PATH_PIXEL, &u, &v);
     pixel[0] = (float)x + path_pixel_offset(plan, u);
     pixel[1] = (float)y + path_pixel_offset(plan, v);
 }
@@ -190,7 +197,7 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
     const struct sky_guide *guide =
         has_map ? sky_guides_take(scene->guides, environment, &plan->environment) : NULL;
     sky_init(&t->sky, &plan->environment, environment, guide);
-    find_position(plan, x, y, sample, record->pixel);
+    find_position(plan, x, y, sample, record->kind, record->pixel);
     e = has_map && !guide ? ERR_MEMORY : trace(t, plan, x, y, sample, record);
     sky_guides_give(scene->guides, guide);
     _mm_setcsr(mode);

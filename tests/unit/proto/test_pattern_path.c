@@ -1,4 +1,5 @@
 /* The path tracer's random numbers. */
+#include <stdbool.h>
 #include <string.h>
 
 #include "proto/pattern_path.h"
@@ -67,4 +68,61 @@ TEST(keys_differ)
                          path_ray_key(key, 3, 2, PATH_RAY_SHADOW));
     assert_int_not_equal(path_ray_key(key, 3, 2, PATH_RAY_NEXT),
                          path_ray_key(key, 3, 1, PATH_RAY_NEXT));
+}
+
+/* Counts in `across` x `down` strata what samples first .. end - 1 of the pixels of a square have
+ * in a dimension; whether each stratum has `each`. */
+static bool fills(int32_t x0, int32_t y0, int32_t side, uint32_t spp, uint32_t first, uint32_t end,
+                  uint32_t across, uint32_t down, int each)
+{
+    static int seen[4096];
+    memset(seen, 0, sizeof seen);
+    for (int32_t y = y0; y < y0 + side; y++)
+        for (int32_t x = x0; x < x0 + side; x++)
+            for (uint32_t s = first; s < end; s++) {
+                const struct path_places p = path_places_of(9, 2, x, y, spp);
+                float u, v;
+                path_pair(path_place_key(p, s), path_place_sample(p, s), 5, &u, &v);
+                seen[(uint32_t)(u * (float)across) + across * (uint32_t)(v * (float)down)]++;
+            }
+    for (uint32_t i = 0; i < across * down; i++)
+        if (seen[i] != each) return false;
+    return true;
+}
+
+/* Each pixel's samples are stratified, and so are those of each aligned square of pixels. */
+TEST(neighbours_share_a_sequence)
+{
+    static const int32_t at[][2] = {{0, 0}, {64, 8}, {136, 1024}, {8, 56}};
+    for (int k = 0; k < 4; k++) {
+        const int32_t x = at[k][0], y = at[k][1];
+        for (int32_t i = 0; i < 4; i++) {
+            assert_true(fills(x + i, y, 1, 4, 0, 4, 4, 1, 1));
+            assert_true(fills(x + i, y, 1, 4, 0, 4, 2, 2, 1));
+            assert_true(fills(x + i, y, 1, 4, 0, 2, 2, 1, 1)); /* the first half by itself */
+            assert_true(fills(x + i, y, 1, 4, 4, 8, 1, 4, 1)); /* and the second turn */
+        }
+        assert_true(fills(x, y, 2, 4, 0, 4, 4, 4, 1));
+        assert_true(fills(x, y, 8, 4, 0, 4, 16, 16, 1));
+        assert_true(fills(x, y, 8, 4, 0, 4, 256, 1, 1));
+        assert_true(fills(x, y, 8, 16, 0, 16, 32, 32, 1));
+        assert_true(fills(x, y, 8, 16, 16, 32, 32, 32, 1));
+    }
+    /* Squares that are not aligned, and halves over pixels, are left to chance. */
+    assert_false(fills(3, 5, 8, 4, 0, 4, 256, 1, 1));
+}
+
+/* No two paths of a picture have the same numbers. */
+TEST(places_differ)
+{
+    const struct path_places p = path_places_of(9, 2, 70, 3, 5), q = path_places_of(9, 2, 6, 3, 5);
+    assert_int_equal(p.digits, 3);
+    assert_int_not_equal(p.square, q.square);
+    assert_int_equal(p.first, q.first);
+    assert_int_equal(path_place_key(p, 7), p.square);
+    assert_int_not_equal(path_place_key(p, 8), p.square);
+    assert_int_equal(path_place_sample(p, 8), path_place_sample(p, 0));
+    assert_int_not_equal(path_places_of(9, 3, 70, 3, 5).square, p.square);
+    assert_int_equal(path_places_of(9, 2, 70, 3, 1u << 20).digits, 16);
+    assert_int_equal(path_places_of(9, 2, 70, 3, 1).digits, 0);
 }

@@ -86,13 +86,16 @@ void path_camera(const struct path_context *c, const struct block *b, uint32_t f
                  uint32_t count, struct path_pool *pool)
 {
     const struct pattern *pattern = &c->plan->pattern;
-    uint32_t keys[LANES];
+    struct path_places places[LANES];
     pool->count = 0;
     for (uint32_t i = 0; i < LANES; i++)
-        keys[i] = path_key(pattern->seed, pattern->frame, b->x_px[i], b->y_px[i]);
+        places[i] = path_places_of(pattern->seed, pattern->frame, b->x_px[i], b->y_px[i],
+                                   c->plan->paths.spp);
     for (uint32_t k = 0; k < count; k++)
         for (uint32_t lane = 0; lane < LANES; lane++)
-            if (b->kept.on[lane]) path_begin(keys[lane], first + k, k * LANES + lane, pool);
+            if (b->kept.on[lane])
+                path_begin(path_place_key(places[lane], first + k),
+                           path_place_sample(places[lane], first + k), k * LANES + lane, pool);
     for (uint32_t k = 0; k < path_pool_packets(pool); k++) aim(c, b, &pool->packets[k]);
     c->counters->value[COUNTER_PATHS] += pool->count;
 }
