@@ -178,7 +178,6 @@ int residual_field_create(const struct patch *patch, struct residual_field *out)
     out->scratch = patch->scratch;
     out->memory = scratch_take(out->scratch, bytes);
     if (!out->memory) return ERR_MEMORY;
-    memset(out->memory, 0, bytes);
     hand_out(out);
     bar_outside(&out->features);
     for (int32_t y = 0; y < s->height; y++) {
