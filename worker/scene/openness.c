@@ -11,12 +11,11 @@
 #include "worker/scene/render_scene.h"
 #include "worker/shade/elementary.h"
 
-/* A room is some six cells long, which windows look different from. */
-#define CELLS_MOST 256u
-#define SIDE_MOST  32u
-
 /* Rays a bin. Sixteen neighbouring bins share a place. */
 #define RAYS 1u
+
+/* Of a cell's side: what is nearer than this to a place is not in the way. */
+#define NEAR_SHARE 1e-3f
 
 /* More of the sky than this is seen by chance often enough. */
 #define OPEN_SHARE 0.3f
@@ -24,43 +23,14 @@
 struct openness {
     const struct render_scene *scene;
     struct openness_grid grid;
-    uint32_t total, cells;
-    float high[3];
+    uint32_t cells;   /* that count */
     float *open;      /* OPENNESS_BINS a cell of the grid, then of those that count */
-    uint16_t *number; /* the grid's */
+    uint16_t *number; /* one a cell of the grid */
     pthread_mutex_t lock;
     pthread_cond_t learned;
     _Atomic uint32_t next;
     uint32_t done;
 };
-
-static void set_grid(struct openness *o)
-{
-    struct RTCBounds b;
-    struct openness_grid *g = &o->grid;
-    rtcGetSceneBounds(o->scene->top, &b);
-    const float low[3] = {b.lower_x, b.lower_y, b.lower_z};
-    const float high[3] = {b.upper_x, b.upper_y, b.upper_z};
-    float extent[3], longest = 0.0f;
-    for (int k = 0; k < 3; k++) {
-        extent[k] = high[k] > low[k] ? high[k] - low[k] : 0.0f;
-        longest = fmaxf(longest, extent[k]);
-    }
-    uint32_t along = SIDE_MOST;
-    do {
-        for (int k = 0; k < 3; k++) {
-            const float cells = longest > 0.0f ? ceilf(extent[k] / longest * (float)along) : 1.0f;
-            g->size[k] = cells > 1.0f ? (uint32_t)cells : 1;
-        }
-        o->total = g->size[0] * g->size[1] * g->size[2];
-        along--;
-    } while (o->total > CELLS_MOST);
-    for (int k = 0; k < 3; k++) {
-        g->low[k] = isfinite(low[k]) ? low[k] : 0.0f;
-        g->per_cell[k] = extent[k] > 0.0f ? (float)g->size[k] / extent[k] : 0.0f;
-        if (!isfinite(g->per_cell[k])) g->per_cell[k] = 0.0f;
-    }
-}
 
 struct openness *openness_create(const struct render_scene *scene)
 {
@@ -69,10 +39,9 @@ struct openness *openness_create(const struct render_scene *scene)
     pthread_mutex_init(&o->lock, NULL);
     pthread_cond_init(&o->learned, NULL);
     o->scene = scene;
-    set_grid(o);
-    o->open = malloc((size_t)o->total * OPENNESS_BINS * sizeof *o->open);
-    o->number = calloc(o->total, sizeof *o->number);
-    o->grid.number = o->number;
+    openness_grid_init(&o->grid, scene);
+    o->open = malloc((size_t)o->grid.cells * OPENNESS_BINS * sizeof *o->open);
+    o->number = calloc(o->grid.cells, sizeof *o->number);
     if (!o->open || !o->number) openness_destroy(&o);
     return o;
 }
@@ -94,7 +63,7 @@ void openness_destroy(struct openness **openness)
 struct probe {
     const struct openness *openness;
     uint32_t cell, random;
-    float place[3];
+    float place[3], near; /* rays begin so far from it: a flat scene lies where its cells do */
 };
 
 static float next_random(struct probe *p)
@@ -107,12 +76,17 @@ static float next_random(struct probe *p)
 static void go(struct probe *p)
 {
     const struct openness_grid *g = &p->openness->grid;
-    const uint32_t at[3] = {p->cell % g->size[0], p->cell / g->size[0] % g->size[1],
-                            p->cell / g->size[0] / g->size[1]};
+    const struct openness_box *b = p->cell < g->dense.first ? &g->whole : &g->dense;
+    const uint32_t cell = p->cell - b->first;
+    const uint32_t at[3] = {cell % b->size[0], cell / b->size[0] % b->size[1],
+                            cell / b->size[0] / b->size[1]};
+    float shortest = INFINITY;
     for (int k = 0; k < 3; k++) {
-        const float per = g->per_cell[k] > 0.0f ? 1.0f / g->per_cell[k] : 0.0f;
-        p->place[k] = g->low[k] + ((float)at[k] + next_random(p)) * per;
+        const float side = b->per_cell[k] > 0.0f ? 1.0f / b->per_cell[k] : 0.0f;
+        p->place[k] = b->low[k] + ((float)at[k] + next_random(p)) * side;
+        shortest = side > 0.0f ? fminf(shortest, side) : shortest;
     }
+    p->near = isfinite(shortest) ? NEAR_SHARE * shortest : 0.0f;
 }
 
 /* Whether nothing is in the way into a random direction of a bin. */
@@ -131,6 +105,7 @@ static bool sees(struct probe *p, uint32_t u, uint32_t v)
                          .dir_x = -down_sine * around_cosine,
                          .dir_y = down_cosine,
                          .dir_z = -down_sine * around_sine,
+                         .tnear = p->near,
                          .tfar = INFINITY,
                          .mask = UINT32_MAX};
     rtcOccluded1(p->openness->scene->top, &context, &ray);
@@ -189,7 +164,7 @@ static void learn_cell(struct openness *o, uint32_t cell)
 /* Numbers the cells that count and moves what is known of them together. */
 static void number_cells(struct openness *o)
 {
-    for (uint32_t k = 0; k < o->total; k++) {
+    for (uint32_t k = 0; k < o->grid.cells; k++) {
         if (o->number[k] == 0) continue;
         memmove(o->open + (size_t)o->cells * OPENNESS_BINS, o->open + (size_t)k * OPENNESS_BINS,
                 OPENNESS_BINS * sizeof *o->open);
@@ -200,18 +175,18 @@ static void number_cells(struct openness *o)
 void openness_learn(struct openness *o)
 {
     uint32_t mine = 0, cell = 0;
-    while ((cell = atomic_fetch_add_explicit(&o->next, 1, memory_order_relaxed)) < o->total) {
+    while ((cell = atomic_fetch_add_explicit(&o->next, 1, memory_order_relaxed)) < o->grid.cells) {
         learn_cell(o, cell);
         mine++;
     }
-    atomic_store_explicit(&o->next, o->total, memory_order_relaxed);
+    atomic_store_explicit(&o->next, o->grid.cells, memory_order_relaxed);
     pthread_mutex_lock(&o->lock);
     o->done += mine;
-    if (mine > 0 && o->done == o->total) {
+    if (mine > 0 && o->done == o->grid.cells) {
         number_cells(o);
         pthread_cond_broadcast(&o->learned);
     }
-    while (o->done < o->total) pthread_cond_wait(&o->learned, &o->lock);
+    while (o->done < o->grid.cells) pthread_cond_wait(&o->learned, &o->lock);
     pthread_mutex_unlock(&o->lock);
 }
 
@@ -225,7 +200,12 @@ const float *openness_of(const struct openness *o, uint32_t cell)
     return o->open + (size_t)cell * OPENNESS_BINS;
 }
 
-struct openness_grid openness_grid(const struct openness *o)
+const struct openness_grid *openness_grid(const struct openness *o)
 {
-    return o->grid;
+    return &o->grid;
+}
+
+const uint16_t *openness_numbers(const struct openness *o)
+{
+    return o->number;
 }

@@ -5,15 +5,13 @@
  *
  * Directions are the world's, in OPENNESS_U x OPENNESS_V bins of the same angles around +y and from
  * it. */
-#include <stdbool.h>
-#include <stdint.h>
+#include "worker/scene/openness_grid.h"
 
 #define OPENNESS_U    32u
 #define OPENNESS_V    16u
 #define OPENNESS_BINS (OPENNESS_U * OPENNESS_V)
 
 struct openness;
-struct render_scene;
 
 /* Nothing is learned yet. NULL: out of memory. */
 struct openness *openness_create(const struct render_scene *scene);
@@ -23,17 +21,15 @@ void openness_destroy(struct openness **openness);
  * done. The result does not depend on them. */
 void openness_learn(struct openness *o);
 
-/* Cells from which little of the sky is seen; others count as open. Both after openness_learn. */
+/* Cells from which little of the sky is seen; others count as open. All that follows is only to be
+ * asked after openness_learn. */
 uint32_t openness_cells(const struct openness *o);
 
 /* The part of each bin that is open from a cell, row by row from +y, in [0, 1]. */
 const float *openness_of(const struct openness *o, uint32_t cell);
 
-/* Where cells lie: struct openness_grid's number of a place, which is 1 + that of its cell, or 0
- * where it counts as open. Places beyond the grid have that of its rim. */
-struct openness_grid {
-    float low[3], per_cell[3]; /* (place - low) * per_cell is in cells */
-    uint32_t size[3];
-    const uint16_t *number; /* x fastest; borrowed */
-};
-struct openness_grid openness_grid(const struct openness *o);
+/* Where cells lie. */
+const struct openness_grid *openness_grid(const struct openness *o);
+
+/* One a cell of the grid: 1 + that cell's number among those that count, or 0 where it is open. */
+const uint16_t *openness_numbers(const struct openness *o);

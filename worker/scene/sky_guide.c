@@ -149,7 +149,10 @@ static void fill_tables(const struct maker *m, const float *open, uint16_t *tabl
     }
 }
 
-static const uint16_t everywhere = 0;
+/* Of a place that is open whatever lies around it. */
+static const struct openness_grid everywhere = {
+    {.size = {1, 1, 1}}, {.size = {1, 1, 1}}, .cells = 1};
+static const uint16_t open_number = 0;
 
 struct sky_guide *sky_guide_create(const struct environment *map,
                                    const struct plan_environment *plan, const struct openness *o)
@@ -167,8 +170,8 @@ struct sky_guide *sky_guide_create(const struct environment *map,
     }
     g->cosine = elementary_cos(plan->rotation_rad);
     g->sine = elementary_sin(plan->rotation_rad);
-    g->grid =
-        o ? openness_grid(o) : (struct openness_grid){.size = {1, 1, 1}, .number = &everywhere};
+    g->grid = o ? openness_grid(o) : &everywhere;
+    g->number = o ? openness_numbers(o) : &open_number;
     maker_init(m, map, plan);
     fill_tables(m, NULL, tables);
     for (uint32_t k = 1; k < cells; k++) {

@@ -16,7 +16,8 @@
 
 struct sky_guide {
     float cosine, sine; /* of the map's rotation, from the world to the map */
-    struct openness_grid grid;
+    const struct openness_grid *grid;
+    const uint16_t *number; /* one a cell; both the openness's */
     const uint16_t *tables; /* ENVIRONMENT_BINS a table: units of all bins before */
 };
 
@@ -42,18 +43,12 @@ void sky_guide_destroy(struct sky_guide **guide);
 static inline uint32_t sky_guide_table(const struct sky_guide *g, float x, float y, float z,
                                        const float normal[3])
 {
-    const float place[3] = {x, y, z};
     const float n[3] = {g->cosine * normal[0] + g->sine * normal[2], normal[1],
                         g->cosine * normal[2] - g->sine * normal[0]};
-    uint32_t at[3], facing = 0;
-    for (int k = 0; k < 3; k++) {
-        const float cells = (place[k] - g->grid.low[k]) * g->grid.per_cell[k];
-        const float last = (float)(g->grid.size[k] - 1);
-        at[k] = (uint32_t)(cells > 0.0f ? (cells < last ? cells : last) : 0.0f);
-    }
+    uint32_t facing = 0;
     for (int k = 0; k < 3; k++) facing = 3 * facing + (n[k] > 0.35f ? 2u : n[k] < -0.35f ? 0u : 1u);
-    const uint32_t cell = (at[2] * g->grid.size[1] + at[1]) * g->grid.size[0] + at[0];
-    return g->grid.number[cell] * SKY_GUIDE_NORMALS + facing;
+    const uint32_t number = g->number[openness_grid_cell(g->grid, (const float[3]){x, y, z})];
+    return number * SKY_GUIDE_NORMALS + facing;
 }
 
 /* The probability of a bin. */
