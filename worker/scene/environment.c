@@ -17,9 +17,8 @@
 /* A map whose luminance integrates to less is black: densities would leave the range of floats. */
 #define TOTAL_MIN 1e-30
 
-/* A rectangle of texels. */
 struct bin {
-    uint32_t x, y, width, height;
+    struct environment_rect at;
     uint32_t first; /* of the cells */
     float density;  /* per solid angle, of weight 1, once the bin is chosen */
     double share;
@@ -152,7 +151,8 @@ struct bin_texels {
 static double weigh_texel(const void *texels, uint32_t i)
 {
     const struct bin_texels *t = texels;
-    const uint32_t y = t->bin->y + i / t->bin->width, x = t->bin->x + i % t->bin->width;
+    const uint32_t y = t->bin->at.y + i / t->bin->at.width;
+    const uint32_t x = t->bin->at.x + i % t->bin->at.width;
     return (double)t->e->weights[(size_t)y * t->e->width + x] * row_share(t->e, y);
 }
 
@@ -164,11 +164,11 @@ static uint32_t fill_bin(struct environment *e, uint32_t u, uint32_t v, uint32_t
     const struct bin_texels texels = {e, b};
     double sum = 0.0;
     b->first = first;
-    b->x = first_of(u, e->width, ENVIRONMENT_BINS_U);
-    b->y = first_of(v, e->height, ENVIRONMENT_BINS_V);
-    b->width = first_of(u + 1, e->width, ENVIRONMENT_BINS_U) - b->x;
-    b->height = first_of(v + 1, e->height, ENVIRONMENT_BINS_V) - b->y;
-    const uint32_t count = b->width * b->height;
+    b->at.x = first_of(u, e->width, ENVIRONMENT_BINS_U);
+    b->at.y = first_of(v, e->height, ENVIRONMENT_BINS_V);
+    b->at.width = first_of(u + 1, e->width, ENVIRONMENT_BINS_U) - b->at.x;
+    b->at.height = first_of(v + 1, e->height, ENVIRONMENT_BINS_V) - b->at.y;
+    const uint32_t count = b->at.width * b->at.height;
     for (uint32_t i = 0; i < count; i++) sum += weigh_texel(&texels, i);
     const double unit = 6.28318530717958648 / (double)e->width;
     b->density = sum * unit < TOTAL_MIN ? 0.0f : (float)(1.0 / (sum * unit));
@@ -199,6 +199,11 @@ static void fill_bins(struct environment *e, double total)
 double environment_bin_share(const struct environment *e, uint32_t bin)
 {
     return e->bins[bin].share;
+}
+
+struct environment_rect environment_bin_texels(const struct environment *e, uint32_t bin)
+{
+    return e->bins[bin].at;
 }
 
 int environment_create(const struct environment_blob *blob, struct environment **out)
@@ -246,7 +251,7 @@ void environment_destroy(struct environment **environment)
 uint64_t environment_bytes(const struct environment *e)
 {
     return sizeof *e + (uint64_t)e->width * e->height * (sizeof *e->cells + sizeof *e->weights) +
-           (e->height + 1ull) * sizeof *e->edges;
+           (e->height + 1ull) * sizeof *e->edges + e->width + e->height;
 }
 
 /* ---- from directions to texels ---- */
@@ -346,7 +351,7 @@ void environment_expect(const struct environment *e, uint32_t bin, float choice,
     const struct bin *b = &e->bins[bin];
     if (!(b->density > 0.0f)) return;
     const double x = alias_refine(choice, u);
-    __builtin_prefetch(&e->cells[b->first + alias_place_of(b->width * b->height, x).cell]);
+    __builtin_prefetch(&e->cells[b->first + alias_place_of(b->at.width * b->at.height, x).cell]);
 }
 
 uint32_t environment_choose(const struct environment *e, uint32_t bin, float choice,
@@ -355,8 +360,8 @@ uint32_t environment_choose(const struct environment *e, uint32_t bin, float cho
     const struct bin *b = &e->bins[bin];
     if (!(b->density > 0.0f)) return 0;
     const uint32_t i =
-        alias_choose(e->cells + b->first, b->width * b->height, alias_refine(choice, u));
-    const uint32_t texel = (b->y + i / b->width) * e->width + b->x + i % b->width;
+        alias_choose(e->cells + b->first, b->at.width * b->at.height, alias_refine(choice, u));
+    const uint32_t texel = (b->at.y + i / b->at.width) * e->width + b->at.x + i % b->at.width;
     __builtin_prefetch(e->weights + texel);
     return texel;
 }

@@ -74,6 +74,12 @@ struct environment_density environment_density(const struct environment *e,
 /* Share of the map's luminance that comes from a bin; all are 0 of a black map. */
 double environment_bin_share(const struct environment *e, uint32_t bin);
 
+/* A bin's texels; none where a map has few. */
+struct environment_rect {
+    uint32_t x, y, width, height;
+};
+struct environment_rect environment_bin_texels(const struct environment *e, uint32_t bin);
+
 /* The bin in column u and row v, from the top. */
 uint32_t environment_bin_at(uint32_t u, uint32_t v);
 

@@ -45,14 +45,15 @@ float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane, uint
     const float direction[3] = {d->x[lane], d->y[lane], d->z[lane]};
     const struct environment_density at =
         environment_density(sky->map, direction, spot_of(view, lane));
-    return sky_guide_probability(sky->guide, table, at.bin) * at.within;
+    return sky_table_probability(&sky->guide->tables[table], at.bin) * at.within;
 }
 
 struct sky_choice sky_expect(const struct sky *sky, uint32_t table, float choice, const float u[2])
 {
     struct sky_choice out = {.within = choice};
-    out.bin = sky_guide_choose(sky->guide, table, &out.within);
-    out.probability = sky_guide_probability(sky->guide, table, out.bin);
+    const struct sky_table *bins = &sky->guide->tables[table];
+    out.bin = sky_table_choose(bins, &out.within);
+    out.probability = sky_table_probability(bins, out.bin);
     environment_expect(sky->map, out.bin, out.within, u);
     return out;
 }

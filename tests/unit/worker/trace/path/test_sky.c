@@ -88,7 +88,7 @@ TEST(test_place)
     for (int round = 0; round < 500; round++) {
         _Alignas(64) float u[LANES], v[LANES];
         uint32_t texel[LANES];
-        const uint32_t table = (uint32_t)(random_bits(&r) % SKY_GUIDE_NORMALS);
+        const uint32_t table = (uint32_t)(random_bits(&r) % SKY_TABLE_NORMALS);
         struct sky_texels texels;
         for (int i = 0; i < LANES; i++) {
             u[i] = 0.02f + 0.96f * random_unit(&r), v[i] = 0.02f + 0.96f * random_unit(&r);
@@ -143,7 +143,7 @@ TEST(test_path_samples)
             choice.v[i] = random_unit(&r);
             light.packet.skip[i] = 99;
             v.surface.normal.y[i] = v.surface.facet.y[i] = 1.0f;
-            v.sky_table[i] = (uint32_t)(random_bits(&r) % SKY_GUIDE_NORMALS);
+            v.sky_table[i] = (uint32_t)(random_bits(&r) % SKY_TABLE_NORMALS);
         }
         path_nee_sample_sky(&c, &v, &choice, &light);
         const struct RTCRay16 *ray = &light.packet.rays.ray;
