@@ -101,18 +101,16 @@ static char *write_text(const struct job *job)
     return strcat(text, "\n");
 }
 
-static void document_is_valid(void **state)
+/* Checks that `text` reads, and that what is written of it reads to the same job. */
+static void check_valid(const char *text, size_t size_bytes, const char *folder)
 {
     static struct job job, again;
-    const char *folder = *state;
     struct fault fault = {0};
-    size_t size_bytes;
-    char *text = read_file(folder, "job.json", &size_bytes);
     if (read_exact(text, size_bytes, &job, &fault))
         fail_msg("%s at \"%s\": %s", error_name(fault.code), fault.pointer, fault.detail);
     check_lights(&job);
     char *written = write_text(&job);
-    check_canonical(folder, written);
+    if (folder) check_canonical(folder, written);
     json_t *full = job_write(&job);
     char *exact = json_dumps(full, 0);
     assert_int_equal(read_exact(exact, strlen(exact), &again, &fault), 0);
@@ -127,6 +125,13 @@ static void document_is_valid(void **state)
     free(twice);
     free(exact);
     free(written);
+}
+
+static void document_is_valid(void **state)
+{
+    size_t size_bytes;
+    char *text = read_file(*state, "job.json", &size_bytes);
+    check_valid(text, size_bytes, *state);
     free(text);
 }
 
@@ -136,16 +141,11 @@ static void check_printable(const char *text)
         if (*text < 0x20 || *text > 0x7e) fail_msg("byte %d in a fault", *text);
 }
 
-static void document_is_refused(void **state)
+static void check_refused(const char *text, size_t size_bytes, const char *expect)
 {
     static struct job job;
-    const char *folder = *state;
     struct fault fault = {0};
-    size_t size_bytes, expect_bytes;
     char found[PATH_BYTES];
-    char *text = read_file(folder, "job.json", &size_bytes);
-    char *expect = read_file(folder, "expect", &expect_bytes);
-    if (expect_bytes > 0) expect[expect_bytes - 1] = '\0'; /* its newline */
     const int error = read_exact(text, size_bytes, &job, &fault);
     if (!error) fail_msg("it is accepted");
     assert_int_equal(error, fault.code);
@@ -156,6 +156,15 @@ static void document_is_refused(void **state)
     assert_true(fault.detail[0] != '\0');
     check_printable(fault.pointer);
     check_printable(fault.detail);
+}
+
+static void document_is_refused(void **state)
+{
+    size_t size_bytes, expect_bytes;
+    char *text = read_file(*state, "job.json", &size_bytes);
+    char *expect = read_file(*state, "expect", &expect_bytes);
+    if (expect_bytes > 0) expect[expect_bytes - 1] = '\0'; /* its newline */
+    check_refused(text, size_bytes, expect);
     free(expect);
     free(text);
 }
@@ -251,6 +260,48 @@ TEST(environments_and_lenses_are_read)
                                &job),
                      0);
     assert_true(job.focus_distance == 0 && job.blades == 0);
+}
+
+/* Writes a document that holds `count` items between `head` and `tail`, each under a key of its
+ * own where `keyed`, and returns its length. */
+static size_t repeat_item(char *text, const char *head, bool keyed, const char *item, int count,
+                          const char *tail)
+{
+    char *end = text + sprintf(text, "%s", head);
+    for (int i = 0; i < count; i++) {
+        if (i > 0) *end++ = ',';
+        if (keyed) end += sprintf(end, "\"t/%03d.png\": ", i);
+        end += sprintf(end, "%s", item);
+    }
+    return (size_t)(end - text) + (size_t)sprintf(end, "%s", tail);
+}
+
+TEST(lists_have_limits)
+{
+    static const struct {
+        const char *head, *item, *tail, *expect;
+        int count_max;
+        bool keyed;
+    } lists[] = {
+        {"{" SCENE ", \"lights\": [",
+         "{\"type\": \"point\", \"position\": [1, 2, 3], \"intensity\": [10, 10, 10]}", "]}",
+         "LIMIT /lights", 64, false},
+        {"{\"scene\": {\"asset\": \"" ASSET "\", \"files\": {", "\"" ASSET "\"", "}}}",
+         "LIMIT /scene/files", 512, true},
+    };
+    char *text = malloc(LIMIT_JOB_BYTES);
+    assert_non_null(text);
+    for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++)
+        for (int over = 0; over < 2; over++) {
+            const size_t size_bytes =
+                repeat_item(text, lists[i].head, lists[i].keyed, lists[i].item,
+                            lists[i].count_max + over, lists[i].tail);
+            if (over)
+                check_refused(text, size_bytes, lists[i].expect);
+            else
+                check_valid(text, size_bytes, NULL);
+        }
+    free(text);
 }
 
 TEST(words_have_names)
