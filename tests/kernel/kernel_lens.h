@@ -5,9 +5,17 @@
 #include "server/reconstruct/lens/lens_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
-enum lens_kernel { LENS_GATHER, LENS_ADD, LENS_ADD_BEYOND, LENS_KERNEL_COUNT };
+enum lens_kernel {
+    LENS_GATHER,
+    LENS_ADD,
+    LENS_ADD_BEYOND,
+    LENS_ADD_FIXED,
+    LENS_ADD_FIXED_BEYOND,
+    LENS_KERNEL_COUNT
+};
 
-static const char *const lens_kernel_names[LENS_KERNEL_COUNT] = {"look", "add", "add beyond"};
+static const char *const lens_kernel_names[LENS_KERNEL_COUNT] = {
+    "lens look", "lens add", "lens add beyond", "lens add fixed", "lens fixed, far"};
 
 #define LENS_CASE_TAPS   113 /* a disc of six cells' radius */
 #define LENS_CASE_MARGIN 16
@@ -107,7 +115,8 @@ static inline void lens_case_run(const struct lens_case *k, const struct lens_ke
 {
     const uint32_t lanes = (uint32_t)(k->width / LENS_LANES * LENS_LANES);
     struct lens_splat splat = k->splat;
-    splat.beyond = kernel == LENS_ADD_BEYOND;
+    splat.beyond = kernel == LENS_ADD_BEYOND || kernel == LENS_ADD_FIXED_BEYOND;
+    splat.fixed = kernel == LENS_ADD_FIXED || kernel == LENS_ADD_FIXED_BEYOND;
     if (kernel != LENS_GATHER) memset(out, 0, lens_case_size(k, kernel) * sizeof *out);
     for (int32_t y = 0; y < k->height; y++) {
         const size_t row = (size_t)(y * k->stride);

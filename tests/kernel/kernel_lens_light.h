@@ -13,8 +13,8 @@ enum lens_light_kernel {
     LIT_LENS_KERNEL_COUNT
 };
 
-static const char *const lens_light_kernel_names[LIT_LENS_KERNEL_COUNT] = {"place", "own", "add",
-                                                                           "most"};
+static const char *const lens_light_kernel_names[LIT_LENS_KERNEL_COUNT] = {
+    "light place", "light own", "light add", "light most"};
 
 #define LENS_LIGHT_NUMBERS 6  /* along, height, left, length, slope, z */
 #define LENS_LIGHT_WORDS   5  /* seeds of three kinds, albedo, light */
@@ -121,9 +121,11 @@ static inline void lens_light_case_run(const struct lens_light_case *k,
     } else if (kernel == LIT_LENS_OWN) {
         kernels->own(k->words[4] + first, 0.25f, count, (float *[3]){out, out + n, out + 2 * n});
     } else if (kernel == LIT_LENS_ADD) {
-        for (uint32_t c = 0; c < 3; c++)
-            kernels->add(k->words[3] + first, k->number[5] + first, k->number[3] + first, c, count,
-                         out + c * n);
+        for (uint32_t c = 0; c < 3; c++) {
+            float *sum = out + c * n;
+            memcpy(sum, k->number[3] + first, count * sizeof *sum);
+            kernels->add(k->words[3] + first, k->number[5] + first, sum, c, count, sum);
+        }
     } else {
         out[0] = kernels->most(k->number[4] + first, count, 1.0f);
     }

@@ -1,23 +1,13 @@
 /* The kernels of the filter of lens samples of every instruction set give the reference's bits. */
-#include <math.h>
-#include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/lens/lens_field.h"
+#include "tests/kernel/kernel_lens.h"
 #include "tests/kernel/kernel_tests.h"
 #include "tests/unit/unit.h"
 
-#define STRIDE     96
-#define ROWS       24
-#define TAPS       57
-#define COUNT      48
-#define NUMBERS    67 /* of a row: no multiple of any vector */
-#define ADD_ARRAYS 10
-#define ALL_LANES  ((1u << LENS_LANES) - 1u)
-#define ADD_CELLS  (64 * 9)
-#define ADD_SUMS   (LENS_CELL_SUMS * (ADD_CELLS + LENS_LANES))
+#define COUNT     48
+#define NUMBERS   67 /* of a row: no multiple of any vector */
+#define ALL_LANES ((1u << LENS_LANES) - 1u)
 
 static float between(uint32_t *state, float low, float high)
 {
@@ -25,83 +15,19 @@ static float between(uint32_t *state, float low, float high)
     return low + (high - low) * (float)(*state >> 8) * 0x1p-24f;
 }
 
-static void compare_gather(const struct lens_kernels *tested, uint32_t seed)
-{
-    float *planes = malloc(LENS_CELL_PLANES * STRIDE * ROWS * sizeof *planes);
-    float expected[LENS_GROUPS * LENS_SUMS * COUNT], result[LENS_GROUPS * LENS_SUMS * COUNT];
-    struct lens_tap taps[TAPS];
-    struct lens_gather gather = {.taps = taps, .inner = {5, 13, 13, 40}, .end = {13, 13, 40, TAPS}};
-    for (size_t k = 0; k < LENS_CELL_PLANES; k++) {
-        gather.plane[k] = planes + k * STRIDE * ROWS;
-        for (size_t i = 0; i < STRIDE * ROWS; i++)
-            planes[k * STRIDE * ROWS + i] =
-                between(&seed, 0.0f, k == LENS_CELL_REACH ? 6.0f : 1.0f);
-    }
-    for (int t = 0; t < TAPS; t++) {
-        taps[t].at = (t / 8 - 4) * STRIDE + t % 8 - 4;
-        taps[t].distance = between(&seed, 0.0f, 6.0f);
-    }
-    lens_kernels_sse42.gather(&gather, 10 * STRIDE + 17, COUNT, expected, COUNT);
-    tested->gather(&gather, 10 * STRIDE + 17, COUNT, result, COUNT);
-    assert_memory_equal(expected, result, sizeof result);
-    free(planes);
-}
-
 static void fill(uint32_t *seed, float low, float high, size_t count, float *out)
 {
     for (size_t i = 0; i < count; i++) out[i] = between(seed, low, high);
 }
 
-/* A layer of slopes from 3 to 8, half of whose cells lie before `column`. */
-static struct lens_splat splat_of(float arrays[ADD_ARRAYS][NUMBERS], int32_t level)
+/* Looking at a layer, and adding to one. */
+static void compare_cells(const struct lens_kernels *tested, uint32_t seed, int32_t level)
 {
-    return (struct lens_splat){.along = arrays[3],
-                               .left = arrays[2],
-                               .chord = arrays[4],
-                               .height = arrays[0],
-                               .slope = arrays[1],
-                               .pass = arrays[5],
-                               .known = arrays[6],
-                               .light = {arrays[7], arrays[8], arrays[9]},
-                               .stratum = 1.0f,
-                               .strata_inverse = 1.0f / 3.0f,
-                               .x = 1003,
-                               .row_phase = level > 0 ? 1.0f : 0.0f,
-                               .fine = level < 0 ? -level : 0,
-                               .coarse = level > 0 ? level : 0,
-                               .cells =
-                                   level < 0 ? (float)(1 << -level) : 1.0f / (float)(1 << level),
-                               .low = 3.0f,
-                               .close = 2.25f,
-                               .high = 8.0f,
-                               .column = level < 0 ? 1010 << -level : 1010 >> level,
-                               .row = -5,
-                               .columns = 50,
-                               .rows = 9,
-                               .stride = 64,
-                               .spare = ADD_CELLS,
-                               .phase_step = 16};
-}
-
-static void compare_add(const struct lens_kernels *tested, uint32_t seed, int32_t level)
-{
-    static const float low[] = {-3, -12, -1, -0.5f, 0, -4, -1, 0, 0, 0};
-    static const float high[] = {3, 12, 0, 1, 2, 4, 1, 1, 2, 3};
-    static _Alignas(16) float expected[ADD_SUMS], result[ADD_SUMS];
-    float arrays[ADD_ARRAYS][NUMBERS];
-    for (size_t k = 0; k < ADD_ARRAYS; k++) fill(&seed, low[k], high[k], NUMBERS, arrays[k]);
-    struct lens_splat splat = splat_of(arrays, level);
-    for (int32_t k = 0; k < 4; k++) {
-        splat.beyond = k & 1;
-        splat.fixed = k >> 1;
-        for (uint32_t count = 1; count <= NUMBERS; count += 11) {
-            fill(&seed, 0.0f, 1.0f, ADD_SUMS, expected);
-            memcpy(result, expected, sizeof result);
-            lens_kernels_sse42.add(&splat, count, expected);
-            tested->add(&splat, count, result);
-            assert_memory_equal(expected, result, ADD_CELLS * LENS_CELL_SUMS * sizeof *result);
-        }
-    }
+    struct lens_case k;
+    lens_case_init(&k, 1 + (int32_t)(11 * seed) % NUMBERS, 3, seed, level);
+    for (enum lens_kernel i = 0; i < LENS_KERNEL_COUNT; i++)
+        assert_true(lens_case_compare(&k, tested, i) == 0.0f);
+    lens_case_fini(&k);
 }
 
 static void compare_slopes(const struct lens_kernels *tested, uint32_t seed)
@@ -239,8 +165,7 @@ TEST(layers_cover_all_slopes)
 static void compare(const struct lens_kernels *tested)
 {
     for (uint32_t seed = 1; seed <= 20; seed++) {
-        compare_gather(tested, seed);
-        for (int32_t level = -2; level <= 2; level++) compare_add(tested, seed, level);
+        for (int32_t level = -2; level <= 2; level++) compare_cells(tested, seed, level);
         compare_slopes(tested, seed);
         compare_finish(tested, seed);
         compare_focus(tested, seed);
