@@ -47,8 +47,8 @@ static struct shade look(const struct plan *plan, const struct world *w, float p
     return s;
 }
 
-static void put_pixel(struct samples *s, const struct plan *plan, const struct world *w, size_t i,
-                      int32_t x, int32_t y)
+static void put_pixel(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t i,
+                      const void *w)
 {
     struct shade centre = look(plan, w, (float)x + 0.5f, (float)y + 0.5f);
     bool hit = centre.depth > 0.0f;
@@ -78,18 +78,7 @@ static void put_pixel(struct samples *s, const struct plan *plan, const struct w
 
 struct samples *world_tile(const struct plan *plan, const struct world *w, uint32_t tile)
 {
-    struct tile_grid grid;
-    struct samples_layout layout;
-    struct samples *s;
-    tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    struct rect r = tile_grid_rect(&grid, tile);
-    assert_int_equal(samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r)), 0);
-    assert_int_equal(samples_create(&layout, &s), 0);
-    size_t i = 0;
-    for (int32_t y = r.y0; y < r.y1; y++) {
-        for (int32_t x = r.x0; x < r.x1; x++) put_pixel(s, plan, w, i++, x, y);
-    }
-    return s;
+    return picture_tile(plan, tile, put_pixel, w);
 }
 
 static double cpu_s(void)
@@ -102,42 +91,18 @@ static double cpu_s(void)
 struct image *render(const struct plan *plan, const struct world *w, int32_t block_px,
                      int32_t more_halo_px, struct block_statistics *sum, double *seconds)
 {
-    struct film *film;
+    struct film *film = picture_film(plan, block_px, more_halo_px);
     struct image *image;
-    struct tile_grid grid;
-    struct block_statistics statistics;
-    uint32_t block;
-    tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    assert_int_equal(
-        film_create(plan, block_px, block_core_px(plan), block_halo_px(plan) + more_halo_px, &film),
-        0);
     assert_int_equal(image_create(ALL_LAYERS, plan->width_px, plan->height_px, &image), 0);
-    for (uint32_t t = 0; t < tile_grid_count(&grid); t++) {
-        struct samples *s = w ? world_tile(plan, w, t) : synthetic_tile(plan, t);
-        assert_int_equal(film_land(film, t, 0, s), 0);
-    }
-    double start = cpu_s();
+    if (w)
+        picture_land_pixels(plan, film, put_pixel, w);
+    else
+        picture_land(plan, film, synthetic_tile_of, NULL);
+    const double start = cpu_s();
     if (sum) *sum = (struct block_statistics){0};
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(
-            block_reconstruct(plan, patch, film_block_rect(film, block), image, &statistics), 0);
-        patch_destroy(&patch);
-        film_block_done(film, block);
-        if (!sum) continue;
-        sum->sub_samples_unmatched += statistics.sub_samples_unmatched;
-        sum->pixels_background += statistics.pixels_background;
-    }
+    picture_draw(plan, film, image, sum);
     if (seconds) *seconds = cpu_s() - start;
     assert_true(film_complete(film));
     film_destroy(&film);
     return image;
-}
-
-float at(const struct image *image, const char *channel, int32_t x, int32_t y)
-{
-    const struct plane *plane = image_plane(image, channel);
-    assert_non_null(plane);
-    return *plane_at(plane, x, y);
 }

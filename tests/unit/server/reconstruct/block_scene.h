@@ -3,9 +3,7 @@
  * place, and its reconstruction block by block. */
 #include <stdbool.h>
 
-#include "server/film/film.h"
-#include "server/image/image.h"
-#include "server/reconstruct/block.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/synthetic.h"
 #include "tests/unit/unit.h"
 
@@ -33,8 +31,6 @@ struct samples *world_tile(const struct plan *plan, const struct world *w, uint3
 /* Lands all tiles, reconstructs all blocks. w NULL: the synthetic scene. */
 struct image *render(const struct plan *plan, const struct world *w, int32_t block_px,
                      int32_t more_halo_px, struct block_statistics *sum, double *seconds);
-
-float at(const struct image *image, const char *channel, int32_t x, int32_t y);
 
 static inline void make_plan(struct plan *plan, int32_t width, int32_t height)
 {

@@ -4,6 +4,8 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "tests/unit/server/reconstruct/film_picture.h"
+
 void filtered_plan(struct plan *plan, int32_t width, int32_t height, int32_t tile_px,
                    uint32_t filter, uint32_t lights)
 {
@@ -100,8 +102,8 @@ static void filtered_put_miss(struct samples *s, const struct plan *plan, uint32
     }
 }
 
-static void filtered_put(struct samples *s, const struct plan *plan,
-                         const struct filtered_world *world, int32_t x, int32_t y, size_t i)
+void filtered_put(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t i,
+                  const void *world)
 {
     const float up[3] = {0, 1, 0};
     float point[3], other[3];
@@ -134,15 +136,5 @@ static void filtered_put(struct samples *s, const struct plan *plan,
 struct samples *filtered_tile(const struct plan *plan, const struct filtered_world *world,
                               uint32_t tile)
 {
-    struct tile_grid grid;
-    struct samples_layout layout;
-    struct samples *s = NULL;
-    if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px)) return NULL;
-    struct rect r = tile_grid_rect(&grid, tile);
-    if (samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r))) return NULL;
-    if (samples_create(&layout, &s)) return NULL;
-    size_t i = 0;
-    for (int32_t y = r.y0; y < r.y1; y++)
-        for (int32_t x = r.x0; x < r.x1; x++) filtered_put(s, plan, world, x, y, i++);
-    return s;
+    return picture_tile(plan, tile, filtered_put, world);
 }

@@ -17,6 +17,10 @@ struct filtered_world {
 void filtered_plan(struct plan *plan, int32_t width, int32_t height, int32_t tile_px,
                    uint32_t filter, uint32_t lights);
 
+/* Fills a place of a tile; `world` is a struct filtered_world. */
+void filtered_put(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t i,
+                  const void *world);
+
 /* Owned by the caller; NULL on failed allocation. */
 struct samples *filtered_tile(const struct plan *plan, const struct filtered_world *world,
                               uint32_t tile);

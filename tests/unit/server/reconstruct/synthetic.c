@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "tests/unit/server/reconstruct/film_picture.h"
+
 void synthetic_plan(struct plan *plan, int32_t width, int32_t height, int32_t tile_px)
 {
     memset(plan, 0, sizeof *plan);
@@ -109,21 +111,21 @@ void synthetic_put(struct samples *s, const struct plan *plan, size_t i,
     samples_light_visibility(s, 0, 1)[i] = (uint8_t)(p->visibility >> 8);
 }
 
+static void put_pixel(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t i,
+                      const void *ctx)
+{
+    (void)ctx;
+    const struct synthetic_pixel p = synthetic_pixel(plan, x, y);
+    synthetic_put(s, plan, i, &p);
+}
+
 struct samples *synthetic_tile(const struct plan *plan, uint32_t tile)
 {
-    struct tile_grid grid;
-    struct samples_layout layout;
-    struct samples *s = NULL;
-    if (tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px)) return NULL;
-    struct rect r = tile_grid_rect(&grid, tile);
-    if (samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r))) return NULL;
-    if (samples_create(&layout, &s)) return NULL;
-    size_t i = 0;
-    for (int32_t y = r.y0; y < r.y1; y++) {
-        for (int32_t x = r.x0; x < r.x1; x++) {
-            struct synthetic_pixel p = synthetic_pixel(plan, x, y);
-            synthetic_put(s, plan, i++, &p);
-        }
-    }
-    return s;
+    return picture_tile(plan, tile, put_pixel, NULL);
+}
+
+struct samples *synthetic_tile_of(const struct plan *plan, uint32_t tile, const void *ctx)
+{
+    (void)ctx;
+    return synthetic_tile(plan, tile);
 }

@@ -31,3 +31,5 @@ void synthetic_put(struct samples *s, const struct plan *plan, size_t i,
 
 /* Owned by the caller; NULL on failed allocation. */
 struct samples *synthetic_tile(const struct plan *plan, uint32_t tile);
+/* Does the same, for picture_land. */
+struct samples *synthetic_tile_of(const struct plan *plan, uint32_t tile, const void *ctx);

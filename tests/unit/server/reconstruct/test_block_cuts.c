@@ -22,12 +22,12 @@ TEST(a_constant_field_stays_constant)
                 plan.planes &= ~(PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) |
                                  PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID));
             struct image *image = render(&plan, &world, 16, 0, &sum, NULL);
-            float first = at(image, "R", 0, 0);
+            float first = picture_at(image, "R", 0, 0);
             assert_true(fabsf(first - 0.5f) < 1e-4f);
             for (int32_t y = 0; y < plan.height_px; y++) {
                 for (int32_t x = 0; x < plan.width_px; x++) {
-                    assert_true(at(image, "G", x, y) == first);
-                    assert_true(at(image, "A", x, y) == 1.0f);
+                    assert_true(picture_at(image, "G", x, y) == first);
+                    assert_true(picture_at(image, "A", x, y) == 1.0f);
                 }
             }
             assert_int_equal(sum.sub_samples_unmatched, 0);

@@ -42,7 +42,7 @@ TEST(a_stray_sub_sample_is_counted)
     assert_int_equal(image_create(ALL_LAYERS, 8, 8, &image), 0);
     assert_int_equal(block_reconstruct(&plan, patch, patch->rect, image, &sum), 0);
     assert_int_equal(sum.sub_samples_unmatched, 1);
-    assert_true(at(image, "R", 3, 3) == at(image, "R", 0, 0));
+    assert_true(picture_at(image, "R", 3, 3) == picture_at(image, "R", 0, 0));
     struct rect outside = {0, 0, 9, 8};
     assert_int_equal(block_reconstruct(&plan, patch, outside, image, &sum), ERR_RANGE);
     patch_destroy(&patch);
@@ -60,14 +60,15 @@ TEST(layers_hold_what_they_say)
             struct synthetic_pixel p = synthetic_pixel(&plan, x, y);
             bool hit = p.depth > 0.0f;
             float seen = (float)__builtin_popcount(p.visibility) / 9.0f;
-            assert_true(at(image, "depth.Z", x, y) == p.depth);
-            assert_true(at(image, "id.I", x, y) == (float)p.id);
-            assert_true(fabsf(at(image, "normal.Y", x, y) - p.normal[1]) < 1e-4f);
-            assert_true(at(image, "samples.N", x, y) == (hit ? 18.0f : 0.0f));
-            assert_true(at(image, "visibility.V", x, y) == (hit ? seen : 0.0f));
-            float sum = at(image, "direct.G", x, y) + at(image, "indirect.G", x, y) +
-                        at(image, "emission.G", x, y);
-            assert_true(fabsf(at(image, "G", x, y) - sum) <= 1e-5f * fmaxf(sum, 1.0f));
+            assert_true(picture_at(image, "depth.Z", x, y) == p.depth);
+            assert_true(picture_at(image, "id.I", x, y) == (float)p.id);
+            assert_true(fabsf(picture_at(image, "normal.Y", x, y) - p.normal[1]) < 1e-4f);
+            assert_true(picture_at(image, "samples.N", x, y) == (hit ? 18.0f : 0.0f));
+            assert_true(picture_at(image, "visibility.V", x, y) == (hit ? seen : 0.0f));
+            float sum = picture_at(image, "direct.G", x, y) +
+                        picture_at(image, "indirect.G", x, y) +
+                        picture_at(image, "emission.G", x, y);
+            assert_true(fabsf(picture_at(image, "G", x, y) - sum) <= 1e-5f * fmaxf(sum, 1.0f));
         }
     }
     image_destroy(&image);

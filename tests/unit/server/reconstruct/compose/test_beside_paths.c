@@ -1,56 +1,26 @@
 /* Indirect light and occlusion of light fields: filtered blocks, alone and beside paths. */
 #include "proto/job/job.h"
-#include "server/film/film.h"
-#include "server/reconstruct/block.h"
 #include "server/reconstruct/lighting/lighting.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
 #include "tests/unit/unit.h"
 
 #define LAYERS (LAYERS_AVAILABLE & ~LAYER_ERROR)
 
-static void add_statistics(const struct block_statistics *one, struct block_statistics *sum)
-{
-    sum->sub_samples_unmatched += one->sub_samples_unmatched;
-    sum->pixels_background += one->pixels_background;
-    sum->indirect.pixels_filtered += one->indirect.pixels_filtered;
-    sum->indirect.pixels_skipped += one->indirect.pixels_skipped;
-    sum->indirect.blocks_skipped += one->indirect.blocks_skipped;
-    sum->indirect_cpu_us += one->indirect_cpu_us;
-    sum->shadow_cpu_us += one->shadow_cpu_us;
-}
-
-static void draw(const struct plan *plan, struct film *film, struct image *image,
-                 struct block_statistics *sum)
-{
-    uint32_t block;
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        struct block_statistics one;
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(block_reconstruct(plan, patch, film_block_rect(film, block), image, &one),
-                         0);
-        patch_destroy(&patch);
-        if (film_block_done(film, block)) add_statistics(&one, sum);
-    }
-}
-
 /* The picture after `passes` passes. */
 static struct image *render_cut(const struct plan *plan, int32_t block_px, int32_t more_halo_px,
                                 uint32_t passes, struct block_statistics *sum)
 {
-    struct film *film;
+    struct film *film = picture_film(plan, block_px, more_halo_px);
     struct image *image;
     struct tile_grid grid;
     *sum = (struct block_statistics){0};
     tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    assert_int_equal(
-        film_create(plan, block_px, block_core_px(plan), block_halo_px(plan) + more_halo_px, &film),
-        0);
     assert_int_equal(image_create(LAYERS, plan->width_px, plan->height_px, &image), 0);
     for (uint32_t p = 0; p < passes; p++)
         for (uint32_t t = 0; t < tile_grid_count(&grid); t++) {
             assert_int_equal(film_land(film, t, p, synthetic_pass(plan, t, p)), 0);
-            draw(plan, film, image, sum);
+            picture_draw(plan, film, image, sum);
         }
     assert_true(film_complete(film) == (passes == plan_pass_count(plan)));
     film_destroy(&film);
@@ -62,13 +32,6 @@ static struct image *render(const struct plan *plan, uint32_t passes, struct blo
     return render_cut(plan, block_side_px(plan), 0, passes, sum);
 }
 
-static const float *channel(const struct image *image, const char *name)
-{
-    const struct plane *plane = image_plane(image, name);
-    assert_non_null(plane);
-    return plane->data;
-}
-
 static size_t area_of(const struct image *image)
 {
     return (size_t)image->width_px * (size_t)image->height_px;
@@ -76,13 +39,15 @@ static size_t area_of(const struct image *image)
 
 static void same(const struct image *a, const struct image *b, const char *name)
 {
-    assert_memory_equal(channel(a, name), channel(b, name), area_of(a) * sizeof(float));
+    assert_memory_equal(picture_channel(a, name), picture_channel(b, name),
+                        area_of(a) * sizeof(float));
 }
 
 static void is_sum(const struct image *sum, const char *name, const struct image *a,
                    const char *of_a, const struct image *b, const char *of_b)
 {
-    const float *s = channel(sum, name), *x = channel(a, of_a), *y = channel(b, of_b);
+    const float *s = picture_channel(sum, name), *x = picture_channel(a, of_a),
+                *y = picture_channel(b, of_b);
     for (size_t i = 0; i < area_of(sum); i++) assert_true(s[i] == x[i] + y[i]);
 }
 
@@ -178,8 +143,10 @@ TEST(averages_are_what_was_measured)
     struct plan plan;
     synthetic_beside_plan(&plan, 50, 40, 32, 1);
     struct image *image = render(&plan, 1, &sum);
-    const float *open = channel(image, "occlusion.O"), *red = channel(image, "diffuse_indirect.R");
-    const float *samples = channel(image, "samples.N"), *width = channel(image, "filter_width.W");
+    const float *open = picture_channel(image, "occlusion.O"),
+                *red = picture_channel(image, "diffuse_indirect.R");
+    const float *samples = picture_channel(image, "samples.N"),
+                *width = picture_channel(image, "filter_width.W");
     for (int32_t y = 0, i = 0; y < 40; y++)
         for (int32_t x = 0; x < 50; x++, i++) {
             const struct synthetic_pixel p = synthetic_pixel(&plan, x, y);
@@ -207,8 +174,8 @@ TEST(counters_add_up)
     struct image *image = render(&plan, 2, &sum);
     uint64_t there = 0, wide = 0;
     for (size_t i = 0; i < area_of(image); i++) {
-        there += channel(image, "depth.Z")[i] > 0.0f;
-        wide += channel(image, "filter_width.W")[i] > 0.0f;
+        there += picture_channel(image, "depth.Z")[i] > 0.0f;
+        wide += picture_channel(image, "filter_width.W")[i] > 0.0f;
     }
     assert_int_equal(sum.indirect.pixels_filtered, there);
     assert_int_equal(sum.indirect.pixels_skipped, area_of(image) - there);
@@ -330,7 +297,7 @@ TEST(openness_is_a_share)
         assert_int_equal(image_create(LAYER_OCCLUSION, 80, 40, &image), 0);
         fill_wall(patch, plan.length_unit);
         assert_int_equal(block_reconstruct(&plan, patch, rect, image, &statistics), 0);
-        const float *open = channel(image, "occlusion.O");
+        const float *open = picture_channel(image, "occlusion.O");
         for (size_t i = 0; i < area_of(image); i++) assert_true(open[i] >= 0.0f && open[i] <= 1.0f);
         patch_destroy(&patch);
         image_destroy(&image);

@@ -4,8 +4,7 @@
 #include "proto/half.h"
 #include "proto/job/job.h"
 #include "proto/samples.h"
-#include "server/film/film.h"
-#include "server/reconstruct/block.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/unit.h"
 
 enum { WIDTH = 41, HEIGHT = 23, TILE = 16 };
@@ -48,82 +47,50 @@ static float coverage_at(int32_t x, int32_t y)
     return (x + y) % 7 == 0 ? 0.0f : 0.75f;
 }
 
-static struct samples *tile_of(const struct plan *plan, struct rect r)
+static void put_pixel(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t at,
+                      const void *ctx)
 {
-    struct samples_layout layout;
-    struct samples *s;
+    (void)ctx;
     const uint32_t n = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    assert_int_equal(samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r)), 0);
-    assert_int_equal(samples_create(&layout, &s), 0);
-    size_t at = 0;
-    for (int32_t y = r.y0; y < r.y1; y++)
-        for (int32_t x = r.x0; x < r.x1; x++, at++) {
-            samples_f32(s, PLANE_DEPTH, 0)[at] = 1.0f + (float)x;
-            samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = half_from_float(coverage_at(x, y));
-            for (uint32_t k = 0; k < n; k++) {
-                samples_u16(s, PLANE_LENS_SLOPE, k)[at] = half_from_float(slope_at(x, y, k));
-                for (uint32_t c = 0; c < 3; c++)
-                    samples_f32(s, PLANE_LENS_RADIANCE, k * 3 + c)[at] = radiance_at(x, y, k, c);
-            }
-        }
-    return s;
-}
-
-static void land_all(const struct plan *plan, struct film *film)
-{
-    struct tile_grid grid;
-    assert_int_equal(tile_grid_init(&grid, WIDTH, HEIGHT, TILE), 0);
-    for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
-        assert_int_equal(film_land(film, t, 0, tile_of(plan, tile_grid_rect(&grid, t))), 0);
-}
-
-static float value(const struct image *image, const char *channel, int32_t x, int32_t y)
-{
-    const struct plane *plane = image_plane(image, channel);
-    assert_non_null(plane);
-    return *plane_at(plane, x, y);
+    samples_f32(s, PLANE_DEPTH, 0)[at] = 1.0f + (float)x;
+    samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = half_from_float(coverage_at(x, y));
+    for (uint32_t k = 0; k < n; k++) {
+        samples_u16(s, PLANE_LENS_SLOPE, k)[at] = half_from_float(slope_at(x, y, k));
+        for (uint32_t c = 0; c < 3; c++)
+            samples_f32(s, PLANE_LENS_RADIANCE, k * 3 + c)[at] = radiance_at(x, y, k, c);
+    }
 }
 
 TEST(pictures_are_averages)
 {
     static const char *const names[] = {"R", "G", "B"};
     struct plan plan;
-    struct film *film;
     struct image *image;
-    uint32_t block;
-    uint64_t background = 0, expected = 0;
+    struct block_statistics found = {0};
+    uint64_t expected = 0;
     lens_plan(&plan, 3);
-    assert_int_equal(film_create(&plan, 16, block_core_px(&plan), block_halo_px(&plan), &film), 0);
+    struct film *film = picture_film(&plan, 16, 0);
     assert_int_equal(image_create(LAYER_BEAUTY | LAYER_SAMPLES | LAYER_DEPTH | LAYER_FILTER_WIDTH,
                                   WIDTH, HEIGHT, &image),
                      0);
-    land_all(&plan, film);
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        struct block_statistics statistics;
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(
-            block_reconstruct(&plan, patch, film_block_rect(film, block), image, &statistics), 0);
-        background += statistics.pixels_background;
-        assert_true(statistics.lens.pixels_filtered == 0 && statistics.lens_cpu_us == 0);
-        patch_destroy(&patch);
-        film_block_done(film, block);
-    }
+    picture_land_pixels(&plan, film, put_pixel, NULL);
+    picture_draw(&plan, film, image, &found);
+    assert_true(found.lens.pixels_filtered == 0 && found.lens_cpu_us == 0);
     assert_true(film_complete(film) && film_bytes(film) == 0);
     for (int32_t y = 0; y < HEIGHT; y++)
         for (int32_t x = 0; x < WIDTH; x++) {
             for (uint32_t c = 0; c < 3; c++) {
                 float sum = 0.0f;
                 for (uint32_t k = 0; k < 9; k++) sum += radiance_at(x, y, k, c);
-                assert_true(fabsf(value(image, names[c], x, y) - sum / 9.0f) < 1e-6f);
+                assert_true(fabsf(picture_at(image, names[c], x, y) - sum / 9.0f) < 1e-6f);
             }
-            assert_true(value(image, "A", x, y) == coverage_at(x, y));
-            assert_true(value(image, "samples.N", x, y) == 9.0f);
-            assert_true(value(image, "filter_width.W", x, y) == 0.0f);
-            assert_true(value(image, "depth.Z", x, y) == 1.0f + (float)x);
+            assert_true(picture_at(image, "A", x, y) == coverage_at(x, y));
+            assert_true(picture_at(image, "samples.N", x, y) == 9.0f);
+            assert_true(picture_at(image, "filter_width.W", x, y) == 0.0f);
+            assert_true(picture_at(image, "depth.Z", x, y) == 1.0f + (float)x);
             expected += coverage_at(x, y) > 0.0f ? 0 : 1;
         }
-    assert_true(expected > 0 && background == expected);
+    assert_true(expected > 0 && found.pixels_background == expected);
     image_destroy(&image);
     film_destroy(&film);
 }
@@ -137,7 +104,7 @@ TEST(patches_hold_samples)
     lens_plan(&plan, 2);
     plan.lens_filter = LENS_FILTER_SHEARED;
     assert_int_equal(film_create(&plan, 16, 5, 5, &film), 0);
-    land_all(&plan, film);
+    picture_land_pixels(&plan, film, put_pixel, NULL);
     while (film_next_ready(film, &block)) {
         struct patch *patch;
         assert_int_equal(film_gather(film, block, &patch), 0);
@@ -176,7 +143,7 @@ TEST(bright_samples_stay_finite)
     for (size_t i = 0; i < 16 * 16 * 3; i++) patch->lens_radiance[i] = 1e38f;
     assert_int_equal(image_create(LAYER_BEAUTY, 4, 4, &image), 0);
     assert_int_equal(block_reconstruct(&plan, patch, all, image, &statistics), 0);
-    assert_true(isfinite(value(image, "G", 2, 3)) && value(image, "G", 2, 3) > 1e29f);
+    assert_true(isfinite(picture_at(image, "G", 2, 3)) && picture_at(image, "G", 2, 3) > 1e29f);
     assert_int_equal(statistics.pixels_background, 0);
     image_destroy(&image);
     patch_destroy(&patch);

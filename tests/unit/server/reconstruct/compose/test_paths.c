@@ -3,17 +3,9 @@
 #include <string.h>
 
 #include "proto/job/job.h"
-#include "server/film/film.h"
-#include "server/reconstruct/block.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/synthetic_paths.h"
 #include "tests/unit/unit.h"
-
-static float at(const struct image *image, const char *channel, int32_t x, int32_t y)
-{
-    const struct plane *plane = image_plane(image, channel);
-    assert_non_null(plane);
-    return *plane_at(plane, x, y);
-}
 
 /* Draws every block that is ready; returns how many pixels no sample of which meets a surface. */
 static uint64_t draw(const struct plan *plan, struct film *film, struct image *image)
@@ -42,7 +34,7 @@ static void is_mean(const struct plan *plan, const struct image *image, const ch
                     enum plane_id plane, uint32_t c, int32_t x, int32_t y, uint32_t passes)
 {
     const float sum = synthetic_passes_sum(plan, plane, x, y, passes, c);
-    assert_true(at(image, channel, x, y) == sum / (float)plan_pass_spp(plan, passes));
+    assert_true(picture_at(image, channel, x, y) == sum / (float)plan_pass_spp(plan, passes));
 }
 
 static void check_pixel(const struct plan *plan, const struct image *image, int32_t x, int32_t y,
@@ -68,9 +60,9 @@ static void check_pixel(const struct plan *plan, const struct image *image, int3
     }
     is_mean(plan, image, "A", PLANE_PATH_COVERAGE, 0, x, y, passes);
     is_mean(plan, image, "occlusion.O", PLANE_PATH_OCCLUSION, 0, x, y, passes);
-    assert_true((double)at(image, "samples.N", x, y) == n);
-    assert_true(at(image, "depth.Z", x, y) == synthetic_pixel(plan, x, y).depth);
-    assert_true(at(image, "id.I", x, y) == (float)synthetic_pixel(plan, x, y).id);
+    assert_true((double)picture_at(image, "samples.N", x, y) == n);
+    assert_true(picture_at(image, "depth.Z", x, y) == synthetic_pixel(plan, x, y).depth);
+    assert_true(picture_at(image, "id.I", x, y) == (float)synthetic_pixel(plan, x, y).id);
 }
 
 /* Tiles of one block stand at different passes; each pixel is divided by its own count. */
@@ -80,15 +72,13 @@ TEST(every_layer_is_the_mean_so_far)
     struct film *film;
     struct image *image;
     synthetic_paths_plan(&plan, 40, 20, 16, 100);
-    assert_int_equal(
-        film_create(&plan, block_side_px(&plan), block_core_px(&plan), block_halo_px(&plan), &film),
-        0);
+    film = picture_film(&plan, block_side_px(&plan), 0);
     assert_int_equal(image_create(LAYERS_AVAILABLE, 40, 20, &image), 0);
     for (uint32_t t = 1; t < 6; t++) land(film, &plan, t, 0);
     land(film, &plan, 4, 1);
     land(film, &plan, 4, 2);
     assert_int_equal(draw(&plan, film, image), 0);
-    assert_true(at(image, "samples.N", 20, 18) == 0.0f);
+    assert_true(picture_at(image, "samples.N", 20, 18) == 0.0f);
     land(film, &plan, 0, 0);
     draw(&plan, film, image);
     for (int32_t y = 0; y < 20; y++)
@@ -101,7 +91,7 @@ TEST(every_layer_is_the_mean_so_far)
     for (int32_t y = 0; y < 20; y++)
         for (int32_t x = 0; x < 40; x++) {
             check_pixel(&plan, image, x, y, 4);
-            expected += at(image, "A", x, y) == 0.0f;
+            expected += picture_at(image, "A", x, y) == 0.0f;
         }
     assert_true(film_complete(film) && expected > 0);
     assert_int_equal(background, expected);
@@ -142,8 +132,8 @@ TEST(a_single_sample_has_no_error)
     land(film, &plan, 0, 0);
     draw(&plan, film, image);
     for (int32_t i = 0; i < 64; i++) {
-        assert_true(at(image, "error.G", i % 8, i / 8) == 0.0f);
-        assert_true(at(image, "G", i % 8, i / 8) ==
+        assert_true(picture_at(image, "error.G", i % 8, i / 8) == 0.0f);
+        assert_true(picture_at(image, "G", i % 8, i / 8) ==
                     synthetic_path(PLANE_PATH_RADIANCE, i % 8, i / 8, 0, 1));
     }
     image_destroy(&image);
@@ -169,10 +159,11 @@ TEST(pictures_are_finite)
     }
     assert_int_equal(block_reconstruct(&plan, patch, all, image, &statistics), 0);
     for (int32_t x = 0; x < 4; x++) {
-        assert_true(isfinite(at(image, "R", x, 0)) && at(image, "R", x, 0) >= 0.0f);
-        assert_true(isfinite(at(image, "error.B", x, 0)) && at(image, "error.B", x, 0) >= 0.0f);
+        assert_true(isfinite(picture_at(image, "R", x, 0)) && picture_at(image, "R", x, 0) >= 0.0f);
+        assert_true(isfinite(picture_at(image, "error.B", x, 0)) &&
+                    picture_at(image, "error.B", x, 0) >= 0.0f);
     }
-    assert_true(at(image, "R", 3, 0) == 1.0f / 16.0f);
+    assert_true(picture_at(image, "R", 3, 0) == 1.0f / 16.0f);
     image_destroy(&image);
     patch_destroy(&patch);
 }
@@ -191,9 +182,10 @@ TEST(absent_planes_leave_zeros)
     assert_int_equal(image_create(LAYERS_AVAILABLE, 8, 8, &image), 0);
     land(film, &plan, 0, 0);
     assert_int_equal(draw(&plan, film, image), 0);
-    assert_true(at(image, "R", 3, 3) > 0.0f);
-    assert_true(at(image, "A", 3, 3) == 0.0f && at(image, "error.R", 3, 3) == 0.0f);
-    assert_true(at(image, "occlusion.O", 3, 3) == 0.0f && at(image, "albedo.R", 3, 3) == 0.0f);
+    assert_true(picture_at(image, "R", 3, 3) > 0.0f);
+    assert_true(picture_at(image, "A", 3, 3) == 0.0f && picture_at(image, "error.R", 3, 3) == 0.0f);
+    assert_true(picture_at(image, "occlusion.O", 3, 3) == 0.0f &&
+                picture_at(image, "albedo.R", 3, 3) == 0.0f);
     image_destroy(&image);
     film_destroy(&film);
 }
@@ -213,7 +205,7 @@ TEST(the_error_is_the_same_for_any_block)
         assert_int_equal(image_create(LAYER_BEAUTY | LAYER_ERROR, 150, 140, &image), 0);
         for (uint32_t t = 0; t < 25; t++) land(film, &plan, t, 0);
         draw(&plan, film, image);
-        assert_true(film_complete(film) && at(image, "error.G", 70, 70) > 0.0f);
+        assert_true(film_complete(film) && picture_at(image, "error.G", 70, 70) > 0.0f);
         film_destroy(&film);
         if (!first) {
             first = image;

@@ -6,7 +6,7 @@
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
 #include "proto/shared_exponent.h"
-#include "tests/unit/unit.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 
 float wall_edge = 0.5f * SIDE;
 bool wall_noise;
@@ -77,30 +77,20 @@ static void put_sample(const struct plan *plan, struct samples *s, int32_t x, in
     samples_f32(s, PLANE_LENS_RADIANCE, k * 3 + 2)[at] = 0.125f; /* shines by itself */
 }
 
-static struct samples *tile_of(const struct plan *plan, struct rect r)
+static void put_pixel(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t at,
+                      const void *ctx)
 {
+    (void)ctx;
     static const float normal[3] = {0, 0, 1};
-    struct samples_layout layout;
-    struct samples *s;
-    size_t at = 0;
-    assert_int_equal(samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r)), 0);
-    assert_int_equal(samples_create(&layout, &s), 0);
-    for (int32_t y = r.y0; y < r.y1; y++)
-        for (int32_t x = r.x0; x < r.x1; x++, at++) {
-            float from[3], d[3];
-            plan_camera_ray(plan, (float)x + 0.5f, (float)y + 0.5f, from, d);
-            samples_f32(s, PLANE_DEPTH, 0)[at] = depth_at((float)x + 0.5f) / -d[2];
-            samples_u32(s, PLANE_NORMAL, 0)[at] = octahedron_pack16(normal);
-            samples_light_irradiance(s, 0)[at] = wall_irradiance((float)x + 0.5f, (float)y + 0.5f);
-            for (uint32_t k = 0; k < N; k++) put_sample(plan, s, x, y, k, at);
-        }
-    return s;
+    float from[3], d[3];
+    plan_camera_ray(plan, (float)x + 0.5f, (float)y + 0.5f, from, d);
+    samples_f32(s, PLANE_DEPTH, 0)[at] = depth_at((float)x + 0.5f) / -d[2];
+    samples_u32(s, PLANE_NORMAL, 0)[at] = octahedron_pack16(normal);
+    samples_light_irradiance(s, 0)[at] = wall_irradiance((float)x + 0.5f, (float)y + 0.5f);
+    for (uint32_t k = 0; k < N; k++) put_sample(plan, s, x, y, k, at);
 }
 
 void wall_land(const struct plan *plan, struct film *film)
 {
-    struct tile_grid grid;
-    assert_int_equal(tile_grid_init(&grid, SIDE, SIDE, TILE), 0);
-    for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
-        assert_int_equal(film_land(film, t, 0, tile_of(plan, tile_grid_rect(&grid, t))), 0);
+    picture_land_pixels(plan, film, put_pixel, NULL);
 }

@@ -10,8 +10,7 @@
 #include "proto/octahedron.h"
 #include "proto/pattern_path.h"
 #include "proto/shared_exponent.h"
-#include "server/film/film.h"
-#include "server/reconstruct/block.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
 #include "tests/unit/unit.h"
 
@@ -124,54 +123,27 @@ static float wall_at(float x)
     return x < EDGE ? NEAR_Z : FAR_Z;
 }
 
-static struct samples *tile_of(const struct plan *plan, struct rect r)
+static void put_pixel(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t at,
+                      const void *ctx)
 {
+    (void)ctx;
     static const float normal[3] = {0, 0, 1};
-    struct samples_layout layout;
-    struct samples *s;
-    size_t at = 0;
-    assert_int_equal(samples_layout_init(&layout, plan, 0, rect_width(r), rect_height(r)), 0);
-    assert_int_equal(samples_create(&layout, &s), 0);
-    for (int32_t y = r.y0; y < r.y1; y++)
-        for (int32_t x = r.x0; x < r.x1; x++, at++) {
-            const float cx = (float)x + 0.5f, cy = (float)y + 0.5f, z = wall_at(cx);
-            float from[3], d[3];
-            plan_camera_ray(plan, cx, cy, from, d);
-            samples_f32(s, PLANE_DEPTH, 0)[at] = z / -d[2];
-            samples_u32(s, PLANE_NORMAL, 0)[at] = octahedron_pack16(normal);
-            samples_light_irradiance(s, 0)[at] = irradiance_at(z, cx, cy);
-            for (uint32_t k = 0; k < N; k++) put_sample(plan, s, x, y, k, at);
-        }
-    return s;
-}
-
-static struct film *film_of(const struct plan *plan, int32_t block_px)
-{
-    struct tile_grid grid;
-    struct film *film;
-    assert_int_equal(film_create(plan, block_px, block_core_px(plan), block_halo_px(plan), &film),
-                     0);
-    assert_int_equal(tile_grid_init(&grid, SIDE, SIDE, TILE), 0);
-    for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
-        assert_int_equal(film_land(film, t, 0, tile_of(plan, tile_grid_rect(&grid, t))), 0);
-    return film;
+    const float cx = (float)x + 0.5f, cy = (float)y + 0.5f, z = wall_at(cx);
+    float from[3], d[3];
+    plan_camera_ray(plan, cx, cy, from, d);
+    samples_f32(s, PLANE_DEPTH, 0)[at] = z / -d[2];
+    samples_u32(s, PLANE_NORMAL, 0)[at] = octahedron_pack16(normal);
+    samples_light_irradiance(s, 0)[at] = irradiance_at(z, cx, cy);
+    for (uint32_t k = 0; k < N; k++) put_sample(plan, s, x, y, k, at);
 }
 
 static struct image *picture(const struct plan *plan)
 {
-    struct film *film = film_of(plan, 64);
+    struct film *film = picture_film(plan, 64, 0);
     struct image *image;
-    uint32_t block;
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        struct block_statistics statistics;
-        const struct rect rect = film_block_rect(film, block);
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(block_reconstruct(plan, patch, rect, image, &statistics), 0);
-        patch_destroy(&patch);
-        film_block_done(film, block);
-    }
+    picture_land_pixels(plan, film, put_pixel, NULL);
+    picture_draw(plan, film, image, NULL);
     film_destroy(&film);
     return image;
 }

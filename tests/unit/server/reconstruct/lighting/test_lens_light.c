@@ -3,34 +3,22 @@
 #include <stdlib.h>
 
 #include "proto/job/job.h"
-#include "server/reconstruct/block.h"
 #include "server/reconstruct/lens/lens.h"
 #include "server/reconstruct/lighting/lens_light.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/lighting/lens_wall.h"
 #include "tests/unit/unit.h"
 
 static struct image *picture(const struct plan *plan, int32_t block_px,
                              struct lens_light_statistics *sum)
 {
-    struct film *film;
+    struct film *film = picture_film(plan, block_px, 0);
     struct image *image;
-    uint32_t block;
-    *sum = (struct lens_light_statistics){0};
-    assert_int_equal(film_create(plan, block_px, block_core_px(plan), block_halo_px(plan), &film),
-                     0);
+    struct block_statistics all = {0};
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
     wall_land(plan, film);
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        struct block_statistics statistics;
-        const struct rect rect = film_block_rect(film, block);
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(block_reconstruct(plan, patch, rect, image, &statistics), 0);
-        sum->samples_lit += statistics.lens_light.samples_lit;
-        sum->samples_own += statistics.lens_light.samples_own;
-        patch_destroy(&patch);
-        film_block_done(film, block);
-    }
+    picture_draw(plan, film, image, &all);
+    *sum = all.lens_light;
     film_destroy(&film);
     return image;
 }
@@ -119,7 +107,6 @@ TEST(second_sets_go_where_lit_samples_differ)
     static uint8_t levels[SIDE * SIDE];
     struct block_statistics statistics;
     struct plan plan;
-    struct film *film;
     struct patch *patch;
     struct image *image;
     uint32_t block;
@@ -127,8 +114,7 @@ TEST(second_sets_go_where_lit_samples_differ)
     wall_plan(&plan, LENS_FILTER_SHEARED);
     plan.planes |= PLANE_BIT(LENS_MORE);
     plan.lens_extra = 9;
-    assert_int_equal(film_create(&plan, SIDE, block_core_px(&plan), block_halo_px(&plan), &film),
-                     0);
+    struct film *film = picture_film(&plan, SIDE, 0);
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
     wall_land(&plan, film);
     assert_true(film_next_ready(film, &block));

@@ -3,9 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/film/film.h"
-#include "server/image/image.h"
-#include "server/reconstruct/block.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/filtered_case.h"
 #include "tests/unit/unit.h"
 
@@ -18,32 +16,12 @@ static const struct filtered_world nothing = {.shelf_height = 1.5f};
 static struct image *render(const struct plan *plan, const struct filtered_world *world,
                             int32_t block_px, int32_t more_halo_px, struct block_statistics *sum)
 {
-    struct film *film;
+    struct film *film = picture_film(plan, block_px, more_halo_px);
     struct image *image;
-    struct tile_grid grid;
-    struct block_statistics one;
-    uint32_t block;
     *sum = (struct block_statistics){0};
-    tile_grid_init(&grid, plan->width_px, plan->height_px, plan->tile_px);
-    assert_int_equal(
-        film_create(plan, block_px, block_core_px(plan), block_halo_px(plan) + more_halo_px, &film),
-        0);
     assert_int_equal(image_create(LAYERS, plan->width_px, plan->height_px, &image), 0);
-    for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
-        assert_int_equal(film_land(film, t, 0, filtered_tile(plan, world, t)), 0);
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(block_reconstruct(plan, patch, film_block_rect(film, block), image, &one),
-                         0);
-        patch_destroy(&patch);
-        film_block_done(film, block);
-        sum->shadow.pixels_filtered += one.shadow.pixels_filtered;
-        sum->shadow.pixels_alone += one.shadow.pixels_alone;
-        sum->shadow.pixels_unlit += one.shadow.pixels_unlit;
-        sum->shadow.blocks_skipped += one.shadow.blocks_skipped;
-        sum->shadow_cpu_us += one.shadow_cpu_us;
-    }
+    picture_land_pixels(plan, film, filtered_put, world);
+    picture_draw(plan, film, image, sum);
     assert_true(film_complete(film));
     film_destroy(&film);
     return image;
@@ -57,13 +35,6 @@ static size_t area_of(const struct image *image)
 static void assert_same(const struct image *a, const struct image *b)
 {
     assert_memory_equal(a->data, b->data, area_of(a) * a->channel_count * sizeof(float));
-}
-
-static const float *channel(const struct image *image, const char *name)
-{
-    const struct plane *plane = image_plane(image, name);
-    assert_non_null(plane);
-    return plane->data;
 }
 
 TEST(no_cut_changes_a_bit)
@@ -102,7 +73,7 @@ TEST(counters_add_up)
                              sum.shadow.pixels_unlit,
                          rectangles * area_of(image));
         assert_true(sum.shadow.pixels_unlit > 100); /* beside the floor */
-        const float *width_px = channel(image, "filter_width.W");
+        const float *width_px = picture_channel(image, "filter_width.W");
         uint64_t wide = 0;
         for (size_t i = 0; i < area_of(image); i++) wide += width_px[i] > 0.0f;
         assert_true(wide > 1000 && wide <= sum.shadow.pixels_filtered);
@@ -125,8 +96,9 @@ TEST(open_blocks_are_skipped)
     assert_int_equal(sum.shadow.pixels_filtered, 0);
     assert_int_equal(sum.shadow.blocks_skipped, 4 * 3);
     assert_same(sheared, aligned);
-    const float *width_px = channel(sheared, "filter_width.W");
-    const float *depth = channel(sheared, "depth.Z"), *direct = channel(sheared, "direct.R");
+    const float *width_px = picture_channel(sheared, "filter_width.W");
+    const float *depth = picture_channel(sheared, "depth.Z"),
+                *direct = picture_channel(sheared, "direct.R");
     for (size_t i = 0; i < area_of(sheared); i++) {
         assert_true(width_px[i] == 0.0f);
         if (depth[i] > 0.0f) assert_true(direct[i] > 0.0f && isfinite(direct[i]));
@@ -174,9 +146,9 @@ TEST(lights_add_up)
     struct image *all = render(&plan, &shelf, 64, 0, &sum);
     for (uint32_t k = 0; k < 3; k++) {
         alone[k] = render_alone(&plan, k);
-        part[k] = channel(alone[k], "direct.R");
+        part[k] = picture_channel(alone[k], "direct.R");
     }
-    const float *sum_of = channel(all, "direct.R");
+    const float *sum_of = picture_channel(all, "direct.R");
     for (size_t i = 0; i < area_of(all); i++) {
         float expected = part[0][i] + part[1][i] + part[2][i];
         assert_true(fabsf(sum_of[i] - expected) <= 1e-5f * (1.0f + expected));
@@ -193,13 +165,14 @@ TEST(filtered_light_is_the_same_light)
     double plain_sum = 0;
     filtered_plan(&plan, 210, 170, 64, SHADOW_FILTER_NONE, 1);
     struct image *plain = render(&plan, &shelf, 64, 0, &sum);
-    for (size_t i = 0; i < area_of(plain); i++) plain_sum += (double)channel(plain, "direct.R")[i];
+    for (size_t i = 0; i < area_of(plain); i++)
+        plain_sum += (double)picture_channel(plain, "direct.R")[i];
     for (uint32_t filter = SHADOW_FILTER_AXIS_ALIGNED; filter <= SHADOW_FILTER_SHEARED; filter++) {
         double filtered_sum = 0;
         plan.shadow_filter = filter;
         struct image *filtered = render(&plan, &shelf, 64, 0, &sum);
         for (size_t i = 0; i < area_of(filtered); i++)
-            filtered_sum += (double)channel(filtered, "direct.R")[i];
+            filtered_sum += (double)picture_channel(filtered, "direct.R")[i];
         assert_true(fabs(filtered_sum / plain_sum - 1) < 0.01);
         image_destroy(&filtered);
     }

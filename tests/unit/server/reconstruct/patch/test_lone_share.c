@@ -3,9 +3,7 @@
 #include <stdlib.h>
 
 #include "proto/job/job.h"
-#include "server/film/film.h"
-#include "server/image/image.h"
-#include "server/reconstruct/block.h"
+#include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/synthetic.h"
 #include "tests/unit/unit.h"
 
@@ -32,8 +30,9 @@ static float light_of(int32_t x, int32_t y, uint32_t k, uint32_t part, uint32_t 
 }
 
 /* The tile, with lone sub-samples and `scale` times their light; 0: without it. */
-static struct samples *tile_of(const struct plan *plan, uint32_t index, float scale)
+static struct samples *tile_of(const struct plan *plan, uint32_t index, const void *ctx)
 {
+    const float scale = *(const float *)ctx;
     struct tile_grid grid;
     struct samples *s = synthetic_tile(plan, index);
     uint32_t places[TILE_PX * TILE_PX * SUBS], count = 0;
@@ -65,13 +64,8 @@ static struct samples *tile_of(const struct plan *plan, uint32_t index, float sc
 
 static struct film *film_of(const struct plan *plan, int32_t block_px, float scale)
 {
-    struct film *film;
-    struct tile_grid grid;
-    tile_grid_init(&grid, WIDTH, HEIGHT, TILE_PX);
-    assert_int_equal(film_create(plan, block_px, block_core_px(plan), block_halo_px(plan), &film),
-                     0);
-    for (uint32_t t = 0; t < tile_grid_count(&grid); t++)
-        assert_int_equal(film_land(film, t, 0, tile_of(plan, t, scale)), 0);
+    struct film *film = picture_film(plan, block_px, 0);
+    picture_land(plan, film, tile_of, &scale);
     return film;
 }
 
@@ -81,22 +75,11 @@ static struct image *render(const struct plan *plan, int32_t block_px, float sca
     struct film *film = film_of(plan, block_px, scale);
     struct scratch *scratch;
     struct image *image;
-    uint32_t block;
     assert_int_equal(scratch_create(&scratch), 0);
     film_gather_in(film, scratch);
     assert_int_equal(image_create(LAYERS, WIDTH, HEIGHT, &image), 0);
     *sum = (struct block_statistics){0};
-    while (film_next_ready(film, &block)) {
-        struct patch *patch;
-        struct block_statistics one;
-        assert_int_equal(film_gather(film, block, &patch), 0);
-        assert_int_equal(block_reconstruct(plan, patch, film_block_rect(film, block), image, &one),
-                         0);
-        patch_destroy(&patch);
-        film_block_done(film, block);
-        sum->sub_samples_lone += one.sub_samples_lone;
-        sum->sub_samples_unmatched += one.sub_samples_unmatched;
-    }
+    picture_draw(plan, film, image, sum);
     film_destroy(&film);
     scratch_destroy(&scratch); /* everything was given back */
     return image;
