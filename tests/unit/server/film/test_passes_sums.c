@@ -11,6 +11,15 @@ static bool near(float got, double expected, double relative)
     return fabs((double)got - expected) <= relative * expected + 1e-30;
 }
 
+static struct samples *empty_pass(const struct plan *plan, uint32_t pass)
+{
+    struct samples_layout layout;
+    struct samples *samples;
+    assert_int_equal(samples_layout_init(&layout, plan, pass, plan->width_px, plan->height_px), 0);
+    assert_int_equal(samples_create(&layout, &samples), 0);
+    return samples;
+}
+
 /* The merged spread of every pixel is that of all samples taken together, computed in double. */
 TEST(spreads_are_those_of_all_samples)
 {
@@ -43,11 +52,7 @@ TEST(spreads_keep_their_digits)
     double expected = 0;
     synthetic_paths_plan(&plan, 1, 1, 8, 4096);
     plan.planes = PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_SPREAD);
-    struct samples_layout layout;
-    struct samples *sum, *more;
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 1, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_create(&layout, &more), 0);
+    struct samples *sum = empty_pass(&plan, 1), *more = empty_pass(&plan, 1);
     samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] = 16 * 1000.0f;
     for (uint32_t p = 1; p < plan_pass_count(&plan); p++) {
         uint32_t first, count;
@@ -70,13 +75,8 @@ TEST(spreads_keep_their_digits)
 TEST(hostile_sums_do_no_harm)
 {
     struct plan plan;
-    struct samples_layout layout;
-    struct samples *sum, *more;
     synthetic_paths_plan(&plan, 2, 1, 8, 64);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 2, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 2, 1), 0);
-    assert_int_equal(samples_create(&layout, &more), 0);
+    struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
     samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] = 3e38f;
     samples_f32(more, PLANE_PATH_RADIANCE, 0)[0] = 3e38f;
     samples_f32(more, PLANE_PATH_RADIANCE, 0)[1] = 16.0f;
@@ -94,14 +94,9 @@ TEST(lobes_are_weighted_by_their_number)
     static const enum plane_id planes[] = {PLANE_GLOSSY_MEAN, PLANE_GLOSSY_HALF,
                                            PLANE_GLOSSY_NEARNESS};
     struct plan plan;
-    struct samples_layout layout;
-    struct samples *sum, *more;
     synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_HALF);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 3, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 3, 1), 0);
-    assert_int_equal(samples_create(&layout, &more), 0);
+    struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
     for (int k = 0; k < 3; k++)
         for (uint32_t c = 0; c < (k < 2 ? 4u : 1u); c++) {
             samples_u16(sum, planes[k], c)[1] = half_from_float(1.0f + (float)c);
@@ -125,14 +120,9 @@ TEST(lobes_are_weighted_by_their_number)
 TEST(bounces_are_weighted_by_their_number)
 {
     struct plan plan;
-    struct samples_layout layout;
-    struct samples *sum, *more;
     synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 3, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 3, 1), 0);
-    assert_int_equal(samples_create(&layout, &more), 0);
-    assert_int_equal(layout.planes & ~PLANES_PATH,
+    struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
+    assert_int_equal(more->layout.planes & ~PLANES_PATH,
                      PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN));
     for (uint32_t c = 0; c < 6; c++) {
         samples_u16(sum, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(1.0f);
@@ -165,14 +155,9 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
 {
     static const uint8_t sides[] = {0, 3, 255, 1};
     struct plan plan;
-    struct samples_layout layout;
-    struct samples *sum, *more;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
-    assert_int_equal(samples_create(&layout, &more), 0);
-    assert_int_equal(layout.planes, PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
+    struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
+    assert_int_equal(more->layout.planes, PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
     for (int i = 0; i < 4; i++) {
         for (uint32_t c = 0; c < 3; c++) {
             samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(1.0f);
@@ -207,15 +192,10 @@ TEST(second_sets_of_lobes_are_weighted_by_their_own)
 {
     static const uint8_t sides[] = {9, 0, 2, 0}, lobes[] = {0, 3, 255, 1};
     struct plan plan;
-    struct samples_layout layout;
-    struct samples *sum, *more;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
-    assert_int_equal(samples_create(&layout, &more), 0);
-    assert_int_equal(layout.planes,
+    struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
+    assert_int_equal(more->layout.planes,
                      PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN) | PLANE_BIT(GLOSSY_MEAN));
     for (int i = 0; i < 4; i++) {
         for (uint32_t c = 0; c < 4; c++) {
@@ -251,13 +231,8 @@ TEST(second_sets_through_the_lens_land)
                               .lens_strata_per_axis = 2,
                               .lens_extra = 9,
                               .planes = PLANES_LENS | PLANES_LENS_MORE};
-    struct samples_layout layout;
-    struct samples *sum, *more;
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 4, 1), 0);
-    assert_int_equal(samples_create(&layout, &sum), 0);
-    assert_int_equal(samples_layout_init(&layout, &plan, 1, 4, 1), 0);
-    assert_true(layout.planes == PLANES_LENS_MORE);
-    assert_int_equal(samples_create(&layout, &more), 0);
+    struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
+    assert_true(more->layout.planes == PLANES_LENS_MORE);
     for (int i = 0; i < 4; i++) {
         samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] = 3.0f;
         samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i] = half_from_float(1.0f);

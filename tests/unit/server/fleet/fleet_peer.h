@@ -159,6 +159,18 @@ static inline void peer_tile(struct peer *p, struct message_tile *m)
     assert_int_equal(message_decode_tile(f.payload, f.payload_bytes, m), 0);
 }
 
+/* Joins a fleet that has some tiles, wants some of them, and takes the plan and the first. */
+static inline void peer_start(struct peer *p, uint32_t tiles, uint32_t wanted,
+                              struct message_tile *first)
+{
+    struct wire_frame_view f;
+    peer_join(p);
+    p->world->tiles = tiles;
+    peer_want(p, wanted);
+    peer_expect(p, MESSAGE_FRAME, &f);
+    peer_tile(p, first);
+}
+
 static inline bool peer_result(struct peer *p, const struct message_tile *tile, uint32_t size_bytes)
 {
     uint8_t *samples = malloc(size_bytes + 1);

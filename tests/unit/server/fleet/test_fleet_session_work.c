@@ -72,11 +72,7 @@ TEST(late_verdicts_and_cancelled_frames)
     struct peer p = peer_open(w);
     struct wire_frame_view f;
     struct message_tile tile, other;
-    peer_join(&p);
-    w->tiles = 2;
-    peer_want(&p, 2);
-    peer_expect(&p, MESSAGE_FRAME, &f);
-    peer_tile(&p, &tile);
+    peer_start(&p, 2, 2, &tile);
     peer_tile(&p, &other);
     assert_true(peer_result(&p, &tile, 10));
     peer_expect_nothing(&p);
@@ -102,15 +98,10 @@ TEST(foreign_and_old_results_do_not_pass_as_leases)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);
     struct peer p = peer_open(w);
-    struct wire_frame_view f;
     struct message_tile tile, other;
-    peer_join(&p);
-    w->tiles = 1;
     w->generation = 5;
     w->verdict = VERDICT_STALE;
-    peer_want(&p, 1);
-    peer_expect(&p, MESSAGE_FRAME, &f);
-    peer_tile(&p, &tile);
+    peer_start(&p, 1, 1, &tile);
     other = tile;
     other.index += 100;
     assert_true(peer_result(&p, &other, 10));
@@ -142,11 +133,7 @@ TEST(given_back_and_faulted_tiles_reach_the_client)
     struct peer p = peer_open(w);
     struct wire_frame_view f;
     struct message_tile tile;
-    peer_join(&p);
-    w->tiles = 2;
-    peer_want(&p, 2);
-    peer_expect(&p, MESSAGE_FRAME, &f);
-    peer_tile(&p, &tile);
+    peer_start(&p, 2, 2, &tile);
     message_encode_returned(&p.w, &(struct message_returned){.frame_id = tile.frame_id,
                                                              .index = tile.index,
                                                              .generation = tile.generation});
@@ -174,13 +161,8 @@ TEST(a_stalled_tile_is_taken_back)
     /* Far longer than a turn may take while others use the machine. */
     struct world *w = world_open(LONG_MS, 1000);
     struct peer p = peer_open(w);
-    struct wire_frame_view f;
     struct message_tile tile;
-    peer_join(&p);
-    w->tiles = 2;
-    peer_want(&p, 1);
-    peer_expect(&p, MESSAGE_FRAME, &f);
-    peer_tile(&p, &tile);
+    peer_start(&p, 2, 1, &tile);
     uint64_t progress = 0;
     for (uint64_t end = uv_hrtime() + 1500000000u; uv_hrtime() < end;) {
         peer_beat(&p, ++progress); /* keeps it */

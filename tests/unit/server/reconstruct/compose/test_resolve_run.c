@@ -104,6 +104,24 @@ static void make_plan(struct plan *plan, uint32_t camera, bool wide)
                                         .half_height = wide ? 100.0f : 0.5f};
 }
 
+/* A resolver with all that it borrows. */
+struct resolve_case {
+    struct plan plan;
+    struct patch patch;
+    struct lighting lighting;
+    struct resolver resolver;
+};
+
+static struct resolver *make_case(struct resolve_case *c, uint32_t camera, bool wide, bool glossy,
+                                  bool lit_glossy)
+{
+    make_plan(&c->plan, camera, wide);
+    make_patch(&c->patch, glossy);
+    make_lighting(&c->lighting, lit_glossy);
+    resolver_init(&c->resolver, &c->plan, &c->patch, &c->lighting);
+    return &c->resolver;
+}
+
 static void assert_same(const struct resolved *one, const struct resolved_run *run, uint32_t k)
 {
     for (int c = 0; c < 3; c++) {
@@ -141,17 +159,12 @@ TEST(runs_are_their_pixels)
 {
     uint32_t plain = 0, rounds = 200;
     for (uint32_t round = 0; round < rounds; round++) {
-        struct patch patch;
-        struct lighting lighting;
-        struct resolver resolver;
-        struct plan plan;
-        make_plan(&plan, round & 1, round % 3 == 0);
-        make_patch(&patch, round & 2);
-        make_lighting(&lighting, round & 4);
-        if (round % 5 == 0) patch.id = NULL;
-        resolver_init(&resolver, &plan, &patch, &lighting);
-        assert_int_equal(resolver.subs, SUBS);
-        plain += check_runs(&resolver);
+        struct resolve_case c;
+        make_case(&c, round & 1, round % 3 == 0, round & 2, round & 4);
+        if (round % 5 == 0) c.patch.id = NULL;
+        resolver_init(&c.resolver, &c.plan, &c.patch, &c.lighting);
+        assert_int_equal(c.resolver.subs, SUBS);
+        plain += check_runs(&c.resolver);
     }
     assert_in_range(plain, rounds * AREA / 10, rounds * AREA * 9 / 10);
 }
@@ -159,36 +172,24 @@ TEST(runs_are_their_pixels)
 /* Errors are told of one by one. */
 TEST(nothing_is_plain_where_errors_are_asked_for)
 {
-    struct patch patch;
-    struct lighting lighting;
-    struct resolver resolver;
+    struct resolve_case c;
     struct resolved_run run;
-    struct plan plan;
-    make_plan(&plan, 0, false);
-    make_patch(&patch, false);
-    make_lighting(&lighting, false);
-    resolver_init(&resolver, &plan, &patch, &lighting);
-    resolver.errors = true;
-    resolve_run(&resolver, 0, WIDTH, &run);
+    make_case(&c, 0, false, false, false)->errors = true;
+    resolve_run(&c.resolver, 0, WIDTH, &run);
     for (int k = 0; k < WIDTH; k++) assert_int_equal(run.plain[k], 0);
 }
 
 TEST(planes_may_be_missing)
 {
-    struct patch patch;
-    struct lighting lighting;
-    struct resolver resolver;
-    struct plan plan;
-    make_plan(&plan, 0, false);
-    make_patch(&patch, false);
-    make_lighting(&lighting, false);
-    patch.albedo[0] = NULL;
-    resolver_init(&resolver, &plan, &patch, &lighting);
-    assert_int_equal(resolver.subs, 0);
-    assert_true(check_runs(&resolver) > AREA / 2);
-    patch.depth = NULL;
-    resolver_init(&resolver, &plan, &patch, &lighting);
-    assert_int_equal(check_runs(&resolver), 0);
+    struct resolve_case c;
+    make_case(&c, 0, false, false, false);
+    c.patch.albedo[0] = NULL;
+    resolver_init(&c.resolver, &c.plan, &c.patch, &c.lighting);
+    assert_int_equal(c.resolver.subs, 0);
+    assert_true(check_runs(&c.resolver) > AREA / 2);
+    c.patch.depth = NULL;
+    resolver_init(&c.resolver, &c.plan, &c.patch, &c.lighting);
+    assert_int_equal(check_runs(&c.resolver), 0);
 }
 
 /* Beauty, its light apart, and what is left of errors, of a block in the patch. */
@@ -225,19 +226,12 @@ static void check_block(const struct resolver *r, struct rect block)
 TEST(blocks_are_their_pixels)
 {
     for (int round = 0; round < 40; round++) {
-        struct patch patch;
-        struct lighting lighting;
-        struct resolver resolver;
-        struct plan plan;
-        make_plan(&plan, 0, false);
-        make_patch(&patch, false);
-        make_lighting(&lighting, false);
-        take_rgb(patch.emission, 2.0f);
-        resolver_init(&resolver, &plan, &patch, &lighting);
-        resolver.errors = round % 2;
+        struct resolve_case c;
+        make_case(&c, 0, false, false, false)->errors = round % 2;
+        take_rgb(c.patch.emission, 2.0f);
         const int32_t left = (int32_t)(bits() % 9), top = (int32_t)(bits() % 3);
-        check_block(&resolver, (struct rect){patch.rect.x0 + left, patch.rect.y0 + top,
-                                             patch.rect.x1 - 2, patch.rect.y1});
+        const struct rect all = c.patch.rect;
+        check_block(&c.resolver, (struct rect){all.x0 + left, all.y0 + top, all.x1 - 2, all.y1});
     }
 }
 
@@ -262,22 +256,15 @@ TEST(what_is_surely_same_may_be_settled)
 {
     uint32_t settled = 0, rounds = 60;
     for (uint32_t round = 0; round < rounds; round++) {
-        struct patch patch;
-        struct lighting lighting;
-        struct resolver resolver;
-        struct plan plan;
+        struct resolve_case c;
         struct resolved before[AREA];
-        make_plan(&plan, round & 1, round % 3 != 0);
-        make_patch(&patch, round & 2);
-        make_lighting(&lighting, round & 2);
-        resolver_init(&resolver, &plan, &patch, &lighting);
-        resolver.errors = round & 4;
-        for (size_t i = 0; i < AREA; i++) resolve_pixel(&resolver, i, &before[i]);
+        make_case(&c, round & 1, round % 3 != 0, round & 2, round & 2)->errors = round & 4;
+        for (size_t i = 0; i < AREA; i++) resolve_pixel(&c.resolver, i, &before[i]);
         for (size_t i = 0; i < AREA; i++)
-            for (uint32_t k = 0; k < SUBS; k++) settled += settle(&resolver, &patch, k, i);
+            for (uint32_t k = 0; k < SUBS; k++) settled += settle(&c.resolver, &c.patch, k, i);
         for (size_t i = 0; i < AREA; i++) {
             struct resolved now;
-            resolve_pixel(&resolver, i, &now);
+            resolve_pixel(&c.resolver, i, &now);
             assert_memory_equal(&now, &before[i], sizeof now);
         }
     }
