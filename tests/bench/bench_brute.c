@@ -6,27 +6,14 @@
  * JSON line each: errors over penumbra pixels relative to the brightest unshadowed irradiance, CPU
  * seconds of one thread, the factored filter's as the median over repetitions, with its skipping.
  */
+#include "tests/bench/timing.h"
 #include "tests/unit/server/reconstruct/shadow/shadow_accuracy.h"
 
 #include <stdio.h>
-#include <time.h>
 
 enum { SIDE_PX = 256, BLOCK_PX = 64, REPETITIONS = 5 };
 
 static struct shadow_scene scene;
-
-static double cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* The filtered picture; *median_s: of the filter alone. */
 static float *filter(const struct patch *patch, double *median_s)
@@ -39,8 +26,7 @@ static float *filter(const struct patch *patch, double *median_s)
         e = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, BLOCK_PX, NULL);
         seconds[i] = cpu_s() - start;
     }
-    qsort(seconds, REPETITIONS, sizeof *seconds, compare);
-    *median_s = seconds[REPETITIONS / 2];
+    *median_s = median(seconds, REPETITIONS);
     return e;
 }
 

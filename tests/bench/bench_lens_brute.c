@@ -6,26 +6,13 @@
  * On the light fields of formulas that the filter's tests stand on. Prints one JSON line each:
  * errors over all pixels relative to the picture's mean, CPU seconds of one thread, the filter's as
  * the median over repetitions. */
+#include "tests/bench/timing.h"
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 enum { REPETITIONS = 5, SPP_MOST = 256 };
-
-static double cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static int filter(struct lens_picture *p, uint32_t kind, double *median_s)
 {
@@ -37,8 +24,7 @@ static int filter(struct lens_picture *p, uint32_t kind, double *median_s)
         error = lens_run(p, kind, &statistics);
         seconds[i] = cpu_s() - start;
     }
-    qsort(seconds, REPETITIONS, sizeof *seconds, compare);
-    *median_s = seconds[REPETITIONS / 2];
+    *median_s = median(seconds, REPETITIONS);
     return error;
 }
 

@@ -7,27 +7,14 @@
  * chequered ceiling at several heights, and a room. Prints one JSON line each: errors over the
  * middle of the picture relative to its mean, CPU time of one thread a pixel, the factored filter's
  * as the median over repetitions. Truth and brute force look at pixels STRIDE apart. */
+#include "tests/bench/timing.h"
 #include "tests/unit/server/reconstruct/indirect/v_plane_accuracy.h"
 
 #include <stdio.h>
-#include <time.h>
 
 enum { LINES = 512, SIDE_PX = 192, BLOCK_PX = 128, STRIDE = 4, REPETITIONS = 5 };
 
 static struct v_plane_scene scene;
-
-static double cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static struct v_plane_picture filter(const struct patch *patch, struct rect rect, double *median_s)
 {
@@ -39,8 +26,7 @@ static struct v_plane_picture filter(const struct patch *patch, struct rect rect
         p = accuracy_filter(&scene, patch, rect, BLOCK_PX, NULL, NULL);
         seconds[i] = cpu_s() - start;
     }
-    qsort(seconds, REPETITIONS, sizeof *seconds, compare);
-    *median_s = seconds[REPETITIONS / 2];
+    *median_s = median(seconds, REPETITIONS);
     return p;
 }
 

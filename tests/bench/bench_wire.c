@@ -12,13 +12,13 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "proto/plane_filter.h"
 #include "proto/samples_layout.h"
 #include "proto/tile.h"
 #include "server/job/plan/plan.h"
 #include "tests/bench/job_file.h"
+#include "tests/bench/timing.h"
 #include "worker/tile/tile.h"
 
 #define PIXELS_MOST ((size_t)LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
@@ -32,13 +32,6 @@ static void fail(const char *what)
 {
     fprintf(stderr, "bench_wire: %s\n", what);
     exit(1);
-}
-
-static double cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 /* Bytes that `count` of them, `stride` apart, need. */

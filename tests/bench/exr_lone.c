@@ -21,6 +21,7 @@
 #include "server/job/plan/plan.h"
 #include "server/reconstruct/block.h"
 #include "tests/bench/job_file.h"
+#include "tests/bench/timing.h"
 #include "worker/tile/tile.h"
 
 enum { REPETITIONS = 7 };
@@ -121,18 +122,6 @@ static double trace_s(struct frame *f)
     return (double)f->counters.value[COUNTER_TRACE_CPU_US] * 1e-6;
 }
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *values)
-{
-    qsort(values, REPETITIONS, sizeof *values, compare);
-    return values[REPETITIONS / 2];
-}
-
 static float value_at(const struct image *image, int c, int32_t x, int32_t y)
 {
     static const char *const names[] = {"R", "G", "B"};
@@ -205,7 +194,7 @@ int main(int argc, char **argv)
         more_s[i] = trace_s(&with) - plain_s[i];
     }
     const struct errors e = judge(&without, &with, &reference);
-    report(&without, &with, &e, median(plain_s), median(more_s));
+    report(&without, &with, &e, median(plain_s, REPETITIONS), median(more_s, REPETITIONS));
     image_destroy(&with.image);
     image_destroy(&without.image);
     image_destroy(&reference.image);

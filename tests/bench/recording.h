@@ -5,9 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <xmmintrin.h>
 
+#include "tests/bench/timing.h"
 #include "worker/trace/hit/queries.h"
 
 enum { CHUNK = 2048 };
@@ -25,13 +25,6 @@ struct recorder {
     struct query_recorder base;
     struct recording kinds[QUERY_KIND_COUNT];
 };
-
-static double cpu_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static inline void fail(const char *text)
 {
@@ -182,16 +175,4 @@ static inline void replay_chunk(const struct render_scene *scene, struct chunk *
     p->cpu_s += cpu_s() - start;
     p->rays += on;
     _mm_setcsr(mode);
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *v, size_t count)
-{
-    qsort(v, count, sizeof *v, compare_doubles);
-    return v[count / 2];
 }

@@ -10,19 +10,28 @@ struct scene_fixture *fixture_new(void)
     return f;
 }
 
+void open_traced(struct scene_fixture *f, struct traced *t)
+{
+    struct fault fault = {0};
+    const int rc = render_scene_create(fixture_scene(f), 1, NULL, &t->scene, &fault);
+    if (rc) print_message("%s: %s\n", fault.pointer, fault.detail);
+    assert_int_equal(rc, 0);
+    assert_int_equal(tile_tracer_create(&t->tracer), 0);
+}
+
+int trace_tile(struct traced *t, struct tile_job job, uint32_t pass, struct samples **out)
+{
+    job.scene = t->scene;
+    if (!job.counters) job.counters = &t->counters;
+    return tile_trace(t->tracer, &job, pass, out);
+}
+
 struct traced trace(struct scene_fixture *f, const struct plan *plan, struct rect rect)
 {
     struct traced t = {0};
-    struct fault fault = {0};
-    int rc = render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault);
-    if (rc) print_message("%s: %s\n", fault.pointer, fault.detail);
-    assert_int_equal(rc, 0);
-    assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    rc = tile_trace(
-        t.tracer,
-        &(struct tile_job){.scene = t.scene, .plan = plan, .rect = rect, .counters = &t.counters},
-        0, &t.samples);
-    assert_int_equal(rc, 0);
+    open_traced(f, &t);
+    const struct tile_job job = {.plan = plan, .rect = rect};
+    assert_int_equal(trace_tile(&t, job, 0, &t.samples), 0);
     return t;
 }
 

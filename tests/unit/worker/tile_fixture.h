@@ -12,6 +12,14 @@ struct traced {
 };
 
 struct scene_fixture *fixture_new(void);
+
+/* Makes the scene and the tracer. */
+void open_traced(struct scene_fixture *f, struct traced *t);
+
+/* Traces a pass of a tile of the scene into the counters, unless `job` has others. */
+int trace_tile(struct traced *t, struct tile_job job, uint32_t pass, struct samples **out);
+
+/* Traces the first pass of a rect. */
 struct traced trace(struct scene_fixture *f, const struct plan *plan, struct rect rect);
 
 static inline struct traced trace_all(struct scene_fixture *f, const struct plan *plan)

@@ -71,11 +71,8 @@ static void sums_are_those_of_tiles(const struct plan *p, struct traced *t)
         struct samples *s = NULL;
         const struct plan_pass range = plan_scheduled_pass(p, pass);
         assert_int_equal(
-            tile_trace(t->tracer,
-                       &(struct tile_job){.scene = t->scene,
-                                          .plan = p,
-                                          .rect = (struct rect){0, 0, SIDE_PX, SIDE_PX},
-                                          .counters = &t->counters},
+            trace_tile(t,
+                       (struct tile_job){.plan = p, .rect = (struct rect){0, 0, SIDE_PX, SIDE_PX}},
                        pass, &s),
             0);
         for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i += 5) {

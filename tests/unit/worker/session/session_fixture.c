@@ -296,3 +296,21 @@ void warm_up(struct world *w)
     assert_int_equal(expect_result(w), 0);
     send_ack(w, 9, 0);
 }
+
+void start_tile(struct world *w, uint32_t index)
+{
+    welcome(w, LIFE | 1);
+    send_frame(w, 9);
+    send_tile(w, 9, index);
+}
+
+uint32_t expect_fault(struct world *w, int code, const char *part)
+{
+    struct wire_frame_view f;
+    struct message_tile_fault fault;
+    expect(w, MESSAGE_FAULT, &f);
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, code);
+    if (!strstr(fault.text, part)) fail_msg("\"%s\" lacks \"%s\"", fault.text, part);
+    return fault.index;
+}

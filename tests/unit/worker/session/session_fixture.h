@@ -63,6 +63,9 @@ static inline void send_tile(struct world *w, uint64_t frame_id, uint32_t index)
     send_pass(w, frame_id, index, 0);
 }
 
+/* Welcomes worker 1 and gives it a tile of frame 9. */
+void start_tile(struct world *w, uint32_t index);
+
 void send_ack(struct world *w, uint64_t frame_id, uint32_t index);
 
 /* Answers a question for a part of the scene or the map. Returns the offset behind the part. */
@@ -72,6 +75,9 @@ void expect_get(struct world *w, struct message_blob_get *get);
 void serve_blob(struct world *w);
 void give_map(struct world *w);
 uint32_t expect_result(struct world *w);
+
+/* Expects a tile's fault with `part` in its text, and returns the tile's index. */
+uint32_t expect_fault(struct world *w, int code, const char *part);
 
 /* A scene in hand and tile 0 answered. */
 void warm_up(struct world *w);

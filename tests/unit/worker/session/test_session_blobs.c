@@ -11,6 +11,12 @@
 
 ALL_TESTS(ignore_broken_pipes, NULL);
 
+static void answer_none(struct world *w, struct digest digest)
+{
+    message_encode_blob_none(&w->w, &(struct message_blob_none){digest});
+    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+}
+
 TEST(local_blobs_are_mapped_where_they_lie)
 {
     struct world *w = world_open(1, true);
@@ -23,9 +29,7 @@ TEST(local_blobs_are_mapped_where_they_lie)
     FILE *file = fopen(path, "wb");
     fwrite(w->blob, 1, BLOB_BYTES, file);
     fclose(file);
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 3);
+    start_tile(w, 3);
     assert_int_equal(expect_result(w), 3); /* and no BLOB_GET */
     assert_int_not_equal(access(w->cache, F_OK), 0);
     world_close(w);
@@ -56,17 +60,10 @@ TEST(a_missing_blob_is_a_fault_of_its_tiles)
 {
     struct world *w = world_open(1, false);
     struct wire_frame_view f;
-    struct message_tile_fault fault;
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     expect(w, MESSAGE_BLOB_GET, &f);
-    message_encode_blob_none(&w->w, &(struct message_blob_none){w->plan.scene});
-    put(w, MESSAGE_BLOB_NONE, NULL, 0);
-    expect(w, MESSAGE_FAULT, &f);
-    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
-    assert_int_equal(fault.code, ERR_NOT_FOUND);
-    assert_int_equal(fault.index, 1);
+    answer_none(w, w->plan.scene);
+    assert_int_equal(expect_fault(w, ERR_NOT_FOUND, ""), 1);
     assert_true(told(w, "info work for a job", "trace=4bf92f3577b34da6a3ce929d0e0e4736"));
     assert_true(told(w, "warning tile cannot be traced", "job=job-nine frame_id=9 tile=1"));
     assert_true(told(w, "tile cannot be traced", "request=00f067aa0ba902b7"));
@@ -81,9 +78,7 @@ TEST(a_fetch_goes_on_after_a_reconnect)
     struct world *w = world_open(1, false);
     struct wire_frame_view f;
     struct message_blob_get get;
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     expect(w, MESSAGE_BLOB_GET, &f);
     const struct message_blob_part m = {
         .digest = w->plan.scene, .total_bytes = BLOB_BYTES, .size_bytes = LIMIT_BLOB_PART_BYTES};
@@ -91,9 +86,7 @@ TEST(a_fetch_goes_on_after_a_reconnect)
     put(w, MESSAGE_BLOB_PART, w->blob, LIMIT_BLOB_PART_BYTES);
     expect(w, MESSAGE_BLOB_GET, &f);
     drop_link(w);
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     expect(w, MESSAGE_BLOB_GET, &f);
     assert_int_equal(message_decode_blob_get(f.payload, f.payload_bytes, &get), 0);
     assert_int_equal(get.offset, LIMIT_BLOB_PART_BYTES - 1);
@@ -110,17 +103,11 @@ TEST(a_fetch_goes_on_after_a_reconnect)
 TEST(damaged_blobs_are_not_traced)
 {
     struct world *w = world_open(1, false);
-    struct wire_frame_view f;
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     w->blob[100] ^= 1;
     serve_blob(w);
     serve_blob(w); /* a second try, from the start */
-    expect(w, MESSAGE_FAULT, &f);
-    struct message_tile_fault fault;
-    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
-    assert_int_equal(fault.code, ERR_CHECKSUM);
+    expect_fault(w, ERR_CHECKSUM, "");
     assert_int_equal(loads, 0);
     world_close(w);
 }
@@ -144,9 +131,7 @@ TEST(a_map_is_fetched_beside_the_scene)
     struct world *w = world_open(2, false);
     struct message_blob_get scene, map;
     give_map(w);
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 3);
+    start_tile(w, 3);
     expect_both(w, &scene, &map);
     assert_int_equal(answer(w, &map), MAP_BYTES);
     for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
@@ -172,27 +157,14 @@ TEST(a_map_is_fetched_beside_the_scene)
     world_close(w);
 }
 
-static void expect_fault(struct world *w, int code, const char *part)
-{
-    struct wire_frame_view f;
-    struct message_tile_fault fault;
-    expect(w, MESSAGE_FAULT, &f);
-    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
-    assert_int_equal(fault.code, code);
-    if (!strstr(fault.text, part)) fail_msg("\"%s\" lacks \"%s\"", fault.text, part);
-}
-
 TEST(a_missing_map_is_named)
 {
     struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
     give_map(w);
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     expect_both(w, &scene, &map);
-    message_encode_blob_none(&w->w, &(struct message_blob_none){w->map_digest});
-    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    answer_none(w, w->map_digest);
     expect_fault(w, ERR_NOT_FOUND, "environment: the coordinator does not have the blob");
     answer(w, &scene); /* nobody waits for it any longer */
     expect_nothing(w);
@@ -212,14 +184,11 @@ TEST(a_missing_scene_beside_a_map_is_named)
     struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
     give_map(w);
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     expect_both(w, &scene, &map);
     answer(w, &map);
     for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
-    message_encode_blob_none(&w->w, &(struct message_blob_none){w->plan.scene});
-    put(w, MESSAGE_BLOB_NONE, NULL, 0);
+    answer_none(w, w->plan.scene);
     expect_fault(w, ERR_NOT_FOUND, "scene: the coordinator does not have the blob");
     world_close(w);
 }
@@ -254,9 +223,7 @@ TEST(a_cancelled_frame_lets_both_blobs_go)
     struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
     give_map(w);
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     expect_both(w, &scene, &map);
     message_encode_cancel(&w->w, &(struct message_cancel){9});
     put(w, MESSAGE_CANCEL, NULL, 0);

@@ -98,9 +98,7 @@ TEST(a_load_that_makes_no_step_ends_the_worker)
     struct world *w = world_open(1, false);
     w->options.loading_ms = 200;
     load_hangs = true;
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     serve_blob(w);
     expect_end_of_load(w, "a load has made no step for 1 s");
     load_hangs = false;
@@ -112,9 +110,7 @@ TEST(one_that_spins_ends_it_sooner)
     struct world *w = world_open(1, false);
     w->options.loading_ms = 500;
     load_hangs = load_spins = true;
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     serve_blob(w);
     expect_end_of_load(w, "a load has made no step for 0 s");
     load_hangs = false;
@@ -126,9 +122,7 @@ TEST(a_long_load_that_makes_steps_does_not)
     struct world *w = world_open(1, false);
     w->options.loading_ms = 100;
     load_steps = 1500 / LOAD_STEP_MS;
-    welcome(w, LIFE | 1);
-    send_frame(w, 9);
-    send_tile(w, 9, 1);
+    start_tile(w, 1);
     serve_blob(w);
     assert_int_equal(expect_result(w), 1);
     assert_false(w->ended);

@@ -72,12 +72,10 @@ TEST(test_tiles_do_not_matter)
         for (uint32_t i = 0; i < tile_grid_count(&grid); i++) {
             struct samples *part = NULL;
             struct rect r = tile_grid_rect(&grid, i);
-            assert_int_equal(
-                tile_trace(
-                    t.tracer,
-                    &(struct tile_job){.scene = t.scene, .plan = &p, .rect = r, .counters = &sum},
-                    0, &part),
-                0);
+            assert_int_equal(trace_tile(&t,
+                                        (struct tile_job){.plan = &p, .rect = r, .counters = &sum},
+                                        0, &part),
+                             0);
             expect_same(t.samples, part, r);
             samples_destroy(&part);
         }
@@ -116,28 +114,20 @@ TEST(test_progress_and_stop)
     struct samples *s = NULL;
     struct rect r = {3, 5, 40, 28};
     unsigned int mode = _mm_getcsr();
-    assert_int_equal(tile_trace(t.tracer,
-                                &(struct tile_job){.scene = t.scene,
-                                                   .plan = &p,
-                                                   .rect = r,
-                                                   .progress = &progress,
-                                                   .stop = &stop,
-                                                   .counters = &t.counters},
-                                0, &s),
-                     0);
+    assert_int_equal(
+        trace_tile(&t,
+                   (struct tile_job){.plan = &p, .rect = r, .progress = &progress, .stop = &stop},
+                   0, &s),
+        0);
     assert_int_equal(_mm_getcsr() & 0x8040u, mode & 0x8040u);
     assert_int_equal(progress, 23);
     samples_destroy(&s);
     stop = true;
-    assert_int_equal(tile_trace(t.tracer,
-                                &(struct tile_job){.scene = t.scene,
-                                                   .plan = &p,
-                                                   .rect = r,
-                                                   .progress = &progress,
-                                                   .stop = &stop,
-                                                   .counters = &t.counters},
-                                0, &s),
-                     ERR_STATE);
+    assert_int_equal(
+        trace_tile(&t,
+                   (struct tile_job){.plan = &p, .rect = r, .progress = &progress, .stop = &stop},
+                   0, &s),
+        ERR_STATE);
     assert_null(s);
     traced_fini(&t);
     free(f);
@@ -155,14 +145,9 @@ TEST(test_many_bounce_rays_show_progress)
     p.bounces = 1;
     p.planes |= PLANE_BIT(INDIRECT_MEAN);
     p.indirect_strata_per_axis = 16;
-    assert_int_equal(tile_trace(t.tracer,
-                                &(struct tile_job){.scene = t.scene,
-                                                   .plan = &p,
-                                                   .rect = block,
-                                                   .progress = &progress,
-                                                   .counters = &t.counters},
-                                0, &s),
-                     0);
+    assert_int_equal(
+        trace_tile(&t, (struct tile_job){.plan = &p, .rect = block, .progress = &progress}, 0, &s),
+        0);
     assert_int_equal(progress, 4 + 256 / 16 - 1);
     samples_destroy(&s);
     traced_fini(&t);
@@ -178,12 +163,8 @@ TEST(test_rectangles_outside_are_refused)
         {-1, 0, 8, 8}, {0, 0, 0, 8}, {0, 8, 8, 8}, {592, 0, 601, 8}, {0, 0, 257, 8}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         struct samples *s = NULL;
-        assert_int_equal(
-            tile_trace(t.tracer,
-                       &(struct tile_job){
-                           .scene = t.scene, .plan = &p, .rect = wrong[i], .counters = &t.counters},
-                       0, &s),
-            ERR_RANGE);
+        assert_int_equal(trace_tile(&t, (struct tile_job){.plan = &p, .rect = wrong[i]}, 0, &s),
+                         ERR_RANGE);
     }
     traced_fini(&t);
     free(f);

@@ -362,19 +362,15 @@ TEST(many_samples_can_be_stopped)
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(8, 16);
     struct traced t = {0};
-    struct fault fault;
     _Atomic uint64_t progress = 0;
     const _Atomic bool stop = true;
     add_room(f, &p);
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
-    assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    assert_int_equal(tile_trace(t.tracer,
-                                &(struct tile_job){.scene = t.scene,
-                                                   .plan = &p,
-                                                   .rect = (struct rect){0, 0, 8, 8},
-                                                   .progress = &progress,
-                                                   .stop = &stop,
-                                                   .counters = &t.counters},
+    open_traced(f, &t);
+    assert_int_equal(trace_tile(&t,
+                                (struct tile_job){.plan = &p,
+                                                  .rect = (struct rect){0, 0, 8, 8},
+                                                  .progress = &progress,
+                                                  .stop = &stop},
                                 0, &t.samples),
                      ERR_STATE);
     assert_int_equal(count(&t, COUNTER_LENS_SAMPLES), 16 * 16); /* a batch of the first block */

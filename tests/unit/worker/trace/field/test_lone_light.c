@@ -137,19 +137,12 @@ TEST(stops_when_asked)
 {
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
-    struct fault fault = {0};
     struct traced t = {0};
     _Atomic bool stop = true;
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
-    assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    assert_int_equal(tile_trace(t.tracer,
-                                &(struct tile_job){.scene = t.scene,
-                                                   .plan = &p,
-                                                   .rect = whole,
-                                                   .stop = &stop,
-                                                   .counters = &t.counters},
-                                0, &t.samples),
-                     ERR_STATE);
+    open_traced(f, &t);
+    assert_int_equal(
+        trace_tile(&t, (struct tile_job){.plan = &p, .rect = whole, .stop = &stop}, 0, &t.samples),
+        ERR_STATE);
     assert_null(t.samples);
     traced_fini(&t);
     free(f);
@@ -161,17 +154,11 @@ TEST(progress_goes_on)
 {
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
-    struct fault fault = {0};
     struct traced t = {0};
     _Atomic uint64_t progress = 0;
-    assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &t.scene, &fault), 0);
-    assert_int_equal(tile_tracer_create(&t.tracer), 0);
-    assert_int_equal(tile_trace(t.tracer,
-                                &(struct tile_job){.scene = t.scene,
-                                                   .plan = &p,
-                                                   .rect = whole,
-                                                   .progress = &progress,
-                                                   .counters = &t.counters},
+    open_traced(f, &t);
+    assert_int_equal(trace_tile(&t,
+                                (struct tile_job){.plan = &p, .rect = whole, .progress = &progress},
                                 0, &t.samples),
                      0);
     assert_true(progress >= (uint64_t)rect_height(whole) + t.samples->lone->count / LANES);

@@ -76,12 +76,7 @@ static struct samples *trace_pass(struct traced *t, const struct plan *p, uint32
 {
     struct samples *s = NULL;
     struct rect all = {0, 0, SIDE_PX, SIDE_PX};
-    assert_int_equal(
-        tile_trace(
-            t->tracer,
-            &(struct tile_job){.scene = t->scene, .plan = p, .rect = all, .counters = &t->counters},
-            pass, &s),
-        0);
+    assert_int_equal(trace_tile(t, (struct tile_job){.plan = p, .rect = all}, pass, &s), 0);
     return s;
 }
 
@@ -236,11 +231,7 @@ TEST(tents_reach_into_the_next_pixel)
             struct samples *more = NULL;
             struct rect all = {0, 0, 4, 4};
             assert_int_equal(
-                tile_trace(t.tracer,
-                           &(struct tile_job){
-                               .scene = t.scene, .plan = &p, .rect = all, .counters = &t.counters},
-                           pass, &more),
-                0);
+                trace_tile(&t, (struct tile_job){.plan = &p, .rect = all}, pass, &more), 0);
             for (int i = 0; i < 16; i++)
                 plane(&t, PLANE_PATH_COVERAGE, 0)[i] +=
                     samples_f32(more, PLANE_PATH_COVERAGE, 0)[i];
@@ -265,19 +256,12 @@ TEST(passes_and_maps_are_checked)
     struct rect all = {0, 0, SIDE_PX, SIDE_PX};
     struct samples *s = NULL;
     assert_int_equal(
-        tile_trace(
-            t.tracer,
-            &(struct tile_job){.scene = t.scene, .plan = &p, .rect = all, .counters = &t.counters},
-            plan_pass_count(&p), &s),
+        trace_tile(&t, (struct tile_job){.plan = &p, .rect = all}, plan_pass_count(&p), &s),
         ERR_RANGE);
     p.environment.kind = ENVIRONMENT_MAP;
     p.environment.power = 1.0f;
-    assert_int_equal(
-        tile_trace(
-            t.tracer,
-            &(struct tile_job){.scene = t.scene, .plan = &p, .rect = all, .counters = &t.counters},
-            0, &s),
-        ERR_MISSING);
+    assert_int_equal(trace_tile(&t, (struct tile_job){.plan = &p, .rect = all}, 0, &s),
+                     ERR_MISSING);
     traced_fini(&t);
     free(f);
 }
