@@ -1,8 +1,6 @@
 /* Names of messages, and those of the session as a whole. */
 #include "proto/link/message.h"
 
-#include <string.h>
-
 #include "proto/link/message_parts.h"
 
 /* Encoders write what decoders accept: texts are cleaned on the way out and refused unclean on the
@@ -46,9 +44,7 @@ static int check_hello(const struct message_hello *m)
 
 int message_decode_hello(const void *payload, size_t size_bytes, struct message_hello *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->protocol_version = bytes_read_u32(&r);
     /* Of another version's HELLO only the number is sure, and it is all that a refusal needs. */
     if (!r.failed && m->protocol_version != PROTOCOL_VERSION) return ERR_VERSION;
@@ -71,9 +67,7 @@ void message_encode_welcome(struct bytes_writer *w, const struct message_welcome
 
 int message_decode_welcome(const void *payload, size_t size_bytes, struct message_welcome *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->worker_id = bytes_read_u64(&r);
     m->beat_ms = bytes_read_u32(&r);
     int code = bytes_finish(&r);
@@ -89,9 +83,7 @@ void message_encode_refused(struct bytes_writer *w, const struct message_refused
 
 int message_decode_refused(const void *payload, size_t size_bytes, struct message_refused *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->code = message_read_i32(&r);
     bytes_read_string(&r, m->text, sizeof m->text);
     int code = bytes_finish(&r);
@@ -106,9 +98,7 @@ void message_encode_want(struct bytes_writer *w, const struct message_want *m)
 
 int message_decode_want(const void *payload, size_t size_bytes, struct message_want *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->tiles = bytes_read_u32(&r);
     int code = bytes_finish(&r);
     if (code != ERR_OK) return code;
@@ -127,9 +117,7 @@ void message_encode_beat(struct bytes_writer *w, const struct message_beat *m)
 
 int message_decode_beat(const void *payload, size_t size_bytes, struct message_beat *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->progress = bytes_read_u64(&r);
     m->phase = bytes_read_u32(&r);
     m->tiles_in_hand = bytes_read_u32(&r);

@@ -1,6 +1,4 @@
 /* Messages about blobs. */
-#include <string.h>
-
 #include "proto/link/message.h"
 #include "proto/link/message_parts.h"
 
@@ -13,9 +11,7 @@ void message_encode_blob_get(struct bytes_writer *w, const struct message_blob_g
 
 int message_decode_blob_get(const void *payload, size_t size_bytes, struct message_blob_get *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     message_read_digest(&r, &m->digest);
     m->offset = bytes_read_u64(&r);
     m->size_bytes = bytes_read_u32(&r);
@@ -42,9 +38,7 @@ static int check_blob_part(const struct message_blob_part *m)
 
 int message_decode_blob_part(const void *payload, size_t size_bytes, struct message_blob_part *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     message_read_digest(&r, &m->digest);
     m->total_bytes = bytes_read_u64(&r);
     m->offset = bytes_read_u64(&r);
@@ -60,9 +54,7 @@ void message_encode_blob_none(struct bytes_writer *w, const struct message_blob_
 
 int message_decode_blob_none(const void *payload, size_t size_bytes, struct message_blob_none *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     message_read_digest(&r, &m->digest);
     return bytes_finish(&r);
 }

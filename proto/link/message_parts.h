@@ -1,7 +1,19 @@
 #pragma once
 /* What several messages are made of. For message*.c alone. */
+#include <string.h>
+
 #include "proto/bytes.h"
 #include "proto/digest.h"
+
+/* Begins to read a payload into message `m`, which is cleared. */
+static inline struct bytes_reader message_reader(const void *payload, size_t size_bytes, void *m,
+                                                 size_t m_bytes)
+{
+    struct bytes_reader r;
+    bytes_reader_init(&r, payload, size_bytes);
+    memset(m, 0, m_bytes);
+    return r;
+}
 
 /* Texts reach logs, terminals and JSON: only printable UTF-8 travels. */
 bool message_text_is_clean(const char *text);

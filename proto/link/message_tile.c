@@ -1,6 +1,4 @@
 /* Messages about frames and their tiles. */
-#include <string.h>
-
 #include "proto/count_map.h"
 #include "proto/link/message.h"
 #include "proto/link/message_parts.h"
@@ -43,9 +41,7 @@ void message_encode_frame_plan(struct bytes_writer *w, const struct message_fram
 
 int message_decode_frame_plan(const void *payload, size_t size_bytes, struct message_frame_plan *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->frame_id = bytes_read_u64(&r);
     bytes_read_string(&r, m->job, sizeof m->job);
     bytes_read_string(&r, m->trace, sizeof m->trace);
@@ -89,9 +85,7 @@ static int check_rect(struct rect rect)
 
 int message_decode_tile(const void *payload, size_t size_bytes, struct message_tile *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
     m->pass.number = bytes_read_u32(&r);
     m->pass.first = bytes_read_u32(&r);
@@ -148,9 +142,7 @@ void message_encode_result(struct bytes_writer *w, const struct message_result *
 
 int message_decode_result(const void *payload, size_t size_bytes, struct message_result *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
     int code = read_counters(&r, &m->counters);
     if (code == ERR_OK) code = message_read_tail(&r, &m->samples, &m->samples_bytes);
@@ -166,9 +158,7 @@ void message_encode_ack(struct bytes_writer *w, const struct message_ack *m)
 
 int message_decode_ack(const void *payload, size_t size_bytes, struct message_ack *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
     m->verdict = bytes_read_u32(&r);
     int code = bytes_finish(&r);
@@ -184,9 +174,7 @@ void message_encode_returned(struct bytes_writer *w, const struct message_return
 
 int message_decode_returned(const void *payload, size_t size_bytes, struct message_returned *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
     int code = bytes_finish(&r);
     return code != ERR_OK ? code : check_index(m->index);
@@ -199,9 +187,7 @@ void message_encode_cancel(struct bytes_writer *w, const struct message_cancel *
 
 int message_decode_cancel(const void *payload, size_t size_bytes, struct message_cancel *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     m->frame_id = bytes_read_u64(&r);
     return bytes_finish(&r);
 }
@@ -215,9 +201,7 @@ void message_encode_tile_fault(struct bytes_writer *w, const struct message_tile
 
 int message_decode_tile_fault(const void *payload, size_t size_bytes, struct message_tile_fault *m)
 {
-    struct bytes_reader r;
-    bytes_reader_init(&r, payload, size_bytes);
-    memset(m, 0, sizeof *m);
+    struct bytes_reader r = message_reader(payload, size_bytes, m, sizeof *m);
     read_lease(&r, &m->frame_id, &m->index, &m->generation);
     m->code = message_read_i32(&r);
     bytes_read_string(&r, m->text, sizeof m->text);

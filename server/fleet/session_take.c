@@ -177,22 +177,17 @@ static int take_bye(struct session *s, const struct wire_frame_view *f)
 
 #define MESSAGE_TYPE_END (MESSAGE_FAULT + 1)
 typedef int (*step)(struct session *s, const struct wire_frame_view *f);
+/* What a worker sends between its HELLO and its end. */
+#define STEPS_WHEN_JOINED                                                                          \
+    {                                                                                              \
+        [MESSAGE_WANT] = take_want, [MESSAGE_RESULT] = take_result,                                \
+        [MESSAGE_RETURN] = take_return, [MESSAGE_FAULT] = take_fault,                              \
+        [MESSAGE_BLOB_GET] = take_blob_get, [MESSAGE_BEAT] = take_beat, [MESSAGE_BYE] = take_bye   \
+    }
 static const step steps[SESSION_STATE_COUNT][MESSAGE_TYPE_END] = {
     [SESSION_GREETING] = {[MESSAGE_HELLO] = take_hello},
-    [SESSION_WORKING] = {[MESSAGE_WANT] = take_want,
-                         [MESSAGE_RESULT] = take_result,
-                         [MESSAGE_RETURN] = take_return,
-                         [MESSAGE_FAULT] = take_fault,
-                         [MESSAGE_BLOB_GET] = take_blob_get,
-                         [MESSAGE_BEAT] = take_beat,
-                         [MESSAGE_BYE] = take_bye},
-    [SESSION_DRAINING] = {[MESSAGE_WANT] = take_want,
-                          [MESSAGE_RESULT] = take_result,
-                          [MESSAGE_RETURN] = take_return,
-                          [MESSAGE_FAULT] = take_fault,
-                          [MESSAGE_BLOB_GET] = take_blob_get,
-                          [MESSAGE_BEAT] = take_beat,
-                          [MESSAGE_BYE] = take_bye},
+    [SESSION_WORKING] = STEPS_WHEN_JOINED,
+    [SESSION_DRAINING] = STEPS_WHEN_JOINED,
 };
 
 int session_take(struct session *s, const struct wire_frame_view *f)

@@ -145,24 +145,24 @@ bool patch_has_surface(const struct patch *patch, size_t i)
     return !patch->id || patch->id[i] > 0;
 }
 
-uint64_t patch_count_measured(const struct patch *patch, struct rect rect)
+static uint64_t count_pixels(const struct patch *patch, struct rect rect,
+                             bool (*counts)(const struct patch *, size_t))
 {
     uint64_t count = 0;
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const size_t first = patch_pixel(patch, rect.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
-            count += patch_is_measured(patch, i) ? 1 : 0;
+            count += counts(patch, i) ? 1 : 0;
     }
     return count;
 }
 
+uint64_t patch_count_measured(const struct patch *patch, struct rect rect)
+{
+    return count_pixels(patch, rect, patch_is_measured);
+}
+
 uint64_t patch_count_glossy(const struct patch *patch, struct rect rect)
 {
-    uint64_t count = 0;
-    for (int32_t y = rect.y0; y < rect.y1; y++) {
-        const size_t first = patch_pixel(patch, rect.x0, y);
-        for (size_t i = first; i < first + (size_t)rect_width(rect); i++)
-            count += patch_is_glossy(patch, i) ? 1 : 0;
-    }
-    return count;
+    return count_pixels(patch, rect, patch_is_glossy);
 }
