@@ -45,13 +45,6 @@ void bytes_read_raw(struct bytes_reader *r, void *out, size_t size_bytes)
         memset(out, 0, size_bytes);
 }
 
-uint8_t bytes_read_u8(struct bytes_reader *r)
-{
-    uint8_t v;
-    bytes_read_raw(r, &v, sizeof v);
-    return v;
-}
-
 uint16_t bytes_read_u16(struct bytes_reader *r)
 {
     uint16_t v;

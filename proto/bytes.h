@@ -16,7 +16,6 @@ struct bytes_reader {
 
 void bytes_reader_init(struct bytes_reader *r, const void *data, size_t size_bytes);
 size_t bytes_left(const struct bytes_reader *r);
-uint8_t bytes_read_u8(struct bytes_reader *r);
 uint16_t bytes_read_u16(struct bytes_reader *r);
 uint32_t bytes_read_u32(struct bytes_reader *r);
 uint64_t bytes_read_u64(struct bytes_reader *r);

@@ -60,9 +60,3 @@ struct rect tile_grid_rect(const struct tile_grid *g, uint32_t index)
     return (struct rect){x0, y0, min_i32(x0 + g->side_px, g->width_px),
                          min_i32(y0 + g->side_px, g->height_px)};
 }
-
-uint32_t tile_grid_at(const struct tile_grid *g, int32_t x_px, int32_t y_px)
-{
-    assert(x_px >= 0 && x_px < g->width_px && y_px >= 0 && y_px < g->height_px);
-    return (uint32_t)(y_px / g->side_px) * (uint32_t)g->columns + (uint32_t)(x_px / g->side_px);
-}

@@ -39,4 +39,3 @@ struct tile_grid {
 int tile_grid_init(struct tile_grid *g, int32_t width_px, int32_t height_px, int32_t side_px);
 uint32_t tile_grid_count(const struct tile_grid *g);
 struct rect tile_grid_rect(const struct tile_grid *g, uint32_t index);
-uint32_t tile_grid_at(const struct tile_grid *g, int32_t x_px, int32_t y_px);

@@ -35,13 +35,6 @@ void job_counts_give(struct job_counts *counts, const char *owner)
     free(one);
 }
 
-size_t job_counts_of(const struct job_counts *counts, const char *owner)
-{
-    const struct job_count *one = counts->first;
-    while (one && strcmp(one->owner, owner) != 0) one = one->next;
-    return one ? one->jobs : 0;
-}
-
 void job_counts_fini(struct job_counts *counts)
 {
     struct job_count *one;

@@ -18,5 +18,4 @@ struct job_counts {
 int job_counts_take(struct job_counts *counts, const char *owner, size_t most);
 /* Counts one less. */
 void job_counts_give(struct job_counts *counts, const char *owner);
-size_t job_counts_of(const struct job_counts *counts, const char *owner);
 void job_counts_fini(struct job_counts *counts);

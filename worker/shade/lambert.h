@@ -15,12 +15,6 @@
  * along the surface, where nothing says what it meets. */
 #define LAMBERT_RISE2 0x1p-24f
 
-/* The BRDF at any pair of directions above the surface. */
-static inline float lambert_evaluate(float albedo)
-{
-    return albedo * LAMBERT_INV_PI;
-}
-
 /* Density of lambert_sample per solid angle at cosine `cos` to the normal; 0 below. */
 static inline float lambert_pdf(float cos)
 {

@@ -52,11 +52,6 @@ struct indirect_bandlimit indirect_bandlimit_blinn_phong(float exponent)
     return (struct indirect_bandlimit){3.6f + 0.084f * exponent, gamma_of(exponent)};
 }
 
-struct indirect_bandlimit indirect_bandlimit_phong(float exponent)
-{
-    return (struct indirect_bandlimit){4.27f + 0.15f * exponent, gamma_of(exponent)};
-}
-
 struct indirect_bandlimit indirect_bandlimit_facets(float alpha)
 {
     const float m = 2.0f / fmaxf(alpha * alpha, ALPHA_SQUARED_LEAST) - 2.0f;

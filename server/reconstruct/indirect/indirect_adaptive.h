@@ -41,10 +41,9 @@ struct indirect_bandlimit {
 };
 
 struct indirect_bandlimit indirect_bandlimit_lambert(void);
-/* Returns the bandlimit of an exponent: equations 24 and 26, fitted to 4 .. 50. gamma = acos(cos(45
+/* Returns the bandlimit of an exponent (section 5), fitted to 4 .. 50. gamma = acos(cos(45
  * deg)^(1/m)) / 90 deg (section 4.3). Exponents below 1 count as 1. */
 struct indirect_bandlimit indirect_bandlimit_blinn_phong(float exponent);
-struct indirect_bandlimit indirect_bandlimit_phong(float exponent);
 /* Returns the bandlimit of GGX facets of an alpha. It is Blinn and Phong's for the exponent m = 2 /
  * alpha^2 - 2, whose facets are spread about as widely (Walter et al. 2007, "Microfacet models for
  * refraction through rough surfaces", section 5.2). Above 50, where the fit ends, Omega grows with
