@@ -154,7 +154,7 @@ enum lens_light {
 /* Of an environment what is above so many times its mean luminance is a sun, not soft. */
 #define PLAN_SKY_SOFT_TIMES 12.0f
 
-/* Reflections that somebody looks through at most. */
+/* The most mirrors that a camera ray is followed through. */
 #define PLAN_LENS_MIRRORS 4
 
 /* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
@@ -225,18 +225,17 @@ int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fa
  * or ERR_NOT_FINITE; *fault names the field. */
 int plan_check(const struct plan *plan, struct fault *fault);
 
-/* What plan_decode demands of a camera and of a light, for others who read such fields: finite,
- * within limits.h, axes orthonormal, areas and cones not degenerate. `place` ("cameras[2]")
- * precedes the field in *fault; a light's power and strata are not looked at. */
+/* Check a camera and a light as plan_decode does, for other readers of such fields. They must be
+ * finite and within limits.h, axes orthonormal, areas and cones not degenerate. `place`
+ * ("cameras[2]") precedes the field in *fault; a light's power and strata are not checked. */
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault);
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault);
 
-/* Light k's planes under this plan: of light_planes, those that somebody reads of it. A rectangle
- * has strata, of which a shadow filter makes its irradiance; a light without area has irradiance
- * alone. */
+/* Returns those of light_planes that light k has. A rectangle has strata, from which a shadow
+ * filter makes its irradiance. A light without area has irradiance alone. */
 uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 
-/* The camera ray through continuous pixel position (px, py): origin, unit direction. */
+/* Computes the camera ray through the continuous pixel position (px, py). The direction is unit. */
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
                      float direction[3]);
 

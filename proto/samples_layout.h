@@ -25,7 +25,7 @@ uint32_t samples_visibility_mask(const struct samples_layout *layout, uint32_t l
  * frame. */
 int samples_layout_place(struct samples_layout *layout);
 
-/* samples_create, but data holds anything: for who writes all of it. */
+/* Does samples_create without zeroing the data, for callers that write all of it. */
 int samples_create_unset(const struct samples_layout *layout, struct samples **out);
 
 /* 0 when every number of s is finite and in its range; else ERR_NOT_FINITE or ERR_RANGE, and
