@@ -128,8 +128,8 @@ static void choose_paths(const struct job *job, const char *filter_why, const ch
     plan_skip(report, "light fields", "%s", why);
 }
 
-/* Whether there are so many paths, and bounce rays beside them, that nobody asked to filter these.
- * Paths alone then converge in passes, over whole pixels and not at their centres. */
+/* Returns whether there are so many paths, and unfiltered bounce rays beside them, that paths alone
+ * are better: they converge in passes, over whole pixels and not at their centres. */
 static bool has_enough_paths(const struct job *job, char why[PLAN_WHY_BYTES])
 {
     const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MOST;
@@ -238,14 +238,14 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
 {
     plan_bounces(job, plan, report);
     plan_residual_none(report);
-    const enum plan_integrator who = report->integrator;
-    if (who == INTEGRATOR_LIGHT_FIELD || who == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
+    const enum plan_integrator integrator = report->integrator;
+    if (integrator == INTEGRATOR_LIGHT_FIELD || integrator == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
         plan_indirect(job, plan, report);
-    if (who == INTEGRATOR_LENS_FIELD) plan_lens_light(job, scene, plan, report);
+    if (integrator == INTEGRATOR_LENS_FIELD) plan_lens_light(job, scene, plan, report);
     plan_glossy(job, scene, plan, report);
-    if (who == INTEGRATOR_LIGHT_FIELD)
+    if (integrator == INTEGRATOR_LIGHT_FIELD)
         plan_light_field(job, plan, report);
-    else if (who == INTEGRATOR_LENS_FIELD)
+    else if (integrator == INTEGRATOR_LENS_FIELD)
         plan_lens(job, plan, report);
     else
         plan_paths(job, plan, report);

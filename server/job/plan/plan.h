@@ -1,20 +1,22 @@
 #pragma once
-/* What a frame needs, decided once: who makes the picture, which effects run, which planes travel,
- * what is left out and why.
+/* Plans a frame once: who makes its picture, which effects run, which planes travel, and what is
+ * left out and why.
  *
- * filter.method none is the path tracer. All others are light fields as far as these go: alone
- * where they cover all that scene and job ask for (pure Lambert surfaces, lights of the list alone,
- * a pinhole, layers that they give), with the shadow filter that is asked for or that auto chooses;
- * else beside paths, to which they bring diffuse indirect light and ambient occlusion. Both have
- * the filter of indirect light that filter.indirect asks for. With a lens it is the lens's light
- * field, of paths that are sorted by where they pass the lens, with the filter that filter.lens
- * asks for. What none can do (without a lens a tent and surfaces that let light through by their
- * alpha; with one layers besides the picture, more samples than travel one by one; the layer
- * error), what has nothing indirect, and what has so many samples that paths alone show little
- * noise is the path tracer, too, which nothing filters.
+ * filter.method none means the path tracer. All others mean light fields, as far as these go. They
+ * stand alone where they cover all that scene and job ask for: pure Lambert surfaces, only lights
+ * of the list, a pinhole, and layers that they have. Then a shadow filter runs, the one that is
+ * asked for or that auto chooses. Elsewhere they stand beside paths and bring diffuse indirect
+ * light and ambient occlusion. In both cases filter.indirect chooses the filter of indirect light.
+ * A lens has a light field of its own, paths sorted by where they pass the lens, and filter.lens
+ * chooses its filter.
  *
- * A pure function of the job and what it names; any thread. Everything that a person may ask about
- * the decision is in struct plan_report. */
+ * The path tracer also takes what no light field can do. Without a lens that is a tent and surfaces
+ * that let light through by their alpha. With one it is layers besides the picture, more samples
+ * than travel one by one, and the layer error. It takes pictures without indirect light, too, and
+ * those with so many samples that paths show little noise.
+ *
+ * Planning is a pure function of the job and what it names, for any thread. Whatever a user may ask
+ * about the decision is in struct plan_report. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -23,7 +25,7 @@
 #include "proto/scene/environment.h"
 #include "proto/scene/scene.h"
 
-/* Effects that a plan may run; bits. */
+/* Effects that a plan may run, as bits. */
 enum plan_effect {
     EFFECT_PRIMARY = 1u << 0,
     EFFECT_ANTIALIAS = 1u << 1,
@@ -46,7 +48,7 @@ enum plan_integrator {
     INTEGRATOR_LENS_FIELD
 };
 
-/* What is skipped ("plane reflector", "light /lights/2"), and why, as sentences. */
+/* What is skipped, such as "plane reflector" or "light /lights/2", and why, as a sentence. */
 struct plan_skip {
     char what[64];
     char why[128];
@@ -61,7 +63,7 @@ struct plan_light_source {
     char name[64];  /* cut; "" for none */
 };
 
-/* What shines among the placed meshes. */
+/* The placed meshes that emit light. */
 struct plan_emitters {
     uint64_t instances; /* that shine and are no light of the list */
     double flux;        /* luminance that leaves them all, W */
@@ -69,7 +71,7 @@ struct plan_emitters {
     bool any_unlit;
 };
 
-/* What a plan is made from; all of it is borrowed for the call. */
+/* What a plan is made from. The call borrows all of it. */
 struct plan_source {
     const struct scene *scene;
     struct digest scene_blob;
@@ -107,9 +109,9 @@ struct plan_report {
 int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
-/* {integrator, effects, layers, planes, light_planes, filter, filter_why, indirect_filter,
- * indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter, lens_filter_why, lens_light,
- * lens_light_why, skipped:
- * [{what, why}], lights, environment, emitters, camera, samples, tiles, warnings}. New reference;
- * NULL on failed allocation. */
+/* Writes the report: {integrator, effects, layers, planes, light_planes, filter, filter_why,
+ * indirect_filter, indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter,
+ * lens_filter_why, lens_light, lens_light_why, skipped:
+ * [{what, why}], lights, environment, emitters, camera, samples, tiles, warnings}. Returns a new
+ * reference; NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);

@@ -84,7 +84,7 @@ static void plan_planes(const struct job *job, struct plan *plan, struct plan_re
     }
     if (plan_wants_error(job)) return;
     plan->planes &= ~PLANE_BIT(GLOSSY_HALF);
-    plan_skip(report, "plane glossy_half", "nobody asks for errors");
+    plan_skip(report, "plane glossy_half", "no layer and no target needs errors");
 }
 
 void plan_glossy(const struct job *job, const struct scene *scene, struct plan *plan,

@@ -194,9 +194,10 @@ static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
     if (parts || error)
         plan_skip(report, "plane indirect_mean", "it is made of the %s",
                   parts ? "strata" : "halves");
-    if (!error) plan_skip(report, "plane indirect_halves", "nobody asks for errors");
+    if (!error) plan_skip(report, "plane indirect_halves", "no layer and no target needs errors");
     if (!parts) plan_skip(report, "plane indirect_strata", "no filter of this plan reads it");
-    if (error && l < 2) plan_warn(report, "one bounce ray a pixel tells nothing of its error");
+    if (error && l < 2)
+        plan_warn(report, "one bounce ray per pixel gives no estimate of its error");
 }
 
 static void plan_occlusion(const struct job *job, struct plan *plan, struct plan_report *report)

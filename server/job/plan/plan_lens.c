@@ -130,7 +130,8 @@ static void plan_extra(const struct job *job, struct plan *plan, struct plan_rep
     if (plan->lens_filter != LENS_FILTER_SHEARED) {
         plan_skip(report, "sampling.lens_extra", "only the sheared filter mixes second sets in");
     } else if (plan->lens_strata_per_axis < 2) {
-        plan_skip(report, "sampling.lens_extra", "one sample does not tell who needs more");
+        plan_skip(report, "sampling.lens_extra",
+                  "one sample per pixel cannot tell which pixels need more");
     } else if (!(report->layers & LAYER_BEAUTY)) {
         plan_skip(report, "sampling.lens_extra", "no layer of this plan shows the picture");
     } else {

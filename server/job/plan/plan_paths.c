@@ -99,5 +99,6 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
         report->effects |= EFFECT_OCCLUSION;
     }
     if ((report->layers & LAYER_ERROR) && plan->paths.spp < 2)
-        plan_warn(report, "one path a pixel tells nothing of its error: the layer error is 0");
+        plan_warn(report,
+                  "one path per pixel gives no estimate of its error: the layer error is 0");
 }

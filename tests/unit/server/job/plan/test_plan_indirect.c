@@ -21,7 +21,7 @@ TEST(light_fields_bounce_often)
         assert_int_equal(s->plan.indirect_strata_per_axis, 3);
         assert_true(s->plan.occlusion_distance == 0);
         assert_true(s->plan.capabilities & CAPABILITY_INDIRECT);
-        assert_string_equal(why(s, "plane indirect_halves"), "nobody asks for errors");
+        assert_string_equal(why(s, "plane indirect_halves"), "no layer and no target needs errors");
         assert_string_equal(why(s, "plane indirect_strata"), "no filter of this plan reads it");
         assert_string_equal(why(s, "plane open"), "no layer of this plan reads it");
         assert_null(why(s, "filter of indirect light"));

@@ -170,7 +170,8 @@ TEST(second_sets_are_planned)
     s->job.lens_spp = 1;
     must_make(s);
     assert_int_equal(s->plan.lens_extra, 0);
-    assert_string_equal(why(s, "sampling.lens_extra"), "one sample does not tell who needs more");
+    assert_string_equal(why(s, "sampling.lens_extra"),
+                        "one sample per pixel cannot tell which pixels need more");
     s->job.lens_spp = 9;
     s->job.lens = LENS_AXIS_ALIGNED;
     must_make(s);

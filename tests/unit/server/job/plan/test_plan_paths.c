@@ -159,8 +159,8 @@ TEST(warns_of_an_error_without_samples)
     s->job.layers = LAYER_ERROR;
     s->job.spp = 1;
     assert_int_equal(make(s), 0);
-    assert_true(has_warning(s, "one path a pixel"));
+    assert_true(has_warning(s, "one path per pixel"));
     s->job.spp = 4;
     assert_int_equal(make(s), 0);
-    assert_false(has_warning(s, "one path a pixel"));
+    assert_false(has_warning(s, "one path per pixel"));
 }
