@@ -1,9 +1,8 @@
 #pragma once
 /* One frame in work: its plan, tiles, film and image, from the first lease to the stored files.
  *
- * Everything here runs on the loop's thread; decoding, reconstruction and encoding are handed to
- * the pool and come back. A frame that is dropped tells its owner nothing more, and is freed when
- * the pool has let go of it. */
+ * All functions here run on the loop's thread. The pool decodes, reconstructs and encodes. A frame
+ * that is dropped sends its owner no more events, and is freed when the pool has let go of it. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -19,24 +18,23 @@
 
 struct frame;
 
-/* What the owner is told; the frame may be dropped from inside each of these. */
+/* Events for the owner, who may drop the frame from inside each of them. */
 struct frame_events {
     void *ctx;
-    /* The verdict on a result that frame_result took over. */
+    /* Gives the verdict on a result that frame_result took over. */
     void (*judged)(void *ctx, struct frame *frame, uint64_t worker, const struct message_ack *ack);
     /* Pixels of `rect` are in the image. */
     void (*drawn)(void *ctx, struct frame *frame, struct rect rect);
-    /* Tiles may wait again: of the next round of a frame that has some (proto/plan.h), or after the
-     * frame was taken up. */
+    /* Tiles may wait again, because a round begins (proto/plan.h) or the frame was taken up. */
     void (*extended)(void *ctx, struct frame *frame);
-    /* All tiles have landed with all their passes: workers may forget the frame. */
+    /* All tiles have landed with all their passes, so workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);
-    /* Of a frame that is kept: all of its pixels are there as they will stay. */
+    /* All pixels of a frame that is kept are final. */
     void (*completed)(void *ctx, struct frame *frame);
     /* The files are stored as objects. */
     void (*encoded)(void *ctx, struct frame *frame, const struct digest *exr,
                     const struct digest *png);
-    /* They could not be, for now: frame_store tries again. NULL: the frame fails. */
+    /* They could not be stored for now, and frame_store tries again. NULL: the frame fails. */
     void (*unstored)(void *ctx, struct frame *frame, const struct fault *fault);
     void (*failed)(void *ctx, struct frame *frame, const struct fault *fault);
 };
@@ -54,16 +52,16 @@ struct frame_options {
     struct spools *spools;  /* where its tiles are kept until it has its files; NULL: nowhere */
     char job[JOB_ID_BYTES]; /* its name there, with the number */
     bool kept;              /* its files are not made when it is complete, but by frame_store */
-    /* Of each tile, passes that count already when the spool has them (shelved_frame.h); borrowed
-     * until it is dropped; NULL: none. */
+    /* How many passes of each tile count already when the spool has them (shelved_frame.h). It is
+     * borrowed until the frame is dropped; NULL: none. */
     const uint32_t *counted;
     struct frame_events events;
 };
 
-/* ERR_MEMORY, ERR_LIMIT. The frame starts in state rendering. */
+/* Creates a frame in state rendering. ERR_MEMORY, ERR_LIMIT. */
 int frame_create(const struct frame_options *options, struct frame **out);
 
-/* No more events. Nulls the pointer. */
+/* Drops a frame, which sends no more events. Nulls the pointer. */
 void frame_drop(struct frame **frame);
 
 uint64_t frame_id(const struct frame *f);
@@ -73,7 +71,8 @@ const struct image *frame_image(const struct frame *f);
 const struct exr_metadata *frame_metadata(const struct frame *f);
 const struct statistics *frame_statistics(const struct frame *f); /* tiles and CPU so far */
 uint64_t frame_revision(const struct frame *f); /* blocks drawn, each time that they were */
-/* Every pass of a tile (proto/plan.h) counts as a tile: a worker is given one at a time. */
+/* Returns the number of tiles, where every pass of a tile (proto/plan.h) counts as one: a worker is
+ * given one at a time. */
 uint32_t frame_tiles_total(const struct frame *f);
 struct rect frame_tile_rect(const struct frame *f, uint32_t index); /* of one that it gives out */
 uint32_t frame_tile_count(const struct frame *f);                   /* each once */
@@ -81,52 +80,57 @@ uint32_t frame_tile_passes(const struct frame *f, uint32_t index);  /* of one, t
 uint32_t frame_tiles_planned(const struct frame *f); /* of these, those that the plan tells of */
 uint32_t frame_tiles_landed(const struct frame *f);
 uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now */
-/* Samples that have landed, of all: passes differ in length. 1 only when all have. */
+/* Returns the share of all samples that have landed, as passes differ in length. It is 1 only when
+ * all have. */
 double frame_traced_share(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
-/* From now on tiles are given in that order: with a region, those that its pixels need. */
+/* Changes the order in which tiles are given. A region stands for the tiles that its pixels need.
+ */
 void frame_steer(struct frame *f, const struct tile_priority *priority);
 
-/* Of a frame that is kept: `completed` was told; makes its files, once, after that; of any after
- * `unstored`. */
+/* frame_is_complete returns whether `completed` was sent for a frame that is kept. frame_store
+ * makes the files of such a frame, once, and those of any frame again after `unstored`. */
 bool frame_is_complete(const struct frame *f);
 void frame_store(struct frame *f);
 
-/* What there is to warn of when the frame is encoded: a sentence, "" for nothing. */
+/* Returns a warning for when the frame is encoded: a sentence, "" for none. */
 const char *frame_warning(const struct frame *f);
 
-/* Whether it failed by what workers did or said of a tile, which begins again with it. */
+/* Returns whether what workers did at a tile, or said of it, made the frame fail. */
 bool frame_was_given_up(const struct frame *f);
 
-/* Why the last result that did not fit the plan was refused. Borrowed. */
+/* Returns why the last result that did not fit the plan was refused. Borrowed. */
 const struct fault *frame_refusal(const struct frame *f);
 
-/* Takes up what an earlier run had of the frame, before the first tile is given: false while that
- * is looked for (`extended` comes then). Workers trace with this version of Embree. */
+/* Takes up what an earlier run had of the frame, before the first tile is given. Returns false
+ * while the spool is read; `extended` comes then. Workers trace with this version of Embree. */
 bool frame_take_up(struct frame *f, const char *embree);
 
-/* The next tile and pass for a worker. False when none waits, or when reconstruction is so far
- * behind that more samples would only fill memory; frame_was_held then says once that it goes on.
- */
+/* Leases the next tile and pass to a worker. Returns false when none waits, or when reconstruction
+ * is so far behind that more samples would only fill memory. frame_was_held then returns true once,
+ * when it goes on. */
 bool frame_lease(struct frame *f, const struct worker_request *request, struct fleet_tile *out);
-/* What it asks of a worker: of each pixel its layers (as one), paths and bounce rays. */
+/* Returns the samples that a tile asks of a worker: for each pixel its layers, counted as one, its
+ * paths and its bounce rays. */
 uint64_t frame_tile_samples(const struct frame *f, const struct fleet_tile *tile);
-/* The next tile has seen a worker die: this one should first be done with what it holds. */
+/* Returns whether this worker should first be done with what it holds, because a worker has died at
+ * the next tile. */
 bool frame_waits_for_free(const struct frame *f, const struct worker_request *request);
-/* A copy of a leased tile, as it is leased. */
+/* Leases a copy of a leased tile. */
 bool frame_copy(struct frame *f, uint64_t worker, uint32_t capabilities,
                 const struct fleet_tile *of, struct fleet_tile *out);
 bool frame_was_held(struct frame *f);
 
-/* A verdict, or 0 when *bytes was taken over and `judged` follows. */
+/* Takes a result. Returns a verdict, or 0 when *bytes was taken over and `judged` follows. */
 uint32_t frame_result(struct frame *f, uint64_t worker, const struct message_result *result,
                       uint8_t **bytes, uint32_t size_bytes);
 
-/* A lease that came back; the frame may fail by it (event). True when the tile waits again: false
- * after a failure, and for a tile that landed by a copy or that another worker has. */
+/* Takes a lease back; the frame may fail by it, with an event. Returns whether the tile waits
+ * again. It does not after a failure, after it landed by a copy, and while another worker has it.
+ */
 bool frame_returned(struct frame *f, uint64_t worker, const struct fleet_tile *tile,
                     enum fleet_return why);
-/* A worker did not die of the tiles that came back from it so. */
+/* Notes that a worker did not die of the tiles that came back from it as if it had. */
 void frame_survived(struct frame *f, uint64_t worker);
 void frame_faulted(struct frame *f, uint64_t worker, const struct message_tile_fault *fault);

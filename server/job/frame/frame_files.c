@@ -57,7 +57,8 @@ static void unstored(struct frame *f, const struct frame_file *file)
     f->options.events.unstored(f->options.events.ctx, f, &fault);
 }
 
-/* When a frame is kept, its files wait for whoever wants them, not for tiles. */
+/* Counts the wall time of a frame's files. Those of a frame that is kept wait for a request and not
+ * for tiles. */
 static void count_wall(struct frame *f)
 {
     const uint64_t now_us = frame_clock_us();

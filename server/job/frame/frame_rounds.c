@@ -5,10 +5,10 @@
 
 #include "server/job/frame/frame_work.h"
 
-/* What a frame is said to have done at most before it is known to be done. */
+/* The greatest share of work that is reported before a frame is known to be done. */
 #define SHARE_MOST 0.99
 
-/* All rays of frames with second sets over those of the first, before anybody knows. */
+/* The expected ratio of all rays to those of the first set, before second sets are chosen. */
 #define RATE_EXPECTED 3.0
 
 int frame_rounds_create(struct frame *f)

@@ -156,7 +156,7 @@ void frame_spool_feed(struct frame *f)
         const uint32_t tile = s->taken[--s->taken_count];
         if (read_tile(f, tile)) continue;
         tile_queue_give_up(f->tiles, tile);
-        f->held = true; /* who asked for tiles in vain is told with the next block */
+        f->held = true; /* workers that got no tile are told with the next block */
     }
 }
 

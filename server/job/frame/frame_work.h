@@ -1,8 +1,8 @@
 #pragma once
-/* The inside of a frame, shared by the files that work on it: frame.c (book-keeping),
- * frame_results.c (results to blocks), frame_spool.c (results of an earlier run), frame_rounds.c
- * (passes after the schedule: when), with frame_target.c and frame_adaptive.c (which),
- * frame_files.c (image to files). */
+/* The inside of a frame, shared by the files that work on it. frame.c keeps the books,
+ * frame_results.c turns results into blocks, and frame_spool.c reads results of an earlier run.
+ * frame_rounds.c decides when there are passes after the schedule, frame_target.c and
+ * frame_adaptive.c which. frame_files.c turns the image into files. */
 #include <stdatomic.h>
 #include <uv.h>
 
@@ -14,14 +14,14 @@
 #include "server/job/frame/tile_queue.h"
 #include "server/reconstruct/block.h"
 
-/* Of a frame that has rounds (proto/plan.h). */
+/* The rounds of a frame that has some (proto/plan.h). */
 struct frame_rounds {
     uint32_t *more_passes;               /* owned; of each tile */
     struct block_statistics *statistics; /* owned; of each block, as it was drawn last */
     double shown;                        /* share of the work that was told of */
 };
 
-/* Of a frame with a target: what is measured of its picture, for the next round. */
+/* What is measured in the picture of a frame with a target, for the next round. */
 struct frame_target {
     struct rounds *rounds; /* owned */
     float *pixels;         /* owned; ERROR_SOURCE_COUNT variances and luminance, plane by plane */
@@ -38,8 +38,8 @@ struct frame_adaptive_tile {
     uint64_t rays;
 };
 
-/* Of a frame whose pixels get second sets: of bounce rays (plan_adaptive), and of rays of glossy
- * lobes where the plan has a second map; or of paths through the lens. */
+/* The second sets of a frame that has some. They are of bounce rays (plan_adaptive), with rays of
+ * glossy lobes where the plan has a second map, or of paths through the lens. */
 struct frame_adaptive {
     uint32_t maps;      /* plan_side_maps */
     uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are
@@ -52,7 +52,7 @@ struct frame_adaptive {
     bool decided;
 };
 
-/* Of a frame whose tiles are kept on disk. */
+/* The spool of a frame whose tiles are kept on disk. */
 enum frame_spool_state { FRAME_SPOOL_CLOSED, FRAME_SPOOL_OPENING, FRAME_SPOOL_READY };
 struct frame_spool {
     enum frame_spool_state state;
@@ -63,7 +63,7 @@ struct frame_spool {
     unsigned reading; /* tasks */
 };
 
-/* What a frame leaves behind; one task of each at a time. */
+/* A file that a frame leaves behind. One task works on each at a time. */
 struct frame_file {
     struct pool_task task;
     struct frame *frame;
@@ -114,26 +114,26 @@ struct frame {
     atomic_bool dropped; /* the pool skips what is queued */
 };
 
-/* Hands a task to the pool, which counts; frame_task_over takes the count back and frees a dropped
- * frame with its last task. True when the frame is still wanted. */
+/* Counts a task and hands it to the pool. frame_task_over takes the count back and frees a dropped
+ * frame with its last task. Returns whether the frame is still wanted. */
 void frame_task_submit(struct frame *f, struct pool_task *task);
 bool frame_task_over(struct frame *f);
 
-/* Samples a pixel of a pass, by which the work that is done is told: paths, and bounce rays, each
- * of which goes on as a path does; at least one. */
+/* Returns the samples per pixel of a pass, the measure of progress. Paths count, and bounce rays,
+ * as each goes on as a path does. It is at least one. */
 uint32_t frame_pass_samples(const struct plan_pass *pass);
-/* The same of all of a tile's pixels, which may differ; with the samples of the lens. */
+/* Returns the samples of all pixels of a tile, which may differ, with those of the lens. */
 uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, uint32_t area);
 
-/* What a pass of a tile traces. */
+/* Returns what a pass of a tile traces. */
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
-/* So far behind with reconstruction that more samples would only fill memory. */
+/* Returns whether reconstruction is so far behind that more samples would only fill memory. */
 bool frame_is_behind(const struct frame *f);
 
 /* -- frame_results.c -- */
 
-/* Lands a received tile's pass, and counts it, unless it counts already (counters NULL); blocks
+/* Lands a received tile's pass, and counts it, unless it counts already (counters NULL). Blocks
  * that are ready go to the pool. On failure the frame has failed, and may be gone. */
 int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                struct samples **samples, const struct counters *counters);
@@ -141,15 +141,15 @@ int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
 /* -- frame_spool.c: what an earlier run of the coordinator had -- */
 
 void frame_spool_destroy(struct frame *f);
-/* Takes the tiles that wait for a pass which the spool has, out of those that wait. */
+/* Takes tiles whose next pass the spool has out of those that wait. */
 void frame_spool_take(struct frame *f);
 /* Reads on, as far as reconstruction keeps up. */
 void frame_spool_feed(struct frame *f);
-/* Whether the spool has the pass after the one that a tile is received for; then, once that has
- * landed, it is to be read. */
+/* Returns whether the spool has the pass after the one that a tile is received for. It is read once
+ * that one has landed. */
 bool frame_spool_has_next(const struct frame *f, uint32_t tile);
 void frame_spool_push(struct frame *f, uint32_t tile);
-/* Keeps what a worker sent of a pass that has landed; takes the bytes if there is a spool. */
+/* Keeps a landed pass as a worker sent it. Takes the bytes if there is a spool. */
 void frame_spool_keep(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                       const struct counters *counters, uint8_t **bytes, uint32_t size_bytes);
 
@@ -161,10 +161,10 @@ static inline bool frame_has_rounds(const struct frame *f)
 {
     return f->rounds.more_passes != NULL;
 }
-/* All blocks are drawn: decides on the pool whether there is another round, and begins it or ends
+/* Decides on the pool, once all blocks are drawn, whether there is another round. Begins it or ends
  * the frame. */
 void frame_rounds_decide(struct frame *f);
-/* Tells anew how much of the work is done, which never shrinks. */
+/* Updates the share of the work that is done, which never shrinks. */
 void frame_rounds_note(struct frame *f);
 
 /* -- frame_target.c: sampling until a target error is reached -- */
@@ -175,13 +175,14 @@ static inline bool frame_has_target(const struct frame *f)
 {
     return f->target.rounds != NULL;
 }
-/* Keeps what was measured of a block's pixels, in `measure` (block by block, not of the image). */
+/* Keeps what was measured in a block's pixels. `measure` is of the block, not of the image. */
 void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure);
-/* On the pool, when nothing else touches the frame's rounds: whether any tile gets more passes. */
+/* Decides whether any tile gets more passes. It runs on the pool, when no other task touches the
+ * frame's rounds. */
 bool frame_target_decide(struct frame *f);
-/* On the loop's thread, after that. */
+/* Counts what was decided, on the loop's thread. */
 void frame_target_count(struct frame *f);
-/* After the last round: says what was not reached. */
+/* Warns, after the last round, if the target was not reached. */
 void frame_target_end(struct frame *f);
 
 /* -- frame_adaptive.c: second sets -- */
@@ -192,19 +193,19 @@ static inline bool frame_is_adaptive(const struct frame *f)
 {
     return f->adaptive.pixels != NULL;
 }
-/* Whether a block that is drawn now is to tell of its pixels' second sets. */
+/* Returns whether a block that is drawn now has to choose its pixels' second sets. */
 static inline bool frame_wants_sides(const struct frame *f)
 {
     return frame_is_adaptive(f) && !f->adaptive.decided;
 }
-/* Keeps a block's, map by map, row by row. */
+/* Keeps a block's second sets, map by map, row by row. */
 void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
-/* As of a target; *error: ERR_MEMORY. */
+/* Decides as frame_target_decide does. *error: ERR_MEMORY. */
 bool frame_adaptive_decide(struct frame *f, int *error);
 void frame_adaptive_count(struct frame *f);
 struct plan_pass frame_adaptive_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
-/* Tells the owner; the frame may be gone afterwards. */
+/* Fails the frame and tells its owner. The frame may be gone afterwards. */
 void frame_fail(struct frame *f, int code, const char *pointer, const char *detail);
 
 /* -- frame_files.c -- */
@@ -214,12 +215,12 @@ void frame_files_drop(struct frame *f);
 /* Gives rows that have become final to the pool, to be encoded. */
 void frame_files_feed(struct frame *f);
 
-/* Of a loop's time that goes on evenly. */
+/* Returns the loop's monotonic time. */
 static inline uint64_t frame_clock_us(void)
 {
     return uv_hrtime() / 1000;
 }
 
-/* The image is whole: what is left of EXR and PNG is written on the pool, then `encoded` or
- * `failed`. Of a frame that is kept: `completed`. */
+/* Ends a frame whose image is whole. The pool writes what is left of EXR and PNG, and `encoded` or
+ * `failed` follows. For a frame that is kept, `completed` does. */
 void frame_encode(struct frame *f);

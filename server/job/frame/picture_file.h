@@ -1,7 +1,8 @@
 #pragma once
-/* One of the two files of a picture, written from the top while the picture forms: rows that are
- * final are encoded while others are still traced, so that little is left to do after the last. It
- * becomes an object under its digest in the end. Blocking; for the pool; one call at a time. */
+/* One of the two files of a picture, written from the top while the picture forms. Final rows are
+ * encoded while others are still traced, so that little is left to do after the last. In the end
+ * the file becomes an object under its digest. Calls block, are for the pool, and come one at a
+ * time. */
 #include "server/image/exr.h"
 #include "server/store/objects.h"
 
@@ -21,14 +22,13 @@ struct picture_file {
     char dir[OBJECTS_PATH_BYTES];
 };
 
-/* Writes rows below `end`, as far as they fill what is encoded at once. They may change no more. On
- * an error nothing is left of the file: it can be begun again, with all rows. */
+/* Writes rows before `end`, as far as they fill what is encoded at once. They may change no more.
+ * After an error the file is gone, and can be begun again with all rows. */
 int picture_file_write(struct picture_file *file, int32_t end, struct fault *fault);
 
-/* Writes what is left and stores it, held (objects.h); from the start, if nothing was written. The
- * same on an error.
- */
+/* Writes the remaining rows, which may be all, and stores the file, held (objects.h). An error has
+ * the same effect as above. */
 int picture_file_finish(struct picture_file *file, struct digest *out, struct fault *fault);
 
-/* Lets go of what is begun; nothing is fine. */
+/* Drops a file that is begun, if any. */
 void picture_file_drop(struct picture_file *file);

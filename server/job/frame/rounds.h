@@ -1,12 +1,12 @@
 #pragma once
-/* Sampling until a target error is reached: which tiles get how many more samples, round by round.
+/* Decides, round by round, which tiles get how many more samples until a target error is reached.
  *
- * The plan's schedule is the first round. When all of a frame is reconstructed, each tile's summed
- * squared error is known, by what would lower it: more paths, more bounce rays, neither. Squared
- * errors are taken to fall with the number of paths, and of bounce rays as the power 2/3 (their
- * filter gets narrower meanwhile; docs/reconstruction.md, Target rounds). The least cost for the
- * target is where one sample more gains the same everywhere: with V the squared error of a tile of
- * `area` pixels, n its samples a pixel and r the factor by which they grow,
+ * The plan's schedule is the first round. When the frame is reconstructed, each tile's summed
+ * squared error is known, split by what would lower it: more paths, more bounce rays, neither.
+ * Squared errors are taken to fall with the number of paths, and with the power 2/3 of that of
+ * bounce rays, whose filter gets narrower meanwhile (docs/reconstruction.md, Target rounds). The
+ * cost of the target is least where one more sample gains the same everywhere. With V the squared
+ * error of a tile of `area` pixels, n its samples a pixel and r the factor by which they grow,
  *
  *   paths     V / r          falls at V / (area n r^2)        = lambda
  *   bounces   V / r^(2/3)    falls at 2 V / (3 area n r^(5/3)) = lambda
@@ -19,13 +19,13 @@
  * costs as many samples as giving all the same.)
  *
  * A round multiplies samples by 4 at most, so that errors that were estimated from few are not
- * trusted too far. All is a function of the errors alone, and these of the plan. */
+ * trusted too far. Decisions follow from the errors alone, and these from the plan. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
 #include "server/reconstruct/compose/block_variance.h"
 
-/* Of one tile, over its pixels. */
+/* The error of one tile, over its pixels. */
 struct rounds_error {
     double variance[ERROR_SOURCE_COUNT]; /* mean over R, G, B, summed */
     double luminance;                    /* summed */
@@ -33,15 +33,15 @@ struct rounds_error {
 
 struct rounds;
 
-/* The plan, which has a target, is borrowed. ERR_MEMORY, ERR_RANGE. */
+/* Creates the rounds of a plan with a target, which is borrowed. ERR_MEMORY, ERR_RANGE. */
 int rounds_create(const struct plan *plan, struct rounds **out);
 void rounds_destroy(struct rounds **rounds);
 
-/* The errors of all tiles are those: how many passes each tile gets more. Returns whether any gets
- * one; the others' pictures stand. `more_passes` has room for all tiles. */
+/* Decides from the errors of all tiles how many more passes each tile gets. Returns whether any
+ * gets one; the pictures of the others are final. `more_passes` has room for all tiles. */
 bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t *more_passes);
 
-/* What pass `number` of a tile traces: the schedule's, or one of the round's. */
+/* Returns what pass `number` of a tile traces, of the schedule or of a round. */
 struct plan_pass rounds_pass(const struct rounds *r, uint32_t tile, uint32_t number);
 
 struct rounds_report {

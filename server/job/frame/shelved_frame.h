@@ -1,10 +1,9 @@
 #pragma once
-/* What a frame cost that was dropped to be taken up again from its spool: a paused job's, whose
- * memory others needed. It stays beside the job's own numbers until the frame is done; what is read
- * again then does not count a second time, what has to be traced again does.
+/* What a frame had cost when it was dropped to be taken up again from its spool, as a paused job's
+ * frame is whose memory others need. It stays beside the job's own numbers until the frame is done.
+ * Passes that are read again then do not count twice; passes that are traced again do.
  *
- * What is durable does not have it: after a restart nothing is known of it, and what is taken up
- * counts then. */
+ * It is not durable. After a restart it is gone, and passes that are taken up count. */
 #include "server/job/frame/frame.h"
 
 struct shelved_frame {
@@ -12,6 +11,6 @@ struct shelved_frame {
     uint32_t passes[];            /* of each tile, that count there */
 };
 
-/* Of a frame that is about to be dropped, which may have been shelved before (taken; NULL: not).
- * NULL on failed allocation, and nothing is taken then. */
+/* Makes it for a frame that is about to be dropped. If the frame was shelved before, `before` is
+ * taken; else it is NULL. Returns NULL on failed allocation, and takes nothing then. */
 struct shelved_frame *shelved_frame_create(const struct frame *work, struct shelved_frame *before);

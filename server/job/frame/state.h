@@ -22,7 +22,7 @@ enum frame_state {
     FRAME_STATE_COUNT
 };
 
-/* The names of the HTTP contract and of the store. */
+/* Return the names of the HTTP contract and of the store. */
 const char *job_state_name(enum job_state state);
 bool job_state_from_name(const char *name, enum job_state *out);
 bool job_state_is_final(enum job_state state);

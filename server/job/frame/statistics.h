@@ -1,6 +1,6 @@
 #pragma once
-/* What a job cost, and what was found of its pictures: one table, statistic.def, and the workers'
- * counters. These are the numbers of --stats. */
+/* What a job cost, and what was found of its pictures. statistic.def lists the fields, beside the
+ * workers' counters. They are the numbers of --stats. */
 #include <jansson.h>
 #include <stdint.h>
 
@@ -15,10 +15,10 @@ struct statistics {
 #include "server/job/frame/statistic.def"
 };
 
-/* Leaves only what work cost: the rest is found again when the picture is drawn again. */
+/* Keeps only costs: the rest is found again when the picture is drawn again. */
 void statistics_forget_picture(struct statistics *s);
 
-/* Sums; peaks and errors are maxima. */
+/* Adds up fields; peaks and errors are maxima. */
 void statistics_add(struct statistics *sum, const struct statistics *more);
 
 /* Adds what a block found of its pixels. */
@@ -27,9 +27,9 @@ void statistics_add_block(struct statistics *sum, const struct block_statistics 
 /* Adds the CPU time of a block's filters. Returns their sum, in microseconds. */
 uint64_t statistics_add_filters(struct statistics *sum, const struct block_statistics *block);
 
-/* An object for each group of the table, with cpu_s.total, and rays and skipped as counter.def has
- * them. New reference; NULL on failed allocation. */
+/* Writes an object for each group of the table, with cpu_s.total, and rays and skipped as
+ * counter.def has them. Returns a new reference; NULL on failed allocation. */
 json_t *statistics_json(const struct statistics *s);
 
-/* The other way, as far as the members are there: a job goes on counting after a restart. */
+/* Reads such an object, as far as its members are there: a job goes on counting after a restart. */
 void statistics_read(const json_t *json, struct statistics *out);

@@ -19,10 +19,10 @@ struct tile_deaths {
 
 void tile_deaths_fini(struct tile_deaths *d);
 
-/* Without memory the death is forgotten: the tile's returns are counted, too. */
+/* Notes a death. Without memory it is forgotten, but the tile's returns are counted, too. */
 void tile_deaths_add(struct tile_deaths *d, uint32_t tile, uint64_t worker);
-/* Workers that died at the tile since it was cleared last. */
+/* Returns how many workers died at the tile since it was cleared last. */
 uint32_t tile_deaths_of(const struct tile_deaths *d, uint32_t tile);
 void tile_deaths_clear(struct tile_deaths *d, uint32_t tile);
-/* This worker has not died of them. */
+/* Forgets the deaths of a worker, which did not die of its tiles. */
 void tile_deaths_survived(struct tile_deaths *d, uint64_t worker);

@@ -1,5 +1,5 @@
 #pragma once
-/* Tiles that wait, the one whose key is least at the top: a binary heap in memory of its owner. */
+/* A binary heap of the tiles that wait, with the least key at the top. Its owner has the memory. */
 #include <stdint.h>
 
 struct tile_key {
@@ -19,5 +19,5 @@ static inline int tile_key_before(const struct tile_key *a, const struct tile_ke
 
 void tile_heap_push(struct tile_heap *heap, struct tile_key key);
 uint32_t tile_heap_pop(struct tile_heap *heap);
-/* Puts keys that have changed in place into order again. */
+/* Restores the order after keys have changed in place. */
 void tile_heap_restore(struct tile_heap *heap);

@@ -19,7 +19,7 @@ struct tile_leases {
 /* Adds the first lease, or else the second. */
 void tile_leases_add(struct tile_leases *l, const struct tile_lease *lease);
 
-/* Ends this very lease; false: it is not in force. */
+/* Ends this very lease. Returns false if it is not in force. */
 bool tile_leases_end(struct tile_leases *l, uint64_t worker, uint32_t generation);
 
 /* Returns the lease under that generation, or NULL. */

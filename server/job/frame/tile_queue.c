@@ -223,7 +223,7 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
         return VERDICT_DUPLICATE;
     if (tile_leases_find(&t->leases, generation)) return VERDICT_FOREIGN;
     if (t->generation != generation || t->state != TILE_WAITING) return VERDICT_STALE;
-    take_out(q, tile); /* it came back, and nobody has begun it since */
+    take_out(q, tile); /* it came back, and was not leased since */
     t->state = TILE_RECEIVED;
     return VERDICT_ACCEPTED;
 }
