@@ -1,6 +1,6 @@
 #pragma once
-/* lens_kernels that add samples to the cells of a layer's image, vectors of pixels side by side:
- * whatever instruction set the including file is compiled for, each cell sees the same operations
+/* The lens_kernels that add samples to the cells of a layer's image, a vector of pixels at a time.
+ * Whatever instruction set the including file is compiled for, each cell sees the same operations
  * in the same order. */
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #include "server/reconstruct/lens/lens_kernels.h"
 #include "server/reconstruct/simd/lanes_vector.h"
 
-/* The greatest whole numbers not above x, which are small. */
+/* Returns the greatest whole numbers not above x, which are small. */
 static inline lanes_mask lens_floor(lanes_vector x)
 {
 #ifdef __AVX512F__
@@ -20,7 +20,7 @@ static inline lanes_mask lens_floor(lanes_vector x)
 #endif
 }
 
-/* Where samples lie on the lens, along rows. */
+/* Returns where samples lie on the lens along rows. */
 static inline lanes_vector lens_along(const float *along, const float *left, const float *chord,
                                       float stratum, float strata_inverse)
 {
@@ -28,21 +28,21 @@ static inline lanes_vector lens_along(const float *along, const float *left, con
            lanes_load_vector(chord) * ((stratum + lanes_load_vector(along)) * strata_inverse);
 }
 
-/* Whose samples a vector of them are: columns of their pixels. */
+/* Returns the columns of the pixels of a vector of samples. */
 static inline lanes_mask lens_columns(int32_t first)
 {
     static const int32_t steps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     return lanes_load_mask(steps) + first;
 }
 
-/* Numbers from 0 below `end`. */
+/* Returns the mask of numbers from 0 below `end`. */
 static inline lanes_mask lens_within(lanes_mask numbers, int32_t end)
 {
     typedef uint32_t whole __attribute__((vector_size(LANES_VECTOR_BYTES)));
     return (lanes_mask)((whole)numbers < (uint32_t)end);
 }
 
-/* Pixels of a vector: where they are in their cells, in pixels, and columns of these. */
+/* The pixels of a vector: where they lie in their cells, in pixels, and the columns of these. */
 struct lens_pixels {
     lanes_vector phase;
     lanes_mask column;
@@ -56,7 +56,7 @@ static inline struct lens_pixels lens_pixels_at(const struct lens_splat *p, uint
                                 .column = (pixel >> p->coarse << p->fine) - p->column};
 }
 
-/* The slopes by which samples are moved. */
+/* Returns the slopes by which samples are moved. */
 static inline lanes_vector lens_moves(const struct lens_splat *p, uint32_t i, lanes_vector s,
                                       int beyond)
 {
@@ -64,8 +64,9 @@ static inline lanes_vector lens_moves(const struct lens_splat *p, uint32_t i, la
     return beyond ? lanes_select(s >= p->close, s, lanes_load_vector(p->pass + i)) : s;
 }
 
-/* Where samples i on lie, in bytes from the first cell's sums: those of the layer where their slope
- * takes them, others, and those without `wanted`, in spare cells. Does any lie in the layer? */
+/* Computes where samples from i on lie, in bytes from the first cell's sums. Those of the layer lie
+ * where their slope takes them. Others, and those without `wanted`, lie in spare cells. Returns
+ * whether any lies in the layer. */
 static inline int lens_splat_vector(const struct lens_splat *p, uint32_t i,
                                     const struct lens_pixels *pixels, lanes_mask wanted,
                                     lanes_mask *at, int beyond)
@@ -89,8 +90,8 @@ static inline int lens_splat_vector(const struct lens_splat *p, uint32_t i,
     return lanes_signs(in) != 0;
 }
 
-/* What eight samples, or four, add to the sums of their cells: a number of one kind and another's
- * side by side. */
+/* What eight samples, or four, add to the sums of their cells, with numbers of two kinds side by
+ * side. */
 #ifdef __AVX__
 #define LENS_QUADS 8
 typedef __m256 lens_quads;
@@ -110,8 +111,8 @@ static inline lens_quads lens_quads_load(const float *from)
 #endif
 }
 
-/* Turns four numbers of each sample, which are side by side by their kinds: out[k] has those of
- * sample k, and of sample k + 4 in its upper half. */
+/* Transposes four numbers of each sample, which lie side by side by their kinds. out[k] has those
+ * of sample k, and of sample k + 4 in its upper half. */
 static inline void lens_quads_turn(lens_quads a, lens_quads b, lens_quads c, lens_quads d,
                                    lens_quads out[4])
 {
@@ -129,7 +130,7 @@ static inline void lens_quads_turn(lens_quads a, lens_quads b, lens_quads c, len
 #endif
 }
 
-/* The lower half of such, or the upper one. */
+/* Returns the lower half, or the upper one. */
 static inline __m128 lens_quad_of(lens_quads quads, int upper)
 {
 #ifdef __AVX__
@@ -167,7 +168,7 @@ static inline void lens_records(const lens_quads light[4], const lens_quads othe
     }
 }
 
-/* `at`: bytes from the first cell's sums. */
+/* Returns the sums that lie `at` bytes from the first cell's. */
 static inline float *lens_sums_at(float *sums, uint32_t at)
 {
     return (float *)(void *)((char *)sums + at);
@@ -184,7 +185,7 @@ static inline void lens_add_record(float *sums, uint32_t at, struct lens_record 
 #endif
 }
 
-/* Samples i on of the layer to sums of cells, in their order. */
+/* Adds samples of the layer from i on to the sums of their cells, in their order. */
 static inline void lens_add_own(const struct lens_splat *p, uint32_t i, const uint32_t *at,
                                 float *sums)
 {
@@ -201,8 +202,8 @@ static inline void lens_add_own(const struct lens_splat *p, uint32_t i, const ui
     for (uint32_t k = 0; k < LENS_QUADS; k++) lens_add_record(sums, at[k], records[k]);
 }
 
-/* The same of samples that pass the layer: by slopes that are known where others of the pixel lie
- * in it. */
+/* Adds samples that pass the layer, by slopes that are known where others of the pixel lie in it.
+ */
 static inline void lens_add_passing(const struct lens_splat *p, uint32_t i, const uint32_t *at,
                                     float *sums)
 {
@@ -219,7 +220,7 @@ static inline void lens_add_passing(const struct lens_splat *p, uint32_t i, cons
         lens_add_quad(lens_sums_at(sums, at[k]) + 4, lens_quad_of(turned[k - 4], 1));
 }
 
-/* Those of a vector, from sample i on. */
+/* Adds a vector of samples from i on. */
 static inline void lens_add_vector(const struct lens_splat *p, uint32_t i, lanes_mask at,
                                    float *sums, int beyond)
 {
@@ -234,7 +235,7 @@ static inline void lens_add_vector(const struct lens_splat *p, uint32_t i, lanes
 
 #define LENS_PLACE_ARRAYS 10
 
-/* Fewer samples than a vector has. */
+/* Adds fewer samples than a vector has. */
 static inline void lens_add_few(const struct lens_splat *p, uint32_t count, float *sums, int beyond)
 {
     float memory[LENS_PLACE_ARRAYS][LANES_PER_VECTOR] = {{0}};
@@ -259,8 +260,8 @@ static inline void lens_fetch(const struct lens_splat *p, uint32_t i, int beyond
     for (int k = 0; k < 3 && !beyond; k++) __builtin_prefetch(p->light[k] + i + p->next);
 }
 
-/* The last vector may begin among the samples of the one before. Cells are at most four pixels
- * wide: vectors begin at the same place in them. */
+/* Adds a row of samples. The last vector may begin among the samples of the one before. Cells are
+ * at most four pixels wide, so vectors begin at the same place in them. */
 static inline void lens_add_row(const struct lens_splat *splat, uint32_t count, float *sums,
                                 int beyond)
 {

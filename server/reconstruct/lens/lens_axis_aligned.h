@@ -1,7 +1,7 @@
 #pragma once
-/* Pixels' averages over the lens under Gaussians, as wide as the least slope of their samples lets
- * them be: along x, then along y, with the receiving pixel's width (docs/reconstruction.md, Lens
- * samples). */
+/* Averages over the lens under Gaussians as wide as the least slope of a pixel's samples allows.
+ * One pass goes along x and one along y, with the receiving pixel's width (docs/reconstruction.md,
+ * Lens samples). */
 #include "server/reconstruct/lens/lens.h"
 
 #define LENS_AXIS_ALIGNED_REACH_PX 16

@@ -1,7 +1,7 @@
 #pragma once
-/* lens_kernels that make planes of the cells of a layer's image, and find by which slopes samples
- * pass it, vectors of pixels or cells side by side: whatever instruction set the including file is
- * compiled for, each sees the same operations in the same order. */
+/* The lens_kernels that turn the cells of a layer's image into planes, and find by which slopes
+ * samples pass it, a vector of pixels or cells at a time. Whatever instruction set the including
+ * file is compiled for, each sees the same operations in the same order. */
 #include "server/reconstruct/lens/lens_kernels.h"
 #include "server/reconstruct/simd/lanes_vector.h"
 
@@ -36,7 +36,7 @@ static void kernel_passes(const float *sums, const float *counts, float middle, 
     }
 }
 
-/* The sums of LENS_LANES cells, each of a kind side by side. */
+/* Transposes the sums of LENS_LANES cells, so that those of a kind lie side by side. */
 static inline void lens_turn(const float *sums, float turned[LENS_CELL_SUMS][LENS_LANES])
 {
     for (size_t i = 0; i < LENS_LANES; i += 4)
@@ -53,7 +53,7 @@ static inline void lens_turn(const float *sums, float turned[LENS_CELL_SUMS][LEN
         }
 }
 
-/* Cells `at` on of the planes from sums that are side by side from `i` on. */
+/* Computes the planes of the cells from `at` on, from transposed sums from `i` on. */
 static inline void lens_finish_vector(const struct lens_finish *f,
                                       float sums[LENS_CELL_SUMS][LENS_LANES], size_t i, size_t at)
 {

@@ -1,7 +1,7 @@
 #pragma once
-/* One layer's image, made of the samples that lie in it or pass it: square cells over the picture's
- * plane, larger where the layer is farther out of focus. A sample (x, u) of slope s is projected to
- * x + s u. */
+/* One layer's image, made of the samples that lie in it or pass it. Its square cells cover the
+ * picture's plane, and are larger the farther the layer is out of focus. A sample (x, u) of slope s
+ * is projected to x + s u. */
 #include <stdbool.h>
 
 #include "server/reconstruct/lens/lens_field.h"
@@ -35,20 +35,20 @@ struct lens_cells {
     void *memory;
 };
 
-/* ERR_MEMORY; then fini still has to be called. */
+/* Creates the cells of a layer. ERR_MEMORY; fini must be called even then. */
 int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_cells *out);
 void lens_cells_fini(const struct lens_field *f, struct lens_cells *c);
 
-/* How far apart pixels are at most of which one sees what samples of the layer, l x l a pixel, or
- * beyond it say of the other's. */
+/* Returns the greatest distance between two pixels of which one reads samples of the other, in the
+ * layer or beyond it, at l x l samples a pixel. */
 int32_t lens_cells_reach_px(uint32_t layer, uint32_t l);
 
-/* Of samples of the layer, l x l a pixel, those are not read that lie farther than this from all
- * pixels that look, in pixels. */
+/* Returns the distance in pixels beyond which samples of the layer are read by no pixel, at l x l
+ * samples a pixel. */
 int32_t lens_cells_around_px(uint32_t layer, uint32_t l);
 
-/* Makes the layer's image. */
+/* Splats samples into the layer's image. */
 void layer_splat(const struct lens_field *f, struct lens_cells *c);
 
-/* Adds what each pixel sees of the layer through what nearer layers leave of its lens. */
+/* Adds what each pixel sees of the layer through the part of its lens that nearer layers leave. */
 void layer_composite(struct lens_field *f, const struct lens_cells *c);

@@ -1,6 +1,6 @@
 #pragma once
-/* What the sheared filter of lens samples works with: where samples lie, and of each pixel that is
- * filtered what the layers so far have brought. */
+/* The state of the sheared filter of lens samples: where samples lie, and what each filtered pixel
+ * has gathered from the layers so far. */
 #include "server/reconstruct/lens/lens_layer.h"
 #include "server/reconstruct/lens/lens_shape.h"
 #include "server/reconstruct/lens/lens_span.h"
@@ -18,7 +18,8 @@ struct lens_field {
     struct rect wide; /* filtered */
     struct rect seen; /* whose samples are read, which slopes tell */
 
-    /* Of `seen`: jitter along lines; of each of l lines its height, left end and length. */
+    /* For `seen`: the jitter along lines, and the height, left end and length of each of l lines.
+     */
     float *along, *height, *left, *chord;
     struct lens_span *spans; /* of each sample: where all pixels' lie on the lens */
     struct rect known;       /* whose layers are known: `seen` and more */
@@ -26,12 +27,12 @@ struct lens_field {
     uint32_t *any;           /* of each row and segment: those of all samples */
     uint32_t segments;       /* of a row: LENS_SEGMENT pixels each */
     uint32_t all;            /* bits of the layers of `seen` */
-    /* Of the layer at hand: sums of pixels' slopes in it, how many; by which slope others pass. Of
-     * a row, or of `seen`. */
+    /* For the current layer: sums of pixels' slopes in it, their number, and the slope by which
+     * others pass. They cover a row, or `seen`. */
     float *slopes, *count, *pass;
     uint32_t *row; /* numbers of a row of `seen` */
 
-    /* Of `wide`: what the layers so far have brought (enum lens_view). */
+    /* For `wide`: what the layers so far have brought (enum lens_view). */
     union {
         float *view[LENS_VIEWS];
         struct {
@@ -41,7 +42,7 @@ struct lens_field {
     void *memory;
 };
 
-/* Where arrays of `seen` and `wide` have an image pixel. */
+/* Return the index of an image pixel in arrays of `seen` and of `wide`. */
 static inline size_t lens_seen(const struct lens_field *f, int32_t x, int32_t y)
 {
     return (size_t)(y - f->seen.y0) * (size_t)rect_width(f->seen) + (size_t)(x - f->seen.x0);
@@ -51,7 +52,7 @@ static inline size_t lens_wide(const struct lens_field *f, int32_t x, int32_t y)
     return (size_t)(y - f->wide.y0) * (size_t)rect_width(f->wide) + (size_t)(x - f->wide.x0);
 }
 
-/* The segment that column x lies in, and the first column of one. */
+/* Return the segment that column x lies in, and the first column of a segment. */
 static inline uint32_t lens_segment(const struct lens_field *f, int32_t x)
 {
     return (uint32_t)(x - f->known.x0) / LENS_SEGMENT;
@@ -61,7 +62,7 @@ static inline int32_t lens_segment_x(const struct lens_field *f, uint32_t segmen
     return f->known.x0 + (int32_t)segment * LENS_SEGMENT;
 }
 
-/* Layers that sample j has in the segments of row y, and those of all samples. */
+/* Return the layers of a sample in the segments of row y, and those of all samples. */
 static inline const uint32_t *lens_present(const struct lens_field *f, uint32_t sample, int32_t y)
 {
     const uint32_t row = (uint32_t)(y - f->known.y0);
@@ -72,7 +73,7 @@ static inline const uint32_t *lens_any(const struct lens_field *f, int32_t y)
     return f->any + (size_t)(y - f->known.y0) * f->segments;
 }
 
-/* Samples of a row of the patch from column x on. */
+/* Return samples of a row of the patch from column x on. */
 static inline const float *lens_slopes(const struct lens_field *f, uint32_t sample, int32_t x,
                                        int32_t y)
 {
@@ -86,14 +87,14 @@ static inline const float *lens_light(const struct lens_field *f, uint32_t sampl
     return f->patch->lens_radiance + (sample * 3 + channel) * area + patch_pixel(f->patch, x, y);
 }
 
-/* ERR_MEMORY; then fini still has to be called. `seen`: at most. */
+/* Creates the field. `seen` is an upper bound. ERR_MEMORY; fini must be called even then. */
 int lens_field_create(const struct plan *plan, const struct patch *patch, struct rect wide,
                       struct rect seen, struct lens_field *out);
 void lens_field_fini(struct lens_field *f);
 
-/* log2 of the pixels of a cell's side in a layer of slopes up to `most`: where samples are few, a
- * fourth to an eighth of those, and half a pixel at least. */
+/* Returns log2 of a cell's side in pixels, in a layer of slopes up to `most`. At few samples the
+ * side is a fourth to an eighth of the slope; it is half a pixel at least. */
 int32_t lens_cell_level(float most, uint32_t l);
 
-/* The slopes of a layer: from `low`, below `high`. */
+/* Returns the slopes of a layer: from `low`, below `high`. */
 void lens_layer_slopes(uint32_t layer, float *low, float *high);

@@ -12,8 +12,8 @@ struct lens_aperture;
 #define LENS_GROUPS 4 /* quarters of the aperture, each with its own transparency */
 #define LENS_LIGHTS 4 /* red, green, blue, and the sum of their squares */
 
-/* Sums of a cell while it is filled: light, samples, slopes where they are known, samples in or
- * beyond the layer, and how many of them have known slopes. */
+/* The sums of a cell while it is filled: light, samples, known slopes, samples in or beyond the
+ * layer, and how many of them have known slopes. */
 #define LENS_CELL_SUMS 8
 
 /* Planes of a layer's image. A cell without samples has weight 0. */
@@ -33,7 +33,7 @@ struct lens_tap {
     float distance; /* in cells; the same for all points of a scaled aperture's edge */
 };
 
-/* Taps of group g end before tap end[g]. Those before inner[g] count in full, wherever the pixel
+/* Taps of group g end before tap end[g]. Those before inner[g] have full weight, wherever the pixel
  * lies in its cell. */
 struct lens_gather {
     const float *plane[LENS_CELL_PLANES];
@@ -76,7 +76,7 @@ struct lens_finish {
     int32_t fixed;  /* whether all slopes have that size */
 };
 
-/* Samples in focus of a row of pixels, and what the pixels have gathered before them. */
+/* Samples in focus of a row of pixels, and what the pixels gathered before. */
 struct lens_focus {
     const float *slope, *light; /* of the first pixel's first sample, as a patch has them */
     size_t area;                /* of planes of samples */

@@ -1,6 +1,6 @@
 #pragma once
-/* lens_kernels, vectors of pixels side by side: whatever instruction set the including file is
- * compiled for, each pixel sees the same operations in the same order. */
+/* The lens_kernels that gather, a vector of pixels at a time. Whatever instruction set the
+ * including file is compiled for, each pixel sees the same operations in the same order. */
 #include <string.h>
 
 #include "proto/lens_pattern.h"
@@ -10,7 +10,7 @@
 #include "server/reconstruct/lens/lens_line_lanes.h"
 #include "server/reconstruct/simd/lanes_vector.h"
 
-/* reach - distance, clamped to 0 .. 1. */
+/* Returns reach - distance, clamped to 0 .. 1. */
 static inline lanes_vector lens_covered(lanes_vector reach, float distance)
 {
     const lanes_vector zero = {0}, one = 1.0f - zero, in = reach - distance;
@@ -23,7 +23,7 @@ static inline lanes_vector lens_covered(lanes_vector reach, float distance)
 #endif
 }
 
-/* Is any of numbers that are not below 0 above it? */
+/* Returns whether any of the numbers, which are not below 0, is above 0. */
 static inline int lens_is_any(lanes_vector numbers)
 {
 #ifdef __AVX512F__
@@ -35,7 +35,7 @@ static inline int lens_is_any(lanes_vector numbers)
 #endif
 }
 
-/* Vectors that are summed at once: as many as registers hold sums of. */
+/* The number of vectors that are summed at once, as many as registers hold sums of. */
 #ifdef __AVX512F__
 #define LENS_VECTORS 1
 #elif defined __AVX__
@@ -60,7 +60,7 @@ static inline void lens_sum_inner(const struct lens_gather *g, size_t first, uin
     }
 }
 
-/* Where nothing is covered nothing is added, not even zeros. */
+/* Adds a tap at the aperture's edge. Where it covers no lens area, not even zeros are added. */
 static inline void lens_sum_outer(const struct lens_gather *g, size_t first, uint32_t tap,
                                   uint32_t end, struct lens_sums *sum)
 {
@@ -99,14 +99,14 @@ static void kernel_gather(const struct lens_gather *g, size_t first, uint32_t co
     }
 }
 
-/* The lower of two whole numbers. */
+/* Returns the lower of two whole numbers. */
 static inline lanes_mask lens_lower(lanes_mask a, lanes_mask b)
 {
     const lanes_mask is_lower = a < b;
     return (is_lower & a) | (~is_lower & b);
 }
 
-/* lens_layer_of, as a bit. */
+/* Returns the bits of lens_layer_of. */
 static inline lanes_mask lens_layer_bits(lanes_vector slope)
 {
     const lanes_mask none = {0}, one = none + 1, sizes = (lanes_mask)slope & INT32_MAX;

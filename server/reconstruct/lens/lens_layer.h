@@ -1,21 +1,21 @@
 #pragma once
-/* Which layer a lens sample belongs to, by its slope. */
+/* The layers of lens samples, by slope. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* Layers, nearest first: what is farther out of focus than LENS_SLOPE_MOST before it; bands of
- * slopes between powers of two and the numbers half-way between them; what is in focus; bands
- * behind it; what is beyond. */
+/* Layers come nearest first. The first is farther out of focus than LENS_SLOPE_MOST, before the
+ * focus. Then come bands of slopes between powers of two and the numbers half-way between them, the
+ * layer in focus, bands behind it, and the rest. */
 #define LENS_BANDS      9 /* to one side of the focus */
 #define LENS_SLOPE_MOST 24.0f
 #define LENS_LAYERS     (2 * LENS_BANDS + 3)
 #define LENS_FOCUS      (LENS_BANDS + 1) /* slopes from -1 to 1 */
 
-/* How far pixels look for what is in focus and hidden from them. */
+/* How far pixels search for samples that are in focus and hidden from them. */
 #define LENS_FOCUS_REACH_PX 6
 
-/* Exponent and first digit of the slope count the bands. */
+/* Returns the layer of a slope. Its exponent and first binary digit count the bands. */
 static inline uint32_t lens_layer_of(float slope)
 {
     const float size = fabsf(slope);

@@ -1,12 +1,11 @@
 #pragma once
-/* The lines that lens points of pixels lie on, many pixels side by side: lens_aperture_lines to the
- * last bit. Plain loops whose turns do not depend on each other: the compiler makes vectors of
- * them. */
+/* The lines that lens points of pixels lie on, for many pixels at a time. The bits are those of
+ * lens_aperture_lines. The loops have independent iterations, which the compiler vectorises. */
 #include <math.h>
 
 #include "proto/lens_pattern.h"
 
-/* The band that a share of the area lies in. */
+/* Returns the band that a share of the area lies in. */
 static inline uint32_t lens_line_band(const struct lens_aperture *a, float share)
 {
     uint32_t band = 0;
@@ -14,7 +13,7 @@ static inline uint32_t lens_line_band(const struct lens_aperture *a, float share
     return band;
 }
 
-/* Where in band b lines lie, of those pixels whose share of the area lies above `from`. */
+/* Computes where lines lie in band b, for pixels whose share of the area is above `from`. */
 static inline void lens_line_fill(const struct lens_aperture *a, uint32_t b, float from, uint32_t l,
                                   uint32_t i, uint32_t count, const float *restrict across,
                                   float *restrict height, float *restrict left,
@@ -42,7 +41,7 @@ static inline void lens_line_fill(const struct lens_aperture *a, uint32_t b, flo
     }
 }
 
-/* Each band overwrites what the one below it has said of pixels that lie above that. */
+/* Fills band by band. Each overwrites the pixels of the one below that lie above that. */
 static inline void lens_band_lines(const struct lens_aperture *a, uint32_t l, uint32_t i,
                                    uint32_t count, const float *across, float *height, float *left,
                                    float *length)

@@ -1,15 +1,15 @@
 #pragma once
-/* What the layers miss of the plain average, given back.
+/* Adds back what the layers miss of the plain average.
  *
  * The plain average is right but noisy; the layers' picture is smooth but may be biased. Their
- * difference, averaged over a few pixels, is the bias and what is left of the noise; it is added as
- * far as it is larger than that noise can be. More samples leave less noise, so more is added, over
- * fewer pixels, and what the layers get wrong goes to nothing. Pixels nearly in focus whose samples
- * agree with each other are heard by themselves: mirror images of small lights. What is wrong with
- * the samples' own light stays: that of fields has their resolution (lens_light.h). */
+ * difference, averaged over a few pixels, is the bias plus the remaining noise. It is added as far
+ * as it exceeds that noise. More samples leave less noise, so more is added, over fewer pixels, and
+ * the bias of the layers vanishes. Pixels nearly in focus whose samples agree, such as mirror
+ * images of small lights, are judged alone. Errors of the samples' own light stay: light from
+ * fields has the fields' resolution (lens_light.h). */
 #include "server/reconstruct/lens/lens_field.h"
 
-/* Pixels around a block whose layers are looked at. */
+/* Returns how many pixels around a block it reads the layers' picture of. */
 int32_t lens_residual_reach_px(const struct plan *plan);
 
 /* Writes the picture of `inner` from field->light, the means of `wide`. ERR_MEMORY. */

@@ -1,6 +1,6 @@
 #pragma once
-/* The aperture as a measure of lengths: how large a copy of it, around the origin, a point lies on
- * the edge of. */
+/* The aperture as a measure of length: the size of the copy around the origin on whose edge a point
+ * lies. */
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/lens/lens_kernels.h"
 
@@ -13,10 +13,11 @@ struct lens_shape {
 
 void lens_shape_init(struct lens_shape *out, const struct lens_aperture *aperture);
 
-/* Of point (x, y), right and down: inradius times the scale of the copy whose edge it is on. */
+/* Returns, for the point (x, y), right and down, the inradius times the scale of the copy on whose
+ * edge it lies. */
 float lens_shape_distance(const struct lens_shape *shape, float x, float y);
 
-/* The quarter that a point is in. */
+/* Returns the quarter that a point is in. */
 static inline uint32_t lens_shape_group(float x, float y)
 {
     return (x >= 0.0f ? 1u : 0u) + (y >= 0.0f ? 2u : 0u);

@@ -1,11 +1,11 @@
 #pragma once
-/* Where on the lens the same sample of all pixels lies, whatever their jitters. */
+/* The part of the lens in which the same sample of all pixels lies, whatever their jitters. */
 #include "proto/lens_pattern.h"
 
 struct lens_span {
     float low[2], high[2]; /* of u[0], to the right, and u[1], down */
 };
 
-/* Of l x l samples: spans[row * l + column]. Points lie beyond by 0.003 at most, of a
- * radius of 1. */
+/* Computes spans[row * l + column] of l x l samples. Points lie outside by at most 0.003 of the
+ * radius. */
 void lens_spans(const struct lens_aperture *aperture, uint32_t l, struct lens_span *spans);

@@ -1,7 +1,6 @@
 #pragma once
-/* lens_kernels that put layers behind each other, vectors of pixels side by side: whatever
- * instruction set the including file is compiled for, each pixel sees the same operations in the
- * same order. */
+/* The lens_kernels that composite layers, a vector of pixels at a time. Whatever instruction set
+ * the including file is compiled for, each pixel sees the same operations in the same order. */
 #include "server/reconstruct/lens/lens_cell_lanes.h"
 #include "server/reconstruct/lens/lens_kernels.h"
 #include "server/reconstruct/simd/lanes_vector.h"
@@ -35,8 +34,8 @@ static inline void lens_replace(lanes_mask mask, float *at, lanes_vector by)
     *(lanes_stored *)at = lanes_select(mask, by, lanes_load_vector(at));
 }
 
-/* Lanes that look through at nothing that is known. What no nearer layer hides comes to the plain
- * average, to the last bit: 1 of the lens looks at means. */
+/* Returns the lanes that see through to no known sample. Pixels that no nearer layer hides get the
+ * plain average, to the last bit: the whole lens sees means. */
 static inline lanes_mask lens_focus_vector(const struct lens_focus *f, size_t i)
 {
     lanes_vector through = {0};
@@ -67,7 +66,7 @@ static uint32_t kernel_focus(const struct lens_focus *focus, uint32_t count, uin
     return n;
 }
 
-/* What is left of the lens, by quarters. */
+/* Returns how much of the lens is left, from its quarters. */
 static inline lanes_vector lens_left(const float share[LENS_GROUPS],
                                      const lanes_vector through[LENS_GROUPS])
 {
@@ -76,7 +75,7 @@ static inline lanes_vector lens_left(const float share[LENS_GROUPS],
     return all;
 }
 
-/* Lanes whose bits are set, the first lane's lowest. */
+/* Returns the lanes whose bits are set, the first lane's lowest. */
 static inline lanes_mask lens_bits(uint32_t bits)
 {
     static const int32_t own[] = {1,       1 << 1,  1 << 2,  1 << 3, 1 << 4,  1 << 5,
