@@ -1,25 +1,25 @@
 #pragma once
 /* The light field of glossy lobes from few samples.
  *
- * Virtual hits (docs/reconstruction.md, Glossy lobes): a pixel's lobe, seen as a Gaussian around
- * the mirrored direction, looks at points as far away as the mean of 1 / distance says; neighbours
- * count as much as their lobes see the same points as widely. Along x, then along y, each with the
- * receiving pixel's lobe and distance; light and weights travel, and the quotient at the end is the
- * mean radiance that the lobe sees. With n samples, mu being the plan's,
+ * Virtual hits (docs/reconstruction.md, Glossy lobes): a pixel's lobe is a Gaussian around the
+ * mirrored direction, and its hit lies at the distance that the mean of 1 / distance gives.
+ * Neighbours are weighted by how alike their lobes see the same points. One pass goes along x and
+ * one along y, with the receiving pixel's lobe and distance. Light and weights are filtered, and
+ * their quotient is the mean radiance that the lobe sees. With n samples and the plan's mu,
  *
  *   weight = similarity^(2 / c^2) exp(-px^2 / (2 cap^2)),  c = 0.42 mu (16 / n)^0.3,
- *   cap = 5 mu (16 / n)^(1/6) px * height / 512: both shrink, so that errors fall to nothing.
+ *   cap = 5 mu (16 / n)^(1/6) px * height / 512; both shrink, so that errors vanish.
  *
  * Bandlimits (Mehta et al. 2013, "Axis-aligned filtering for interactive physically-based diffuse
  * indirect lighting", section 5): rule A of indirect.h with a bandlimit of 3.6 + 0.084 m in place
  * of a clamped cosine's 2.8. That is Blinn and Phong's, whose facets are spread as GGX's are for m
- * = 2 / alpha^2 - 2 (Walter et al. 2007); z is 1 / the mean of 1 / distance. Kept to be compared
- * with: it knows neither how lobes turn with normals nor edges of roughness.
+ * = 2 / alpha^2 - 2 (Walter et al. 2007); z is 1 / the mean of 1 / distance. It
+ * serves as a baseline: it ignores how lobes turn with normals, and edges of roughness.
  *
  * Under a plan that has rounds n is the receiving pixel's own.
  *
- * What comes out is radiance that the reflectance multiplies. A pure function of its arguments; any
- * thread. */
+ * The result is radiance that the reflectance multiplies. The filter is a pure function of its
+ * arguments; any thread may call it. */
 #include "server/reconstruct/patch/patch.h"
 
 struct glossy_statistics {

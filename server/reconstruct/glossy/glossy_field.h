@@ -1,6 +1,6 @@
 #pragma once
-/* A block and its surroundings as the virtual-hit filter reads them: where pixels lie and what
- * their glossy lobes look at. */
+/* A block and its surroundings as the virtual-hit filter reads them: where pixels lie, and their
+ * glossy lobes. */
 #include "server/reconstruct/glossy/glossy_kernels.h"
 #include "server/reconstruct/patch/patch.h"
 
@@ -21,12 +21,12 @@ struct glossy_neighbourhood {
     void *memory;            /* owned; from there */
 };
 
-/* All of `rect`, which lies in the patch's, with room for runs that look `reach` pixels beyond it;
- * with the halves of what was measured, if these are wanted.
+/* Loads all of `rect`, which lies in the patch's, with room for runs that look `reach` pixels
+ * beyond it, and with halves if these are wanted.
  *
- * A lobe takes part where the surface is not seen at grazing angles, n.v >= 0.05. It is GGX's, its
- * Gaussian sigma = alpha / sqrt(2.26), at least that of alpha 0.002; mirrored, twice as wide in the
- * plane of incidence, and n.v times that across. ERR_MEMORY. */
+ * A lobe takes part where the surface is not seen at grazing angles, n.v >= 0.05. It is GGX's, as a
+ * Gaussian of sigma = alpha / sqrt(2.26), at least that of alpha 0.002. The mirrored lobe is twice
+ * as wide in the plane of incidence, and n.v times that across. ERR_MEMORY. */
 int glossy_neighbourhood_create(const struct plan *plan, const struct patch *patch,
                                 struct rect rect, int32_t reach, bool halves,
                                 struct glossy_neighbourhood *out);
@@ -46,8 +46,8 @@ void glossy_neighbourhood_rule(struct glossy_neighbourhood *around, size_t i,
                                const struct glossy_rule *rule);
 void glossy_neighbourhood_one_rule(struct glossy_neighbourhood *around); /* takes these back */
 
-/* The runs of a row of `rect` from its first pixel on. They may pass the row's end by GLOSSY_LANES
- * - 1 pixels. */
+/* Returns the run of a row of `rect` from its first pixel on. It may pass the row's end by
+ * GLOSSY_LANES - 1 pixels. */
 struct glossy_run glossy_neighbourhood_run(const struct glossy_neighbourhood *around,
                                            struct rect rect, int32_t y, bool along_x,
                                            int32_t reach);

@@ -1,8 +1,8 @@
 #pragma once
-/* The inner loop of the virtual-hit filter of glossy lobes, once for each instruction set, and the
- * arrays it reads. All have the field's layout: rows of `stride` numbers with room around what is
- * filtered, so that sixteen receiving pixels side by side can look GLOSSY_REACH_MAX_PX columns to
- * both sides. Pixels whose lobe takes no part have object 0 there. */
+/* The inner loop of the virtual-hit filter of glossy lobes, compiled once for each instruction set,
+ * and the arrays it reads. All have the field's layout: rows of `stride` numbers with margins, so
+ * that sixteen adjacent receivers can look GLOSSY_REACH_MAX_PX columns to both sides. Pixels whose
+ * lobe takes no part have object 0. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -11,9 +11,9 @@
 #define GLOSSY_LANES        16
 #define GLOSSY_REACH_MAX_PX 64
 #define GLOSSY_TAPS         (2 * GLOSSY_REACH_MAX_PX) /* neighbours on a line, at most */
-#define GLOSSY_CUT          8.0f /* a weight's exponent beyond which it counts nothing */
+#define GLOSSY_CUT          8.0f                      /* exponents beyond weigh 0 */
 
-/* The lobe of a pixel: the mirrored direction and a Gaussian around it whose covariance is
+/* The lobes of pixels. Each is a Gaussian around the mirrored direction with the covariance
  * along along^T + across across^T, both at right angles to it. */
 struct glossy_field {
     int32_t stride;          /* a multiple of GLOSSY_LANES */
@@ -26,19 +26,18 @@ struct glossy_field {
     const float *nearness;   /* mean of 1 / distance of what the lobe sees */
     const float *near_plane; /* neighbours may be that far off the tangent plane */
     const int32_t *object;
-    const float *likeness, *distance, *footprint; /* each pixel's own of the rule; NULL: all have
-                                                     that */
+    const float *likeness, *distance, *footprint; /* of each pixel; NULL: those of the rule */
 };
 
 struct glossy_rule {
-    float likeness;  /* what the log of two lobes' similarity counts */
-    float distance;  /* what a pixel's distance counts, squared */
-    float footprint; /* the most that views of different points count, times that distance */
+    float likeness;  /* weight of the log of two lobes' similarity */
+    float distance;  /* weight of a pixel's squared distance */
+    float footprint; /* bound on the weight of parallax, times that distance */
     int32_t reach;   /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
 };
 
-/* Receiving pixels first .. first + count - 1, a multiple of GLOSSY_LANES, and how many pixels they
- * look to both sides, `step` apart. */
+/* Receivers first .. first + count - 1, a multiple of GLOSSY_LANES, and how many pixels they look
+ * to both sides, `step` apart. */
 struct glossy_run {
     size_t first;
     uint32_t count;
@@ -47,14 +46,14 @@ struct glossy_run {
 };
 
 struct glossy_kernels {
-    /* One line of virtual hits (docs/reconstruction.md, Glossy lobes): out[c] = the mean of in[c]
-     * over the neighbours on the same object and near the tangent plane, weighted by how alike
-     * their lobes' views of the same points are; neighbours that do not fit are passed over.
-     * Constant channels stay constant to the last bit. */
+    /* Filters along one line (docs/reconstruction.md, Glossy lobes). out[c] becomes the mean of
+     * in[c] over the neighbours on the same object and near the tangent plane, weighted by how
+     * alike their lobes see the same points. Other neighbours are skipped. Constant channels stay
+     * constant to the last bit. */
     void (*spread)(const struct glossy_field *field, const struct glossy_rule *rule,
                    const struct glossy_run *run, uint32_t count, const float *const *in,
                    float *const *out);
 };
 
-/* One for each instruction set (kernels.h). AVX2 and AVX-512 give the same bits. */
+/* The kernels of each instruction set (kernels.h). AVX2 and AVX-512 give the same bits. */
 extern const struct glossy_kernels glossy_kernels_sse42, glossy_kernels_avx2, glossy_kernels_avx512;

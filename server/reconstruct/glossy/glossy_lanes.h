@@ -1,6 +1,6 @@
 #pragma once
-/* glossy_kernels, sixteen receiving pixels side by side: whatever instruction set the including
- * file is compiled for, each lane sees the same operations in the same order, fused where it can.
+/* The glossy_kernels, sixteen receivers at a time. Whatever instruction set the including file is
+ * compiled for, each lane sees the same operations in the same order, fused where it can.
  *
  * With S the sum of both lobes' covariances and h how far apart the lobes meet the point that the
  * receiver's lobe sees, as directions, the log of two lobes' similarity is
@@ -24,7 +24,7 @@
 
 _Static_assert(TAPS_MOST >= GLOSSY_TAPS && LANES_COUNT == GLOSSY_LANES, "a line's neighbours");
 
-/* What sixteen pixels ask their neighbours. */
+/* Sixteen receivers. */
 struct glossy_asker {
     struct lanes point[3], normal[3], mirror[3];
     struct lanes e1[3], e2[3];                  /* along and across, unit */
@@ -34,7 +34,7 @@ struct glossy_asker {
     struct lanes_whole object, receives;
 };
 
-/* Unit axes of the receivers; where there is no lobe, anything finite. */
+/* Computes unit axes of the receivers. Without a lobe they are any finite numbers. */
 static inline void glossy_axis(const float *const in[3], size_t p, struct lanes unit[3],
                                struct lanes *square)
 {
@@ -75,8 +75,8 @@ static inline void glossy_ask(const struct glossy_field *f, const struct glossy_
     for (int v = 0; v < LANES_VECTORS; v++) a->receives.v[v] = a->object.v[v] != 0;
 }
 
-/* The natural logarithm of normal numbers above 0: of a number from 0.7 to 1.4 as 2 artanh;
- * absolute error 2e-7 beside that of adding the exponent. */
+/* Returns the natural logarithm of normal numbers above 0, for a mantissa from 0.7 to 1.4 as 2
+ * artanh. The absolute error is 2e-7 beside that of adding the exponent. */
 static inline lanes_vector glossy_log(lanes_vector x)
 {
     const lanes_mask bits = (lanes_mask)x;
@@ -91,8 +91,8 @@ static inline lanes_vector glossy_log(lanes_vector x)
     return lanes_fused(e, lanes_same(GLOSSY_LOG_2), series + series);
 }
 
-/* exp(-x) for x from 0 to GLOSSY_CUT: the sixteenth power of exp(-x/16)'s series. Relative error
- * 4.1e-5, exact at 0; beyond, anything. */
+/* Returns exp(-x) for x from 0 to GLOSSY_CUT, as the sixteenth power of exp(-x/16)'s series. The
+ * relative error is 4.1e-5, and 0 at 0. Results beyond are undefined. */
 static inline lanes_vector glossy_exp_minus(lanes_vector x)
 {
     const lanes_vector y = x * -0.0625f, squared = y * y;
@@ -107,19 +107,19 @@ static inline lanes_vector glossy_exp_minus(lanes_vector x)
     return p * p;
 }
 
-/* Neighbours that receivers may take, before they are weighed: of both lobes' shapes and views what
- * weights come of. All are met, then all weighed: steps so short that the CPU has several taps in
- * work at once. */
+/* The neighbours that receivers may accept, with what their weights follow from: both lobes' shapes
+ * and views. All are met before any is weighed. Steps that short let the CPU work on several taps
+ * at once. */
 struct glossy_met {
-    struct taps taps; /* weights: whom a receiver may take, as masks */
+    struct taps taps;                                    /* weights: masks of accepted taps */
     _Alignas(64) float det[GLOSSY_TAPS][GLOSSY_LANES];   /* of S */
     _Alignas(64) float apart[GLOSSY_TAPS][GLOSSY_LANES]; /* h^T S^-1 h times that */
     _Alignas(64) float sharp[GLOSSY_TAPS][GLOSSY_LANES];
     float square[GLOSSY_TAPS]; /* of the distance in pixels */
 };
 
-/* How vector v of the receivers and the neighbours at `at` are alike, whose points lie at d from
- * the receivers'. */
+/* Compares the lobes of vector v of the receivers with those of the neighbours at `at`, whose
+ * points lie at d from the receivers'. */
 static inline void glossy_compare(const struct glossy_field *f, const struct glossy_asker *a,
                                   size_t at, int v, const lanes_vector d[3], struct glossy_met *out)
 {
@@ -151,7 +151,7 @@ static inline void glossy_compare(const struct glossy_field *f, const struct glo
         a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
 }
 
-/* Which of the neighbours from q on vector v of the receivers may take. */
+/* Returns the mask of receivers of vector v that may accept the neighbours from q on. */
 static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct glossy_asker *a,
                                      size_t q, int v, struct glossy_met *out)
 {
@@ -167,7 +167,7 @@ static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct 
     return flat & same & a->receives.v[v];
 }
 
-/* Is any neighbour of the receivers' objects? */
+/* Returns whether any neighbour shows an object of the receivers. */
 static inline int glossy_meets(const struct glossy_field *f, const struct glossy_asker *a, size_t q)
 {
     struct lanes_whole same;
@@ -177,7 +177,7 @@ static inline int glossy_meets(const struct glossy_field *f, const struct glossy
     return lanes_any(&same);
 }
 
-/* Meets the neighbours to one side. One that no pixel may take is left out. */
+/* Meets the neighbours to one side, without those that no receiver may accept. */
 static inline void glossy_walk(const struct glossy_field *f, const struct glossy_asker *a, size_t p,
                                ptrdiff_t step, int32_t reach, struct glossy_met *out)
 {
@@ -196,8 +196,8 @@ static inline void glossy_walk(const struct glossy_field *f, const struct glossy
     }
 }
 
-/* The weights that vector v of the receivers gives to tap t. What lies within a pixel's footprint
- * is the picture's anyway: there views may differ. */
+/* Returns the weights that vector v of the receivers gives to tap t. Parallax within a pixel's
+ * footprint is forgiven, because the picture does not resolve it. */
 static inline lanes_vector glossy_weight(const struct glossy_asker *a, const struct glossy_met *met,
                                          uint32_t t, int v)
 {

@@ -1,6 +1,6 @@
 #pragma once
-/* One run of the virtual-hit filter over a block: along x, then along y, each pixel by the rule of
- * the rays it has. */
+/* One run of the virtual-hit filter over a block, along x and then along y. Each pixel has the rule
+ * of its number of rays. */
 #include "server/reconstruct/glossy/glossy_field.h"
 
 struct glossy_pass {
@@ -10,14 +10,12 @@ struct glossy_pass {
     bool smooth;               /* not the filter, but what smooths its squared errors */
 };
 
-/* Pixels to both sides that a pass reads: as far as any pixel's rule goes, that of the fewest rays.
- */
+/* Returns how many pixels to both sides a pass reads, which is the reach of the fewest rays. */
 int32_t glossy_pass_reach(const struct glossy_pass *pass);
 
-/* `count` channels of the neighbourhood, as `in`, over `rect`; `between` holds what is between the
- * two lines and is neither `in` nor `out`, which may be the same. The neighbourhood's rules become
- * the pass's.
- */
+/* Filters `count` channels of the neighbourhood, `in`, over `rect`. `between` holds the result of
+ * the first line and is neither `in` nor `out`, which may be the same. The neighbourhood's rules
+ * become the pass's. */
 void glossy_pass_run(const struct glossy_pass *pass, struct glossy_neighbourhood *around,
                      struct rect rect, uint32_t count, float *const *in, float *const *between,
                      float *const *out);

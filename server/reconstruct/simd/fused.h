@@ -1,10 +1,10 @@
 #pragma once
-/* a b + c, rounded once where the instruction set has that operation (AVX2 and later): it takes the
- * place of two in most of what kernels do. It is always asked for by name, never left to the
- * compiler, so that a pixel's bits do not hang on which loop it lands in. SSE4.2 rounds a b first:
- * its last bits are others.
+/* Computes a b + c. Where the instruction set has that operation (AVX2 and later), it is rounded
+ * once and replaces two operations in most kernels. Kernels always call it by name. If the compiler
+ * chose, a pixel's bits would depend on the loop that it lands in. SSE4.2 rounds a b first, so its
+ * last bits differ.
  *
- * FUSED_BY_LIBRARY, which tests define, rounds once everywhere: the reference of kernels that do.
+ * FUSED_BY_LIBRARY, which tests define, rounds once everywhere, for the reference of fused kernels.
  */
 #include <immintrin.h>
 
@@ -33,7 +33,7 @@ static inline fused_four fused_4(fused_four a, fused_four b, fused_four c)
 #endif
 }
 
-/* *c += a b. */
+/* Computes *c += a b. */
 static inline void fused_add_8(const fused_eight *a, const fused_eight *b, fused_eight *c)
 {
 #ifdef __FMA__

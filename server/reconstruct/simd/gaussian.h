@@ -1,14 +1,13 @@
 #pragma once
-/* Exponentials of our own, so that bits do not hang on the C library's choice by CPU. They are
- * written to vectorise. */
+/* Exponentials whose bits do not depend on what the C library chooses by CPU. They vectorise. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "server/reconstruct/simd/fused.h"
 
-/* exp(-x) for x >= 0; 0 from 87 on (also for infinity). Relative error 3e-7. The series is summed
- * in halves: few of its terms wait for each other. */
+/* Returns exp(-x) for x >= 0; 0 from 87 on, and for infinity. The relative error is 3e-7. The
+ * series is summed in halves, so that few of its terms wait for each other. */
 static inline float gaussian_exp_minus(float x)
 {
     const float in = x < 87.0f ? x : 87.0f;
@@ -25,7 +24,8 @@ static inline float gaussian_exp_minus(float x)
     return x < 87.0f ? p * power : 0.0f;
 }
 
-/* The normal distribution function, by a logistic of a cubic: absolute error 1.5e-4. */
+/* Returns the normal distribution function, by a logistic of a cubic. The absolute error is 1.5e-4.
+ */
 static inline float gaussian_phi(float z)
 {
     const float t = z * fused(0.070566f * z, z, 1.5976f);

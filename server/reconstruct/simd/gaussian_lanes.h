@@ -1,6 +1,6 @@
 #pragma once
-/* gaussian.h's exponential of numbers side by side, to the last bit: loops over it are taken apart
- * where they are as short as a vector. */
+/* The exponential of gaussian.h for vectors, to the last bit. A loop over the scalar function is
+ * not vectorised where it is as short as a vector. */
 #include "server/reconstruct/simd/gaussian.h"
 #include "server/reconstruct/simd/lanes_vector.h"
 
@@ -15,7 +15,7 @@ static inline lanes_vector gaussian_floor(lanes_vector x)
 #endif
 }
 
-/* gaussian_exp_minus. */
+/* Does gaussian_exp_minus for each lane. */
 static inline lanes_vector gaussian_exp_minus_lanes(lanes_vector x)
 {
     const lanes_chosen small = lanes_below(x, lanes_same(87.0f));

@@ -1,7 +1,7 @@
 #pragma once
 /* Sixteen numbers side by side, in the registers of whatever instruction set the including file is
- * compiled for. Plain operators work on their vectors; a comparison gives a mask, or by name what
- * is chosen, which AVX-512 has registers of its own for. */
+ * compiled for. Plain operators work on their vectors. A comparison gives a mask. Named ones give
+ * lanes_chosen, for which AVX-512 has registers of its own. */
 #include <stdint.h>
 
 #include <immintrin.h>
@@ -22,7 +22,7 @@
 typedef float lanes_vector __attribute__((vector_size(LANES_VECTOR_BYTES)));
 typedef int32_t lanes_mask __attribute__((vector_size(LANES_VECTOR_BYTES))); /* 0 or -1 */
 
-/* The same anywhere in memory. */
+/* The same vectors, anywhere in memory. */
 typedef float lanes_stored __attribute__((vector_size(LANES_VECTOR_BYTES), aligned(4), may_alias));
 typedef int32_t lanes_stored_mask
     __attribute__((vector_size(LANES_VECTOR_BYTES), aligned(4), may_alias));
@@ -66,7 +66,7 @@ static inline void lanes_store(const struct lanes *from, float *to)
     for (int v = 0; v < LANES_VECTORS; v++) vectors[v] = from->v[v];
 }
 
-/* a[0], b[0], a[1], b[1], ...: twice as many. */
+/* Stores a[0], b[0], a[1], b[1], ...: twice as many numbers. */
 static inline void lanes_store_pairs(lanes_vector a, lanes_vector b, float *to)
 {
     lanes_stored *vectors = (lanes_stored *)to;
@@ -85,7 +85,7 @@ static inline void lanes_store_pairs(lanes_vector a, lanes_vector b, float *to)
 #endif
 }
 
-/* a b + c: fused.h. */
+/* Computes a b + c, as fused.h does. */
 static inline lanes_vector lanes_fused(lanes_vector a, lanes_vector b, lanes_vector c)
 {
 #ifdef __AVX512F__
@@ -97,13 +97,13 @@ static inline lanes_vector lanes_fused(lanes_vector a, lanes_vector b, lanes_vec
 #endif
 }
 
-/* Of vectors in space. */
+/* Returns the dot product of vectors in space. */
 static inline lanes_vector lanes_dot(const lanes_vector a[3], const lanes_vector b[3])
 {
     return lanes_fused(a[2], b[2], lanes_fused(a[1], b[1], a[0] * b[0]));
 }
 
-/* A number, again and again. */
+/* Returns a number in all lanes. */
 static inline lanes_vector lanes_same(float number)
 {
     return number - (lanes_vector){0};
@@ -116,19 +116,19 @@ static inline struct lanes lanes_all(float number)
     return out;
 }
 
-/* a where the mask is set, else 0. */
+/* Returns a where the mask is set, else 0. */
 static inline lanes_vector lanes_where(lanes_mask mask, lanes_vector a)
 {
     return (lanes_vector)(mask & (lanes_mask)a);
 }
 
-/* a where the mask is set, else b; neither is computed with. */
+/* Returns a where the mask is set, else b, whose bits are copied. */
 static inline lanes_vector lanes_select(lanes_mask mask, lanes_vector a, lanes_vector b)
 {
     return (lanes_vector)((mask & (lanes_mask)a) | (~mask & (lanes_mask)b));
 }
 
-/* The lower of two; b where either is no number. */
+/* Returns the lower of two; b where either is NaN. */
 static inline lanes_vector lanes_least(lanes_vector a, lanes_vector b)
 {
 #ifdef __AVX512F__
@@ -140,14 +140,14 @@ static inline lanes_vector lanes_least(lanes_vector a, lanes_vector b)
 #endif
 }
 
-/* Which lanes: in a register of masks where there are such, which sums take as they are. */
+/* Chosen lanes, in a mask register where the CPU has such, which sums take as it is. */
 #ifdef __AVX512F__
 typedef __mmask16 lanes_chosen;
 #else
 typedef lanes_mask lanes_chosen;
 #endif
 
-/* Those that have one of the bits. */
+/* Chooses the lanes that have one of the bits. */
 static inline lanes_chosen lanes_with(lanes_mask a, int32_t bits)
 {
 #ifdef __AVX512F__
@@ -157,7 +157,7 @@ static inline lanes_chosen lanes_with(lanes_mask a, int32_t bits)
 #endif
 }
 
-/* Those where a <= b. */
+/* Chooses the lanes where a <= b. */
 static inline lanes_chosen lanes_up_to(lanes_vector a, lanes_vector b)
 {
 #ifdef __AVX512F__
@@ -167,7 +167,7 @@ static inline lanes_chosen lanes_up_to(lanes_vector a, lanes_vector b)
 #endif
 }
 
-/* Those where a < b. */
+/* Chooses the lanes where a < b. */
 static inline lanes_chosen lanes_below(lanes_vector a, lanes_vector b)
 {
 #ifdef __AVX512F__
@@ -177,7 +177,7 @@ static inline lanes_chosen lanes_below(lanes_vector a, lanes_vector b)
 #endif
 }
 
-/* Is any lane chosen? */
+/* Returns whether any lane is chosen. */
 static inline int lanes_some(lanes_chosen chosen)
 {
 #ifdef __AVX512F__
@@ -189,7 +189,7 @@ static inline int lanes_some(lanes_chosen chosen)
 #endif
 }
 
-/* a where chosen, else 0. */
+/* Returns a where chosen, else 0. */
 static inline lanes_vector lanes_only(lanes_chosen chosen, lanes_vector a)
 {
 #ifdef __AVX512F__
@@ -199,7 +199,7 @@ static inline lanes_vector lanes_only(lanes_chosen chosen, lanes_vector a)
 #endif
 }
 
-/* The same of whole numbers. */
+/* Does the same for whole numbers. */
 static inline lanes_mask lanes_only_whole(lanes_chosen chosen, lanes_mask a)
 {
 #ifdef __AVX512F__
@@ -209,7 +209,7 @@ static inline lanes_mask lanes_only_whole(lanes_chosen chosen, lanes_mask a)
 #endif
 }
 
-/* sum, which is no -0, + a where chosen. */
+/* Returns sum, which is not -0, plus a where chosen. */
 static inline lanes_vector lanes_add_to(lanes_vector sum, lanes_chosen chosen, lanes_vector a)
 {
 #ifdef __AVX512F__
@@ -224,7 +224,7 @@ static inline lanes_vector lanes_positive(lanes_vector a)
     return (lanes_vector)((lanes_mask)a & INT32_MAX);
 }
 
-/* A bit for each lane whose sign is set, the first lane's lowest. */
+/* Returns a bit for each lane whose sign is set, the first lane's lowest. */
 static inline uint32_t lanes_signs(lanes_mask mask)
 {
 #ifdef __AVX512F__
@@ -236,7 +236,7 @@ static inline uint32_t lanes_signs(lanes_mask mask)
 #endif
 }
 
-/* Is any lane of a mask set? */
+/* Returns whether any lane of a mask is set. */
 static inline int lanes_any(const struct lanes_whole *mask)
 {
     lanes_mask all = mask->v[0];

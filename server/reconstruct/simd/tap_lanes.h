@@ -1,7 +1,7 @@
 #pragma once
-/* What sixteen receiving pixels side by side take of their neighbours on one line, and the means
- * that come of it. Channels go together where they can: each tap's weights are then looked at once,
- * and sums of several channels need not wait for each other. */
+/* The weights that sixteen adjacent receivers give to their neighbours on one line, and weighted
+ * means. Channels are summed together where possible, so that each tap's weights are loaded once
+ * and sums of several channels do not wait for each other. */
 #include <stddef.h>
 
 #include "server/reconstruct/simd/lanes_inline.h"
@@ -22,8 +22,8 @@ static inline void taps_add(struct taps *taps, size_t at, const struct lanes *we
     taps->at[taps->count++] = (ptrdiff_t)at;
 }
 
-/* Sums of vector v of `channels` channels: of weights times differences from the receiving pixel's
- * own value, and of the weights, that of the pixel itself included, which is 1. */
+/* Sums vector v of `channels` channels: weights times differences from the receiver's own value,
+ * and the weights, with that of the receiver itself, which is 1. */
 LANES_INLINE void taps_sum(const struct taps *taps, const float *const *in, size_t p, int v,
                            uint32_t channels, lanes_vector own[TAPS_CHANNELS],
                            lanes_vector sum[TAPS_CHANNELS], lanes_vector *weights)
@@ -56,9 +56,9 @@ LANES_INLINE void taps_mean_of(const struct taps *taps, const float *const *in, 
     }
 }
 
-/* out[c] of sixteen pixels from p on: means of in[c]; no array is both. Sums run over
- * differences from the receiving pixel's own value: a constant channel comes out constant to the
- * last bit. */
+/* Computes means of in[c] for sixteen pixels from p on into out[c]; no array is both. Sums run over
+ * differences from the receiver's own value, so that a constant channel stays constant to the last
+ * bit. */
 static inline void taps_mean(const struct taps *taps, uint32_t count, const float *const *in,
                              size_t p, float *const *out)
 {
