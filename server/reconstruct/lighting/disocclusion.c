@@ -25,7 +25,7 @@
 #define PIXELS_SQUARE 2.0f
 
 /* A surface in a cell: the first sample's; sums of all samples' light; what they share, once
- * somebody has asked. */
+ * it was needed. */
 struct disocclusion_spot {
     float point[3], normal[3], off;
     float light[3], shared[3], number;

@@ -1,5 +1,5 @@
 #pragma once
-/* shadow_kernels' blur. */
+/* The blur of shadow_kernels. */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -8,9 +8,9 @@
 #include "server/reconstruct/simd/gaussian_lanes.h"
 #include "server/reconstruct/simd/lanes_inline.h"
 
-#define BLUR_TOGETHER 16 /* taps that are met before any is weighed: short steps, many in work */
+#define BLUR_TOGETHER 16 /* taps that are met before any is weighed */
 
-/* Exponents of SHADOW_LANES pixels' weights at tap k; infinite where they do not take it. */
+/* Computes exponents of SHADOW_LANES pixels' weights at tap k; infinite where they refuse it. */
 LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at, int32_t k,
                             float out[SHADOW_LANES])
 {
@@ -35,7 +35,7 @@ LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at
     }
 }
 
-/* Adds `count` taps, of which the first looks at `values`, to sums of weights times those and of
+/* Adds `count` taps, the first of which reads `values`, to the sums of weighted values and of
  * weights. */
 LANES_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const float *values,
                            ptrdiff_t step, struct lanes *sum, struct lanes *weights)
@@ -53,7 +53,7 @@ LANES_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, cons
     }
 }
 
-/* SHADOW_LANES pixels side by side from `at` on, `most` taps to both sides. */
+/* Blurs SHADOW_LANES adjacent pixels from `at` on, with `most` taps to both sides. */
 static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
                               float out[SHADOW_LANES])
 {

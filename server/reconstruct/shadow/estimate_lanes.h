@@ -1,5 +1,5 @@
 #pragma once
-/* shadow_kernels' estimate: sum of I G V over sum of I G at a pixel's strata. */
+/* The estimate of shadow_kernels: sum of I G V over sum of I G at a pixel's strata. */
 #include "proto/pattern.h"
 #include "proto/plan.h"
 #include "server/reconstruct/shadow/shadow_lanes.h"
@@ -8,14 +8,14 @@
 
 #define ESTIMATE_NEAR_MOST 1e9f /* (size / distance)^2 */
 
-/* Receivers side by side, as they were given; SHADOW_LANES may be read of each. */
+/* Adjacent receivers, as they were given. SHADOW_LANES elements of each array may be read. */
 struct estimate_receivers {
     const float *point[3], *normal[3], *jitter[2];
     const uint32_t *bits;
     size_t stride;
 };
 
-/* The last receivers, filled up with some that have no normal. */
+/* The last receivers, padded with some that have no normal. */
 struct estimate_rest {
     _Alignas(64) float numbers[8][SHADOW_LANES];
     uint32_t bits[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 32][SHADOW_LANES];
@@ -33,7 +33,7 @@ static inline struct estimate_receivers estimate_receivers_at(const struct estim
     return r;
 }
 
-/* Moves `count` receivers to where there is room for all lanes. */
+/* Copies `count` receivers to where there is room for all lanes. */
 static inline void estimate_fill(struct estimate_receivers *r, size_t count, uint32_t strata,
                                  struct estimate_rest *rest)
 {
@@ -57,7 +57,7 @@ static inline lanes_mask estimate_words(const uint32_t *from)
     return out;
 }
 
-/* Is each receiver's light all seen or not seen at all? Then out[i] says which. */
+/* Returns whether each receiver sees all of the light or none of it. Then out[i] is 1 or 0. */
 static inline bool estimate_is_plain(const struct estimate_receivers *r, uint32_t strata,
                                      float out[SHADOW_LANES])
 {
@@ -77,19 +77,19 @@ static inline bool estimate_is_plain(const struct estimate_receivers *r, uint32_
     return !lanes_any(&mixed);
 }
 
-/* Receivers side by side, and sums over their strata. */
+/* Adjacent receivers, and sums over their strata. */
 struct estimate_chunk {
     struct lanes to[3], normal[3];
     struct lanes seen, all, count;
 };
 
-/* Where along an axis of the light, in [-1, 1], and a Gaussian light's profile there. */
+/* A place along an axis of the light, in [-1, 1], and a Gaussian light's profile there. */
 struct estimate_place {
     lanes_vector at, profile;
 };
 
-/* One stratum of vector i. I G but for factors that all strata share; in units of the light's size
- * and bounded, so that squares of squares stay finite. */
+/* Adds one stratum of vector i. I G lacks the factors that all strata share. It is in units of the
+ * light's size and bounded, so that squares of squares stay finite. */
 LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussian, int i,
                                const struct estimate_place *u, const struct estimate_place *v,
                                lanes_chosen seen, struct estimate_chunk *c)
@@ -115,7 +115,7 @@ LANES_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussi
     c->count.v[i] = lanes_add_to(c->count.v[i], seen, one);
 }
 
-/* Stratum k of l of an axis. */
+/* Returns the place of stratum k of l along an axis. */
 LANES_INLINE struct estimate_place estimate_stratum(bool gaussian, const float *jitter, uint32_t l,
                                                     uint32_t k)
 {
@@ -126,7 +126,7 @@ LANES_INLINE struct estimate_place estimate_stratum(bool gaussian, const float *
     return (struct estimate_place){at, gaussian ? gaussian_exp_minus_lanes(2.0f * at * at) : at};
 }
 
-/* Of vector i. */
+/* Sums the strata of vector i. */
 LANES_INLINE void estimate_sum(const struct shadow_rectangle *light, bool gaussian, uint32_t l,
                                const struct estimate_receivers *r, int i, struct estimate_chunk *c)
 {
@@ -148,7 +148,7 @@ LANES_INLINE void estimate_sum(const struct shadow_rectangle *light, bool gaussi
     }
 }
 
-/* The seen share of all; of the strata's number where none counts. */
+/* Computes the seen share, by number where no stratum has weight. */
 static inline void estimate_share(const struct estimate_chunk *c, float strata,
                                   float out[SHADOW_LANES])
 {
@@ -160,7 +160,7 @@ static inline void estimate_share(const struct estimate_chunk *c, float strata,
     }
 }
 
-/* Loops over nine strata have no turns left: their steps wait for each other's results less. */
+/* Sums all strata. Loops over nine strata are unrolled, so that their steps overlap. */
 LANES_INLINE void estimate_profile(const struct shadow_rectangle *light, bool gaussian, uint32_t l,
                                    const struct estimate_receivers *r, struct estimate_chunk *c)
 {

@@ -1,6 +1,6 @@
 #pragma once
-/* shadow_kernels' projection along rows, pass 2a: cells go to nodes as a node's sum over the cells,
- * in order, so that sums stay in registers. */
+/* Pass 2a of shadow_kernels, the projection along rows. A node's sum runs over the cells in order,
+ * so that it stays in a register. */
 #include <string.h>
 
 #include "server/reconstruct/shadow/project_lanes.h"
@@ -9,19 +9,20 @@
 #include "server/reconstruct/simd/lanes_inline.h"
 #include "server/reconstruct/simd/lanes_vector.h"
 
-#define PROJECT_CHUNK   16 /* nodes whose sums do */
+#define PROJECT_CHUNK   16 /* nodes whose sums stay in registers */
 #define PROJECT_VECTORS (2 * PROJECT_CHUNK / LANES_PER_VECTOR)
 #define PROJECT_PAD     (SHADOW_STRATA_MAX + 2) /* nodes before weights that are 0 */
 #define PROJECT_EVEN    0.75f /* how far a cell's sample lies before its first node */
 #define PROJECT_ODD     0.25f
 #define PROJECT_PADDED  (PROJECT_PAD + 2 * SHADOW_STRATA_MAX)
 
-/* Weights of a pixel for cells of one parity, that of node n twice at 2 (PROJECT_PAD + n). */
+/* A pixel's weights for cells of one parity. That of node n stands twice, at 2 (PROJECT_PAD + n).
+ */
 struct project_padded {
     _Alignas(64) float of[2 * PROJECT_PADDED];
 };
 
-/* As project_weigh does at the phase itself; `y` of the nodes. */
+/* Weighs as project_weigh does, at the phase itself. `y` is that of the nodes. */
 static inline void project_pad(const struct project_row *row, uint32_t window, float g,
                                struct project_padded *out)
 {
@@ -38,7 +39,7 @@ static inline void project_pad(const struct project_row *row, uint32_t window, f
     }
 }
 
-/* A cell's two numbers, again and again. */
+/* Returns a cell's two numbers, repeated. */
 static inline lanes_vector project_pair(const float *pair)
 {
     typedef int64_t pairs __attribute__((vector_size(LANES_VECTOR_BYTES)));
@@ -47,8 +48,8 @@ static inline lanes_vector project_pair(const float *pair)
     return (lanes_vector)(both + (pairs){0});
 }
 
-/* Does a cell weigh any of the nodes of vector v, from `first` on? Always said where it is not
- * known when the kernel is compiled: asking is dearer than adding zeros. */
+/* Returns whether a cell has weight at any node of vector v, from `first` on. It is always true
+ * where the answer is not a compile-time constant: a test costs more than adding zeros. */
 LANES_INLINE bool project_reaches(uint32_t scale, uint32_t cell, uint32_t first, uint32_t v)
 {
     const uint32_t low = first + v * (LANES_PER_VECTOR / 2), end = low + LANES_PER_VECTOR / 2;
@@ -77,7 +78,7 @@ LANES_INLINE void project_cells(uint32_t scale, const struct project_padded *eve
     }
 }
 
-/* A pixel's nodes from `first` on, of `used`. */
+/* Stores a pixel's nodes from `first` on, of `used`. */
 static inline void project_store_rows(const lanes_vector sums[PROJECT_VECTORS], uint32_t first,
                                       uint32_t used, float *rows)
 {
@@ -115,13 +116,13 @@ LANES_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, con
 #define PROJECT_CELL_NODES 8 /* that a cell of nine samples weighs */
 
 #ifdef __AVX512F__
-/* Where a cell weighs eight nodes, a pixel's are two registers, and weights another: shifted there
- * they are at hand sooner than what lies across two cache lines. */
+/* Where a cell has weight at eight nodes, a pixel's nodes fill two registers and weights one.
+ * Shifting a register is faster than loading across two cache lines. */
 
-/* Pixels that take turns: the steps of a sum wait for each other. */
+/* The number of pixels that take turns, because the steps of one sum wait for each other. */
 #define PROJECT_TURNS 4
 
-/* The weights of project_pad, twice each. */
+/* Returns the weights of project_pad, each twice. */
 LANES_INLINE __m512i project_twice(const struct project_row *row, float g)
 {
     const fused_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7}, none = {0}, slope = row->slope - none;
@@ -133,8 +134,8 @@ LANES_INLINE __m512i project_twice(const struct project_row *row, float g)
     return _mm512_permutexvar_epi32(order, _mm512_castps_si512(_mm512_castps256_ps512((__m256)w)));
 }
 
-/* Eight pairs of sixteen from pair n on, n < 8: the instruction has n in it, and loops over it are
- * unrolled. */
+/* Returns eight of sixteen pairs, from pair n < 8 on. The instruction contains n, so loops over it
+ * are unrolled. */
 LANES_INLINE lanes_vector project_shift(__m512i low, __m512i high, int n)
 {
     switch (n) {
@@ -167,7 +168,7 @@ LANES_INLINE void project_shifted(int c, __m512i weights, lanes_vector two,
     sums[1] = lanes_fused(project_shift(weights, none, last - c), two, sums[1]);
 }
 
-/* Of up to PROJECT_TURNS pixels. */
+/* Projects up to PROJECT_TURNS pixels. */
 LANES_INLINE void project_turns(const struct shadow_field *f, const uint32_t *pixels,
                                 uint32_t count, const float *cells)
 {

@@ -1,6 +1,6 @@
 #pragma once
-/* shadow_kernels' place_receivers, and how receivers move on the screen. Formulas of one receiver,
- * and loops over short arrays that the compiler vectorises. */
+/* The place_receivers of shadow_kernels, and how receivers move on the screen. Formulas are of one
+ * receiver, in loops over short arrays that the compiler vectorises. */
 #include <math.h>
 #include <string.h>
 
@@ -14,7 +14,7 @@
 #define RECEIVER_FAR_PX    120.0f
 #define RECEIVER_GRAZING   0.02f /* least cosine towards the light that directions are taken at */
 #define RECEIVER_GAMMA     0.95f /* a half-side */
-#define RECEIVER_FRONT     1e-4f /* of distance and size; nearer the light's plane u means nothing */
+#define RECEIVER_FRONT     1e-4f /* of distance and size; nearer the light's plane u is undefined */
 #define RECEIVER_STEP_MOST 1e30f
 
 static inline float receiver_along(float x, float y, float z, const float axis[3])
@@ -106,8 +106,8 @@ static inline struct receiver_stepper receiver_stepper_of(const struct receiver_
     return s;
 }
 
-/* Pixels that what is at `at` of a screen axis moves there when it moves by `moved`; away from the
- * eye at 1 / inverse_along, by moved_along. */
+/* Returns by how many pixels a point at `at` of a screen axis moves there when it moves by `moved`
+ * along it, and by moved_along from the eye, at the depth 1 / inverse_along. */
 static inline float receiver_screen(float perspective, float at, float moved, float inverse_along,
                                     float moved_along, float per_step)
 {
@@ -116,7 +116,7 @@ static inline float receiver_screen(float perspective, float at, float moved, fl
     return fabsf(e) < RECEIVER_STEP_MOST ? e : 0.0f;
 }
 
-/* What steps along both light axes of a lit receiver have in common. */
+/* What steps along both light axes of a lit receiver share. */
 struct receiver_aim {
     float x, y, z;       /* to the light's centre */
     float inverse_up;    /* of what of that lies along the normal; grazing: of the least */
@@ -124,7 +124,7 @@ struct receiver_aim {
     float across, above; /* on the screen's axes */
 };
 
-/* Of a receiver at (px, py, pz) with the normal n, in front of the eye: it has a depth. */
+/* Returns it for a receiver at (px, py, pz) with the normal n. It lies in front of the eye. */
 static inline struct receiver_aim receiver_aim(const struct receiver_stepper *s, float px, float py,
                                                float pz, float nx, float ny, float nz)
 {
@@ -141,7 +141,7 @@ static inline struct receiver_aim receiver_aim(const struct receiver_stepper *s,
                                  receiver_along(px, py, pz, s->up)};
 }
 
-/* Steps along the stepper's light axis of a receiver with the normal n: receiver_steps. */
+/* Computes receiver_steps along the stepper's light axis, for a receiver with the normal n. */
 static inline void receiver_step(const struct receiver_stepper *s, const struct receiver_aim *aim,
                                  float nx, float ny, float nz, float *step_x, float *step_y)
 {

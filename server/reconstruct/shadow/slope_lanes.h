@@ -1,5 +1,5 @@
 #pragma once
-/* shadow_kernels' sum_slopes, of pixels side by side. */
+/* The sum_slopes of shadow_kernels, for adjacent pixels. */
 #include <stddef.h>
 
 #include "server/reconstruct/shadow/compatible_lanes.h"
@@ -9,17 +9,19 @@
 
 #define SLOPES_SIDE    5
 #define SLOPES_REACH   (SLOPES_SIDE / 2)
-#define SLOPES_COLUMNS (SHADOW_LANES + SLOPES_SIDE - 1) /* that pixels side by side look at */
-/* Of a pixel at least SLOPES_REACH from the edges they reach SHADOW_LANES - 1 past the planes. */
+#define SLOPES_COLUMNS (SHADOW_LANES + SLOPES_SIDE - 1) /* that adjacent pixels read */
+/* For a pixel at least SLOPES_REACH from the edges, vectors reach SHADOW_LANES - 1 past the planes.
+ */
 _Static_assert(SHADOW_LANES - 1 <= SHADOW_PLANE_PAD, "vectors of all lanes");
 
-/* Neighbours in a row: where it begins. */
+/* A row of neighbours, from its first on. */
 struct slopes_row {
     const float *shown[6]; /* points and normals */
     const float *a, *b;
 };
 
-/* How many pixels of `most` in the list, from the first on, are among SHADOW_LANES in a row. */
+/* Returns how many of the `most` pixels of the list, from the first on, lie among SHADOW_LANES in a
+ * row. */
 static inline uint32_t slopes_count(const uint32_t *pixels, uint32_t most)
 {
     uint32_t count = 1;
@@ -38,7 +40,7 @@ static inline struct slopes_row slopes_look(const struct shadow_pixels *p, size_
                                b + from};
 }
 
-/* Does any of the neighbours have values? The last vector overlaps the one before. */
+/* Returns whether any of the neighbours has values. The last vector overlaps the one before. */
 static inline bool slopes_has_values(const struct slopes_row *row)
 {
     lanes_mask has = {0};
@@ -48,12 +50,12 @@ static inline bool slopes_has_values(const struct slopes_row *row)
     return lanes_signs(has) != 0;
 }
 
-/* Of the lanes of one vector: how many, sum of a, sum of b. */
+/* Sums of the lanes of one vector: number, a and b. */
 struct slopes_sums {
     lanes_vector count, a, b;
 };
 
-/* Adds a row's neighbours of the lanes from `first` on. */
+/* Adds a row of neighbours of the lanes from `first` on. */
 LANES_INLINE void slopes_add(const struct asker_lanes *asker, const struct slopes_row *row,
                              size_t first, struct slopes_sums *out)
 {
@@ -73,7 +75,7 @@ LANES_INLINE void slopes_add(const struct asker_lanes *asker, const struct slope
     }
 }
 
-/* Of pixels side by side from `first` on: how many neighbours, sums of a and of b. */
+/* Computes the number of neighbours and the sums of a and b for adjacent pixels from `first` on. */
 static inline void slopes_sum(const struct shadow_field *f, size_t first, const float *a,
                               const float *b, float out[3][SHADOW_LANES])
 {
@@ -95,7 +97,7 @@ static inline void slopes_sum(const struct shadow_field *f, size_t first, const 
     }
 }
 
-/* Up to SHADOW_LANES pixels side by side at once, the last of which may be none of the list's. */
+/* Takes up to SHADOW_LANES adjacent pixels at once. The list need not hold all of them. */
 static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
                               const float *a, const float *b, float *out)
 {

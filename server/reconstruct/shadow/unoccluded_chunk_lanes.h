@@ -1,12 +1,13 @@
 #pragma once
-/* Receivers of a rectangle's light that go side by side, and what is found of them. */
+/* Adjacent receivers of a rectangle's light, and intermediate results. */
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #define UNOCCLUDED_LANES 32
 #define UNOCCLUDED_TINY  1e-36f
-/* From here on rounding makes no corner of the light set, per (distance + size). */
+/* From this height on, per (distance + size), rounding puts no corner of the light below the
+ * horizon. */
 #define UNOCCLUDED_ABOVE 1e-5f
 
 struct unoccluded_chunk {
@@ -24,7 +25,7 @@ struct unoccluded_chunk {
     int32_t far[UNOCCLUDED_LANES];
 };
 
-/* Is the light above receiver i's horizon, beyond any rounding? */
+/* Returns whether the light is above receiver i's horizon, beyond any rounding. */
 static inline int32_t unoccluded_is_open(const struct unoccluded_chunk *c, size_t i)
 {
     const float x = fabsf(c->centre[0][i]), y = fabsf(c->centre[1][i]);

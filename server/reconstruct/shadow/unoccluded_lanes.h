@@ -1,6 +1,6 @@
 #pragma once
-/* shadow_kernels' unoccluded: E = integral of I cos cos' / d^2 over a rectangle, for many receivers
- * at once. Plain loops over short arrays, which the compiler vectorises for whatever instruction
+/* The unoccluded of shadow_kernels: E = integral of I cos cos' / d^2 over a rectangle, for many
+ * receivers at once. The compiler vectorises its loops over short arrays for whatever instruction
  * set the including file is compiled for.
  *
  *   uniform, near  Lambert's formula over the outline cut at the receiver's horizon (Lambert 1760;
@@ -23,10 +23,11 @@
 #define UNOCCLUDED_FAR2     64.0f /* (distance / half-diagonal)^2, uniform, the light all up */
 #define UNOCCLUDED_VERY_FAR 1e6f  /* the same, anyway */
 #define UNOCCLUDED_PROFILE2 6.0f  /* (distance / half-diagonal)^2 of Gaussian ones */
-/* On a light, or beside it in its plane, rounding decides whether a receiver is before the light
- * and the light above its horizon; the whole hemisphere could be made of that. Receivers nearer to
- * the plane than what rounding leaves of the way from the eye get nothing, and those that face the
- * way the light does nothing of a light that rises no more than UNOCCLUDED_RISE of its size. */
+/* On a light, or beside it in its plane, rounding decides whether a receiver is in front of the
+ * light and the light above its horizon, and could yield a whole hemisphere. So E is 0 for
+ * receivers nearer to the plane than the rounding error of the way from the eye. It is also 0 for
+ * those that face as the light does, if the light rises by no more than UNOCCLUDED_RISE of its
+ * size. */
 #define UNOCCLUDED_ROUNDING 4e-6f
 #define UNOCCLUDED_RISE     5e-4f
 #define UNOCCLUDED_FACING   0.5f
@@ -36,10 +37,10 @@ static inline float unoccluded_dot(float ax, float ay, float az, float bx, float
     return fused(az, bz, fused(ay, by, ax * bx));
 }
 
-/* theta n . (a x b) / |a x b| of unit vectors a, b: from their scalar product, n . (a x b) and
- * |a x b|. theta / sin(theta) is a fit for acute angles, error 2e-8; of obtuse ones it is taken
- * from the opposite angle, and the sine from the product itself, so that nothing is divided by a
- * root that cancels. */
+/* Returns theta n . (a x b) / |a x b| for unit vectors a, b, from their scalar product, n . (a x b)
+ * and |a x b|. theta / sin(theta) is a fit for acute angles with error 2e-8. Obtuse ones take it
+ * from the opposite angle, and the sine from the product itself, which avoids dividing by a root
+ * that cancels. */
 static inline float unoccluded_arc(float cosine, float along, float sine)
 {
     const float x = fabsf(cosine);
@@ -72,7 +73,8 @@ static void unoccluded_reach(const struct shadow_rectangle *light, size_t first,
     }
 }
 
-/* In units of the light's size, which E does not depend on: squares of squares stay finite. */
+/* Loads receivers in units of the light's size, on which E does not depend, so that squares of
+ * squares stay finite. */
 static void unoccluded_load(const struct shadow_rectangle *light, size_t first, size_t count,
                             const float *const point[3], const float *const normal[3],
                             struct unoccluded_chunk *c)
@@ -112,7 +114,8 @@ static void unoccluded_load(const struct shadow_rectangle *light, size_t first, 
     }
 }
 
-/* What of an edge, from `from` above the horizon to `to`, is above it: its shares a to b. */
+/* Computes which part of an edge lies above the horizon, as shares a to b. Its ends lie `from` and
+ * `to` above it. */
 static inline void unoccluded_cut(float from, float to, float rise, float *a, float *b)
 {
     const int up = from > 0.0f, up_next = to > 0.0f;
@@ -124,15 +127,16 @@ static inline void unoccluded_cut(float from, float to, float rise, float *a, fl
     *b = up_next ? 1.0f : up ? cut : 0.0f;
 }
 
-/* Two points that an edge is seen between: their squares and scalar product, the square of their
- * vector product from the edge's, its part along the normal, the edge's share between them. All are
- * met before any is weighed: steps so short that the CPU has several receivers in work at once. */
+/* The two ends of the visible part of an edge: their squares and scalar product, the square of
+ * their vector product from the edge's, its part along the normal, and the edge's share between
+ * them. All are computed before any is added, because steps that short let the CPU work on several
+ * receivers at once. */
 struct unoccluded_pair {
     _Alignas(64) float aa[UNOCCLUDED_LANES], bb[UNOCCLUDED_LANES], ab[UNOCCLUDED_LANES];
     float cross[UNOCCLUDED_LANES], along[UNOCCLUDED_LANES], share[UNOCCLUDED_LANES];
 };
 
-/* Adds their terms. */
+/* Adds the terms of pairs. */
 static inline void unoccluded_add(const struct unoccluded_pair *pair, float *polygon)
 {
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {
@@ -146,8 +150,9 @@ static inline void unoccluded_add(const struct unoccluded_pair *pair, float *pol
     }
 }
 
-/* The edge e from `corner` (of the light's centre): its term where above the horizon, and where it
- * goes through the horizon; `whole`: it is above for all receivers. */
+/* Adds the term of edge e from `corner`, relative to the light's centre, where it is above the
+ * horizon, and notes where it crosses the horizon. `whole` says that it is above for all
+ * receivers. */
 LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool whole,
                                   struct unoccluded_chunk *c)
 {

@@ -1,6 +1,6 @@
 #pragma once
-/* shadow_kernels' shear_receivers: filter widths and walks from wedges (docs/reconstruction.md,
- * Shadow widths). */
+/* The shear_receivers of shadow_kernels: filter widths and walks from wedges
+ * (docs/reconstruction.md, Shadow widths). */
 #include <math.h>
 
 #include "server/reconstruct/shadow/receiver_lanes.h"
@@ -13,9 +13,10 @@
 #define WEDGE_FALLOFF_MOST 1e30f
 #define WEDGE_SIGMA_LEAST  7.07e-16f /* (2 WEDGE_FALLOFF_MOST)^-1/2 */
 #define WEDGE_MAJOR_LEAST  1e-30f
-#define WEDGE_SIGMAS       2.0f /* that a walk goes: errors as with 2.5, of walks a quarter longer */
+#define WEDGE_SIGMAS                                                                               \
+    2.0f /* of a walk's reach; 2.5 has the same error, with walks a quarter longer */
 
-/* What is read of a pixel, */
+/* What is read of a pixel. */
 enum wedge_read {
     WEDGE_POINT = 0,
     WEDGE_NORMAL = 3,
@@ -25,7 +26,7 @@ enum wedge_read {
     WEDGE_READ,
 };
 
-/* and written, axis 0 before axis 1; then what is whole. */
+/* What is written, axis 0 before axis 1, integers last. */
 enum wedge_written {
     WEDGE_ETA = 0,
     WEDGE_SPREAD,
@@ -37,7 +38,7 @@ enum wedge_written {
 };
 enum wedge_whole { WEDGE_REACH = 0, WEDGE_ROW = 2, WEDGE_WHOLE = 4 };
 
-/* What both axes have in common. */
+/* What both axes share. */
 enum wedge_shared {
     WEDGE_AIM = 0, /* struct receiver_aim */
     WEDGE_PIXEL = 7,
@@ -73,7 +74,7 @@ static inline void wedge_range(float longer_half, struct wedge_chunk *c)
     }
 }
 
-/* Constants of widths and walks; of widths and of the table's rho their inverses, too. */
+/* Constants of widths and walks, with inverses of widths and of the table's rho. */
 struct wedge_rule {
     float per_half[2], own[2], per_own[2]; /* own: a filter's sigma at slopes of 1 */
     float longer_half, most_px, per_most, per_rho;
@@ -111,8 +112,8 @@ static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedg
     }
 }
 
-/* The walk along an axis of which a tap, one pixel of the longer screen axis, is `major` times in a
- * scene unit. */
+/* Computes the walk along an axis. A scene unit has `major` taps, each one pixel of the longer
+ * screen axis. */
 LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
 {
     const float per_half = rule->per_half[axis];
@@ -151,7 +152,7 @@ LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wed
     }
 }
 
-/* Rows of weights: apart from the walks, whose long way to a root they would wait for. */
+/* Computes rows of weights. It is apart from the walks so as not to wait for their roots. */
 static inline void wedge_rows(float per_rho, struct wedge_chunk *c)
 {
     for (int axis = 0; axis < 2; axis++)
@@ -160,8 +161,8 @@ static inline void wedge_rows(float per_rho, struct wedge_chunk *c)
                 coverage_row(per_rho, c->rho[axis][i], c->delta[axis][i]);
 }
 
-/* Filters' widths in pixels, never 0 where a walk goes; roots are taken one by one, since products
- * may overflow. */
+/* Computes filter widths in pixels, never 0 where there is a walk. Roots are taken one by one,
+ * because products may overflow. */
 static inline void wedge_widths(struct wedge_chunk *c)
 {
     const float *a = c->out[WEDGE_FALLOFF], *b = c->out[WEDGE_FALLOFF + 1];
