@@ -51,7 +51,7 @@ struct film {
     uint64_t bytes, pending;
 };
 
-/* A half-open range of columns and rows, of tiles or of blocks. */
+/* Returns the half-open range of columns and rows, of tiles or blocks, that an area touches. */
 static inline struct rect film_cells(struct rect area, int32_t side_px)
 {
     return (struct rect){area.x0 / side_px, area.y0 / side_px, (area.x1 - 1) / side_px + 1,
@@ -63,19 +63,19 @@ static inline struct rect film_image_rect(const struct film *film)
     return (struct rect){0, 0, film->grid.width_px, film->grid.height_px};
 }
 
-/* What a block reads. */
+/* Returns the pixels that a block reads. */
 static inline struct rect film_reach(const struct film *film, struct rect area)
 {
     return rect_intersect(rect_grow(area, film->halo_px), film_image_rect(film));
 }
 
-/* Tiles that a block reads. */
+/* Returns the tiles that a block reads. */
 static inline struct rect film_tiles_of(const struct film *film, uint32_t block)
 {
     return film_cells(film_reach(film, film_block_rect(film, block)), film->grid.side_px);
 }
 
-/* Blocks that read a tile. */
+/* Returns the blocks that read a tile. */
 static inline struct rect film_blocks_of(const struct film *film, uint32_t tile)
 {
     return film_cells(film_reach(film, tile_grid_rect(&film->grid, tile)), film->block_px);

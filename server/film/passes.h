@@ -1,15 +1,15 @@
 #pragma once
-/* Adding up the passes of a tile. */
+/* Adds up the passes of a tile. */
 #include "proto/samples.h"
 
-/* Samples of every pixel. */
+/* How many samples every pixel has. */
 struct pass_counts {
     uint32_t paths, bounces;
-    const uint8_t *sides; /* so many bounce rays, or paths through the lens, squared more, pixel
-                             by pixel of the tile, of a second set; NULL: none. Borrowed */
-    const uint8_t *lobes; /* the same of rays of glossy lobes */
-    /* Of the paths, those in parts that PATH_SPLIT is made of, and the parts' lengths, added up
-     * over these paths. */
+    const uint8_t *sides; /* strata per axis of each pixel's second set, of bounce rays or paths
+                             through the lens; NULL: none. Borrowed */
+    const uint8_t *lobes; /* the same for rays of glossy lobes */
+    /* How many of the paths are in parts that PATH_SPLIT is made of, and the sum of the parts'
+     * lengths over these paths. */
     uint64_t split, split_lengths;
 };
 
@@ -25,7 +25,7 @@ static inline struct pass_counts pass_counts_of(const struct plan_pass *pass)
                                 .split_lengths = split * parts.length};
 }
 
-/* A tile has one second set at most. */
+/* Adds counts. A tile has one second set at most. */
 static inline void pass_counts_add(struct pass_counts *sum, const struct pass_counts *more)
 {
     sum->paths += more->paths;
@@ -37,10 +37,10 @@ static inline void pass_counts_add(struct pass_counts *sum, const struct pass_co
 }
 
 /* Adds `more` to `sum`: sums of paths, and means over bounce rays, weighted by their number. Both
- * have the plan's planes of what they have samples of; other planes of `sum` stay as they are. Of
- * bounce rays `sum` has some if `more` does, and those of `more` fall into halves of one size; rays
- * of glossy lobes are as many. A second set has its mean radiance and open shares alone, and the
- * means of glossy lobes.
+ * have those planes of the plan that they have samples for; other planes of `sum` stay. If `more`
+ * has bounce rays, so has `sum`, and those of `more` fall into halves of one size. There are as
+ * many rays of glossy lobes. A second set has only mean radiance, ambient visibility and the means
+ * of glossy lobes.
  *
  * PATH_SPREAD, the squared deviations from the mean, is merged by the formula of Chan, Golub and
  * LeVeque (Updating formulae and a pairwise algorithm for computing sample variances, 1979,

@@ -1,5 +1,5 @@
 #pragma once
-/* A frame's output: named float channels, all of one size, allocated at once. */
+/* A frame's output: named float channels of one size, in one allocation. */
 #include <stdbool.h>
 
 #include "proto/error.h"
@@ -20,7 +20,8 @@ struct image {
     float *data; /* owned; channel_count * width * height, zeroed */
 };
 
-/* Channel names by layer: beauty R G B A; direct.R ...; indirect.R ...; emission.R ...; albedo.R
+/* Creates the channels of layers. Their names are: beauty R G B A; direct.R ...; indirect.R ...;
+ * emission.R ...; albedo.R
  * ...; normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S;
  * filter_width.W; error.R
  * ...; occlusion.O; diffuse_direct.R ...; diffuse_indirect.R .... `layers` are bits of
@@ -29,14 +30,15 @@ struct image {
  */
 int image_create(uint32_t layers, int32_t width_px, int32_t height_px, struct image **out);
 
-/* For readers: any list of names. */
+/* Creates channels of any names, for readers. */
 int image_create_named(const char *const *names, uint32_t count, int32_t width_px,
                        int32_t height_px, struct image **out);
 void image_destroy(struct image **image);
 
-/* The channel's plane, or NULL. */
+/* Returns the channel's plane, or NULL. */
 const struct plane *image_plane(const struct image *image, const char *name);
 
-/* The three channels that show a layer: "beauty" R G B, "direct" direct.R .G .B, "normal" X Y Z;
- * one channel three times for scalar layers. False when the image has none such. */
+/* Finds the three channels that show a layer: R G B for "beauty", direct.R .G .B for "direct", X Y
+ * Z for "normal". A scalar layer gives its channel three times. Returns false if the image lacks
+ * it. */
 bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3]);

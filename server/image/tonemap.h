@@ -1,16 +1,17 @@
 #pragma once
-/* From linear radiance to what a screen takes. */
+/* Encodes linear radiance for a screen. */
 #include <stdint.h>
 
-/* IEC 61966-2-1 encoding of a value clipped to [0, 1]; NaN gives 0. */
+/* Returns the IEC 61966-2-1 encoding of a value clipped to [0, 1]; NaN gives 0. */
 float tonemap_srgb(float linear);
 
-/* round(255 * tonemap_srgb(linear * scale)). */
+/* Returns round(255 * tonemap_srgb(linear * scale)). */
 uint8_t tonemap_byte(float linear, float scale);
 
-/* The same answers without a power for each: for whole pictures. Floats of [0, 1) that share their
- * exponent and first 8 bits of mantissa differ by at most one byte, so that a start and the least
- * value of the next byte give the byte. Below the table's range the byte is 0. */
+/* A table that gives the same bytes without a power for each, for whole pictures. Floats of [0, 1)
+ * that share their exponent and first 8 bits of mantissa differ by at most one byte, so that a
+ * start and the least value of the next byte give the byte. Below the table's range the byte is 0.
+ */
 #define TONEMAP_BUCKETS (14 * 256)
 struct tonemap_table {
     float least[257];               /* least value that encodes to byte i; [256]: none does */
