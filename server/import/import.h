@@ -1,5 +1,5 @@
 #pragma once
-/* From a scene file to a scene blob: the way through this room. Environment maps take another one
+/* Turns a scene file into a scene blob. Environment maps have a path of their own
  * (environment_import.h).
  *
  *   files, gltf_* or obj_*  ->  builder  ->  emitters, cameras  ->  blob_writer  ->  scene_map

@@ -98,7 +98,7 @@ int main(int argc, char **argv)
     struct options options;
     struct fault fault = {0};
     catch_ends();
-    prctl(PR_SET_PDEATHSIG, SIGKILL); /* nobody waits for the blob of a coordinator that died */
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* the coordinator wants no blob once it has died */
     int rc = options_read(argc, argv, &options, &fault);
     if (rc == 0 && (options.help || options.dump)) {
         if (options.help)

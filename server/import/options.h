@@ -13,7 +13,8 @@ struct options {
     bool help, dump;
 };
 
-/* Borrows from argv. ERR_MISSING, ERR_UNKNOWN_MEMBER with the option at fault. */
+/* Reads the options, which borrow from argv. ERR_MISSING, ERR_UNKNOWN_MEMBER with the option at
+ * fault. */
 int options_read(int argc, char **argv, struct options *out, struct fault *fault);
 
 /* Prints the answer to --help. */

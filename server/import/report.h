@@ -2,11 +2,11 @@
 /* The one line of JSON that tells the coordinator how an import went. */
 #include "server/import/import.h"
 
-/* {"ok":true,"triangles":..,"placed_triangles":..,"warnings":[..],"cpu_s":..} with a line end; of
- * an environment map "width_px" and "height_px" instead of triangles. The caller frees it; NULL on
- * failed allocation. */
+/* Writes {"ok":true,"triangles":..,"placed_triangles":..,"warnings":[..],"cpu_s":..} with a line
+ * end. An environment map has "width_px" and "height_px" instead of triangles. The caller frees it;
+ * NULL on failed allocation. */
 char *report_success(const struct import_stats *stats, const struct warnings *warnings,
                      double cpu_s);
 
-/* {"ok":false,"code":"TRUNCATED","pointer":"..","detail":".."} with a line end. */
+/* Writes {"ok":false,"code":"TRUNCATED","pointer":"..","detail":".."} with a line end. */
 char *report_failure(const struct fault *fault);

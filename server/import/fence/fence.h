@@ -1,14 +1,15 @@
 #pragma once
-/* The fence around a hostile file: what this process may use and touch from here on.
+/* The fence confines the process that reads a hostile file.
  *
- * Limits on address space, CPU time, file size and open files; no core dump, no new privileges;
- * where the kernel has Landlock, reading only beneath the root and writing only beside the blob.
- * System calls beyond those that an import needs end the process (syscalls.h): no network, no other
- * programs. Kernels without Landlock (before 5.13, or switched off) leave reading to the rooted
- * opener (files.h), and writing to the rights of the user; without seccomp filters nothing is
- * imported. Builds with sanitizers, which are for tests, have the limits alone. Raised once, after
- * the arguments are read and before any byte of the scene is. */
+ * It limits address space, CPU time, file size and open files, and forbids core dumps and new
+ * privileges. With Landlock the process reads only beneath the root and writes only beside the
+ * blob. System calls that an import does not need end the process (syscalls.h), so it has no
+ * network and starts no programs. On kernels without Landlock (before 5.13, or switched off) the
+ * rooted opener (files.h) bounds reading, and the rights of the user bound writing. Without seccomp
+ * filters nothing is imported. Builds with sanitizers, which are for tests, have the limits alone.
+ * The fence is raised once, after the arguments are read and before any byte of the scene is. */
 #include "proto/error.h"
 
-/* `out` is the path of the blob. What the kernel lacks is left out; what it refuses is ERR_IO. */
+/* Raises the fence. `out` is the path of the blob. It leaves out what the kernel lacks. ERR_IO for
+ * what the kernel refuses. */
 int fence_raise(const char *root, const char *out, struct fault *fault);

@@ -1,5 +1,5 @@
 #pragma once
-/* Files beneath one root directory, and nothing else: every file that a scene names is opened here.
+/* Opens every file that a scene names, beneath one root directory.
  *
  * Names are relative, without "..", and may not pass through a symbolic link. */
 #include <stdbool.h>

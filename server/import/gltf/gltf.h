@@ -1,9 +1,9 @@
 #pragma once
-/* An open glTF 2.0 document: the JSON, its buffers, and where the scene under construction goes.
+/* An open glTF 2.0 document: its JSON, its buffers, and the builder of the scene.
  *
- * Everything is read from the JSON and the buffers directly rather than through assimp: a fault
- * must name its place, instances must stay instances, and what assimp drops or bends (emissive
- * strength, fields of view, light ranges, texture transforms, samplers) is most of a material. */
+ * The importer reads JSON and buffers itself instead of using assimp. A fault must name its place,
+ * and instances must stay instances. assimp also drops or changes emissive strength, fields of
+ * view, light ranges, texture transforms and samplers. */
 #include "server/import/fence/files.h"
 #include "server/import/gltf/gltf_json.h"
 #include "server/import/gltf/gltf_nodes.h"
@@ -26,15 +26,15 @@ struct gltf {
     uint32_t default_material; /* SCENE_NONE until a primitive without material needs it */
 };
 
-/* Imports a .glb or .gltf. `name` and `main` are borrowed for the time of the call. */
+/* Imports a .glb or .gltf. The call borrows `name` and `main`. */
 int gltf_import(struct files *files, const char *name, const struct file_view *main,
                 struct builder *builder, struct fault *fault);
 
-/* Where a file's text begins: the first byte that is no white space. */
+/* Returns the offset of a file's first byte that is not white space. */
 size_t gltf_text_start(const struct file_view *file);
 
-/* Container and JSON: sets root, bin. Refuses what is not version 2 and required extensions that
- * are not supported; warns of the others. */
+/* Reads container and JSON, and sets root and bin. Refuses other versions than 2 and required
+ * extensions that are not supported; warns of other extensions. */
 int gltf_document_read(struct gltf *g, const struct file_view *main, struct fault *fault);
 
 /* The bytes of a buffer view. *stride is 0 when the elements are packed. */
@@ -47,7 +47,7 @@ int gltf_buffers_init(struct gltf *g, struct fault *fault);
 void gltf_buffers_fini(struct gltf *g);
 int gltf_view_open(struct gltf *g, uint32_t index, struct gltf_view *out, struct fault *fault);
 
-/* Bytes behind a URI: base64 data, which the caller frees, or a mapped file. */
+/* The bytes behind a URI: base64 data, which the caller frees, or a mapped file. */
 struct gltf_payload {
     struct file_view view;
     uint8_t *decoded; /* owned; NULL for a file */
@@ -56,10 +56,10 @@ int gltf_payload_load(struct gltf *g, const char *uri, const char *place, struct
                       struct fault *fault);
 void gltf_payload_free(struct gltf_payload *payload);
 
-/* All materials, in the file's order, and the textures that they use. */
+/* Reads all materials, in the file's order, and the textures that they use. */
 int gltf_materials_read(struct gltf *g, struct fault *fault);
 
-/* The index of glTF's default material, appended at its first use. */
+/* Returns the index of glTF's default material, which is appended at its first use. */
 int gltf_default_material(struct gltf *g, uint32_t *out, struct fault *fault);
 
 /* Reads a texture reference; *out keeps SCENE_NONE when it is absent or ignored. Registers the
@@ -71,7 +71,7 @@ int gltf_textures_init(struct gltf *g, struct fault *fault);
 void gltf_textures_fini(struct gltf *g);
 int gltf_images_decode(struct gltf *g, struct fault *fault);
 
-/* Geometry and where it stands. */
+/* Read geometry, and place it. */
 int gltf_meshes_read(struct gltf *g, struct fault *fault);
 
 int gltf_lights_read(struct gltf *g, struct fault *fault);

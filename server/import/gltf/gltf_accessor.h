@@ -1,5 +1,5 @@
 #pragma once
-/* Accessors: typed arrays in buffers, with strides, normalised integers and sparse parts. */
+/* Reads accessors: typed arrays in buffers, with strides, normalised integers and sparse parts. */
 #include "server/import/gltf/gltf.h"
 
 /* Reads vectors as floats; normalised integers become [0, 1] or [-1, 1]. `components` is what the

@@ -1,5 +1,5 @@
 #pragma once
-/* The nodes of the scene that is shown, in the order of the file, with their world transforms. */
+/* The nodes of the displayed scene, in the order of the file, with their world transforms. */
 #include <stdint.h>
 
 #include "proto/error.h"
@@ -14,11 +14,11 @@ struct gltf_node {
 };
 
 struct gltf_nodes {
-    struct gltf_node *list; /* owned; depth first; only nodes that bear something */
+    struct gltf_node *list; /* owned; depth first; only nodes with a mesh, camera or light */
     uint32_t count, capacity;
     uint8_t *visited; /* owned; by document index */
 };
 
-/* ERR_LIMIT for deep nesting, ERR_CORRUPT for loops and nodes with two parents. */
+/* Reads the nodes. ERR_LIMIT for deep nesting, ERR_CORRUPT for loops and nodes with two parents. */
 int gltf_nodes_read(struct gltf *g, struct fault *fault);
 void gltf_nodes_fini(struct gltf_nodes *nodes);

@@ -3,7 +3,8 @@
 #include "server/import/gltf/gltf.h"
 #include "server/import/scene/mesh.h"
 
-/* What the triangles depend on; primitives with equal keys share one geometry. Bytes compare. */
+/* All that the triangles depend on. Primitives with equal keys share one geometry; keys are
+ * compared as bytes. */
 struct gltf_geometry {
     uint32_t position, normal, tangent, uv[2], indices; /* accessors; SCENE_NONE: none */
     uint32_t mode;                                      /* 4 triangles, 5 strip, 6 fan */
@@ -16,7 +17,7 @@ struct gltf_primitive {
     bool drawn;        /* false for points, lines and primitives without positions */
 };
 
-/* Reads the description, with warnings for what is ignored. */
+/* Reads the description, and warns of what is ignored. */
 int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
                         struct gltf_primitive *out, struct fault *fault);
 

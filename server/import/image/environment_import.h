@@ -1,12 +1,12 @@
 #pragma once
-/* From an .hdr or .exr file to an environment blob.
+/* Turns an .hdr or .exr file into an environment blob.
  *
  *   files  ->  panorama (radiance or exr, repaired)  ->  blob_writer  ->  environment_map
  */
 #include "server/import/image/panorama.h"
 #include "server/import/scene/import_stats.h"
 
-/* By its first bytes, whatever its name. */
+/* Returns whether a file is known, by its first bytes and not by its name. */
 bool environment_is_known(const struct file_view *file);
 
 /* Imports a file that environment_is_known knows and writes the blob to `out`. A failure leaves no

@@ -1,5 +1,5 @@
 #pragma once
-/* PNG and JPEG to RGBA8, rows from the top. What kind it is, the bytes say, not a name. */
+/* Decodes PNG and JPEG to RGBA8, rows from the top. The bytes tell the format, not a name. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -25,7 +25,7 @@ int image_measure(const uint8_t *data, size_t size_bytes, const char *place,
 int image_decode(const uint8_t *data, size_t size_bytes, const struct image_header *header,
                  const char *place, uint8_t *rgba, struct warnings *warnings, struct fault *fault);
 
-/* The two decoders behind it. */
+/* Decode one format each, for image_decode. */
 int image_decode_png(const uint8_t *data, size_t size_bytes, const struct image_header *header,
                      const char *place, uint8_t *rgba, struct fault *fault);
 int image_decode_jpeg(const uint8_t *data, size_t size_bytes, const struct image_header *header,

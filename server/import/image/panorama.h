@@ -10,27 +10,27 @@ struct panorama {
     float *texels; /* owned; 3 * width * height */
 };
 
-/* Checks the sides against limits.h and allocates, zeroed. `name` stands in the fault. ERR_LIMIT,
- * ERR_MEMORY. */
+/* Checks the sides against limits.h and allocates zeroed texels. Faults call the file `name`.
+ * ERR_LIMIT, ERR_MEMORY. */
 int panorama_create(struct panorama *p, int64_t width_px, int64_t height_px, const char *name,
                     struct fault *fault);
 void panorama_destroy(struct panorama *p);
 
-/* Makes every texel one that a blob may hold, with a warning for each kind of repair that tells the
- * first place and how many more: what is no number and what is negative becomes 0; what is infinite
- * becomes 65504 (a half float's largest: infinities come from half floats that overflowed, and a
- * sun must not go out); what is above LIMIT_RADIANCE becomes that. */
+/* Repairs texels that a blob may not hold. Each kind of repair gives one warning, with the first
+ * place and how many more. NaN and negative numbers become 0. Infinity becomes 65504, the largest
+ * half float, as it comes from half floats that overflowed and a sun must not go out. Numbers above
+ * LIMIT_RADIANCE become that. */
 void panorama_repair(struct panorama *p, struct warnings *warnings);
 
-/* Radiance files ("#?RADIANCE", "#?RGBE"): run-length coded (both ways) or flat RGBE, rows first.
- * EXPOSURE is divided out. A mantissa m stands for m/256, not (m + 1/2)/256, as in most readers.
- * Owned by the caller. ERR_SYNTAX, ERR_UNSUPPORTED, ERR_TRUNCATED, ERR_CORRUPT, ERR_LIMIT,
- * ERR_MEMORY; the place names the row. */
+/* Read Radiance files ("#?RADIANCE", "#?RGBE"): run-length coded (both ways) or flat RGBE, rows
+ * first. EXPOSURE is divided out. A mantissa m stands for m/256, not (m + 1/2)/256, as in most
+ * readers. The caller owns the result. ERR_SYNTAX, ERR_UNSUPPORTED, ERR_TRUNCATED, ERR_CORRUPT,
+ * ERR_LIMIT, ERR_MEMORY; the place names the row. */
 bool panorama_is_radiance(const struct file_view *file);
 int panorama_read_radiance(const struct file_view *file, const char *name, struct panorama *out,
                            struct warnings *warnings, struct fault *fault);
 
-/* OpenEXR files as exr_read reads them: channels R, G, B, or Y alone as grey. ERR_MISSING without
+/* Read OpenEXR files as exr_read does: channels R, G, B, or Y alone as grey. ERR_MISSING without
  * these, ERR_UNSUPPORTED for luminance with colour differences or a cut data window. */
 bool panorama_is_exr(const struct file_view *file);
 int panorama_read_exr(const struct file_view *file, const char *name, struct panorama *out,

@@ -1,12 +1,12 @@
 #pragma once
-/* OBJ with MTL, read by assimp.
+/* Imports OBJ with MTL by assimp.
  *
- * assimp parses the text and joins the vertices; it opens every file through `files`, so that a
- * hostile mtllib line reaches nothing outside the scene's folder. All else (textures, limits,
- * numbers that are not finite) is checked here. */
+ * assimp parses the text and joins the vertices. It opens every file through `files`, so that a
+ * hostile mtllib line reaches no file outside the scene's folder. Textures, limits and numbers that
+ * are not finite are checked here. */
 #include "server/import/fence/files.h"
 #include "server/import/scene/builder.h"
 
-/* `name` and `main` are borrowed for the time of the call. */
+/* Imports an OBJ. The call borrows `name` and `main`. */
 int obj_import(struct files *files, const char *name, const struct file_view *main,
                struct builder *builder, struct fault *fault);

@@ -1,5 +1,5 @@
 #pragma once
-/* MTL materials with their textures; obj_shading.h tells how they scatter. */
+/* MTL materials with their textures. obj_shading.h says how they scatter. */
 #include <assimp/scene.h>
 
 #include "server/import/fence/files.h"
@@ -18,5 +18,6 @@ int obj_materials_init(struct obj_materials *m, struct files *files, struct buil
                        const char *name, const struct aiScene *scene, struct fault *fault);
 void obj_materials_fini(struct obj_materials *m);
 
-/* The scene's material for assimp's, appended with its textures at its first use. */
+/* Returns the scene's material for one of assimp's. It is appended with its textures at its first
+ * use. */
 int obj_material_get(struct obj_materials *m, unsigned index, uint32_t *out, struct fault *fault);

@@ -16,6 +16,6 @@
 #include "server/import/scene/warnings.h"
 
 /* Reads into *m, whose colours and textures have been read and which is a Lambert surface so far;
- * warns of what is ignored or changed. Numbers out of range are brought to its ends. */
+ * warns of what is ignored or changed. Numbers out of range are clamped. */
 void obj_shading_read(const struct aiMaterial *from, const char *place, struct scene_material *m,
                       struct warnings *warnings);

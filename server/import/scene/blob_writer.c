@@ -82,7 +82,8 @@ static int create_file(const char *path, struct fault *fault)
     return fd;
 }
 
-/* `ok`: all was written; else errno says why not. Whoever keeps the file syncs it (objects.h). */
+/* Closes the file. If not `ok`, errno says why. The store that keeps the file syncs it (objects.h).
+ */
 static int close_file(int fd, const char *path, bool ok, struct fault *fault)
 {
     int why = errno;

@@ -7,6 +7,6 @@
  * file is determined by the builder. On failure the file is removed. ERR_IO, ERR_LIMIT. */
 int blob_write(const struct builder *b, const char *path, struct fault *fault);
 
-/* The same of a map: the header of environment_describe, then its texels. ERR_IO. */
+/* Writes a map likewise: the header of environment_describe, then its texels. ERR_IO. */
 int blob_write_environment(const struct environment_header *header, const float *texels,
                            const char *path, struct fault *fault);

@@ -1,7 +1,7 @@
 #pragma once
 /* The scene under construction: one growing array for each section of the blob.
  *
- * Everything is appended in the order of the source, so that the same file gives the same bytes.
+ * Records are appended in the order of the source, so that the same file gives the same bytes.
  * Counts are checked against limits.h before an array grows. */
 #include <stddef.h>
 #include <stdint.h>
@@ -30,7 +30,7 @@ int builder_append(struct builder *b, enum scene_section section, uint64_t count
 
 uint64_t builder_count(const struct builder *b, enum scene_section section);
 
-/* Typed views; each holds until the next append to its section. */
+/* Return typed views. Each holds until the next append to its section. */
 float *builder_positions(const struct builder *b);
 uint32_t *builder_triangles(const struct builder *b);
 struct scene_mesh *builder_meshes(const struct builder *b);
@@ -42,9 +42,10 @@ struct scene_light *builder_lights(const struct builder *b);
 /* Stores a name, cut at LIMIT_NAME_BYTES and made printable; NULL and "" are 0. */
 int builder_name(struct builder *b, const char *text, uint32_t *out, struct fault *fault);
 
-/* Fills SCENE_INFO and SCENE_WARNINGS: bounds, triangle count, default camera. The last step.
+/* Fills SCENE_INFO and SCENE_WARNINGS: bounds, triangle count, default camera. It is the last step.
  * ERR_MISSING when there is no triangle. ERR_LIMIT when an instance leaves LIMIT_COORDINATE. */
 int builder_finish(struct builder *b, struct fault *fault);
 
-/* Bounds of all placed geometry; exact for baked meshes, of transformed boxes for instances. */
+/* Computes bounds of all placed geometry. They are exact for baked meshes; instances count as
+ * transformed boxes. */
 int builder_bounds(const struct builder *b, float lowest[3], float highest[3], struct fault *fault);

@@ -1,5 +1,5 @@
 #pragma once
-/* Cameras that no file brings. */
+/* Frames of cameras, and the default camera of files without one. */
 #include "server/import/scene/builder.h"
 #include "server/import/scene/transform.h"
 
@@ -7,6 +7,6 @@
  * node's scale and mirroring are ignored, as glTF asks. False when the axes are degenerate. */
 bool camera_set_frame(struct scene_camera *camera, const struct affine *to_world);
 
-/* Appends the default camera: in front of the scene (+z), slightly above, 45 degrees high, at the
- * distance where the bounding sphere just fits. Geometry must be in place. */
+/* Appends the default camera. It is in front of the scene (+z), slightly above, 45 degrees high,
+ * where the bounding sphere just fits. Geometry must be in place. */
 int camera_append_default(struct builder *b, struct fault *fault);

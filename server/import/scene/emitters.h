@@ -20,5 +20,6 @@ struct rectangle {
 uint32_t emitters_pair(const float *positions, const uint32_t *triangles, uint32_t triangle_count,
                        struct rectangle out[EMITTER_RECTANGLES]);
 
-/* Runs over all meshes and instances. The last step before the builder is finished. */
+/* Finds the emitters of all meshes and instances. It is the last step before the builder is
+ * finished. */
 int emitters_find(struct builder *b, struct fault *fault);

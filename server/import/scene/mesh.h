@@ -1,5 +1,5 @@
 #pragma once
-/* One mesh on its way from a scene file to the builder: arrays of its own, one material.
+/* One mesh between a scene file and the builder. It has arrays of its own and one material.
  *
  * Optional arrays run parallel to the positions; NULL where the mesh lacks them. */
 #include "server/import/scene/builder.h"
@@ -16,7 +16,7 @@ struct mesh {
 
 void mesh_fini(struct mesh *mesh);
 
-/* A copy that the caller owns; on failure *out is empty. ERR_MEMORY. */
+/* Makes a copy that the caller owns; on failure *out is empty. ERR_MEMORY. */
 int mesh_copy(const struct mesh *mesh, struct mesh *out, struct fault *fault);
 
 /* Checks every number and index and makes normals and tangents unit vectors; those of length zero
@@ -48,8 +48,8 @@ int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char 
 int mesh_append(const struct mesh *mesh, struct builder *b, struct scene_mesh *out,
                 struct fault *fault);
 
-/* The triangle's normal by winding, not normalised: twice its area. */
+/* Computes the triangle's normal by winding. Its length is twice the area. */
 void mesh_triangle_normal(const float *positions, const uint32_t triangle[3], double out[3]);
 
-/* Some unit direction at right angles to a unit normal. */
+/* Computes a unit direction at right angles to a unit normal. */
 void mesh_any_tangent(const float normal[3], double out[3]);

@@ -1,9 +1,9 @@
 #pragma once
-/* A material's record as every reader begins and ends it. */
+/* How every reader begins and ends a material's record. */
 #include "proto/scene/scene.h"
 #include "server/import/scene/warnings.h"
 
-/* What an absent material means (glTF 2.0, section 3.9.6; defaults of the KHR extensions). */
+/* Sets what an absent material means (glTF 2.0, section 3.9.6; defaults of the KHR extensions). */
 void surface_init(struct scene_material *m);
 
 /* Scales base_color and model_specular where a channel of their sum exceeds 1, so that the surface

@@ -1,5 +1,6 @@
 #pragma once
-/* What was ignored or repaired in a scene, said once a kind: the first place and how many more. */
+/* Warnings of what was ignored or repaired in a scene. Each kind appears once, with its first place
+ * and how many more. */
 #include <stdint.h>
 
 #include "proto/limits.h"
@@ -22,8 +23,8 @@ void warnings_add(struct warnings *w, const char *place, const char *format, ...
 
 #define WARNING_TEXT_BYTES (LIMIT_DETAIL_BYTES + LIMIT_POINTER_BYTES + 64)
 
-/* "meshes[0].primitives[1] and 3 more: vertex colours are ignored". Valid UTF-8 without control
- * characters, whatever the file held. */
+/* Writes a warning such as "meshes[0].primitives[1] and 3 more: vertex colours are ignored". It is
+ * valid UTF-8 without control characters, whatever the file held. */
 void warnings_text(const struct warnings *w, uint32_t index, char out[WARNING_TEXT_BYTES]);
 
 /* Replaces control characters and all that is not UTF-8 by '?', in place. */
