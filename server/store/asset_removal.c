@@ -8,7 +8,7 @@
 struct removal {
     sqlite3 *db;
     const struct asset_room *room;
-    const char *giver; /* who gives it up, and is on record still; NULL: nobody */
+    const char *giver; /* the owner that gives it up and is still on record; NULL: none */
 };
 
 /* Asked by objects_remove, while nothing places the file. */
@@ -71,8 +71,8 @@ static void sweep(struct removal *r, struct digest_list *files)
     }
 }
 
-/* Whose it is of those for whom the claim may give it up. "": it was brought where there were no
- * tokens, or by nobody. */
+/* Finds the owner for whom the claim may give the asset up. "" is an upload without tokens, or
+ * without an owner. */
 static int find_owner(const struct removal *r, const struct asset_claim *claim, const char **owner)
 {
     *owner = claim->owner;

@@ -2,7 +2,8 @@
 
 #include "server/store/asset_tables.h"
 
-/* What the owner has already is counted already. Those whom nothing tells apart have no quota. */
+/* Checks the quota. An asset that the owner has is counted already. Without tokens there is no
+ * quota. */
 static int check_quota(sqlite3 *db, const struct asset_room *room, const struct asset_claim *claim,
                        uint64_t size_bytes)
 {

@@ -118,9 +118,9 @@ static void batch_done(struct pool_task *task)
     }
 }
 
-/* A report takes the place of an older one that still waits, so that on a disk that hangs for hours
- * each job has one, and one for each of its frames. Nobody is called back for it, and what lies
- * between is not about these texts: a frame's report is, and stays the older one. */
+/* Replaces an older report that still waits, so that on a disk that hangs for hours each job has
+ * one, and one for each of its frames. A report has no callback, and requests in between do not
+ * concern its text. Only a frame's report would, and then the older one stays. */
 static bool join_waiting(struct job_batches *b, struct job_request *r)
 {
     struct job_request *last = NULL;

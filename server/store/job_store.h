@@ -152,7 +152,8 @@ struct asset_claim {
 typedef void (*job_store_kept)(void *ctx, int error, bool existed);
 void job_store_keep_asset(struct job_store *s, const struct asset_claim *claim, uint64_t size_bytes,
                           job_store_kept done, void *ctx);
-/* It could not be placed: soon, when nothing holds it, it is nobody's unless its file is there. */
+/* Notes that an asset could not be placed. Once it is not held, it loses its owners unless its file
+ * is there. */
 void job_store_doubt_asset(struct job_store *s, const struct digest *asset);
 
 /* Are all of these there for the owner? As job_store_submit asks. */

@@ -167,7 +167,7 @@ static bool is_there(const char *path, off_t size)
 }
 
 /* Gives the finished and synced file at `from` its name. Two writers of one digest may meet here:
- * whoever renames last replaces equal bytes by equal bytes. */
+ * the last to rename replaces equal bytes by equal bytes. */
 static int place_locked(const struct objects *o, const char *from, const struct digest *d,
                         bool *existed)
 {
@@ -186,7 +186,7 @@ static int place_locked(const struct objects *o, const char *from, const struct 
     return sync_dir(o, dir);
 }
 
-/* Held before somebody else may remove it. */
+/* Places a file and holds it before another thread may remove it. */
 static int place(const struct objects *o, const char *from, const struct digest *d, bool *existed)
 {
     pthread_mutex_lock(&o->holds->locks[d->bytes[0]]);
@@ -226,7 +226,7 @@ static int remove_locked(const struct objects *o, const struct digest *d, object
 int objects_remove(const struct objects *o, const struct digest *d, objects_is_free is_free,
                    void *ctx)
 {
-    if (objects_is_held(o, d)) return ERR_STATE; /* without waiting for who places it */
+    if (objects_is_held(o, d)) return ERR_STATE; /* without waiting for a thread that places it */
     pthread_mutex_lock(&o->holds->locks[d->bytes[0]]);
     const int error = remove_locked(o, d, is_free, ctx);
     pthread_mutex_unlock(&o->holds->locks[d->bytes[0]]);

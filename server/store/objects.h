@@ -48,9 +48,9 @@ void objects_hold(const struct objects *o, const struct digest *d);
 void objects_release(const struct objects *o, const struct digest *d);
 bool objects_is_held(const struct objects *o, const struct digest *d);
 
-/* Removes a file that nothing holds and of which is_free, which is asked while nobody places it,
- * says that nothing else has it. 0, also when there is none: then it is durably gone. ERR_STATE:
- * held; ERR_EXISTS: not free; ERR_IO, ... */
+/* Removes a file that is not held and is_free. is_free is called while no thread can place the
+ * file. Returns 0 also when there is no such file; it is durably gone then. ERR_STATE if it is
+ * held, ERR_EXISTS if it is not free, ERR_IO, ... */
 typedef bool (*objects_is_free)(void *ctx, const struct digest *d);
 int objects_remove(const struct objects *o, const struct digest *d, objects_is_free is_free,
                    void *ctx);

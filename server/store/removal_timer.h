@@ -20,7 +20,7 @@ struct removal_timer {
     void *ctx;
 };
 
-/* Whoever has it closes the handle. */
+/* Initialises the timer. Its owner closes the handle. */
 void removal_timer_init(struct removal_timer *t, uv_loop_t *loop, removal_timer_due due, void *ctx);
 void removal_timer_soon(struct removal_timer *t);
 void removal_timer_over(struct removal_timer *t, const struct removal_pass *pass);

@@ -117,7 +117,7 @@ static void open_run(struct pool_task *task)
     atomic_fetch_add(&s->size_bytes, size_of(path) - before_bytes); /* also downwards: unsigned */
 }
 
-/* Gives its room back at once, whoever still has the file open. */
+/* Frees the file's disk space at once, although readers may have it open. */
 static void end_file(struct spool *spool)
 {
     char path[PATH_BYTES];
