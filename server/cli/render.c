@@ -31,7 +31,8 @@ static void on_signal(int number)
     interrupted = number;
 }
 
-/* Not to be gone on with: a pipe that nobody reads would be waited for. */
+/* Lets signals interrupt calls instead of resuming them, as a pipe without a reader would block for
+ * ever. */
 static void catch_signals(void)
 {
     const struct sigaction action = {.sa_handler = on_signal};

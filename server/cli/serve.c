@@ -92,7 +92,7 @@ static int parse(struct serve_choices *o, int argc, char **argv)
          0, 0, &o->listen},
         {"tokens", 0, OPTION_TEXT, "FILE",
          "access tokens, made by `shearwater token`; SIGHUP reads them again (default: no tokens, "
-         "everybody on this machine may do everything)",
+         "every user of this machine may do everything)",
          0, 0, &o->tokens},
         {"tenant-jobs", 0, OPTION_NUMBER, "N", "unfinished jobs per tenant (default: unlimited)", 1,
          LIMIT_JOBS_WAITING, &o->tenant_jobs},

@@ -21,7 +21,7 @@ uint32_t schedule_depth(uint32_t threads, uint64_t threads_total, uint64_t suppl
 struct farm {
     uint64_t threads;
     double typical_ms; /* pace of a thread, harmonic mean over those whose pace is known; 0: none */
-    double left_ms;    /* until all that is left is done, did everyone work to the end */
+    double left_ms;    /* until all tiles are done, if all threads worked to the end */
 };
 
 static struct farm add_up(const struct schedule_worker *workers, size_t count, uint64_t supply)
@@ -50,7 +50,8 @@ static uint32_t timely(const struct schedule_worker *w, const struct farm *farm)
                                               : w->threads * SCHEDULE_TILES_PER_THREAD;
 }
 
-/* Tiles that bring worker w, who holds in_hand and was given `given`, up to `target`. */
+/* Returns the tiles that bring worker w, which holds in_hand and was given `given`, up to `target`.
+ */
 static uint32_t missing(const struct schedule_worker *w, uint32_t given, uint32_t target)
 {
     uint32_t held = w->in_hand + given;

@@ -109,8 +109,8 @@ void session_drop(struct session *s)
     uv_close(&s->handle.any, on_closed);
 }
 
-/* The oldest lease first, and each out of the table before anyone hears of it: the client may
- * cancel frames from inside. */
+/* Returns leases, oldest first. Each leaves the table before the client hears of it, because the
+ * client may cancel frames from inside. */
 static void return_leases(struct session *s, enum fleet_return why)
 {
     uint32_t begun = lease_begun(&s->leases);

@@ -128,7 +128,7 @@ enum session_end { SESSION_BROKE, SESSION_BREACHED, SESSION_SILENT };
  * function. */
 void session_end(struct session *s, enum session_end why);
 
-/* Ends it without a word to anyone: the fleet closes. */
+/* Ends the session without an event, as the fleet closes. */
 void session_drop(struct session *s);
 
 bool session_may_work(const struct session *s); /* may be given tiles */

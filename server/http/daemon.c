@@ -59,8 +59,8 @@ static void end_request(void *ctx, struct MHD_Connection *mhd, void **request,
     *request = NULL;
 }
 
-/* What it sends for streams is theirs, who switch when they are asked for bytes; all else switches
- * back as soon as it is told of. */
+/* Runs libmicrohttpd, with CPU time charged to it or to streams. Streams switch the meter when they
+ * are asked for bytes, and every other callback switches it back. */
 static void run_mhd(struct http *http)
 {
     streams_meter_run(http->options.streams);

@@ -27,8 +27,8 @@ static bool check_size(struct request *r, uint64_t size_bytes, uint64_t limit_by
     return false;
 }
 
-/* An upload has the time of a request, and more with all that it brings: who brings little keeps
- * its place from nobody for long. */
+/* Extends the deadline of an upload with all that arrives. A slow one thus gives its place up soon.
+ */
 static void pace(struct request *r)
 {
     const struct http *http = r->http;

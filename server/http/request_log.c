@@ -21,7 +21,7 @@ static enum MHD_Result find_parent(void *ctx, enum MHD_ValueKind kind, const cha
     return MHD_YES;
 }
 
-/* Of two nobody knows which holds. */
+/* Begins a request's trace. A request with two traceparents begins its own, as neither is valid. */
 void request_log_begin(struct request *r)
 {
     struct header_find found = {0};

@@ -93,7 +93,7 @@ static void add_tile_priority(json_t *body, const struct active_job *active)
                             : json_null());
 }
 
-/* Of a job that is not loaded: the frames that are finished are so, whoever waits. */
+/* Adds the frames of a job that is not loaded. Those that are finished stay so. */
 static void add_stored_frames(json_t *body, const struct frame_row *frames, size_t count)
 {
     json_t *span = json_object_get(json_object_get(body, "document"), "frames");

@@ -17,7 +17,8 @@ static void ahead_enter(const struct jobs *jobs, struct ahead *ahead, int32_t pr
     ahead->each = ahead->tenants > 1 ? READY_OF_EACH : READY_AHEAD;
 }
 
-/* Live jobs have places of their own: who waits for one holds nobody up. */
+/* Returns whether a job goes ahead of the queue. Live jobs have places of their own, so one that
+ * waits for such a place holds up no other. */
 static bool is_ahead(const struct active_job *job)
 {
     return job->state == JOB_QUEUED || job->state == JOB_IMPORTING ||

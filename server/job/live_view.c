@@ -167,7 +167,7 @@ static void begin(struct active_job *job)
     if (has_place && active_job_has_unopened(job)) active_job_open_frame(job);
 }
 
-/* What a plan says of the job is told when somebody asks; until then only the camera has moved. */
+/* Takes a view. Only the camera has moved; the plan's report is made when a request needs it. */
 static int take(struct active_job *job, const struct job *moved, const struct plan *plans,
                 const struct plan_report *report, struct fault *fault)
 {

@@ -1,5 +1,5 @@
 #pragma once
-/* The user for whom something is asked of the jobs, and the request that asks. A job that a user
+/* The user on whose behalf a request acts on jobs, and that request. A job that a user
  * may not see does not exist for them. */
 #include <stdbool.h>
 #include <string.h>

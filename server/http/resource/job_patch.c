@@ -158,7 +158,7 @@ void route_job_patch(struct request *r)
         return;
     }
     if (asked.moves && !request_header(r, "If-Match")) {
-        move(r); /* somebody waits for the picture: nothing of the store is read */
+        move(r); /* a viewer waits for the picture, so the store is not read */
         return;
     }
     if (!asked.moves &&

@@ -30,7 +30,7 @@ static void on_submitted(void *ctx, const struct fault *fault, const char *id, b
     request_answer(r, 202, response);
 }
 
-/* As workers get it, for who asks for that alone. */
+/* Answers with the plan as workers get it, for requests that accept only that. */
 static struct MHD_Response *encoded(const struct plan *plan)
 {
     struct bytes_writer w;

@@ -160,8 +160,8 @@ static void write_http(FILE *out, const struct http *http)
                   http->connections_cut);
     metric_single(
         out, "shearwater_http_waiting", "gauge",
-        "Requests that the store, the pool or the importer is to answer, also of those who "
-        "were told that it takes too long.",
+        "Requests that wait for the store, the pool or the importer, including those already "
+        "answered 503 overdue.",
         http->pending.count);
     metric_single(out, "shearwater_http_overdue_total", "counter", "Requests answered 503 overdue.",
                   http->pending.overdue);

@@ -25,7 +25,7 @@ struct import {
     struct import_request *requests;
     struct import_process *process;
     bool looking;   /* the store is being asked */
-    bool beginning; /* ... for the first time: nobody waits yet */
+    bool beginning; /* ... for the first time: no request waits yet */
     bool waiting;   /* for a process */
 };
 
@@ -101,7 +101,7 @@ static void tell(struct import *import, const struct fault *fault, const struct 
 {
     struct import_request *request;
     unlink_import(import);
-    import->looking = true; /* held: who is told may forget another request */
+    import->looking = true; /* held: a callback may forget another request */
     while ((request = import->requests)) {
         import->requests = request->next;
         request->done(request->ctx, fault, blob, cpu_us);

@@ -19,7 +19,7 @@ void imports_destroy(struct imports **imports);
 /* Of `scene` only the main file and its files count: an environment map is a scene of one file. It
  * is borrowed for the call. `done` comes later, once, unless forgotten; the request is gone then.
  * The blob is held, if at all, by the imports: nothing is to be released. cpu_us is charged to the
- * first who asked. ERR_MEMORY: nothing has begun, and nobody will be told. */
+ * first request. After ERR_MEMORY no import has begun, and `done` does not come. */
 int imports_request(struct imports *imports, const struct job *scene, import_done done, void *ctx,
                     struct import_request **out);
 
