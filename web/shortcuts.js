@@ -1,5 +1,5 @@
 // The keys of the picture, and the sheet that lists them. Keys with letters act while the picture
-// has the focus only, so that they are in nobody's way (WCAG 2.1.4).
+// has the focus only, so that they do not get in the way (WCAG 2.1.4).
 
 export class Shortcuts {
   // `actions`: [{keys: ["ArrowLeft", ...], name, run}], keys as KeyboardEvent.key, "Shift+" before

@@ -1,5 +1,5 @@
 // Signing in, where the server asks for tokens. The token goes out once, in a header; what stays is a
-// cookie that no script can read. Whoever is refused is asked; whoever is in may leave.
+// cookie that no script can read. A user who is refused is asked for one; a user who is in may sign out.
 import { make } from "./elements.js";
 
 let dialog = null;
@@ -44,7 +44,7 @@ async function signIn(token) {
   if (!response.ok) throw new Error(`The server answered ${response.status}.`);
 }
 
-// In the header of each page: who one is, and the way out.
+// Puts the user's name and the sign-out into the header of each page.
 async function showWho() {
   const response = await fetch("/v1/session", { cache: "no-store" });
   const who = response.ok ? await response.json() : {};

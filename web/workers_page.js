@@ -1,4 +1,4 @@
-// The page of the workers: who they are, how fast, what they work on; sending them to rest.
+// The page of the workers: their names, pace and tiles, and draining them.
 import { drainWorker, workersUrl } from "./api.js";
 import { showConnection } from "./connection.js";
 import { markPage } from "./navigation.js";

@@ -36,7 +36,7 @@ export class LiveCamera {
 
   get settled() { return !this.busy && !this.waiting; }
 
-  // A change {camera, lens}, of which one may be absent; `at`: when somebody made it, in performance's ms.
+  // A change {camera, lens}, of which one may be absent; `at`: the time of the input, in performance's ms.
   move({ camera, lens }, at = performance.now()) {
     if (camera) this.camera = camera;
     if (lens !== undefined) this.lens = lens;

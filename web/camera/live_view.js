@@ -30,7 +30,7 @@ export class LiveView {
     picture.at.canvas.addEventListener("contextmenu", (event) => { if (this.mode) event.preventDefault(); });
   }
 
-  // Somebody waits for the first pixels of a move, or has just seen them.
+  // Whether the first pixels of a move are awaited, or have just appeared.
   get isMoving() { return this.picture.hurrying !== 0; }
 
   close() {
@@ -70,7 +70,7 @@ export class LiveView {
     return known;
   }
 
-  // "complete" when it stays so for a moment and nobody drags, so that a drag is said as one
+  // Announces "complete" when the picture stays so for a moment and there is no drag. So a drag is one
   // "refining" and one "complete", whatever is complete in between.
   tell(state) {
     const say = (text) => { if (this.at.state.textContent !== text) this.at.state.textContent = text; };
@@ -113,7 +113,7 @@ export class LiveView {
     if (!this.depth.stopFeed) this.depth.follow(() => {}, () => {});
   }
 
-  // A feed that nobody looks at would only cost time.
+  // Leaves a feed that is not looked at, which would only cost time.
   leaveDepth() {
     const { depth, picture } = this;
     if (depth && !this.focusing && depth !== picture.source && depth !== picture.other) depth.stop();
@@ -144,7 +144,7 @@ export class LiveView {
     live.camera = { ...before, target: before.eye.map((v, i) => v + job.plan.camera.forward[i] * depth) };
   }
 
-  // `event`: what somebody did; the time from there is measured.
+  // `event`: the input, from whose time the delay is measured.
   go(camera, event) { if (this.live.camera) this.change({ camera }, event.timeStamp); }
 
   change(change, at) {

@@ -57,7 +57,7 @@ export class Compare {
   }
 }
 
-// What the difference of two images is, for whoever walks over pixels as LayerImage.each has them.
+// The difference of two images, for a walk over pixels as LayerImage.each makes it.
 export function differenceOf(first, other) {
   const { width, height } = first;
   return { width, height, numbers: first.numbers && other.numbers, each(area, step, visit) {

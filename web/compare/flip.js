@@ -92,7 +92,7 @@ function pool(errors) {
   return { mean: sum / sorted.length, max: sorted[sorted.length - 1], quartiles };
 }
 
-// {map, mean, max, quartiles}: errors in [0, 1], 0 where nobody sees a difference.
+// {map, mean, max, quartiles}: errors in [0, 1], 0 where no difference is visible.
 export function flip({ width, height, reference, test, counts, count }, ppd = PPD) {
   const p = perceive(reference, width, height, ppd), q = perceive(test, width, height, ppd);
   const largest = largestDistance() ** COLOR_POWER, map = new Float32Array(width * height), errors = new Float32Array(count);

@@ -86,7 +86,7 @@ export class Judgement {
     this.found = null;
   }
 
-  // Nobody compares any more: the worker's memory goes, too.
+  // Comparing has ended, and the worker's memory goes, too.
   clear() {
     clearTimeout(this.later);
     this.forget();

@@ -27,7 +27,7 @@ export class LikenessView {
     return { first: found.maps[compare.judge], other: null, viewport, display: MAP_DISPLAY, compare };
   }
 
-  // The map's values by the picture's pixels, for whoever writes them.
+  // The map's values by the picture's pixels.
   values(compare) {
     if (!compare.judge || !this.judgement.found) return null;
     return { at: (x, y) => { const v = this.judgement.valueAt(compare.judge, { x, y }); return v === null ? null : [v]; } };

@@ -1,5 +1,5 @@
-// The form of a job document. The document is what counts: controls show it and change it, and so does
-// whoever calls show() with another one.
+// The form of a job document. The document holds the state. Controls show and change it, and show()
+// replaces it.
 import { make } from "../elements.js";
 import { CONTROLS } from "./job_controls.js";
 import { GROUPS } from "./job_fields.js";

@@ -1,5 +1,5 @@
-// A job once more with four times the samples: the same document otherwise, so that it is the job that
-// anybody would have submitted with them. The key makes it one job, however often it is asked for.
+// A job once more with four times the samples: the same document otherwise, as if it had been
+// submitted with them. The key makes it one job, however often it is asked for.
 import { getJob, submitJob } from "../api.js";
 
 const MOST = 65536; // samples a pixel, of any kind (proto/limits.h)

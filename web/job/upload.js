@@ -1,7 +1,7 @@
 // A file becomes an asset: hashed here, sent unless the server has it.
 import { ApiError, assetUrl, hasAsset } from "../api.js";
 
-// Browsers hash only for pages that nobody on the way can have changed.
+// Browsers hash only for pages that cannot have been changed on the way.
 export const canHash = () => globalThis.isSecureContext === true && Boolean(globalThis.crypto?.subtle);
 export const WHY_NOT = () => `Files cannot be chosen here: this browser hashes files only for pages from https, 127.0.0.1 or localhost, ` +
   `and this page came from ${location.origin}. Open it at http://127.0.0.1${location.port ? `:${location.port}` : ""} on the server's machine, ` +

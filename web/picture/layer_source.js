@@ -1,11 +1,11 @@
-// Where a layer's pixels come from: the feed of a job, followed while somebody looks, and gone on
-// with from its revision when somebody looks again.
+// The source of a layer's pixels: the feed of a job. It is followed while the layer is looked at, and
+// resumed from its revision when it is looked at again.
 import { getJob, pixelsUrl } from "../api.js";
 import { LayerImage } from "./layer_image.js";
 import { followPixels } from "./pixel_feed.js";
 
 const FLOATS = new Set(["depth", "id", "samples"]); // more than a half float can tell apart
-const KEPT = 6; // layers whose pixels stay when nobody looks
+const KEPT = 6; // layers whose pixels are kept when they are not looked at
 const STILL = 1n; // the revision of a whole picture that will not change any more
 const ENDED = new Set(["finished", "failed", "cancelled"]);
 const PAUSE_MS = 500, LONGEST_PAUSE_MS = 8000; // before a feed is asked for again

@@ -32,11 +32,11 @@ export class PictureView {
     this.layers = [];
     this.source = this.other = null;
     this.hurrying = 0; // the timer of its end
-    // Of whoever steers the job: drags that it takes, areas that it shows, the pixel pointed at.
+    // For the steering of the job: drags that it takes, areas that it shows, the pixel pointed at.
     this.takesDrag = () => false;
     this.areas = () => [];
     this.onPointed = () => {};
-    // Of whoever moves the camera: whether there is to be another view than that which is in sight.
+    // For the moving camera: whether another view than the visible one is due.
     this.awaitsView = () => false;
     const redraw = () => this.redraw();
     this.note = new CanvasNote(elements.note);

@@ -9,7 +9,7 @@ export class Viewport {
     this.x = this.y = 0; // the picture's point in the canvas's upper left corner
     this.canvas = { width: 1, height: 1 };
     this.picture = { width: 0, height: 0 };
-    this.fitted = true; // it follows the canvas's size until somebody zooms or pans
+    this.fitted = true; // it follows the canvas's size until a zoom or pan
   }
 
   setCanvas(width, height) {
