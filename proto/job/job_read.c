@@ -253,7 +253,7 @@ static int check_layers(struct json_cursor *at, const struct job *job)
     return 0;
 }
 
-/* A stop at a target error. */
+/* Checks a stop at a target error. */
 static int check_target(struct json_cursor *at, const struct job *job)
 {
     const uint32_t indirect = job->indirect_spp ? job->indirect_spp : job->spp;
@@ -293,7 +293,8 @@ static int check_adaptive(struct json_cursor *at, const struct job *job)
                                      target ? "sampling.target_error" : "the layer error");
 }
 
-/* What a picture that begins anew with each move of the camera has no use for. */
+/* Refuses members that make no sense for a picture that begins anew with each move of the camera.
+ *  */
 static int check_live(struct json_cursor *at, const struct job *job)
 {
     if (!job->live) return 0;

@@ -57,7 +57,8 @@ static int refuse_row(const float *row, uint32_t width_px, uint32_t y, struct fa
                      (double)row[i], why);
 }
 
-/* One pass over a row: its sums and the map's maxima so far. False: a texel is out of range. */
+/* Scans a row for its sums and the map's maxima so far. Returns false if a texel is out of range.
+ *  */
 static bool scan_row(const float *row, uint32_t width_px, double sum[3], float maximum[3])
 {
     bool good = true;

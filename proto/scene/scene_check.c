@@ -92,7 +92,7 @@ static int check_triangles(const struct scene_record *at, const struct scene_mes
     return record_refuse(&triangle, "", ERR_RANGE, v[i], "is an index past its mesh's vertices");
 }
 
-/* An array that runs parallel to the mesh's vertices if `present`. */
+/* Checks an array that runs parallel to the mesh's vertices if `present`. */
 static int check_parallel(const struct scene_record *at, const char *field, bool present,
                           uint32_t first, uint32_t vertex_count, uint32_t section)
 {

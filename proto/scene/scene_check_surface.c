@@ -17,7 +17,7 @@ static int check_texture_ref(const struct scene_record *at, const char *field,
     return error;
 }
 
-/* An index of refraction from outside; 0 stands for infinity. */
+/* Checks an index of refraction from outside; 0 stands for infinity. */
 static int check_ior(const struct scene_record *at, float ior)
 {
     const int error = record_number(at, "ior", ior, 0.0f, IOR_MAX);

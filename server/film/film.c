@@ -144,7 +144,8 @@ static void queue_block(struct film *film, uint32_t block)
     film->ready[end % film->block_count] = block;
 }
 
-/* A tile has got more passes than `before`, and its blocks may have come a round further. */
+/* Updates the blocks of a tile that has got more passes than `before`. They may have come a round
+ * further. */
 static void tell_blocks(struct film *film, uint32_t tile, uint32_t before)
 {
     const bool reached = film->tiles[tile].merged == film->tiles[tile].goal;

@@ -90,7 +90,7 @@ static void restore_distances(const struct overlap *o, const uint16_t *in, const
     }
 }
 
-/* Where depths tell of no surface, normals are 0. */
+/* Sets normals to 0 where depths show no surface. */
 static void clear_normals(const float *restrict depth, size_t count, float *restrict x,
                           float *restrict y, float *restrict z)
 {
@@ -122,7 +122,7 @@ static void unpack_normals8(const struct overlap *o, const uint16_t *in, const f
     }
 }
 
-/* What to multiply component i of halves by. */
+/* Returns the factor of component i of halves. */
 static float scale_of(const struct plan *plan, enum patch_unpack unpack, uint32_t i)
 {
     const float radiance = 1.0f / plan->radiance_scale; /* a positive power of two */
@@ -171,7 +171,7 @@ static void unpack(const struct overlap *o, const struct patch_array *array, uin
     }
 }
 
-/* Where component i of an array lies. */
+/* Returns where component i of an array lies. */
 static void *place(const struct patch *patch, uint32_t slot, const struct patch_array *array,
                    uint32_t i)
 {
@@ -180,7 +180,7 @@ static void *place(const struct patch *patch, uint32_t slot, const struct patch_
     return (uint8_t *)patch_array_get(patch, slot, array, 0) + i * area * array->element_bytes;
 }
 
-/* From all of the patch to arrays that the far halo has, from its core to the others. */
+/* Gathers a plane: from the whole patch if the far halo has it, else from the core. */
 static void gather_plane(const struct overlap *o, uint32_t slot)
 {
     const uint32_t components = o->samples->layout.components[slot];
@@ -204,7 +204,8 @@ static void fill(const struct overlap *o, float count, float *out)
     }
 }
 
-/* Of a first set and, where there is one, of a second: at most LIMIT_SPP, exact. */
+/* Computes the counts of a first set and, if there is one, a second. They are at most LIMIT_SPP and
+ * exact. */
 static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t *sides, float *out)
 {
     fill(o, (float)first, out);
@@ -215,7 +216,7 @@ static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t
     }
 }
 
-/* How many rays each pixel has, where these may differ. */
+/* Gathers the number of rays of each pixel, where these may differ. */
 static void gather_rays(const struct overlap *o, struct pass_counts counts)
 {
     const struct patch *p = o->patch;

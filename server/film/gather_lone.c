@@ -21,7 +21,7 @@ static void copy_light(const struct lone_list *list, uint32_t e, struct lone_ent
         }
 }
 
-/* Where entry e of a tile's list lies; false: not in the core. */
+/* Finds where entry e of a tile's list lies. Returns false if that is not in the core. */
 static bool is_in_core(const struct plan *plan, const struct lone_list *list, uint32_t e,
                        struct rect tile, const struct patch *patch, int32_t *x, int32_t *y)
 {

@@ -70,7 +70,7 @@ struct addition {
     size_t area;
 };
 
-/* Of component c of a plane; false: `more` has none of its rays. */
+/* Computes the weights of component c of a plane. Returns false if `more` has none of its rays. */
 static bool weigh(const struct addition *a, enum samples_merge merge, uint32_t c, struct weights *w)
 {
     const uint32_t own = a->sum_counts.bounces, more = a->more_counts.bounces;

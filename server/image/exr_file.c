@@ -6,8 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* Of a file that is written the library complains with its lock held, which asking it for the user
- * data takes, too. What a disk has to say is kept where it is met (keep_errno). */
+/* Ignores errors of a file that is written. The library reports them with its lock held, which a
+ * query for the user data takes, too. Errors of the disk are kept where they occur (keep_errno). */
 static void pass_over(exr_const_context_t context, exr_result_t code, const char *message)
 {
     (void)context, (void)code, (void)message;

@@ -31,7 +31,8 @@ static int check(struct reader *r, exr_result_t result)
     return exr_file_fault(&r->file, result, r->path, r->fault);
 }
 
-/* One part, flat. Deep parts are never touched: the library's readers of them are not safe. */
+/* Accepts one flat part. Deep parts are never touched, because the library's readers of them are
+ * not safe. */
 static int check_storage(struct reader *r, bool *tiled)
 {
     int parts = 0;
@@ -126,7 +127,8 @@ static int create_image(struct reader *r)
     return error ? refuse(r, error, error_text(error)) : 0;
 }
 
-/* Not every way of the library looks for NULL before it writes: all rows go over one another. */
+/* Sends a skipped channel's rows to one row, over each other. Not every path of the library checks
+ * for NULL. */
 static void pass_over(const struct reader *r, exr_coding_channel_info_t *channel)
 {
     channel->decode_to_ptr = (uint8_t *)r->sink;
@@ -136,7 +138,7 @@ static void pass_over(const struct reader *r, exr_coding_channel_info_t *channel
     channel->user_line_stride = 0;
 }
 
-/* Where a chunk's rows go; the library converts halves and integers to floats. */
+/* Binds channels to where a chunk's rows go. The library converts halves and integers to floats. */
 static int bind(struct reader *r, int32_t x, int32_t y)
 {
     for (int16_t c = 0; c < r->decoder.channel_count; c++) {

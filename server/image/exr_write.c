@@ -157,7 +157,7 @@ static exr_result_t begin_file(struct exr_rows *w)
     return w->halves ? EXR_ERR_SUCCESS : EXR_ERR_OUT_OF_MEMORY;
 }
 
-/* A name beside the target that no other thread of the system has. */
+/* Opens a file beside the target, under a name that no other thread of the system uses. */
 static int open_beside(struct exr_rows *w, struct fault *fault)
 {
     int length = snprintf(w->path, sizeof w->path, "%s.tmp-%d", w->name, (int)gettid());

@@ -50,7 +50,7 @@ static size_t least_of(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Whether the chunk has codes now. */
+/* Finds codes for the chunk. Returns whether it has some now. */
 static bool find_codes(struct exr_zip *zip, uint8_t *in, size_t size_bytes)
 {
     const size_t part = size_bytes / PIECES;
@@ -62,7 +62,7 @@ static bool find_codes(struct exr_zip *zip, uint8_t *in, size_t size_bytes)
     return isal_create_hufftables(&zip->tables, &zip->histogram) == 0;
 }
 
-/* A zlib stream of `in`: its bytes, 0 when there is no room for it. */
+/* Writes a zlib stream of `in`. Returns its bytes, 0 without room for it. */
 static size_t deflate_all(struct exr_zip *zip, uint8_t *in, size_t size_bytes, uint8_t *out)
 {
     struct isal_zstream *s = &zip->stream;

@@ -149,7 +149,8 @@ static void write_header(png_structp png, png_infop info, int32_t width_px, int3
     png_write_info(png, info);
 }
 
-/* A picture that is scaled by its largest value has no rows before all are there. */
+/* Returns whether rows can be encoded. A picture that is scaled by its largest value waits for all
+ * rows. */
 static bool can_begin(const struct png_rows *p, int32_t end)
 {
     return end >= p->rgb[0]->height_px || p->rgb[0] != p->rgb[1] || is_share(p->layer);

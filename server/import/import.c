@@ -14,7 +14,7 @@
 
 enum format { FORMAT_GLTF, FORMAT_OBJ, FORMAT_OTHER };
 
-/* By extension where there is one, else by the first bytes. */
+/* Returns the format, by the extension or else by the first bytes. */
 static enum format format_of(const char *name, const struct file_view *main)
 {
     const char *slash = strrchr(name, '/');
@@ -52,7 +52,7 @@ static int build_scene(struct files *files, const char *name, const struct file_
     return rc;
 }
 
-/* What was written must be what workers accept. */
+/* Checks that workers would accept what was written. */
 static int verify(const char *out, struct import_stats *stats, struct fault *fault)
 {
     struct scene scene;

@@ -64,7 +64,7 @@ int32_t block_core_px(const struct plan *plan)
     return core < halo ? core : halo;
 }
 
-/* Of the largest patch that blocks of this side have. */
+/* Returns the bytes of the largest patch of blocks with this side. */
 static uint64_t bytes_of(const struct plan *plan, int32_t side_px)
 {
     const int32_t side = side_px + 2 * block_halo_px(plan);
@@ -129,7 +129,8 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     return 0;
 }
 
-/* What the lens sees, its samples lit by the fields of pixel centres where the plan has these. */
+/* Reconstructs what the lens sees. Fields of pixel centres light its samples if the plan has these.
+ *  */
 static int reconstruct_lens(const struct plan *plan, struct patch *patch, struct rect block,
                             struct image *image, struct block_statistics *statistics)
 {

@@ -28,7 +28,8 @@ void files_close(struct files *files)
     files->root_fd = -1;
 }
 
-/* For kernels without openat2: step by step, following no link. The path was checked before. */
+/* Opens a path step by step, following no link, on kernels without openat2. The path was checked
+ * before. */
 static int open_stepwise(int root_fd, const char *path)
 {
     int at = dup(root_fd);

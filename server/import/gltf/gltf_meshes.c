@@ -185,7 +185,7 @@ static int bake(struct gltf *g, const struct mesh *local, const struct use *use,
     return rc;
 }
 
-/* How often a use stands on one side. */
+/* Returns how often a use is placed on one side. */
 static uint64_t count_side(const struct meshes *m, const struct use *use, enum side side)
 {
     uint64_t count = 0;

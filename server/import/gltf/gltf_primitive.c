@@ -126,7 +126,7 @@ int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
     return read_material(g, json, place, out, fault);
 }
 
-/* An optional attribute, which must have as many elements as there are vertices. */
+/* Loads an optional attribute, which must have as many elements as there are vertices. */
 static int load_attribute(struct gltf *g, uint32_t accessor, uint32_t components, uint32_t vertices,
                           float **out, struct fault *fault)
 {

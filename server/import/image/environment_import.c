@@ -16,7 +16,7 @@ static int write_blob(const struct panorama *p, const char *out, struct fault *f
     return rc != 0 ? rc : blob_write_environment(&header, p->texels, out, fault);
 }
 
-/* What was written must be what workers accept. */
+/* Checks that workers would accept what was written. */
 static int verify(const char *out, struct import_stats *stats, struct fault *fault)
 {
     struct environment_blob blob;

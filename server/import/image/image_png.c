@@ -45,7 +45,7 @@ static void convert_to_rgba8(png_structp png, png_infop info)
     png_read_update_info(png, info);
 }
 
-/* All between setjmp and its return; nothing here owns memory but libpng. */
+/* Reads the rows, between setjmp and its return. Only libpng owns memory here. */
 static int read_rows(png_structp png, png_infop info, const struct image_header *header,
                      png_bytepp rows)
 {

@@ -29,7 +29,8 @@ void obj_materials_fini(struct obj_materials *m)
     *m = (struct obj_materials){0};
 }
 
-/* A colour in 0 .. highest; absent colours keep their default. key, type, index: AI_MATKEY_. */
+/* Reads a colour in 0 .. highest; absent colours keep their default. key, type, index: AI_MATKEY_.
+ *  */
 static int read_color(const struct aiMaterial *from, const char *key, unsigned type, unsigned index,
                       float highest, float inout[3], const char *place, const char *name,
                       struct fault *fault)

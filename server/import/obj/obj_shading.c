@@ -119,7 +119,7 @@ static void make_sharp(const struct shading *s)
     make_glossy(s, MODEL_MIRROR);
 }
 
-/* By the illumination model. False: it is glass. */
+/* Sets the shading by the illumination model. Returns false for glass. */
 static bool shade(const struct shading *s)
 {
     switch (s->illum) {

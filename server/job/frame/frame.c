@@ -46,8 +46,8 @@ static uint32_t window_tiles(const struct plan *plan)
     return tiles > 0 ? tiles : 1;
 }
 
-/* What the plan's blocks are; tests, for which pixels must not depend on it, ask for others. All
- * are whole numbers of the cells that errors are estimated in. */
+/* Returns the side of blocks, the plan's unless a test asks for another. Pixels must not depend on
+ * it. It is a multiple of the side of the cells in which errors are estimated. */
 static int32_t choose_block_px(const struct plan *plan)
 {
     const char *text = getenv("SHEARWATER_BLOCK_PX");
@@ -244,7 +244,7 @@ static bool is_behind(const struct frame *f, uint32_t blocks_most, uint32_t pend
     return f->blocks_out > blocks_most || film_pending(f->film) > pending_most;
 }
 
-/* What a worker is told of a tile that was leased to it. */
+/* Describes a tile for the worker to which it was leased. */
 static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct fleet_tile *out)
 {
     const uint32_t number = tile_queue_pass(f->tiles, tile);

@@ -43,7 +43,8 @@ static void file_run(struct pool_task *task)
     file->is_held = file->is_last && !file->error;
 }
 
-/* A picture that is drawn is not given up for a disk that is full today. */
+/* Reports a file that could not be stored. A drawn picture is not given up for a disk that is full
+ * for now. */
 static void unstored(struct frame *f, const struct frame_file *file)
 {
     const int error = file->error;
@@ -89,7 +90,7 @@ static void conclude(struct frame *f)
                               &f->files.of[PICTURE_FILE_PNG].digest);
 }
 
-/* What failed before the end is tried again there, from the top. */
+/* Ends a task of a file. A file that failed before the end is tried again there, from the top. */
 static void file_over(struct frame *f, struct frame_file *file)
 {
     f->statistics.encode_cpu_us += file->task.cpu_us;

@@ -134,7 +134,8 @@ static void count_time(struct statistics *sum, const struct block_task *t)
     sum->reconstruct_cpu_us += all_us > filters_us ? all_us - filters_us : 0;
 }
 
-/* Of a block as it was drawn last; of the lens's filter as it last ran. */
+/* Keeps a block's statistics as it was drawn last, and those of the lens's filter as it last ran.
+ *  */
 static void keep_statistics(struct block_statistics *kept, const struct block_task *t)
 {
     const struct lens_statistics lens = kept->lens;

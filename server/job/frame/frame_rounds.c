@@ -52,7 +52,8 @@ struct decide_task {
     bool more;
 };
 
-/* Nothing else touches rounds or what was measured meanwhile: no block is out, and no tile is. */
+/* Decides on the pool. No block and no tile is out, so no other task touches rounds or
+ * measurements. */
 static void decide_run(struct pool_task *task)
 {
     struct decide_task *t = (struct decide_task *)task;

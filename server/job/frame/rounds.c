@@ -140,7 +140,7 @@ static double growth(const struct rounds *r, const struct kind *k, int kind,
     return fmax(fmin(free, most), 1.0);
 }
 
-/* What is left of a squared error; r^(-2/3) is the cube root's inverse square. */
+/* Returns the remaining part of a squared error; r^(-2/3) is the cube root's inverse square. */
 static double remains(double variance, int kind, double r)
 {
     if (kind == PATHS) return variance / r;
@@ -308,8 +308,8 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
     report->met = report->reached <= (double)r->plan->target_error;
 }
 
-/* What samples lower may have left, squared and over mean luminance: what is left of the target
- * beside the rest, or, where that alone is above it, little beside that. */
+/* Returns the squared error, over mean luminance, that samples may leave. It is the target less the
+ * part that samples do not lower, or a small share of that part if it alone exceeds the target. */
 static double rest_wanted(const struct rounds *r)
 {
     const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
@@ -317,7 +317,7 @@ static double rest_wanted(const struct rounds *r)
     return rest > 0.0 ? rest : REST_LEAST * fixed * fixed;
 }
 
-/* What the target is thought to take in the end, and this round. */
+/* Estimates the samples that the target takes in the end, and in this round. */
 static void foresee(struct rounds *r, const struct level *level)
 {
     double expected = 0.0;

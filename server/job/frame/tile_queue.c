@@ -228,7 +228,7 @@ enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t 
     return VERDICT_ACCEPTED;
 }
 
-/* A pass has landed; what the tile is now is up to the caller. */
+/* Ends a pass that has landed. The caller sets the tile's new state. */
 static struct tile_entry *end_pass(struct tile_queue *q, uint32_t tile)
 {
     struct tile_entry *t = &q->tiles[tile];
@@ -308,8 +308,8 @@ uint32_t tile_queue_pass(const struct tile_queue *q, uint32_t tile)
     return q->tiles[tile].pass;
 }
 
-/* A lease ended without a result: unless the tile has another, or its result is looked at, it waits
- * again. */
+/* Lets a tile wait again after a lease ended without a result, unless it has another lease or its
+ * result is being decoded. */
 static void put_back(struct tile_queue *q, struct tile_entry *t)
 {
     if (t->state == TILE_RECEIVED || t->leases.at[0].generation != 0) return;

@@ -77,7 +77,7 @@ static int check_strata(const struct job *job, const struct plan *plan, struct f
                      LIMIT_PLANE_STRATA_PER_AXIS * LIMIT_PLANE_STRATA_PER_AXIS);
 }
 
-/* A tile's samples must fit one frame on the wire: many lights ask for smaller tiles. Lone
+/* Shrinks tiles until their samples fit one frame on the wire, as with many lights. Lone
  * sub-samples are shaded by squares of LIMIT_TILE_SIDE_MIN_PX, which tiles must not cut. */
 static int fit_tile(struct plan *plan, struct plan_report *report, struct fault *fault)
 {
@@ -96,8 +96,8 @@ static int fit_tile(struct plan *plan, struct plan_report *report, struct fault 
     return 0;
 }
 
-/* All samples of a frame that has rounds stay until the last. Second sets through the lens are no
- * reason to refuse it. */
+/* Checks memory. All samples of a frame with rounds stay until the last round. A frame is not
+ * refused because of second sets through the lens; it loses them. */
 static int fit_memory(struct plan *plan, struct plan_report *report, struct fault *fault)
 {
     char why[PLAN_WHY_BYTES];
@@ -232,7 +232,7 @@ static void choose(const struct job *job, const struct scene *scene, const struc
     }
 }
 
-/* All that comes of the choice. */
+/* Plans all that follows from the integrator. */
 static void arrange(const struct job *job, const struct scene *scene, struct plan *plan,
                     struct plan_report *report)
 {
@@ -297,7 +297,7 @@ static void tell_darkness(struct plan_report *report)
                       "\"environment\"");
 }
 
-/* All that stands before the integrator. */
+/* Plans all that precedes the choice of the integrator. */
 static int gather(const struct job *job, const struct plan_source *source, struct plan *plan,
                   struct plan_report *report, float environment_mean[3], struct fault *fault)
 {

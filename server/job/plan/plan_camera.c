@@ -117,7 +117,7 @@ static int set_lens(const struct job *job, struct plan_camera *out, struct plan_
     return 0;
 }
 
-/* What else there is to choose from. */
+/* Lists the scene's cameras. */
 static void list_cameras(const struct scene *scene, struct plan_report *report)
 {
     for (uint64_t i = 0; i < scene->count[SCENE_CAMERAS] && i < LIMIT_CAMERAS_LISTED; i++)

@@ -24,7 +24,7 @@ static bool has_glossy(const struct scene *scene)
     return false;
 }
 
-/* Whether there is such a field; else why not, a sentence. */
+/* Returns whether there is such a field. If not, `why` says so in a sentence. */
 static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
                         const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
 {

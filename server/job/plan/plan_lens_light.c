@@ -39,7 +39,7 @@ static uint64_t block_bytes(const struct job *job, const struct plan *plan)
     return block_patch_bytes_least(&lit);
 }
 
-/* Whether fields could light lens samples at all; else why not. */
+/* Returns whether fields could light lens samples at all. If not, `why` says why. */
 static bool is_possible(const struct job *job, const struct scene *scene, const struct plan *plan,
                         char why[PLAN_WHY_BYTES])
 {
@@ -122,7 +122,8 @@ static void plan_own(const struct job *job, struct plan *plan, struct plan_repor
         plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
 }
 
-/* Whether points of the material may be a mirror's: worker/trace/path/mirrors.c decides at each. */
+/* Returns whether points of the material may be mirrors. worker/trace/path/mirrors.c decides at
+ * each. */
 static bool may_mirror(const struct scene_material *m)
 {
     if (m->normal_texture.texture != SCENE_NONE || (m->flags & MATERIAL_UNLIT)) return false;
@@ -141,7 +142,7 @@ static bool has_mirror(const struct scene *scene)
     return false;
 }
 
-/* How often samples are followed from mirror to mirror. */
+/* Plans how many mirrors samples are followed through. */
 static void plan_mirrors(const struct scene *scene, struct plan *plan, struct plan_report *report)
 {
     const uint32_t shown = report->layers & (LAYER_DEPTH | LAYER_NORMAL | LAYER_ID);

@@ -35,7 +35,7 @@ static void say_material(const struct scene *scene, const struct scene_material 
              m->alpha_mode == ALPHA_BLEND ? "lets light through by its alpha" : "is not Lambert");
 }
 
-/* A surface that is seen through, by its alpha. */
+/* Returns a surface that is transparent by its alpha. */
 static const struct scene_material *first_blended(const struct scene *scene)
 {
     for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
@@ -102,7 +102,7 @@ static void plan_emission(struct plan *plan, struct plan_report *report)
     report->effects |= EFFECT_EMISSION;
 }
 
-/* Whether there is a light without area. */
+/* Returns whether there is a light without area. */
 static bool has_sharp_light(const struct plan *plan)
 {
     for (uint32_t k = 0; k < plan->light_count; k++)

@@ -139,9 +139,9 @@ static double sent_on(const struct plan_light *light, double radius)
     return strength * fmin(1, 4 * normal_of(light, n) / (M_PI * beside * beside));
 }
 
-/* A power of two that takes the strongest radiance expected to 256. The largest half float is 256
- * times that, what a light sixteen times as near gives; more is cut off. The smallest normal one is
- * 22 powers of two below. */
+/* Returns a power of two that scales the strongest expected radiance to 256. The largest half float
+ * is 256 times that, the radiance of a light sixteen times as near; more is clipped. The smallest
+ * normal one is 22 powers of two below. */
 static float radiance_scale(const struct scene *scene, const float environment_mean[3],
                             const struct plan *plan)
 {

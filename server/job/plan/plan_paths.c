@@ -30,7 +30,7 @@ static const struct {
     {"path_occlusion", PLANE_BIT(PATH_OCCLUSION), LAYER_OCCLUSION},
 };
 
-/* What light fields beside the paths bring in place of a plane. */
+/* Returns whether light fields beside the paths bring a plane's light. */
 static bool is_brought(const struct plan *plan, uint32_t plane)
 {
     return (plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect) ||

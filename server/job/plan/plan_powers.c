@@ -53,8 +53,8 @@ static double light_flux(const struct plan_light *light, double radius)
     }
 }
 
-/* As of a directional light, with the irradiance pi times the mean, which is what a surface in the
- * open receives. */
+/* Returns the environment's flux. It counts as a directional light with the irradiance pi times the
+ * mean, which a surface in the open receives. */
 static double environment_flux(const float mean[3], double radius)
 {
     return M_PI * radius * radius * M_PI * plan_luminance(mean);

@@ -107,7 +107,7 @@ static json_t *camera_of(const struct plan *plan, const struct plan_report *repo
     return camera;
 }
 
-/* By index; "" for one whose name is too long for a list. */
+/* Writes the cameras by index; "" for one whose name is too long for a list. */
 static json_t *cameras_of(const struct plan_report *report)
 {
     json_t *list = json_array();

@@ -47,7 +47,7 @@ static bool can_filter(const struct glossy *g)
            plan->glossy_filter <= GLOSSY_FILTER_BANDLIMIT;
 }
 
-/* What was measured, as it is; and what its half is off that, squared. */
+/* Copies a measured pixel unfiltered, with the squared difference of its half as the variance. */
 static void copy_pixel(const struct glossy *g, size_t i)
 {
     const struct patch *p = g->patch;

@@ -23,7 +23,7 @@ int32_t glossy_bandlimit_halo_px(const struct plan *plan)
     return indirect_halo_px(&indirect);
 }
 
-/* How far away rule A must take a reflector to be for a lobe's width; 0: there is no lobe. */
+/* Returns the reflector distance that gives rule A a lobe's width; 0 without a lobe. */
 static float reflector_of(const struct plan *plan, const struct patch *patch, size_t i)
 {
     const float near = patch->glossy_nearness[i], alpha = patch->glossy_alpha[i];

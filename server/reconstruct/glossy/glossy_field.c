@@ -102,7 +102,8 @@ static bool look_back(const struct surface_view *view, const float *const own[OW
     return true;
 }
 
-/* A unit vector at right angles to unit n, in the plane of v where that is another. */
+/* Computes a unit vector at right angles to unit n, in the plane of n and v unless they are
+ * parallel. */
 static void tangent(const float n[3], const float v[3], float cosine, float out[3])
 {
     float squared = 0.0f;

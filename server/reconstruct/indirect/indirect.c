@@ -47,7 +47,7 @@ static bool can_filter(const struct indirect *f)
            rect_area(common) == rect_area(f->inner) && channels_of(f) <= INDIRECT_CHANNELS_MAX;
 }
 
-/* What was measured, as it is. */
+/* Copies measured light unfiltered. */
 static void copy(const struct indirect *f)
 {
     for (int32_t y = f->inner.y0; y < f->inner.y1; y++) {
@@ -70,7 +70,7 @@ static void move_row(const float *pixel, size_t count, const float *from, float 
     }
 }
 
-/* A plane of the patch into an array of the neighbourhood. */
+/* Loads a plane of the patch into an array of the neighbourhood. */
 static void load_plane(const struct indirect *f, const struct indirect_neighbourhood *around,
                        const float *plane, float *out)
 {
@@ -130,7 +130,7 @@ static void run_rule(const struct indirect *f, const struct indirect_rule *rule,
     indirect_pass_run(&pass, around, rect, (const float *const *)channels, between, channels);
 }
 
-/* Where the filter's own spares end and those of errors begin. */
+/* Returns the number of spares that the filter itself needs; those of errors follow. */
 static uint32_t filter_spares(const struct indirect *f)
 {
     const uint32_t count = channels_of(f);
@@ -188,8 +188,9 @@ static void run_error(const struct indirect *f, const struct indirect_rule *rule
     }
 }
 
-/* What bounce rays brought to isolated pixels goes through lens samples, which show it as it is.
- * Under a pinhole errors are told, which know of no windows. */
+/* Fills isolated pixels by means over windows. Only pictures through a lens need that, because lens
+ * samples show the light of such a pixel as it is. Errors do not account for windows, so it does
+ * not run with them. */
 static void fill_isolated(const struct indirect *f, const struct indirect_rule *rule,
                           const struct indirect_neighbourhood *around, uint64_t *isolated)
 {

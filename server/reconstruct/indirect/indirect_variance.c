@@ -13,7 +13,7 @@ static float *spare(const struct indirect_variance *s, uint32_t k)
     return indirect_neighbourhood_spare(s->around, s->own + k);
 }
 
-/* Whether F is one width a pixel, and F' is still to be found. */
+/* Returns whether F has one width per pixel, so that F' still has to be computed. */
 static bool is_rule(const struct indirect_variance *s)
 {
     return s->plan->indirect_filter == INDIRECT_FILTER_CONSTANT ||
@@ -38,7 +38,8 @@ static void filter_narrower(const struct indirect_variance *s, struct rect wide)
     indirect_pass_run(&pass, s->around, wide, (const float *const *)channels, between, channels);
 }
 
-/* Of channel c: noise, and what F and F' differ by beyond their noise, both squared. */
+/* Computes, for channel c, the squared noise and the squared difference of F and F' beyond their
+ * noise. */
 static void square(const struct indirect_variance *s, uint32_t c, struct rect wide)
 {
     const float *mean = indirect_neighbourhood_spare(s->around, s->mean + c);

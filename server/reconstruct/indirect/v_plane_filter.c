@@ -108,8 +108,8 @@ static void fit_ratio(double k, double fit[V_PLANE_POWERS])
     }
 }
 
-/* Of every cell of directions along x, v1 in its middle, and every node: the parabola, each number
- * four times. */
+/* Fills the parabola of every node and every cell of directions along x, with v1 in the cell's
+ * middle. Each number stands four times. */
 static void fill_ratios(uint32_t cells, float *out)
 {
     memset(out, 0, (size_t)cells * V_PLANE_POWERS * V_PLANE_NODE_FLOATS * sizeof *out);
@@ -201,7 +201,7 @@ static void mark(struct v_plane *v)
     }
 }
 
-/* Where row y of the field lies in a ring. */
+/* Returns where row y of the field lies in a ring. */
 static float *ring_row(float *ring, size_t row_floats, int32_t y)
 {
     return ring + (size_t)(y % RING) * row_floats;

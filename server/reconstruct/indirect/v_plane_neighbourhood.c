@@ -15,7 +15,7 @@ static size_t rounded(size_t floats)
     return (floats + unit - 1) / unit * unit;
 }
 
-/* All arrays of the neighbourhood in one piece of memory. */
+/* Places all arrays of the neighbourhood in one allocation. */
 static int carve(struct v_plane_neighbourhood *p)
 {
     const size_t area = rounded((size_t)rect_area(p->rect)), l = p->field.strata;

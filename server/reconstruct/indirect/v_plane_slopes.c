@@ -45,7 +45,7 @@ static int slopes_create(const struct v_plane_neighbourhood *around, struct slop
     return 0;
 }
 
-/* What each pixel's own samples say. */
+/* Measures heights from each pixel's own samples. */
 static void measure(struct v_plane_neighbourhood *around, const struct slopes *s)
 {
     const int32_t reach_px = V_PLANE_REACH_PX + V_PLANE_SLOPES_PX;

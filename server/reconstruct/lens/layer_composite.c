@@ -111,7 +111,7 @@ static uint32_t near_lanes(const struct lens_cells *c, int32_t column, int32_t e
     return near;
 }
 
-/* A plane's pixels, `step` apart, of `count` lanes; others are 0. */
+/* Loads pixels of a plane, `step` apart, into `count` lanes; the others are 0. */
 static void load_lanes(const float *from, size_t step, size_t count, float to[LENS_LANES])
 {
     if (count < LENS_LANES) {
@@ -156,7 +156,8 @@ static void store_lanes(const float from[LENS_LANES], size_t step, size_t count,
     }
 }
 
-/* What pixels have seen: of which the first is pixel p of `wide`. Does any of them see on? */
+/* Loads what pixels have gathered, from pixel p of `wide` on. Returns whether any of them sees
+ * beyond. */
 static bool load_seen(const struct view *view, size_t count, size_t p,
                       float seen[LENS_VIEWS][LENS_LANES])
 {

@@ -13,7 +13,7 @@ static int32_t last_digit(const struct lens_cells *c)
     return c->coarse >= SPARE_LEVEL ? 1 : 0;
 }
 
-/* Of rows of `seen`. */
+/* Returns how rows of `seen` are splatted. */
 static struct lens_splat splat_of(const struct lens_field *f, const struct lens_cells *c,
                                   bool beyond)
 {
@@ -125,7 +125,8 @@ static int32_t first_row(const struct lens_cells *c)
     return (c->pixels.y0 + last_digit(c)) & ~last_digit(c);
 }
 
-/* All samples in the layer, row by row: the cells of a row's samples are near each other. */
+/* Adds all samples in the layer, row by row, because the cells of a row's samples are near each
+ * other. */
 static void add_own(const struct lens_field *f, const struct lens_cells *c)
 {
     struct lens_splat splat = splat_of(f, c, false);
@@ -179,7 +180,7 @@ static bool next_visible(const struct lens_field *f, const struct lens_cells *c,
     return found;
 }
 
-/* All samples beyond the layer in visible cells. */
+/* Adds all samples beyond the layer to visible cells. */
 static void add_beyond(const struct lens_field *f, const struct lens_cells *c)
 {
     const uint32_t beyond = ~((2u << c->layer) - 1u);
@@ -194,7 +195,7 @@ static void add_beyond(const struct lens_field *f, const struct lens_cells *c)
     }
 }
 
-/* Where cell (column, row) of the picture is. */
+/* Returns the index of cell (column, row) of the picture. */
 static size_t cell_at(const struct lens_cells *c, int32_t column, int32_t row)
 {
     const int32_t x = column - c->rect.x0, y = row - c->rect.y0;
@@ -211,7 +212,7 @@ static struct lens_finish finish_of(const struct lens_field *f, const struct len
     return out;
 }
 
-/* Does a sample of the layer lie in one of the cells from `column` on? */
+/* Returns whether a sample of the layer lies in one of the cells from `column` on. */
 static bool has_samples(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
 {
     for (int32_t phase = 0; phase <= c->phase && column + phase < end; phase++) {

@@ -90,7 +90,8 @@ static void forget_counts(const struct lens_field *f)
         f->count[lens_seen(f, f->seen.x0, y)] = UNCOUNTED;
 }
 
-/* How far along the row the next pixel is that has some; beyond LENS_FOCUS_REACH_PX whatever. */
+/* Finds the distance along the row to the next pixel with samples in focus. Beyond
+ * LENS_FOCUS_REACH_PX it is any larger number. */
 static void find_next(const float *counts, int32_t width, float *next)
 {
     float from = LENS_FOCUS_REACH_PX + 1.0f;
@@ -132,7 +133,7 @@ static float find_in_row(const struct lens_field *f, int32_t x, int32_t y, int32
     return from < ring ? from : ring;
 }
 
-/* How far the nearest such pixel is; more than LENS_FOCUS_REACH_PX: too far. */
+/* Returns the distance of the nearest such pixel; above LENS_FOCUS_REACH_PX there is none. */
 static int32_t find_ring(const struct lens_field *f, int32_t x, int32_t y)
 {
     float ring = LENS_FOCUS_REACH_PX + 1.0f;
@@ -143,7 +144,8 @@ static int32_t find_ring(const struct lens_field *f, int32_t x, int32_t y)
     return (int32_t)ring;
 }
 
-/* Of a pixel all of whose samples something nearer hides, the nearest others tell. */
+/* Adds samples in focus from the nearest pixels around, for a pixel whose own samples are all
+ * hidden by nearer surfaces. */
 static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct focus *sum)
 {
     const struct rect r = f->seen;
@@ -158,7 +160,7 @@ static void add_around(const struct lens_field *f, int32_t x, int32_t y, struct 
     }
 }
 
-/* What is in focus, under what nearer layers let through. */
+/* Composites samples in focus behind nearer layers. */
 static void see_focus(struct lens_field *f, int32_t x, int32_t y, struct focus sum)
 {
     const size_t p = lens_wide(f, x, y);

@@ -8,7 +8,7 @@
     0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
 #define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
 
-/* More samples show finer cells. */
+/* Chooses the size of cells, which is finer with more samples. */
 static void find_scale(uint32_t l, struct lens_cells *c)
 {
     const int32_t level = lens_cell_level(c->most, l);
@@ -30,15 +30,15 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
     c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);
 }
 
-/* How far from a pixel cells are at most that it looks at: centres of those lie half a cell beyond
- * the aperture's edges, and up to a whole one beyond its corners. */
+/* Returns the greatest distance from a pixel to a cell that it reads. Centres of such cells lie
+ * half a cell beyond the aperture's edges, and up to a whole one beyond its corners. */
 static int32_t look_px(const struct lens_cells *c)
 {
     return (int32_t)ceilf(c->most) + (1 << c->coarse);
 }
 
-/* How far pixels are from it at most whose samples lie in such cells. Samples beyond layers behind
- * the focus move by slopes of their own, which may be larger. */
+/* Returns the greatest distance to a pixel whose samples lie in such cells. Samples beyond layers
+ * behind the focus move by slopes of their own, which may be larger. */
 static int32_t reach_px(const struct lens_cells *c)
 {
     const float moved = c->low < 0.0f && !c->fixed ? c->most * (1.0f + CLOSE_SHARE) : c->most;
@@ -64,7 +64,7 @@ int32_t lens_cells_around_px(uint32_t layer, uint32_t l)
     return look_px(&c) + (1 << c.coarse) + 1;
 }
 
-/* Where in `pixels` the layer's samples are, to the segment. */
+/* Finds the box of the layer's samples in `pixels`, to the segment. */
 static struct rect find_box(const struct lens_field *f, uint32_t layer, struct rect pixels)
 {
     struct rect box = {pixels.x1, pixels.y1, pixels.x0, pixels.y0};

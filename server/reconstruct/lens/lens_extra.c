@@ -23,7 +23,7 @@ struct errors {
     void *memory; /* owned */
 };
 
-/* Of one pixel, i of the patch. */
+/* Returns the squared error of pixel i of the patch. */
 static float square_of(const struct plan *plan, const struct patch *patch, size_t i)
 {
     const size_t area = (size_t)rect_area(patch->rect);
@@ -60,8 +60,8 @@ static double second_square(const struct plan *plan, const struct patch *p, size
     return variance > 0.0 ? scale * scale * variance / (paths - 1.0) : 0.0;
 }
 
-/* Of `inner` and so many pixels around; where the patch has second sets, of pixels that have one.
- */
+/* Estimates errors over `inner` and some pixels around. If the patch has second sets, only pixels
+ * with one count. */
 static int errors_create(const struct plan *plan, const struct patch *patch, struct rect inner,
                          int32_t around_px, struct errors *out)
 {
@@ -134,7 +134,7 @@ int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct
     return 0;
 }
 
-/* How much of the second set's mean there is in the picture. */
+/* Returns the share of the second set's mean in the picture. */
 static float share_of(const struct errors *e, int32_t x, int32_t y)
 {
     const struct rect r = around(e, x, y, MIX_PX);

@@ -19,8 +19,8 @@ struct steps {
     int32_t count;
 };
 
-/* Not down to single pixels: a small bright light that one of them happens to have met would stand
- * out from all noise around. */
+/* Chooses the windows. They never shrink to single pixels, where a small bright light that a sample
+ * met by chance would stand out from the noise. */
 static struct steps steps_of(const struct plan *plan)
 {
     if (plan->lens_strata_per_axis < 6) return (struct steps){{2}, 1};
@@ -67,7 +67,7 @@ static int create(const struct lens_field *f, struct residual *r)
     return 0;
 }
 
-/* How many of the pixels x - radius .. x + radius lie in 0 .. length - 1. */
+/* Returns how many of the pixels x - radius .. x + radius lie in 0 .. length - 1. */
 static float pixels_around(int32_t x, int32_t radius, int32_t length)
 {
     const int32_t from = x - radius > 0 ? x - radius : 0;
@@ -187,9 +187,10 @@ static void give_back(struct residual *r, int32_t radius)
     r->kernels->give(&planes, NOISE_FACTOR, r->area);
 }
 
-/* What shines on curved metal, or lies behind glass, moves over the lens otherwise than the surface
- * that shows it: layers blur what may be sharp. Where a pixel is nearly in focus and its samples
- * agree, with each other and not with the layers, they are right. */
+/* Adds the pixels' own difference. Lights on curved metal, and objects behind glass, move over the
+ * lens otherwise than the surface that shows them, so layers may blur what is sharp. Where a pixel
+ * is nearly in focus and its samples agree with each other and not with the layers, the samples are
+ * right. */
 static void give_pixels(struct residual *r)
 {
     struct lens_residual_planes planes = planes_of(r);

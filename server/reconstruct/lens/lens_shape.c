@@ -5,7 +5,7 @@
 #define LINES      256   /* that quarters' areas are summed over */
 #define EDGE_LEAST 0.05f /* edges are 0.19 long at least; parts of one may be shorter */
 
-/* An edge from a to b with the inside to its right as the image is seen, rows downwards. */
+/* Adds an edge from a to b. The inside lies to its right in the image, whose rows go downwards. */
 static void add_edge(struct lens_shape *s, float ax, float ay, float bx, float by)
 {
     const float dx = bx - ax, dy = by - ay, length = sqrtf(dx * dx + dy * dy);

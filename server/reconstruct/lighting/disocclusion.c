@@ -97,7 +97,7 @@ static bool is_same(struct relation r, float off)
     return r.cosine >= SURFACE_COS_FULL && r.from <= off && r.own <= off;
 }
 
-/* How well another surface does for one's own. */
+/* Returns the weight of another surface. */
 static float about(struct relation r, float off)
 {
     const float turn = (r.cosine - COSINE_ABOUT) / (1.0f - COSINE_ABOUT);
@@ -105,7 +105,8 @@ static float about(struct relation r, float off)
     return turn > 0.0f && near > 0.0f ? turn * turn * near : 0.0f;
 }
 
-/* A surface that the cell does not have yet; NOWHERE: there are too many, or no memory. */
+/* Adds a surface that the cell does not have. Returns NOWHERE if there are too many, or without
+ * memory. */
 static uint32_t add_spot(struct disocclusion *d, size_t cell, const float point[3],
                          const float normal[3], float off, int *error)
 {
@@ -199,7 +200,7 @@ static void add_pixel(const struct light_lookup_pixel *l, const struct disocclus
     if (alike > 0.0f) add(sums, 1, light, weight * alike, PIXEL_SAMPLES);
 }
 
-/* Of [1] so much that both are enough; over all. */
+/* Mixes in as much of [1] as makes both enough, and divides by the total. */
 static void mean(float of[2][3], const float number[2], float out[3])
 {
     const float lacks = fmaxf(ENOUGH - number[0], 0.0f);

@@ -74,7 +74,7 @@ static void fini(struct lit_lens *f)
     scratch_give(f->patch->scratch, f->memory);
 }
 
-/* Of a plane of a sample, the row's first pixel. */
+/* Returns the index of the row's first pixel in a sample's plane. */
 static size_t sample_at(const struct lit_lens *f, uint32_t sample)
 {
     const struct patch *p = f->patch;
@@ -86,8 +86,8 @@ static bool takes_light(uint32_t albedo)
     return (albedo & ((1u << 3 * SHARED_EXPONENT_9) - 1)) != 0;
 }
 
-/* Is sample i of the row read? Those of pixels beside the block's are if their slope takes them
- * near. */
+/* Returns whether sample i of the row is read. Samples of pixels beside the block are, if their
+ * slope takes them near. */
 static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
 {
     const struct lens_light_row *r = &f->row.samples;
@@ -97,8 +97,8 @@ static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
                            r->y_low + (float)r->row[i]);
 }
 
-/* A sample that no field lights, or not its sharp lobe. What its path has found waits for that of
- * others around. */
+/* Notes a sample that no field lights, or whose sharp lobe no field lights. Its path's light is
+ * kept, to be averaged with that of others around. */
 static void hide(struct lit_lens *f, uint32_t sample, uint32_t i, uint32_t shares)
 {
     const float own[3] = {f->light[0][i], f->light[1][i], f->light[2][i]};
@@ -112,7 +112,7 @@ static void hide(struct lit_lens *f, uint32_t sample, uint32_t i, uint32_t share
     f->error = hidden < 0 ? hidden : 0;
 }
 
-/* Is the pixel plainly on another surface than sample i of the row? */
+/* Returns whether the pixel is clearly on another surface than sample i of the row. */
 static bool is_other(const struct lens_light_row *r, uint32_t i, const struct light_lookup_pixel *l)
 {
     float cosine = 0.0f, off = -l->plane[3];
@@ -141,7 +141,7 @@ static bool has_lobe(const struct lit_lens *f, uint32_t i)
     return any;
 }
 
-/* By fields. Samples that find none keep what their paths have found, or share it. */
+/* Lights samples by fields. Samples without one keep the light of their paths, or share it. */
 static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
 {
     const struct lens_light_row *r = &f->row.samples;
@@ -195,7 +195,7 @@ static void light_samples_of(struct lit_lens *f, uint32_t k, uint32_t begin, uin
     add_run(f, sample, begin, end);
 }
 
-/* Is one of the samples of pixels `begin` to `end` - 1 read? */
+/* Returns whether a sample of pixels `begin` to `end` - 1 is read. */
 static bool any_read(const float *restrict slope, const float *restrict least, uint32_t begin,
                      uint32_t end)
 {

@@ -8,7 +8,7 @@
 
 #define ALL 15
 
-/* Of weights: with less of the pixels around a sample has none of its surface. */
+/* The least sum of weights. Below it a sample has no pixel of its surface around. */
 #define WEIGHT_MIN 1e-3f
 
 static bool has_lighting(const struct patch *patch, size_t i)
@@ -16,7 +16,7 @@ static bool has_lighting(const struct patch *patch, size_t i)
     return patch->depth[i] > 0.0f && (!patch->reflector || patch->reflector[i] > 0.0f);
 }
 
-/* A row, whose points px, py, pz are. */
+/* Loads a row, whose points are px, py, pz. */
 static void place_row(struct light_lookup *l, int32_t y, const float *px, const float *py,
                       const float *pz)
 {
@@ -102,8 +102,9 @@ static inline struct likeness compare(const struct light_lookup_pixel *a,
     return (struct likeness){_mm_movemask_ps(same), _mm_movemask_ps(other)};
 }
 
-/* How near a pixel's point is to the plane of the sample: 1 up to 1.5 pixels and a little of the
- * way between them, 0 from 1.5 times that. However a surface bends, a pixel aside it is as near. */
+/* Returns how near a pixel's point is to the plane of the sample. It is 1 up to 1.5 pixels plus a
+ * small part of the distance between them, and 0 from 1.5 times that. A bent surface is as near one
+ * pixel aside. */
 static float near_plane(const struct light_lookup *l, const struct shown_surface *sample,
                         const struct shown_surface *pixel)
 {
@@ -160,8 +161,9 @@ static struct weights weigh(const struct light_lookup *l, const struct lens_ligh
     return w;
 }
 
-/* What lobes see is lent by pixels whose lobes are like that of the nearest that has one: others
- * look elsewhere, and what has no lobe sees all around. Where none has one, that has to do. */
+/* Looks up radiance of lobes from pixels whose lobes are like that of the nearest with one. Other
+ * lobes have other directions, and pixels without a lobe have light from all around. If none has a
+ * lobe, that is used. */
 static void look_up_lobes(const lens_quad *a, const lens_quad *b, const struct weights *w,
                           float gloss[3])
 {

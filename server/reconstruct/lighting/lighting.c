@@ -93,7 +93,7 @@ static void fill_unfiltered(const struct plan *plan, const struct patch *patch, 
         memcpy(out->open + run.first, patch->open + run.first, run.count * sizeof(float));
 }
 
-/* What needs no filter. */
+/* Fills the light that needs no filter. */
 static void fill_plain(const struct plan *plan, const struct patch *patch, struct run run,
                        const struct lighting *out)
 {
@@ -167,8 +167,8 @@ static void measure(const struct plan *plan, const struct patch *patch, const st
     if (patch->open) add_channel(m, patch->open, out->open);
 }
 
-/* Of every pixel one half of its samples, in turn like a chessboard's fields: what the cut between
- * halves brings into them is the other way round at the next pixel and goes in the filter. */
+/* Takes one half of each pixel's samples, alternating like a chessboard. The bias of the split
+ * changes sign from pixel to pixel and is filtered out. */
 static void take_halves(const struct patch *patch, float *const half[3])
 {
     const size_t width = (size_t)rect_width(patch->rect);
@@ -193,8 +193,8 @@ static void root(const struct patch *patch, struct rect lit, float *const varian
     }
 }
 
-/* What was measured, with its error; `more` has room for six arrays. What no filter runs over stays
- * as it came. */
+/* Filters measured light and its error; `more` has room for six arrays. Channels without a filter
+ * stay. */
 static int filter_halves(const struct plan *plan, const struct patch *patch, struct rect lit,
                          const struct measured *m, float *more, float *width_px,
                          const struct lighting *out, struct indirect_statistics *statistics)

@@ -32,7 +32,8 @@ const struct lone_entry *lone_share_find(const struct lone_share *share, size_t 
     return NULL;
 }
 
-/* Of two halves a and b of as many samples the mean is (a + b)/2, and errs by |a - b|/2. */
+/* Returns the error of an entry. Two halves a and b of as many samples have the mean (a + b)/2,
+ * whose error is |a - b|/2. */
 float lone_entry_error(const struct lone_share *share, const struct lone_entry *e,
                        enum lone_part part, enum lone_part half, int channel)
 {

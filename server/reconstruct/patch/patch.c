@@ -35,7 +35,7 @@ static void carve_plane(struct carver *c, struct patch *p, uint32_t slot, uint32
     }
 }
 
-/* How many rays each pixel has. */
+/* Carves the counts of rays of each pixel. */
 static void carve_counts(struct carver *c, const struct plan *plan, struct patch *p)
 {
     if (plan_has_rounds(plan) && plan->indirect_strata_per_axis > 0)

@@ -11,9 +11,9 @@
 #define SPACING_LEAST   0.5f  /* of a pixel's size, between neighbours, whatever follows */
 #define SPACING_SHARE   0.95f /* of the first step's; a walk's last may be shorter */
 
-/* How far apart neighbouring pixels are at least, in pixel sizes: a point on the next pixel's ray
- * is no nearer than that ray. Rays (a, b, 1) that are da apart, seen from the distance of 1, are da
- * sqrt(1 + b^2) / (1 + a^2 + b^2) apart, which is da cos^2 or more. */
+/* Returns the least distance between neighbouring pixels, in pixel sizes. A point on the next
+ * pixel's ray is no nearer than that ray. Rays (a, b, 1) that are da apart, seen from the distance
+ * of 1, are da sqrt(1 + b^2) / (1 + a^2 + b^2) apart, which is da cos^2 or more. */
 static float spacing(const struct surface_view *view, const struct shadow_pixels *p, size_t i)
 {
     const float *f = view->camera->forward;
@@ -69,7 +69,7 @@ static void set_width(const struct axis_aligned *a, size_t i, float kappa_most)
     a->reach[i] = taps < AXIS_ALIGNED_REACH_PX ? (int32_t)taps : AXIS_ALIGNED_REACH_PX;
 }
 
-/* What goes for pixels without wedge. */
+/* Loads the values of pixels without wedge. */
 static void load(const struct axis_aligned *a)
 {
     const size_t area = (size_t)rect_area(a->receivers->rect);
@@ -98,7 +98,7 @@ static void load_run(const struct axis_aligned *a, const struct wedges *wedges, 
         if (wedge_is_occluded(a->light, a->patch, at + i)) a->seen[to + i] = own[i];
 }
 
-/* Of all that is read for `inner`. */
+/* Loads all rows that are read for `inner`. */
 static void load_rows(const struct axis_aligned *a, const struct wedges *wedges, struct rect inner)
 {
     const struct rect read = rect_grow(inner, AXIS_ALIGNED_REACH_PX);
@@ -112,7 +112,7 @@ static void load_rows(const struct axis_aligned *a, const struct wedges *wedges,
     }
 }
 
-/* One pass over `rect`, from plane to plane. */
+/* Runs one pass over `rect`, from plane to plane. */
 static void blur(const struct axis_aligned *a, int32_t step, struct rect rect, const float *from,
                  float *to)
 {

@@ -33,7 +33,7 @@ static float kept_share(const struct edges *e, float sigma_px)
     return within * within * (3.0f - 2.0f * within);
 }
 
-/* Until something is found, nothing is told of any pixel. */
+/* Lists the pixels whose filter is narrow. All answers begin as not found. */
 static int find_narrow(struct edges *e, const uint32_t *pixels, uint32_t count,
                        struct edge_answer *out)
 {
@@ -67,7 +67,7 @@ static int create_planes(struct edges *e)
     return 0;
 }
 
-/* From (x, y) of the image on, a row's pixels, at most STRATA_RUN. */
+/* Loads pixels of a row from image pixel (x, y) on, at most STRATA_RUN. */
 static void load_run(const struct edges *e, int32_t x, int32_t y, uint32_t count)
 {
     const size_t at = patch_pixel(e->patch, x, y), to = receivers_pixel(e->receivers, x, y);
@@ -76,7 +76,7 @@ static void load_run(const struct edges *e, int32_t x, int32_t y, uint32_t count
     strata_estimate(e->light, e->patch, e->kernels, x, y, count, e->estimate + to);
 }
 
-/* A row's pixels x0 .. x1 - 1, all in the receivers' rect; what lies off the patch is not lit. */
+/* Loads pixels x0 .. x1 - 1 of a row in the receivers' rect. Pixels off the patch are not lit. */
 static void load_row(const struct edges *e, int32_t x0, int32_t x1, int32_t y)
 {
     const struct rect seen = rect_intersect((struct rect){x0, y, x1, y + 1}, e->patch->rect);

@@ -4,8 +4,8 @@
 #include "server/reconstruct/shadow/strata.h"
 #include "server/reconstruct/shadow/wedge.h"
 
-/* Of the light below the horizon, as receiver_sunk has it: where it is so much or more, the
- * sheared filter's answer counts for nothing (shadow_answer.h). */
+/* The part of the light below the horizon (receiver_sunk) from which on the sheared filter's answer
+ * has no weight (shadow_answer.h). */
 #define SUNK_MOST 0.25f
 
 int32_t shadow_halo_px(enum shadow_filter filter)
@@ -13,7 +13,7 @@ int32_t shadow_halo_px(enum shadow_filter filter)
     return filter == SHADOW_FILTER_NONE ? 0 : shadow_reach_px(filter) + WEDGE_FILL_PX;
 }
 
-/* E without occlusion of all inner pixels, and how far the light has sunk. */
+/* Computes E without occlusion for all inner pixels, and how far the light has sunk. */
 static void fill_unoccluded(const struct shadow_block *s)
 {
     float point[3][STRATA_RUN], normal[3][STRATA_RUN];

@@ -30,7 +30,7 @@ static uint32_t list_wedges(const struct receivers *r, const struct wedges *wedg
     return count;
 }
 
-/* Where `inner` has a pixel of the receivers' rect. */
+/* Returns the index in `inner` of a pixel of the receivers' rect. */
 static size_t index_of(const struct shadow_block *s, const struct receivers *r, uint32_t pixel)
 {
     const uint32_t row = (uint32_t)rect_width(r->rect);
@@ -58,7 +58,8 @@ static uint32_t list_rest(const struct edge_answer *edges, const uint32_t *pixel
     return left;
 }
 
-/* What edges tell, then the rest sheared: rest and seen have room for `count` pixels. */
+/* Filters along edges, then the rest by the sheared filter. rest and seen have room for `count`
+ * pixels. */
 static int run_both(const struct shadow_block *s, struct receivers *r,
                     const struct coverage *coverage, const uint32_t *pixels, uint32_t count,
                     struct edge_answer *edges, uint32_t *rest, float *seen)
@@ -109,8 +110,8 @@ static int run_axis_aligned(const struct shadow_block *s, const struct receivers
     return error;
 }
 
-/* Those of the pixels that the sheared filter answered for and whose light has sunk, into `out`,
- * and the smallest rectangle around them. */
+/* Lists the pixels with an answer of the sheared filter whose light has sunk, and finds the
+ * smallest rectangle around them. */
 static uint32_t list_sunk(const struct shadow_block *s, const struct receivers *r,
                           const uint32_t *pixels, uint32_t count, uint32_t *out,
                           struct rect *around)
@@ -130,7 +131,7 @@ static uint32_t list_sunk(const struct shadow_block *s, const struct receivers *
     return n;
 }
 
-/* After the sheared filter. */
+/* Runs the axis-aligned filter for sunk lights, after the sheared filter. */
 static int run_sunk(const struct shadow_block *s, const struct receivers *r,
                     const struct wedges *wedges, const uint32_t *pixels, uint32_t count)
 {

@@ -13,7 +13,7 @@ void strata_jitters(const struct receiver_light *light, const int32_t *x, const 
     }
 }
 
-/* From the l rows' bits, row after row, to columns. */
+/* Transposes the bits of l rows, which follow each other, to columns. */
 LANES_INLINE void turn(uint32_t l, const uint8_t *bytes, uint32_t columns[SHADOW_STRATA_MAX])
 {
     for (uint32_t a = 0; a < l; a++) {
@@ -54,7 +54,7 @@ void strata_bits(const struct receiver_light *light, const struct patch *patch, 
     }
 }
 
-/* Of 1 to STRATA_RUN pixels of a row: are all strata seen? */
+/* Returns whether 1 to STRATA_RUN pixels of a row see all strata. */
 static bool all_seen(const uint32_t *bits, size_t stride, uint32_t count, uint32_t strata)
 {
     uint32_t missing = 0;

@@ -6,10 +6,10 @@
 #define SLOPE_LEAST 6e-5f /* what a half float and the tracer's clamp leave */
 #define SLOPE_MOST  65504.0f
 #define KAPPA_MOST  1e4f /* of slopes that are handed on */
-/* With random jitter 8 px were best. With the pattern's lattices a few pixels together cover the
- * light evenly: from 3 px on the noise hardly falls any more, and what the slopes change over the
- * window is all that wider filters add. It shrinks with the fourth root of m(N) only: the lattice
- * needs its few pixels at 256 spp too. */
+/* With random jitter 8 px would be best. With the pattern's lattices a few pixels together cover
+ * the light evenly. From 3 px on the noise hardly falls, and wider filters only add the change of
+ * slopes over the window. The width shrinks with the fourth root of m(N) only, because the lattice
+ * needs its few pixels at 256 spp, too. */
 #define WIDTH_MOST_PX 3.5f
 #define FILL_PASSES   3
 #define FILL_REACH    (WEDGE_FILL_PX / FILL_PASSES)
@@ -25,7 +25,7 @@ static float slope_within(float s)
     return s > SLOPE_LEAST ? s < SLOPE_MOST ? s : SLOPE_MOST : SLOPE_LEAST; /* NaN: the least */
 }
 
-/* Slopes as they were measured. */
+/* Loads slopes as they were measured. */
 static void load_own(const struct receiver_light *light, const struct patch *patch,
                      const struct receivers *r, struct wedges *out)
 {
@@ -43,7 +43,7 @@ static void load_own(const struct receiver_light *light, const struct patch *pat
     }
 }
 
-/* Of five pixels in a row, is one set? `full` has room for the row. */
+/* Marks pixels of which one of five in a row is set. `full` has room for the row. */
 static void spread_row(const float *values, size_t width, uint8_t *full, uint8_t *out)
 {
     memset(out, 0, width);
@@ -106,7 +106,7 @@ static void fill_pass(const struct fill *f, float *least, float *most)
     }
 }
 
-/* From slopes to their inverses, least to most. */
+/* Turns slopes into their inverses, which swaps least and most. */
 static void invert(size_t area, struct wedges *w)
 {
     for (size_t i = 0; i < area; i++) {
