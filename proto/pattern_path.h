@@ -16,6 +16,7 @@ enum path_dimension {
     PATH_PIXEL = 0,     /* position in the pixel */
     PATH_LENS = 1,      /* position on the lens */
     PATH_OCCLUSION = 2, /* direction of the ambient occlusion ray */
+    PATH_PRODUCT = 3,   /* first: which of the first surface's light samples is traced */
     PATH_VERTEX = 4,
     PATH_PER_VERTEX = 4,
     PATH_DIRECTION = 0, /* where the path goes on */

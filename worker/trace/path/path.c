@@ -16,8 +16,10 @@ void path_scratch_init(struct path_scratch *s)
     memset(s, 0, sizeof *s);
     path_pool_init(&s->pools[0]);
     path_pool_init(&s->pools[1]);
-    queries_init_rays(&s->light.packet.rays);
-    queries_init_rays(&s->light.candidate.rays);
+    for (int k = 0; k < 2; k++) {
+        queries_init_rays(&s->light[k].packet.rays);
+        queries_init_rays(&s->light[k].candidate.rays);
+    }
     queries_init_rays(&s->occlusion);
 }
 
@@ -354,7 +356,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
-    if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, &s->light, &s->harvest);
+    if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->shines) v->last = v->active;
     end_last(c, v);
     if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);

@@ -72,6 +72,12 @@ static inline struct pattern path_pass_pattern(const struct path_context *c)
     return out;
 }
 
+/* How much each group of mesh emitters may light sixteen surfaces. */
+struct group_light {
+    _Alignas(LANES_ALIGN) float group[EMITTER_GROUPS][LANES];
+    _Alignas(LANES_ALIGN) float total[LANES];
+};
+
 /* One surface of sixteen paths, or of sixteen pixels. */
 struct path_vertex {
     uint32_t depth;           /* scatterings before it */
@@ -81,6 +87,7 @@ struct path_vertex {
     struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
     bool any_lambert, any_general;
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* of the sky's guide; only with a map */
+    struct group_light groups;                       /* only with mesh emitters */
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
     struct layers layers;             /* of these, where a path is about to go on; else nobody's */
@@ -118,17 +125,10 @@ struct path_scattering {
     struct lanes3 specular;
 };
 
-/* How much each group of mesh emitters may light sixteen surfaces. */
-struct group_light {
-    _Alignas(LANES_ALIGN) float group[EMITTER_GROUPS][LANES];
-    _Alignas(LANES_ALIGN) float total[LANES];
-};
-
 /* A light sample of sixteen vertices. */
 struct nee_sample {
     struct light_packet packet, candidate;
     struct lanes3 color; /* radiance or intensity, over the probability of the choice */
-    struct group_light groups;
 };
 
 /* Scratch of one thread. */
@@ -136,7 +136,7 @@ struct path_scratch {
     struct path_pool pools[2];
     struct path_harvest harvest;
     struct path_vertex vertex;
-    struct nee_sample light;
+    struct nee_sample light[2];
     struct RTCRayHit16 occlusion;
 };
 
@@ -208,9 +208,10 @@ float path_ahead(const struct path_context *c, const struct path_packet *p,
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct path_harvest *h);
 
-/* Adds one light sample of every active path, and sets v->sky_table. */
+/* Adds one light sample of every active path, and sets v->sky_table and v->groups. Camera paths'
+ * first surfaces choose it among several. */
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
-                  struct nee_sample *light, struct path_harvest *h);
+                  struct nee_sample light[2], struct path_harvest *h);
 
 /* The active paths' next segments go to `next`. */
 void path_scatter(const struct path_context *c, const struct path_packet *p,

@@ -7,6 +7,7 @@
 
 const struct path_kernels KERNELS(path_kernels) = {
     .path_pairs = kernel_path_pairs,
+    .path_pairs_of = kernel_path_pairs_of,
     .frame_pairs = kernel_frame_pairs,
     .ray_keys = kernel_ray_keys,
     .lens_rays = kernel_lens_rays,

@@ -7,6 +7,8 @@
 struct path_kernels {
     /* Pairs of pattern_path.h. */
     void (*path_pairs)(const struct path_packet *p, uint32_t dimension, float *u, float *v);
+    void (*path_pairs_of)(const uint32_t *key, const uint32_t *sample, uint32_t dimension, float *u,
+                          float *v);
     void (*frame_pairs)(uint32_t key, const uint32_t *sample, uint32_t dimension, float *u,
                         float *v);
     void (*ray_keys)(const struct path_packet *p, uint32_t depth, enum path_ray ray,

@@ -10,6 +10,12 @@
 
 #define PATH_INVERSE_PI 0.318309886183790672f
 
+static void kernel_path_pairs_of(const uint32_t *restrict key, const uint32_t *restrict sample,
+                                 uint32_t dimension, float *restrict u, float *restrict v)
+{
+    for (int i = 0; i < LANES; i++) path_pair(key[i], sample[i], dimension, &u[i], &v[i]);
+}
+
 static void kernel_path_pairs(const struct path_packet *restrict p, uint32_t dimension,
                               float *restrict u, float *restrict v)
 {

@@ -18,7 +18,7 @@ struct path_packet {
                                                sample could have found it too; 0: it could not */
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* that such a sample of the sky is from */
     struct lanes3 normal; /* of the surface that sent it, where there are mesh emitters */
-    _Alignas(LANES_ALIGN) uint32_t key[LANES];       /* pattern_path.h: pixel and sample */
+    _Alignas(LANES_ALIGN) uint32_t key[LANES]; /* pattern_path.h: pixel and sample */
     _Alignas(LANES_ALIGN) uint32_t sample[LANES];
     _Alignas(LANES_ALIGN) uint32_t slot[LANES];
     uint32_t count;

@@ -17,8 +17,7 @@ TEST(later_passes_go_on)
     p.bounces = 2;
     p.target_error = 0.1f;
     p.spp_most = 1024;
-    struct plan longer = p;
-    longer.paths.spp = 32;
+    const struct plan without = p; /* its pass has no bounce rays */
     struct fault fault = {0};
     struct render_scene *scene;
     struct tile_tracer *tracer;
@@ -28,7 +27,7 @@ TEST(later_passes_go_on)
     assert_int_equal(tile_tracer_create(&tracer), 0);
     const struct plan_pass start = {0, 0, 16, 4, NULL, NULL}, pass = {1, 16, 16, 8, NULL, NULL},
                            next = {1, 16, 16, 0, NULL, NULL};
-    struct samples *first, *more, *cut, *scheduled;
+    struct samples *first, *more, *cut, *alone;
 #define TRACE(its_plan, its_pass, its_rect, out)                                                   \
     assert_int_equal(tile_trace_pass(tracer,                                                       \
                                      &(struct tile_job){.scene = scene,                            \
@@ -41,7 +40,7 @@ TEST(later_passes_go_on)
     TRACE(&p, &start, all, &first);
     TRACE(&p, &pass, all, &more);
     TRACE(&p, &pass, part, &cut);
-    TRACE(&longer, &next, all, &scheduled);
+    TRACE(&without, &next, all, &alone);
 #undef TRACE
     assert_int_equal(more->layout.planes,
                      BIT(INDIRECT_HALVES) | BIT(REFLECTOR) | (p.planes & PLANES_PATH));
@@ -49,7 +48,7 @@ TEST(later_passes_go_on)
         double sums[2] = {0, 0};
         uint32_t equal = 0;
         assert_memory_equal(samples_f32(more, PLANE_PATH_RADIANCE, c),
-                            samples_f32(scheduled, PLANE_PATH_RADIANCE, c), AREA * sizeof(float));
+                            samples_f32(alone, PLANE_PATH_RADIANCE, c), AREA * sizeof(float));
         for (int i = 0; i < AREA; i++) {
             const uint16_t a = samples_u16(first, PLANE_INDIRECT_HALVES, c)[i];
             const uint16_t b = samples_u16(more, PLANE_INDIRECT_HALVES, c)[i];
@@ -67,7 +66,7 @@ TEST(later_passes_go_on)
             assert_true(samples_f32(more, PLANE_PATH_SPLIT, 0)[i] ==
                         samples_f32(cut, PLANE_PATH_SPLIT, 0)[k]);
         }
-    struct samples **const made[] = {&first, &more, &cut, &scheduled};
+    struct samples **const made[] = {&first, &more, &cut, &alone};
     for (int k = 0; k < 4; k++) samples_destroy(made[k]);
     tile_tracer_destroy(&tracer);
     render_scene_destroy(&scene);

@@ -80,7 +80,7 @@ static struct samples *trace_pass(struct traced *t, const struct plan *p, uint32
     return s;
 }
 
-/* Pass 0 of many is the whole of a short job; the passes of a long one are different samples. */
+/* Passes of a job are different samples, all of them, of the same light. */
 TEST(passes_continue_each_other)
 {
     struct scene_fixture *f = fixture_new();
@@ -88,11 +88,17 @@ TEST(passes_continue_each_other)
     struct traced t = trace_all(f, &p);
     longer.paths.spp = 64;
     struct samples *first = trace_pass(&t, &longer, 0), *second = trace_pass(&t, &longer, 1);
-    size_t bytes = (size_t)SIDE_PX * SIDE_PX * sizeof(float);
-    assert_memory_equal(samples_f32(first, PLANE_PATH_RADIANCE, 0),
-                        plane(&t, PLANE_PATH_RADIANCE, 0), bytes);
-    assert_memory_not_equal(samples_f32(second, PLANE_PATH_RADIANCE, 0),
-                            plane(&t, PLANE_PATH_RADIANCE, 0), bytes);
+    const float *a = samples_f32(first, PLANE_PATH_RADIANCE, 0);
+    const float *b = samples_f32(second, PLANE_PATH_RADIANCE, 0);
+    double sums[2] = {0, 0};
+    int equal = 0;
+    for (int i = 0; i < SIDE_PX * SIDE_PX; i++) {
+        sums[0] += (double)a[i];
+        sums[1] += (double)b[i];
+        equal += a[i] > 0.0f && a[i] == b[i];
+    }
+    assert_true(sums[0] > 0 && fabs(sums[0] - sums[1]) < 0.05 * sums[0]);
+    assert_true(equal < SIDE_PX * SIDE_PX / 10);
     samples_destroy(&first);
     samples_destroy(&second);
     traced_fini(&t);
