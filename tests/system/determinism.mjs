@@ -29,7 +29,8 @@ const lens = { aperture_radius: 0.1, focus_distance: 3 }, environment = { radian
 const jobs = {
     paths: { integrator: "paths", document: { ...base, filter: { method: "none" }, sampling: { spp: 40, seed: 7 }, effects: { indirect_bounces: 4 }, lens } },
     light_field: { integrator: "light_field", document: { ...base, layers: ["beauty", "direct", "indirect", "visibility", "filter_width"] } },
-    paths_and_light_field: { integrator: "paths_and_light_field", document: { ...base, environment, layers: ["beauty", "direct", "indirect", "diffuse_indirect"] } },
+    filtered_paths: { integrator: "paths", document: { ...base, environment, layers: ["beauty", "diffuse_direct", "diffuse_indirect"] } },
+    paths_and_light_field: { integrator: "paths_and_light_field", document: { ...base, environment, filter: { indirect: "constant" }, layers: ["beauty", "direct", "indirect", "diffuse_indirect"] } },
     lens_field: { integrator: "lens_field", document: { ...base, lens } },
     // Tiles differ in samples under a target: each size has a picture of its own.
     target_error: { rounds: true, by_tile: true, document: { ...base, environment, sampling: { spp: 9, seed: 7, target_error: 0.06 }, layers: ["beauty", "error", "samples"] } },

@@ -178,12 +178,14 @@ check_plan "auto filters its bounces" "{$scene_member, \"effects\": {\"indirect_
      .indirect_filter_why == "9 bounce rays: weighted means need the fewest" and
      (.planes | index("reflector")) and .samples.indirect == 9'
 check_plan "shadows beside paths are not filtered" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
-    '.integrator == "paths_and_light_field" and .filter == "none" and (.filter_why | contains("there is an environment")) and
+    '.integrator == "paths" and .filter == "none" and (.filter_why | startswith("the residual filter cleans whole paths")) and
      (.warnings | any(startswith("filter.method is axis_aligned, but shadows are not filtered")))'
 check_plan "an environment asks for paths" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
-    '.integrator == "paths_and_light_field" and .environment.type == "map" and (.effects | index("environment"))
+    '.integrator == "paths" and .environment.type == "map" and (.effects | index("environment"))
      and (.skipped | any(.what == "light fields of lights" and .why == "there is an environment"))
-     and .indirect_filter == "constant" and (.planes | index("path_radiance") and index("indirect_mean"))'
+     and .residual_filter == "halves" and (.planes | index("path_radiance") and index("path_half_scattered"))'
+check_plan "fields of indirect light run beside paths by name" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"indirect\": \"linear\"}}" \
+    '.integrator == "paths_and_light_field" and .indirect_filter == "linear" and (.planes | index("path_radiance") and index("indirect_mean"))'
 check_plan "a lens has a light field of its own" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
     \"filter\": {\"indirect\": \"linear\"}, \"sampling\": {\"lens_spp\": 16}}" \
     '.integrator == "lens_field" and .lens_filter == "sheared" and .samples.lens == 16 and .lens_light == "diffuse"
