@@ -12,7 +12,7 @@
 #include "worker/shade/elementary.h"
 
 /* Rays a bin. Sixteen neighbouring bins share a place. */
-#define RAYS 1u
+#define RAYS 3u
 
 /* Of a cell's side: what is nearer than this to a place is not in the way. */
 #define NEAR_SHARE 1e-3f

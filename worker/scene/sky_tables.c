@@ -7,7 +7,7 @@
 
 /* What every bin keeps of its weight where the scene seems closed to it: windows are learned by few
  * rays. */
-#define CLOSED_LEAST 0.05f
+#define CLOSED_LEAST 0.02f
 
 /* Of bins below the horizon, too: a table is for many normals. */
 #define COSINE_LEAST 0.02f
