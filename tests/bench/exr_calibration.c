@@ -4,11 +4,14 @@
  *   error     RMS over pixels and R, G, B of test less truth, over the truth's mean luminance
  *   estimate  that of the test's layer `error`
  *   within    the share of all numbers that are off by at most two of their estimates, where the
- *             truth's own error, as it is around, is added to the estimate
+ *             truth's own error, as it is around, is added to the estimate, and the rounding of
+ *             references that are half floats
  *   mean      the truth's mean luminance
  *   samples   the mean of the test's layer `samples`, if it has one */
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "server/image/exr.h"
 
@@ -54,6 +57,16 @@ static double noise_at(const struct plane *a, const struct plane *b, int32_t x, 
     return sum / count;
 }
 
+/* The squared error of a number that was rounded to a half float, 0 where it has more bits. */
+static double rounding_at(const struct plane *plane, int32_t x, int32_t y)
+{
+    const float v = *plane_at(plane, x, y);
+    const double most = (double)v * 0x1p-11;
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    return bits & 0x1fffu ? 0.0 : most * most / 3;
+}
+
 static void add(const struct plane *const a, const struct plane *const b,
                 const struct plane *const test, const struct plane *const error, double weight,
                 struct calibration *c)
@@ -66,7 +79,8 @@ static void add(const struct plane *const a, const struct plane *const b,
             c->noise += 0.25 * apart * apart;
             c->estimate += estimate * estimate;
             c->luminance += weight * truth;
-            const double allowed = estimate * estimate + noise_at(a, b, x, y);
+            const double allowed =
+                estimate * estimate + noise_at(a, b, x, y) + rounding_at(a, x, y);
             c->within += off * off <= 4 * allowed + 1e-12 * truth * truth;
             c->numbers++;
         }
