@@ -26,6 +26,13 @@ struct kind {
 
 enum { PATHS, BOUNCES, KINDS };
 
+/* How squared errors fall with the number of samples. */
+enum law {
+    LAW_MEAN,   /* as 1 / n */
+    LAW_FILTER, /* as n^(-2/3): a filter gets narrower meanwhile */
+    LAWS
+};
+
 struct rounds_tile {
     struct kind kinds[KINDS];
     uint32_t area;       /* px */
@@ -108,16 +115,22 @@ static double three_fifths(double x)
     return root * root * root;
 }
 
+static enum law law_of(const struct rounds *r, int kind)
+{
+    const bool filtered = kind == BOUNCES || r->plan->residual_filter != RESIDUAL_FILTER_NONE;
+    return filtered ? LAW_FILTER : LAW_MEAN;
+}
+
 /* Growth where lambda is 1. */
-static double scale_of(double gain, int kind)
+static double scale_of(double gain, enum law law)
 {
     if (!(gain > 0.0)) return 0.0;
-    return kind == PATHS ? sqrt(gain) : three_fifths(2.0 / 3.0 * gain);
+    return law == LAW_MEAN ? sqrt(gain) : three_fifths(2.0 / 3.0 * gain);
 }
 
 /* The powers of lambda that scale_of is to be divided by. */
 struct level {
-    double lambda, divisor[KINDS];
+    double lambda, divisor[LAWS];
 };
 
 static struct level level_at(double lambda)
@@ -136,14 +149,14 @@ static double growth(const struct rounds *r, const struct kind *k, int kind,
 {
     if (k->n == 0 || !(k->variance > 0.0)) return 1.0;
     const double most = (double)most_of(r, kind) / k->n;
-    const double free = k->scale / level->divisor[kind];
+    const double free = k->scale / level->divisor[law_of(r, kind)];
     return fmax(fmin(free, most), 1.0);
 }
 
 /* Returns the remaining part of a squared error; r^(-2/3) is the cube root's inverse square. */
-static double remains(double variance, int kind, double r)
+static double remains(double variance, enum law law, double r)
 {
-    if (kind == PATHS) return variance / r;
+    if (law == LAW_MEAN) return variance / r;
     const double root = root_of(r, 3);
     return variance / (root * root);
 }
@@ -155,7 +168,7 @@ static double squares_at(const struct rounds *r, const struct level *level)
     for (uint32_t i = 0; i < r->count; i++)
         for (int kind = 0; kind < KINDS; kind++) {
             const struct kind *k = &r->tiles[i].kinds[kind];
-            sum += remains(k->variance, kind, growth(r, k, kind, level));
+            sum += remains(k->variance, law_of(r, kind), growth(r, k, kind, level));
         }
     return sum;
 }
@@ -295,7 +308,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
             k->n += k->more;
             k->more = 0;
             k->variance = variance_of(&errors[i], kind);
-            k->scale = k->n > 0 ? scale_of(k->variance / t->area / k->n, kind) : 0.0;
+            k->scale = k->n > 0 ? scale_of(k->variance / t->area / k->n, law_of(r, kind)) : 0.0;
             variance += k->variance;
         }
         fixed += errors[i].variance[ERROR_SOURCE_CENTRES];

@@ -4,9 +4,10 @@
  * The plan's schedule is the first round. When the frame is reconstructed, each tile's summed
  * squared error is known, split by what would lower it: more paths, more bounce rays, neither.
  * Squared errors are taken to fall with the number of paths, and with the power 2/3 of that of
- * bounce rays, whose filter gets narrower meanwhile (docs/reconstruction.md, Target rounds). The
- * cost of the target is least where one more sample gains the same everywhere. With V the squared
- * error of a tile of `area` pixels, n its samples a pixel and r the factor by which they grow,
+ * bounce rays, whose filter gets narrower meanwhile (docs/reconstruction.md, Target rounds), as do
+ * those of paths under the residual filter. The cost of the target is least where one more sample
+ * gains the same everywhere. With V the squared error of a tile of `area` pixels, n its samples a
+ * pixel and r the factor by which they grow,
  *
  *   paths     V / r          falls at V / (area n r^2)        = lambda
  *   bounces   V / r^(2/3)    falls at 2 V / (3 area n r^(5/3)) = lambda

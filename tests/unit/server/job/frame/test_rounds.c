@@ -39,7 +39,9 @@ static void begin(struct world *w, float target, uint32_t most)
 static void measure(struct world *w)
 {
     for (uint32_t t = 0; t < TILES; t++) {
-        w->errors[t].variance[ERROR_SOURCE_PATHS] = 1024 * w->paths[t] / w->n[t][0];
+        const bool filtered = w->plan.residual_filter != RESIDUAL_FILTER_NONE;
+        w->errors[t].variance[ERROR_SOURCE_PATHS] =
+            1024 * w->paths[t] / pow(w->n[t][0], filtered ? 2.0 / 3 : 1.0);
         /* what bounce rays lower, of diffuse surfaces and of glossy lobes */
         const double square = 1024 * w->bounces[t] / pow(w->n[t][1], 2.0 / 3);
         w->errors[t].variance[ERROR_SOURCE_BOUNCES] = (t % 3) * 0.5 * square;
@@ -124,6 +126,22 @@ TEST(targets_are_reached_at_less_cost)
         assert_true(samples_of(&w) < 0.8 * uniform_samples(&w, report.reached));
         rounds_destroy(&w.rounds);
         assert_null(w.rounds);
+    }
+}
+
+/* A filter of paths gets narrower as samples come, and its error falls slower. */
+TEST(filtered_paths_reach_their_target)
+{
+    static const float targets[] = {0.06f, 0.04f};
+    for (size_t k = 0; k < sizeof targets / sizeof targets[0]; k++) {
+        struct world w;
+        begin(&w, targets[k], 4096);
+        w.plan.residual_filter = RESIDUAL_FILTER_HALVES;
+        assert_true(run(&w) <= 4 + k); /* one more if it were not */
+        const struct rounds_report report = rounds_report(w.rounds);
+        assert_true(report.met && report.reached > 0.9 * (double)targets[k]);
+        assert_true(samples_of(&w) < 0.8 * uniform_samples(&w, report.reached));
+        rounds_destroy(&w.rounds);
     }
 }
 
