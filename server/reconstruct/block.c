@@ -157,9 +157,9 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
 {
     const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
-    if (paths) error = paths_compose(plan, patch, block, image, statistics);
-    if (error) return error;
     if (paths && variance->memory) error = path_error_find(patch, variance);
+    if (error) return error;
+    if (paths) error = paths_compose(plan, patch, block, image, variance, statistics);
     if (error) return error;
     if (lens)
         error = reconstruct_lens(plan, patch, block, image, statistics);

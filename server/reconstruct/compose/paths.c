@@ -62,7 +62,7 @@ static void put_filtered(const struct residual_picture *p, const float *in, cons
 
 /* Puts what the residual filter makes of the samples in place of their means. */
 static int filter(const struct patch *patch, struct rect block, struct image *image,
-                  struct block_statistics *statistics)
+                  struct block_variance *variance, struct block_statistics *statistics)
 {
     static const char *const radiance[] = {"R", "G", "B"};
     static const char *const direct[] = {"diffuse_direct.R", "diffuse_direct.G",
@@ -71,7 +71,8 @@ static int filter(const struct patch *patch, struct rect block, struct image *im
                                            "diffuse_indirect.B"};
     struct residual_picture picture;
     const uint64_t begun_us = thread_cpu_us();
-    const int error = residual_filter(patch, block, &picture, &statistics->residual);
+    float *const *known = variance->memory ? variance->by_source[ERROR_SOURCE_PATHS] : NULL;
+    const int error = residual_filter(patch, block, known, &picture, &statistics->residual);
     if (error) return error;
     for (int c = 0; c < 3; c++) {
         put_filtered(&picture, picture.radiance[c], image_plane(image, radiance[c]));
@@ -84,7 +85,8 @@ static int filter(const struct patch *patch, struct rect block, struct image *im
 }
 
 int paths_compose(const struct plan *plan, const struct patch *patch, struct rect block,
-                  struct image *image, struct block_statistics *statistics)
+                  struct image *image, struct block_variance *variance,
+                  struct block_statistics *statistics)
 {
     const struct mean means[] = {
         {"R", patch->path_radiance[0]},
@@ -116,5 +118,5 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
     put_samples(patch, block, image_plane(image, "samples.N"));
     statistics->pixels_background += count_background(patch, block);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
-    return filter(patch, block, image, statistics);
+    return filter(patch, block, image, variance, statistics);
 }

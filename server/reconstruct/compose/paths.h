@@ -3,6 +3,7 @@
  * filtered where the plan has the residual filter. */
 #include "server/image/image.h"
 #include "server/reconstruct/compose/block_statistics.h"
+#include "server/reconstruct/compose/block_variance.h"
 
 /* Writes the channels that paths give, of `block`; those whose plane the plan does not have stay as
  * they are.
@@ -15,4 +16,5 @@
  * Means are finite whatever the sums. pixels_background counts pixels of which no sample meets a
  * surface. ERR_MEMORY. */
 int paths_compose(const struct plan *plan, const struct patch *patch, struct rect block,
-                  struct image *image, struct block_statistics *statistics);
+                  struct image *image, struct block_variance *variance,
+                  struct block_statistics *statistics);

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "server/reconstruct/residual/residual_error.h"
 #include "server/reconstruct/residual/residual_pass.h"
 
 int32_t residual_halo_px(const struct plan *plan)
@@ -9,7 +10,7 @@ int32_t residual_halo_px(const struct plan *plan)
     int32_t halo = 0;
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
-    return halo;
+    return halo + (plan->planes >> PLANE_PATH_SPREAD & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }
 
 static int picture_create(struct rect block, struct residual_picture *out)
@@ -50,7 +51,6 @@ static void compose_pixel(const struct residual_field *f, const struct patch *p,
     }
 }
 
-/* Pixels without a surface, and those of a single sample, keep the plain mean. */
 static void copy_pixel(const struct patch *p, size_t i, struct residual_picture *out, size_t to)
 {
     for (int c = 0; c < 3; c++) {
@@ -70,11 +70,11 @@ static void compose(const struct patch *patch, const struct residual_field *f,
             const size_t i = patch_pixel(patch, x, y), to = residual_picture_at(out, x, y);
             const size_t at =
                 residual_at(&f->features.shape, x - patch->rect.x0, y - patch->rect.y0);
-            if (f->features.barred[at] > 0.0f || f->features.share[at] == 0.0f) {
-                copy_pixel(patch, i, out, to);
-            } else {
+            if (residual_is_filtered(&f->features, at)) {
                 compose_pixel(f, patch, i, at, out, to);
                 statistics->pixels++;
+            } else {
+                copy_pixel(patch, i, out, to);
             }
         }
 }
@@ -89,15 +89,39 @@ static struct rect area_of(const struct patch *patch, struct rect block, int num
     return rect_intersect(area, whole);
 }
 
-int residual_filter(const struct patch *patch, struct rect block, struct residual_picture *out,
-                    struct residual_statistics *statistics)
+static int run_passes(const struct patch *patch, struct rect block, struct residual_field *field,
+                      struct residual_statistics *statistics)
+{
+    int error = 0;
+    for (int k = 0; k < RESIDUAL_PASSES && !error; k++)
+        error = residual_pass_run(k, area_of(patch, block, k), field, statistics);
+    return error;
+}
+
+/* The same, with probes. */
+static int run_with_errors(const struct patch *patch, struct rect block,
+                           struct residual_field *field, float *const variance[3],
+                           struct residual_statistics *statistics)
+{
+    struct residual_probes probes;
+    int error = residual_probes_create(patch, field, &probes);
+    if (error) return error;
+    error = run_passes(patch, rect_grow(block, RESIDUAL_ERROR_REACH_PX), field, statistics);
+    if (!error) error = residual_error_find(&probes, patch, field, block, variance);
+    residual_probes_fini(&probes);
+    return error;
+}
+
+int residual_filter(const struct patch *patch, struct rect block, float *const variance[3],
+                    struct residual_picture *out, struct residual_statistics *statistics)
 {
     struct residual_field field;
     int error = picture_create(block, out);
     if (error) return error;
     error = residual_field_create(patch, &field);
-    for (int k = 0; k < RESIDUAL_PASSES && !error; k++)
-        error = residual_pass_run(k, area_of(patch, block, k), &field, statistics);
+    if (!error)
+        error = variance ? run_with_errors(patch, block, &field, variance, statistics)
+                         : run_passes(patch, block, &field, statistics);
     if (!error) compose(patch, &field, out, statistics);
     residual_field_fini(&field);
     if (error) residual_picture_fini(out);

@@ -29,9 +29,10 @@ struct residual_picture {
 };
 
 /* Filters the block's pixels, with a patch that has the halo or ends with the image. Pixels do not
- * depend on where the block ends. ERR_MEMORY. */
-int residual_filter(const struct patch *patch, struct rect block, struct residual_picture *out,
-                    struct residual_statistics *statistics);
+ * depend on where the block ends. `variance`, of the block's plain means and row by row, becomes
+ * that of `radiance`; NULL: not wanted, which changes nothing else. ERR_MEMORY. */
+int residual_filter(const struct patch *patch, struct rect block, float *const variance[3],
+                    struct residual_picture *out, struct residual_statistics *statistics);
 void residual_picture_fini(struct residual_picture *picture);
 
 static inline size_t residual_picture_at(const struct residual_picture *p, int32_t x, int32_t y)

@@ -38,11 +38,20 @@ struct residual_features {
     float *share;             /* of the pixel's samples that are in half a */
 };
 
+/* Probes that go through the passes beside the light (residual_probe.h): those with signs of their
+ * own, and one that joins them in the last pass. */
+#define RESIDUAL_SIGNED 4
+#define RESIDUAL_PROBES (RESIDUAL_SIGNED + 1)
+
 struct residual_light {
     float *half[2]; /* 3 planes each: what half a and half b of the samples bring, in the mean */
     float *filtered[2]; /* the same of a pass's output */
-    float *guide[2];    /* weighted sum over rgb of what the weights look at; twice the same but in pass 1 */
+    float *guide[2];    /* weighted sum over rgb of what the weights look at; twice the same but in
+                           pass 1 */
     float *variance;    /* of a guide */
+    float *probe[2];    /* RESIDUAL_PROBES planes each: what half a and half b have in the mean's
+                           error; after the first pass [0] has all. NULL: not wanted */
+    float *probed[2];   /* the same of a pass's output */
 };
 
 struct residual_field {
@@ -60,6 +69,12 @@ void residual_field_fini(struct residual_field *field);
 static inline size_t residual_at(const struct residual_shape *s, int32_t x, int32_t y)
 {
     return (size_t)((ptrdiff_t)s->origin + (ptrdiff_t)y * (ptrdiff_t)s->stride + x);
+}
+
+/* Pixels without a surface, and those of a single sample, keep the plain mean. */
+static inline bool residual_is_filtered(const struct residual_features *f, size_t at)
+{
+    return !(f->barred[at] > 0.0f) && f->share[at] > 0.0f;
 }
 
 /* Repeats the border of `count` planes around the pixels. */

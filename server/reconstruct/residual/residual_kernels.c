@@ -131,6 +131,12 @@ static inline void weigh_row(const float *h, const float *pairs, const float *ex
     }
 }
 
+static inline void add_probe_row(const float *restrict w, const float *restrict s, ptrdiff_t o,
+                                 float *restrict sum)
+{
+    for (ptrdiff_t x = 0; x < TX; x++) sum[x] += w[x] * (s[x + o] - s[x]);
+}
+
 static inline void add_row(const float *restrict w, const float *restrict s, size_t plane,
                            ptrdiff_t o, float *restrict r, float *restrict g, float *restrict b)
 {
@@ -169,10 +175,10 @@ static void kernel_add_taps(const struct residual_pass *pass, const struct resid
     const int guide = pass->kind == RESIDUAL_CROSS ? 1 - half : 0;
     const int end = pass->kind == RESIDUAL_JOINT ? 2 : half + 1;
     struct residual_sums *sums = &tile->sums[component];
-    for (uint32_t k = 0; k < count; k++) {
-        const struct residual_tap tap = pass->taps[first_tap + k];
+    for (uint32_t t = 0; t < count; t++) {
+        const struct residual_tap tap = pass->taps[first_tap + t];
         const ptrdiff_t o = (ptrdiff_t)tap.y * (ptrdiff_t)stride + tap.x;
-        const float *exponent = tile->exponent[component == RESIDUAL_REST][k];
+        const float *exponent = tile->exponent[component == RESIDUAL_REST][t];
         sum_patches(pass, light->guide[guide], light->variance, f, o,
                     component == RESIDUAL_REST ? pass->sharpness * REST_SHARPER : pass->sharpness,
                     base, tile);
@@ -184,6 +190,9 @@ static void kernel_add_taps(const struct residual_pass *pass, const struct resid
             for (int j = half; j < end; j++)
                 add_row(tile->weight, light->half[j] + at, plane, o, sums->sum[j][0] + row,
                         sums->sum[j][1] + row, sums->sum[j][2] + row);
+            for (size_t k = 0; k < pass->probes && light->probe[half]; k++)
+                add_probe_row(tile->weight, light->probe[half] + k * plane + at, o,
+                              tile->probes[component][half][k] + row);
         }
     }
 }
@@ -201,6 +210,23 @@ static void kernel_finish(const struct residual_field *field, enum residual_comp
             const float *restrict sum = sums->sum[half][c] + y * TX;
             const float *restrict w = sums->weights[weights] + y * TX;
             float *restrict to = light->filtered[half] + at;
+            for (size_t x = 0; x < TX; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
+        }
+}
+
+static void kernel_finish_probes(const struct residual_field *field,
+                                 enum residual_component component, int half, size_t base,
+                                 const struct residual_tile *tile)
+{
+    const struct residual_shape *s = &field->features.shape;
+    const struct residual_light *light = &field->light[component];
+    for (size_t y = 0; y < TY; y++)
+        for (size_t k = 0; k < RESIDUAL_PROBES; k++) {
+            const size_t at = base + y * s->stride + k * s->plane;
+            const float *restrict from = light->probe[half] + at;
+            const float *restrict sum = tile->probes[component][half][k] + y * TX;
+            const float *restrict w = tile->sums[component].weights[half] + y * TX;
+            float *restrict to = light->probed[half] + at;
             for (size_t x = 0; x < TX; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
         }
 }
@@ -266,5 +292,6 @@ const struct residual_kernels KERNELS(residual_kernels) = {
     .compare_features = kernel_compare_features,
     .add_taps = kernel_add_taps,
     .finish = kernel_finish,
+    .finish_probes = kernel_finish_probes,
     .guide = kernel_guide,
 };

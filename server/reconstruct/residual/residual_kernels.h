@@ -26,6 +26,7 @@ struct residual_pass {
     struct residual_tap taps[RESIDUAL_TAPS_MOST]; /* without (0, 0), which counts in full */
     int32_t patch_px;                             /* a patch has 2 patch_px + 1 pixels a side */
     float sharpness;                              /* 1 / k^2 */
+    uint32_t probes;                              /* that it filters, if there are any */
 };
 
 #define RESIDUAL_TILE (RESIDUAL_TILE_X * RESIDUAL_TILE_Y)
@@ -42,6 +43,8 @@ struct residual_tile {
         _Alignas(64) float sum[2][3][RESIDUAL_TILE]; /* of weighted differences from the pixel */
         _Alignas(64) float weights[2][RESIDUAL_TILE];
     } sums[RESIDUAL_COMPONENTS];
+    _Alignas(
+        64) float probes[RESIDUAL_COMPONENTS][2][RESIDUAL_PROBES][RESIDUAL_TILE]; /* likewise */
 };
 
 struct residual_kernels {
@@ -58,6 +61,10 @@ struct residual_kernels {
     /* Writes half `half`'s filtered light from its sums, under the weights of `weights`. */
     void (*finish)(const struct residual_field *field, enum residual_component component, int half,
                    int weights, size_t base, const struct residual_tile *tile);
+
+    /* The same of its probes. */
+    void (*finish_probes)(const struct residual_field *field, enum residual_component component,
+                          int half, size_t base, const struct residual_tile *tile);
 
     /* Guides and variances of rows [y0, y1) and all columns in [x0, x1) for a pass of this kind;
      * for RESIDUAL_MEAN half[0] becomes the mean. */

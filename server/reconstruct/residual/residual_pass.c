@@ -1,5 +1,7 @@
 #include "server/reconstruct/residual/residual_pass.h"
 
+#include "server/reconstruct/residual/residual_probe.h"
+
 #include <pthread.h>
 #include <string.h>
 
@@ -20,8 +22,11 @@ static pthread_once_t once = PTHREAD_ONCE_INIT;
 
 static void make_pass(const struct lattice *l, struct residual_pass *pass)
 {
-    *pass = (struct residual_pass){
-        .kind = l->kind, .patch_px = l->patch_px, .sharpness = 1.0f / (l->k * l->k)};
+    *pass = (struct residual_pass){.kind = l->kind,
+                                   .patch_px = l->patch_px,
+                                   .sharpness = 1.0f / (l->k * l->k),
+                                   .probes = l->kind == RESIDUAL_MEAN ? RESIDUAL_PROBES
+                                                                      : RESIDUAL_SIGNED};
     for (int32_t y = -l->reach_px; y <= l->reach_px; y++)
         for (int32_t x = -l->reach_px; x <= l->reach_px; x++)
             if ((x != 0 || y != 0) && (l->slant * x + y) % l->modulus == 0)
@@ -74,12 +79,18 @@ static bool is_dark(const struct job *j, const struct residual_light *light, int
     return true;
 }
 
+static bool has_probes(const struct job *j)
+{
+    return j->field->light[0].probe[0] != NULL;
+}
+
 /* All taps of the components in `lit` over a tile. */
 static void filter_tile(const struct job *j, const bool lit[RESIDUAL_COMPONENTS], size_t base)
 {
     const struct residual_pass *pass = j->pass;
     const int halves = pass->kind == RESIDUAL_CROSS ? 2 : 1;
     memset(j->tile->sums, 0, sizeof j->tile->sums);
+    if (has_probes(j)) memset(j->tile->probes, 0, sizeof j->tile->probes);
     for (uint32_t first = 0; first < pass->tap_count; first += RESIDUAL_TAPS_CHUNK) {
         const uint32_t left = pass->tap_count - first;
         const uint32_t count = left < RESIDUAL_TAPS_CHUNK ? left : RESIDUAL_TAPS_CHUNK;
@@ -91,16 +102,26 @@ static void filter_tile(const struct job *j, const bool lit[RESIDUAL_COMPONENTS]
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < (pass->kind == RESIDUAL_MEAN ? 1 : 2) && lit[c]; h++)
             j->kernels->finish(j->field, c, h, halves == 2 ? h : 0, base, j->tile);
+    for (int c = 0; c < RESIDUAL_COMPONENTS && has_probes(j); c++)
+        for (int h = 0; h < halves && lit[c]; h++)
+            j->kernels->finish_probes(j->field, c, h, base, j->tile);
+}
+
+static void clear_planes(const struct residual_shape *s, float *planes, size_t count, size_t base)
+{
+    for (size_t k = 0; k < count; k++)
+        for (size_t y = 0; y < RESIDUAL_TILE_Y; y++)
+            memset(planes + k * s->plane + base + y * s->stride, 0,
+                   RESIDUAL_TILE_X * sizeof(float));
 }
 
 static void clear_tile(const struct residual_shape *s, const struct residual_light *light,
                        size_t base)
 {
-    for (int h = 0; h < 2; h++)
-        for (size_t c = 0; c < 3; c++)
-            for (size_t y = 0; y < RESIDUAL_TILE_Y; y++)
-                memset(light->filtered[h] + c * s->plane + base + y * s->stride, 0,
-                       RESIDUAL_TILE_X * sizeof(float));
+    for (int h = 0; h < 2; h++) {
+        clear_planes(s, light->filtered[h], 3, base);
+        if (light->probe[h]) clear_planes(s, light->probed[h], RESIDUAL_PROBES, base);
+    }
 }
 
 static void run_tile(const struct job *j, int32_t x, int32_t y,
@@ -139,6 +160,21 @@ static void take_filtered(struct residual_field *field, enum residual_kind kind)
         }
 }
 
+/* What both halves have in the mean's error is one after the first pass. */
+static void take_probes(struct residual_field *field, enum residual_kind kind)
+{
+    const size_t count = RESIDUAL_PROBES * field->features.shape.plane;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
+        struct residual_light *l = &field->light[c];
+        float *before = l->probe[0];
+        if (!before) continue;
+        l->probe[0] = l->probed[0];
+        l->probed[0] = before;
+        for (size_t i = 0; i < count && kind == RESIDUAL_CROSS; i++)
+            l->probe[0][i] += l->probed[1][i];
+    }
+}
+
 int residual_pass_run(int number, struct rect area, struct residual_field *field,
                       struct residual_statistics *statistics)
 {
@@ -148,11 +184,13 @@ int residual_pass_run(int number, struct rect area, struct residual_field *field
                       .reach_px = residual_reach_px(number)};
     job.tile = scratch_take(field->scratch, sizeof *job.tile);
     if (!job.tile) return ERR_MEMORY;
+    if (job.pass->kind == RESIDUAL_MEAN && has_probes(&job)) residual_probes_take_halves(field);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         job.kernels->guide(&field->features, job.pass->kind, rect_grow(area, job.reach_px - 1),
                            &field->light[c]);
     run_tiles(&job, area, statistics);
     take_filtered(field, job.pass->kind);
+    take_probes(field, job.pass->kind);
     scratch_give(field->scratch, job.tile);
     return 0;
 }

@@ -98,7 +98,7 @@ struct residual_picture residual_scene_filter(const struct residual_scene *s, st
     struct residual_statistics statistics = {0};
     struct patch *patch =
         residual_scene_patch(s, rect_intersect(rect_grow(block, residual_halo_px(&plan)), all));
-    assert_int_equal(residual_filter(patch, block, &picture, &statistics), 0);
+    assert_int_equal(residual_filter(patch, block, NULL, &picture, &statistics), 0);
     assert_true(statistics.pixels <= (uint64_t)rect_area(block));
     patch_destroy(&patch);
     return picture;

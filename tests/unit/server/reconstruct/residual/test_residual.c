@@ -120,7 +120,7 @@ TEST(black_stays_black)
     struct patch *patch = residual_scene_patch(&s, all);
     struct residual_picture p;
     struct residual_statistics statistics = {0};
-    assert_int_equal(residual_filter(patch, all, &p, &statistics), 0);
+    assert_int_equal(residual_filter(patch, all, NULL, &p, &statistics), 0);
     assert_int_equal(statistics.pixels, 130 * 40);
     assert_true(statistics.tiles_skipped > 0);
     for (int64_t i = 0; i < rect_area(all); i++)

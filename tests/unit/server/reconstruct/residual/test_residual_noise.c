@@ -20,7 +20,7 @@ static void make_pictures(const struct residual_scene *s, int channel, struct pi
     struct residual_statistics statistics = {0};
     struct residual_picture p;
     struct patch *patch = residual_scene_patch(s, all);
-    assert_int_equal(residual_filter(patch, all, &p, &statistics), 0);
+    assert_int_equal(residual_filter(patch, all, NULL, &p, &statistics), 0);
     for (int32_t i = 0; i < AREA; i++) {
         out->plain[i] = residual_scene_mean(patch, channel, i % WIDTH, i / WIDTH);
         out->filtered[i] = p.radiance[channel][i];
