@@ -119,7 +119,7 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     struct lighting_statistics cost = {.shadow_cpu_us = 0};
     struct resolver resolver;
     struct rect lit = rect_intersect(rect_grow(block, ring_px(plan)), patch->core);
-    int error = lighting_create(plan, patch, lit, &lighting, &cost);
+    int error = lighting_create(plan, patch, lit, variance->memory != NULL, &lighting, &cost);
     if (error) return error;
     tell(&cost, statistics);
     resolver_init(&resolver, plan, patch, &lighting);
@@ -143,7 +143,7 @@ static int reconstruct_lens(const struct plan *plan, struct patch *patch, struct
     const struct rect lit = rect_intersect(rect_grow(block, ring), patch->core);
     if (plan->lens_light == LENS_LIGHT_OWN)
         return defocus_compose(plan, patch, block, image, statistics);
-    int error = lighting_create(plan, patch, lit, &lighting, &cost);
+    int error = lighting_create(plan, patch, lit, false, &lighting, &cost);
     if (error) return error;
     tell(&cost, statistics);
     error = defocus_compose_lit(plan, patch, block, &lighting, lit, image, statistics);

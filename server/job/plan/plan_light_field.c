@@ -65,11 +65,13 @@ bool plan_wants_error(const struct job *job)
     return (job->layers & LAYER_ERROR) != 0 || job->target_error > 0.0f;
 }
 
-static bool has_rectangle(const struct plan *plan)
+/* Whether a rectangle's light is left as it is: then halves of pixels tell no error of it. */
+static bool has_plain_rectangle(const struct job *job, const struct plan *plan)
 {
-    for (uint32_t k = 0; k < plan->light_count; k++)
-        if (plan->lights[k].type == LIGHT_RECTANGLE) return true;
-    return false;
+    char why[PLAN_FILTER_WHY_BYTES];
+    bool any = false;
+    for (uint32_t k = 0; k < plan->light_count; k++) any |= plan->lights[k].type == LIGHT_RECTANGLE;
+    return any && plan_choose_filter(job, plan, why) == SHADOW_FILTER_NONE;
 }
 
 bool plan_light_field_covers(const struct job *job, const struct scene *scene,
@@ -85,7 +87,7 @@ bool plan_light_field_covers(const struct job *job, const struct scene *scene,
         say_material(scene, other, why);
     else if (job->target_error > 0.0f)
         snprintf(why, PLAN_WHY_BYTES, "sampling.target_error needs samples of whole pixels");
-    else if (plan_wants_error(job) && has_rectangle(plan))
+    else if (plan_wants_error(job) && has_plain_rectangle(job, plan))
         snprintf(why, PLAN_WHY_BYTES, "only along paths has light from areas a known error");
     else
         return true;

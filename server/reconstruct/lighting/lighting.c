@@ -5,6 +5,7 @@
 
 #include "proto/runtime/clock.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
+#include "server/reconstruct/shadow/shadow_error.h"
 
 #define INVERSE_PI 0.318309886183790672f
 
@@ -18,6 +19,11 @@ static struct run row_of(const struct patch *patch, struct rect lit, int32_t y)
     size_t width = (size_t)rect_width(patch->rect);
     return (struct run){(size_t)(y - patch->rect.y0) * width + (size_t)(lit.x0 - patch->rect.x0),
                         (size_t)rect_width(lit)};
+}
+
+static float bounded(float v)
+{
+    return v < LIGHTING_MAX ? v : LIGHTING_MAX;
 }
 
 static void add_light(const struct plan_light *light, const float *irradiance, struct run run,
@@ -116,6 +122,27 @@ static void widen_rows(const struct patch *patch, struct rect lit, const float *
     for (int32_t y = lit.y0; y < lit.y1; y++) widen(width_px, row_of(patch, lit, y), most_px);
 }
 
+/* Adds the squared error of light k, which is that of its irradiance. */
+static int add_error(const struct plan *plan, uint32_t k, const struct patch *patch,
+                     struct rect lit, const float *irradiance, const struct lighting *out)
+{
+    const size_t area = (size_t)rect_area(patch->rect);
+    float *variance = scratch_take(patch->scratch, area * sizeof *variance);
+    if (!variance) return ERR_MEMORY;
+    memset(variance, 0, area * sizeof *variance);
+    const int error = shadow_error_add(plan, k, patch, lit, irradiance, variance);
+    for (int32_t y = lit.y0; !error && y < lit.y1; y++)
+        for (int c = 0; c < 3; c++) {
+            const struct run run = row_of(patch, lit, y);
+            const float scale = plan->lights[k].color[c] * INVERSE_PI;
+            float *to = out->direct_error[c];
+            for (size_t i = run.first; i < run.first + run.count; i++)
+                to[i] = bounded(to[i] + variance[i] * scale * scale);
+        }
+    scratch_give(patch->scratch, variance);
+    return error;
+}
+
 static int filter_lights(const struct plan *plan, const struct patch *patch, struct rect lit,
                          const struct lighting *out, struct shadow_statistics *shadow)
 {
@@ -126,6 +153,7 @@ static int filter_lights(const struct plan *plan, const struct patch *patch, str
         float *width_px = irradiance + area;
         if (plan->lights[k].type != LIGHT_RECTANGLE) continue;
         error = shadow_filter(plan, k, patch, lit, irradiance, width_px, shadow);
+        if (!error && out->direct_error[0]) error = add_error(plan, k, patch, lit, irradiance, out);
         for (int32_t y = lit.y0; !error && y < lit.y1; y++) {
             struct run run = row_of(patch, lit, y);
             add_light(&plan->lights[k], irradiance, run, out->direct);
@@ -266,6 +294,19 @@ static int fill_glossy(const struct plan *plan, const struct patch *patch, struc
     return error;
 }
 
+/* The errors of filtered direct light, squared so far, become those of all light of a surface. */
+static void join_errors(const struct patch *patch, struct rect lit, const struct lighting *out)
+{
+    for (int32_t y = lit.y0; y < lit.y1; y++) {
+        const struct run run = row_of(patch, lit, y);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = run.first; i < run.first + run.count; i++) {
+                const float other = out->error[c] ? out->error[c][i] : 0.0f;
+                out->direct_error[c][i] = sqrtf(bounded(out->direct_error[c][i] + other * other));
+            }
+    }
+}
+
 static int filter(const struct plan *plan, const struct patch *patch, struct rect lit,
                   const struct lighting *out, struct lighting_statistics *statistics)
 {
@@ -283,6 +324,7 @@ static int filter(const struct plan *plan, const struct patch *patch, struct rec
         statistics->indirect_cpu_us += now_us - start_us;
         start_us = now_us;
     }
+    if (!error && out->direct_error[0]) join_errors(patch, lit, out);
     if (!error && out->glossy[0]) {
         error = fill_glossy(plan, patch, lit, out, &statistics->glossy);
         statistics->glossy_cpu_us += thread_cpu_us() - start_us;
@@ -298,14 +340,16 @@ static void fill_total(const struct lighting *l, struct run run)
     }
 }
 
-static int allocate(const struct plan *plan, const struct patch *patch, struct lighting *out)
+static int allocate(const struct plan *plan, const struct patch *patch, bool errors,
+                    struct lighting *out)
 {
+    const bool shadows = errors && plan->shadow_filter != SHADOW_FILTER_NONE;
     const size_t area = (size_t)rect_area(patch->rect);
     const bool halves = patch_knows_errors(plan);
     const bool glossy = patch->glossy[0] != NULL;
     const bool lobe_halves = glossy && patch_knows_glossy_errors(plan);
     const size_t lobes = halves ? 14 : 11;
-    const size_t arrays = lobes + (glossy ? 3 : 0) + (lobe_halves ? 3 : 0);
+    const size_t arrays = lobes + (glossy ? 3 : 0) + (lobe_halves ? 3 : 0) + (shadows ? 3 : 0);
     const size_t bytes = area * arrays * sizeof(float);
     float *memory = scratch_take(patch->scratch, bytes);
     *out = (struct lighting){.scratch = patch->scratch, .memory = memory};
@@ -322,13 +366,15 @@ static int allocate(const struct plan *plan, const struct patch *patch, struct l
     for (size_t c = 0; c < 3 && glossy; c++) out->glossy[c] = memory + (lobes + c) * area;
     for (size_t c = 0; c < 3 && lobe_halves; c++)
         out->glossy_error[c] = memory + (lobes + 3 + c) * area;
+    for (size_t c = 0; c < 3 && shadows; c++)
+        out->direct_error[c] = memory + (arrays - 3 + c) * area;
     return 0;
 }
 
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
-                    struct lighting *out, struct lighting_statistics *statistics)
+                    bool errors, struct lighting *out, struct lighting_statistics *statistics)
 {
-    int error = allocate(plan, patch, out);
+    int error = allocate(plan, patch, errors, out);
     if (error) return error;
     for (int32_t y = lit.y0; y < lit.y1; y++) fill_plain(plan, patch, row_of(patch, lit, y), out);
     error = filter(plan, patch, lit, out, statistics);
@@ -336,6 +382,7 @@ int lighting_create(const struct plan *plan, const struct patch *patch, struct r
         lighting_fini(out);
         return error;
     }
+    for (int c = 0; c < 3 && out->direct_error[0]; c++) out->error[c] = out->direct_error[c];
     for (int32_t y = lit.y0; y < lit.y1; y++) fill_total(out, row_of(patch, lit, y));
     return 0;
 }

@@ -12,15 +12,17 @@
 /* Radiance that a white Lambert surface would send out, in arrays of the patch's size; 0 outside
  * the pixels that were asked for. One allocation. */
 struct lighting {
-    float *direct[3];        /* sum over lights of E_k color_k / pi */
-    float *indirect[3];      /* mean bounce radiance; zero without bounces */
-    float *total[3];         /* their sum */
-    float *glossy[3];        /* radiance that the glossy lobe sees; without a lobe `indirect`, for
-                                sub-samples that have one; NULL without planes of lobes */
-    float *open;             /* ambient visibility; 0 where it is not traced */
-    float *width_px;         /* the largest sigma of all filters; 0: not filtered */
-    float *error[3];         /* standard error of `indirect`; NULL without halves */
-    float *glossy_error[3];  /* the same of `glossy` */
+    float *direct[3];       /* sum over lights of E_k color_k / pi */
+    float *indirect[3];     /* mean bounce radiance; zero without bounces */
+    float *total[3];        /* their sum */
+    float *glossy[3];       /* radiance that the glossy lobe sees; without a lobe `indirect`, for
+                               sub-samples that have one; NULL without planes of lobes */
+    float *open;            /* ambient visibility; 0 where it is not traced */
+    float *width_px;        /* the largest sigma of all filters; 0: not filtered */
+    float *error[3];        /* standard error of `indirect` and of filtered direct light; NULL where
+                               neither is known */
+    float *direct_error[3]; /* of filtered direct light, while it is found; NULL: not wanted */
+    float *glossy_error[3]; /* the same of `glossy` */
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
 };
@@ -34,8 +36,8 @@ struct lighting_statistics {
 
 /* Computes the lighting of the pixels of `lit`, which lies in patch->core. Rectangle lights
  * under a shadow filter are filtered from their strata; other lights keep their Monte Carlo
- * means. Bounces and glossy lobes are filtered by their filters if there are any. Adds to
- * *statistics. ERR_MEMORY. */
+ * means. Bounces and glossy lobes are filtered by their filters if there are any. `errors`: those
+ * of shadows are wanted. Adds to *statistics. ERR_MEMORY. */
 int lighting_create(const struct plan *plan, const struct patch *patch, struct rect lit,
-                    struct lighting *out, struct lighting_statistics *statistics);
+                    bool errors, struct lighting *out, struct lighting_statistics *statistics);
 void lighting_fini(struct lighting *lighting);

@@ -130,6 +130,7 @@ TEST(auto_tells_why_it_is_paths)
     s->job.layers |= LAYER_ALBEDO;
     PATHS("with a lens only paths give the layer albedo");
     s->job.layers |= LAYER_ERROR;
+    s->job.method = FILTER_AVERAGE;
     s->job.indirect_bounces = 0;
     PATHS("only along paths has light from areas a known error");
     /* Paths bring all light that there is. */
@@ -157,6 +158,7 @@ TEST(warns_of_an_error_without_samples)
 {
     struct stage *s = *state;
     s->job.layers = LAYER_ERROR;
+    s->material.metallic = 0.5f;
     s->job.spp = 1;
     assert_int_equal(make(s), 0);
     assert_true(has_warning(s, "one path per pixel"));

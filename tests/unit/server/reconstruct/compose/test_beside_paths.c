@@ -225,7 +225,7 @@ TEST(parts_make_the_same_light)
             plan.indirect_filter = f;
             assert_int_equal(patch_create(&plan, rect, &patch), 0);
             fill_parts(&plan, patch);
-            assert_int_equal(lighting_create(&plan, patch, lit, &made[k], &statistics), 0);
+            assert_int_equal(lighting_create(&plan, patch, lit, false, &made[k], &statistics), 0);
             assert_true((statistics.indirect.pixels_filtered > 0) == (f != INDIRECT_FILTER_NONE));
             patch_destroy(&patch);
         }

@@ -133,7 +133,7 @@ static void resolve(const struct plan *plan, const struct patch *patch, size_t i
     struct lighting lighting;
     struct lighting_statistics statistics = {.shadow_cpu_us = 0};
     struct resolver resolver;
-    assert_int_equal(lighting_create(plan, patch, patch->core, &lighting, &statistics), 0);
+    assert_int_equal(lighting_create(plan, patch, patch->core, false, &lighting, &statistics), 0);
     resolver_init(&resolver, plan, patch, &lighting);
     resolver.errors = patch_knows_glossy_errors(plan);
     resolve_pixel(&resolver, i, out);

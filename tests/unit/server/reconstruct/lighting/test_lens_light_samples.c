@@ -31,7 +31,8 @@ static struct rect gather_middle(const struct plan *plan, struct film **film, st
     assert_int_equal(film_gather(*film, k, patch), 0);
     const struct rect lit = rect_grow(block, lens_light_ring_px(plan));
     assert_int_equal(
-        lighting_create(plan, *patch, rect_intersect(lit, (*patch)->core), lighting, &cost), 0);
+        lighting_create(plan, *patch, rect_intersect(lit, (*patch)->core), false, lighting, &cost),
+        0);
     return block;
 }
 
