@@ -78,6 +78,39 @@ static void put_variance(const struct resolver *r, const struct resolved *pixel,
     }
 }
 
+/* The least and the most emission of the pixels around. */
+static void emission_range(const struct patch *p, int c, int32_t x, int32_t y, float range[2])
+{
+    const struct rect near = rect_intersect((struct rect){x - 1, y - 1, x + 2, y + 2}, p->core);
+    range[0] = range[1] = p->emission[c][patch_pixel(p, x, y)];
+    for (int32_t v = near.y0; v < near.y1; v++)
+        for (int32_t u = near.x0; u < near.x1; u++) {
+            const float there = p->emission[c][patch_pixel(p, u, v)];
+            range[0] = there < range[0] ? there : range[0];
+            range[1] = there > range[1] ? there : range[1];
+        }
+}
+
+/* At edges of lamps emission has 64 samples a pixel (worker/tile): of points that are spread over
+ * it the variance is twice the power -3/2 of their number. */
+#define EMISSION_SHARE 0.00390625f
+
+/* Numbers of a mean m between `least` and `most` have a variance of (most - m) (m - least) at most,
+ * which two surfaces have. */
+static void add_emission_variance(const struct resolver *r, int32_t x, int32_t y,
+                                  struct block_variance *variance)
+{
+    const size_t i = patch_pixel(r->patch, x, y), to = block_variance_index(variance, x, y);
+    if (!r->errors || !r->patch->emission[0] || r->subs == 0) return;
+    for (int c = 0; c < 3; c++) {
+        float range[2];
+        const float mean = r->patch->emission[c][i];
+        emission_range(r->patch, c, x, y, range);
+        variance->by_source[ERROR_SOURCE_CENTRES][c][to] +=
+            EMISSION_SHARE * (range[1] - mean) * (mean - range[0]);
+    }
+}
+
 /* What resolve_run leaves. */
 static void resolve_rest(const struct resolver *r, const struct run *run,
                          struct resolved_run *resolved, struct block_variance *variance,
@@ -89,6 +122,7 @@ static void resolve_rest(const struct resolver *r, const struct run *run,
         resolve_pixel(r, run->i + k, &pixel);
         resolved_run_set(resolved, k, &pixel);
         put_variance(r, &pixel, run->x + (int32_t)k, run->y, variance);
+        add_emission_variance(r, run->x + (int32_t)k, run->y, variance);
         statistics->sub_samples_lone += pixel.lone;
         statistics->sub_samples_unmatched += pixel.unmatched;
         statistics->pixels_background += pixel.coverage == 0.0f;
