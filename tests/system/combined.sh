@@ -49,12 +49,13 @@ subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
         | if $l == 1 then .lens = {aperture_radius: 0.05, focus_distance: 3.1} else . end' \
         "$tmp/all.json" >"$tmp/$name.json"
     check "$name" render "$name" "$name"
-    # With a lens paths alone have the layer occlusion, and so has a plan of paths without bounces.
+    # With a lens paths alone have the layer occlusion, and so has a plan of paths without bounces. Glossy
+    # surfaces without a lens have whole paths, beside which fields bring occlusion alone.
     local lens=$(($5 == 1 && $3 == 0)) alone=$(($5 == 1 && $3 == 1))
-    [ "$4$2$3$5" = 1000 ] && alone=1
+    [ "$4$3$5" = 100 ] && alone=1
     local covers=$(($4 == 0 && alone == 0))
     local shadows=$(($1 == 1 && covers == 1)) bounces=$((alone == 0 && $2 == 1))
-    local rays=$((alone == 0 && ($2 == 1 || $3 == 1))) glossy=$((alone == 0 && $4 == 1 && $2 == 1))
+    local rays=$((alone == 0 && ($2 == 1 || $3 == 1))) glossy=$((lens == 1 && $4 == 1 && $2 == 1))
     local lit=$((lens == 1 && (shadows == 1 || bounces == 1)))
     local paths=$((alone == 1 || ($4 == 1 && lens == 0)))
     check "... soft shadows" counts "$name" "(.shadow.pixels_filtered > 0) == ($shadows == 1) and (.cpu_s.shadow > 0) == ($shadows == 1)"
