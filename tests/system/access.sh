@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/access.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 if ! command -v node >/dev/null || [ ! -d tests/browser/node_modules/yaml ]; then
     skip "the contract says who may do what" "needs node and its package yaml: make deps-browser"
     tap_done
@@ -99,7 +100,8 @@ check "... nor to a name that begins like ours" in_clear 127.0.0.1.evil.example
 
 # SIGHUP.
 status() { curl -sS --noproxy '*' --max-time 10 -o "$tmp/body" -w '%{http_code}' -H "Authorization: Bearer ${token[$1]}" "$url$2"; }
-said() { local i; for i in $(tries 100); do [ "$(grep -c "$1" "$tmp/data/stderr")" -ge "$2" ] && return 0; sleep 0.05; done; return 1; }
+counted() { [ "$(grep -c "$1" "$tmp/data/stderr")" -ge "$2" ]; }
+said() { eventually 5 counted "$@"; }
 # A job that stays: the stream of an ended one ends by itself.
 long=$(curl -sS --noproxy '*' -H "Authorization: Bearer ${token[a_submitter]}" -H 'Content-Type: application/json' "$url/v1/jobs" -d \
     "{\"scene\": {\"asset\": \"$(sha256sum <"$scene/cornell-box.glb" | cut -c1-64)\"}, \"image\": {\"width\": 1536, \"height\": 1536}, \"sampling\": {\"spp\": 4096}, \"priority\": 50, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
@@ -110,8 +112,7 @@ curl -sN --noproxy '*' -H "Authorization: Bearer ${token[a_submitter]}" "$url/v1
 kept=$!
 track $kept
 streams_on() { [ -s "$tmp/stream" ] && [ -s "$tmp/kept" ]; }
-for _ in $(tries 100); do streams_on && break; sleep 0.05; done
-check "two streams go on" streams_on
+check "two streams go on" eventually 5 streams_on
 # Streams that a browser's sign-in let in: they end with it, and no other does.
 sign_in() { # sign_in TOKEN-NAME: prints the cookie
     curl -sS --noproxy '*' -o /dev/null -D - -X POST -H "Authorization: Bearer ${token[$1]}" "${@:2}" "$url/v1/session" |
@@ -122,9 +123,8 @@ follow() { # follow COOKIE FEED FILE: sets $follower
     curl -sN --noproxy '*' -H "Cookie: $1" "$url/v1/jobs/$long/$2" >"$3" &
     follower=$!
     track $follower
-    local i; for i in $(tries 100); do [ -s "$3" ] && return 0; sleep 0.05; done
+    eventually 5 [ -s "$3" ]
 }
-gone() { local i; for i in $(tries 40); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; } # within 2 s
 first=$(sign_in a_viewer) second=$(sign_in a_viewer) third=$(sign_in a_submitter)
 follow "$first" events "$tmp/events1"; events1=$follower
 follow "$first" pixels "$tmp/pixels1"; pixels1=$follower
@@ -133,10 +133,10 @@ follow "$third" pixels "$tmp/pixels3"; pixels3=$follower
 by_cookie_on() { [ -s "$tmp/events1" ] && [ -s "$tmp/pixels1" ] && [ -s "$tmp/events2" ] && [ -s "$tmp/pixels3" ]; }
 check "four streams of browsers go on" by_cookie_on
 check "signing out is answered" test "$(sign_out "$first")" = 204
-check "... and ends the events that the sign-in let in" gone $events1
-check "... and the pixels" gone $pixels1
+check "... and ends the events that the sign-in let in" ended $events1 2
+check "... and the pixels" ended $pixels1 2
 fourth=$(sign_in a_submitter -H "Cookie: $third")
-check "signing in anew ends what the sign-in of before let in" gone $pixels3
+check "signing in anew ends what the sign-in of before let in" ended $pixels3 2
 for _ in $(seq 64); do last=$(sign_in a_submitter); done
 check "many sign-ins of one token push out its own oldest" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $fourth" "$url/v1/jobs")" = 401
 check "... and nobody else" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $second" "$url/v1/jobs")" = 200
@@ -157,8 +157,8 @@ kill -HUP $server_pid
 check "a good file is read again" said 'tokens read again tokens=4' 1
 check "a token that is gone is refused" test "$(status a_viewer /v1/jobs)" = 401
 check "others go on" test "$(status a_submitter /v1/jobs)" = 200
-check "a stream of the withdrawn token is cut" gone $withdrawn
-check "... and that of a browser which had signed in with it" gone $events2
+check "a stream of the withdrawn token is cut" ended $withdrawn 2
+check "... and that of a browser which had signed in with it" ended $events2 2
 check "... and no other" kill -0 $kept
 jq '(.tokens[] | select(.name == "a_submitter")).role = "viewer"' "$tokens" >"$tmp/less.json"
 cat "$tmp/less.json" >"$tokens"
@@ -184,8 +184,7 @@ follow "$short" events "$tmp/short"
 check "a browser follows" kill -0 $follower
 sleep 1.5
 check "... as long as it is signed in" kill -0 $follower
-over() { local i; for i in $(tries 80); do kill -0 $1 2>/dev/null || return 0; sleep 0.05; done; return 1; }
-check "... and no longer" over $follower
+check "... and no longer" ended $follower 4
 check "... since the cookie is nobody's then" test "$(curl -sS --noproxy '*' -o /dev/null -w '%{http_code}' -H "Cookie: $short" "$url/v1/jobs")" = 401
 serve_stop
 

@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/adaptive.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 # The box under its lamp is light fields alone; with the sky it is paths beside them. Of a glossy floor
@@ -24,11 +25,6 @@ jq --arg file "$tmp/glossy_floor.glb" '.scene = {file: $file, lights: false, cam
     "$tmp/glossy_floor.json" >"$tmp/glossy.json"
 jq '.filter.glossy = "bandlimit"' "$tmp/glossy.json" >"$tmp/bandlimit.json"
 jq '.filter.glossy = "average"' "$tmp/glossy.json" >"$tmp/unfiltered.json"
-render() { # JOB OUT ARGUMENTS...
-    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
-}
-counts() { jq -e "$2" "$tmp/$1.stats"; }
-compared() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer "$3" "${@:4}" | tee /dev/stderr; }
 
 for job in alone beside open glossy bandlimit unfiltered; do
     check "$job: one worker" render $job $job --workers 1 --worker-threads 1 --tile 64
@@ -113,29 +109,6 @@ check "... and the target" refused '.sampling.target_error = 0.1' '/filter/indir
 jq '.image = {width: 256, height: 256} | .filter.mu = 1.5 | .sampling.tile_px = 16' "$tmp/glossy.json" >"$tmp/large.json"
 check "a frame of many rays" render large large
 serve_start "$tmp/data" --workers 0
-worker() {
-    "$build/shearwater-worker" --connect "unix:$tmp/data/worker.sock" --threads 1 --cache "$tmp/data/cache" >>"$tmp/worker.log" 2>&1 &
-    track $!
-    worker_pid=$!
-}
-total() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq "$2"; }
-survives() {
-    local id first
-    worker; first=$worker_pid
-    id=$("$build/shearwater" submit "$tmp/large.json" --server "$url" --quiet) || return 1
-    for _ in $(tries 600); do # until the second set is out
-        [ "$(total "$id" '.progress.tiles_total')" -gt 256 ] && break
-        sleep 0.02
-    done
-    total "$id" .progress
-    [ "$(job_state "$id")" = running ] || return 1
-    kill_holding "$first" || return 1
-    worker
-    await_state "$id" finished 60 || return 1
-    curl -sSf --noproxy '*' -o "$tmp/survived.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
-    curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq -e '.statistics.tiles.reissued > 0' || return 1
-    cmp "$tmp/large.exr" "$tmp/survived.exr"
-}
-check "a worker that dies over a second set changes no byte" survives
+check "a worker that dies over a second set changes no byte" survives_second_set
 serve_stop
 tap_done

@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/combined.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 # The box without its lamp, whose surfaces are pure Lambert, and with half glossy ones.
 node --input-type=module -e '
 import { readFileSync, writeFileSync } from "node:fs";
@@ -28,11 +29,6 @@ cat >"$tmp/all.json" <<J
 {"scene": {"file": "$tmp/lambert.glb", "lights": false, "camera": {"eye": [0, 1, 3.2], "target": [0, 0.6, 0], "yfov_deg": 30}},
  "image": {"width": 96, "height": 80}, "sampling": {"spp": 9, "seed": 7}, "layers": ["beauty"]}
 J
-render() { # JOB OUT ARGUMENTS...
-    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
-}
-counts() { jq -e "$2" "$tmp/$1.stats"; }
-figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beauty "${@:3}"; }
 
 area='[{"type": "rectangle", "center": [0, 1.95, 0], "half_u": [0.25, 0, 0], "half_v": [0, 0, 0.25], "radiance": [12, 11, 9]}]'
 point='[{"type": "point", "position": [0, 1.9, 0], "intensity": [1, 1, 1]}]'

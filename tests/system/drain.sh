@@ -5,21 +5,18 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/drain.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 asset=$(sha256sum <"$scene" | cut -c1-64)
-http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
-eventually() { local end=$((SECONDS + $1 * slower)); shift
-    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done; }
 says() { # says PATH STATUS [SLUG]: "ok" without a slug
     is "$(http -o "$tmp/body" -w '%{http_code}' "$url$1")" "$2" &&
         is "$(jq -r '.type // .status' "$tmp/body")" "${3:+urn:shearwater:problem:}${3:-ok}"
 }
-ended() { # ended STATUS SECONDS: of the server
-    local end=$((SECONDS + $2 * slower))
-    while kill -0 $server_pid 2>/dev/null; do [ $SECONDS -lt $end ] || { echo "still there"; return 1; }; sleep 0.05; done
+leaves() { # leaves STATUS SECONDS: the server
+    ended $server_pid "$2" || return 1
     wait $server_pid; is $? "$1"
 }
+under_way() { [ -n "$(find "$tmp/data/tmp" -name "object-*" -size +$1k)" ]; }
 
 # A disk that fails when it is told to: tests/fake/preload_faults.c.
 preload=$build/tests/fake/preload_faults.so
@@ -71,18 +68,17 @@ name=$(sha256sum <"$tmp/noise" | cut -c1-64)
 exec 3<>"/dev/tcp/127.0.0.1/${url##*:}"
 printf 'PUT /v1/assets/%s HTTP/1.1\r\nHost: %s\r\nContent-Length: 300000\r\nConnection: close\r\n\r\n' "$name" "${url#http://}" >&3
 head -c 150000 "$tmp/noise" >&3
-sleep 0.3
+eventually 10 under_way 100
 before=$(done_tiles .progress.tiles_done)
 kill -TERM $server_pid
-sleep 0.3
-check "it says that it ends" says /readyz 503 draining
+check "it says that it ends" eventually 5 says /readyz 503 draining
 check "... and lives" says /livez 200
 check "nothing new is taken" is "$(http -o /dev/null -w '%{http_code}' "$url/v1/jobs")" 503
 tail -c 150000 "$tmp/noise" >&3
 check "the upload comes to its end, and is taken" grep -q '^HTTP/1.1 201 ' <(timeout 10 cat <&3)
 exec 3>&-
 check "the stream ends, too" wait $events
-check "the status is 0" ended 0 15
+check "the status is 0" leaves 0 15
 check "no worker is left" bash -c "! pgrep -f 'unix:$tmp/data/worker[.]sock'"
 serve_start "$tmp/data" --workers 2 --worker-threads 1 || echo "Bail out! the server did not start again"
 check "the upload is there" is "$(http -I -o /dev/null -w '%{http_code}' "$url/v1/assets/$name")" 200
@@ -95,16 +91,17 @@ head -c 30000000 /dev/zero >"$tmp/long"
 name=$(sha256sum <"$tmp/long" | cut -c1-64)
 http --limit-rate 100k -T "$tmp/long" -o /dev/null "$url/v1/assets/$name" 2>"$tmp/cut" &
 track $!
-sleep 0.7
+eventually 10 under_way 0
 kill -TERM $server_pid
-sleep 0.7
+eventually 5 says /readyz 503 draining
+sleep 0.5 # long enough for an end
 check "it waits for a request" kill -0 $server_pid
 kill -TERM $server_pid
-check "a second SIGTERM ends it at once" ended 143 1
+check "a second SIGTERM ends it at once" leaves 143 1
 serve_start "$tmp/data" --workers 0 || echo "Bail out! the server did not start again"
 http --limit-rate 100k -T "$tmp/long" -o /dev/null "$url/v1/assets/$name" 2>"$tmp/cut" &
 track $!
-sleep 0.7
+eventually 10 under_way 0
 kill -TERM $server_pid
-check "one that takes too long is cut off" ended 0 14
+check "one that takes too long is cut off" leaves 0 14
 tap_done

@@ -6,6 +6,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/early_files.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 job() { # job SEED SPP
     jq -n --arg scene "$PWD/tests/scenes/cornell-box/cornell-box.glb" --argjson seed "$1" --argjson spp "$2" \
         '{scene: {file: $scene}, image: {width: 640, height: 960}, sampling: {spp: $spp, seed: $seed}, effects: {indirect_bounces: 1}}'
@@ -24,7 +25,8 @@ early() {
     done
     return 1
 }
-gone() { local i; for i in $(tries 600); do [ "$(files)" -eq 0 ] && return 0; sleep 0.05; done; find "$tmp/data/tmp"; return 1; }
+no_files() { [ "$(files)" -eq 0 ] || { find "$tmp/data/tmp"; return 1; }; }
+gone() { eventually 30 no_files; }
 
 serve_start "$tmp/data" --workers 1 --worker-threads 1
 submit 1 36

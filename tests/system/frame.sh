@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/frame.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 cat >"$tmp/job.json" <<J
@@ -17,7 +18,6 @@ jq '.filter.method = "axis_aligned"' "$tmp/job.json" >"$tmp/aligned.json"
 jq '.filter.method = "sheared"' "$tmp/job.json" >"$tmp/sheared.json"
 jq '.image = {width: 720, height: 720} | .sampling.spp = 16' "$tmp/job.json" >"$tmp/long.json"
 
-render() { "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" "${@:3}"; }
 same() { cmp "$tmp/$1.exr" "$tmp/$2.exr"; }
 
 check "render writes an EXR, a PNG and statistics" \
@@ -92,7 +92,7 @@ check "what is the same is alike" bash -c "
 check "other samples are less alike" bash -c "
     '$build/shearwater' compare '$tmp/base.exr' '$tmp/aligned.exr' --ssim --flip --exposure 2 --curve filmic |
         jq -e '.ssim < 1 and .ssim > 0 and .flip.mean > 0 and .flip.q1 <= .flip.median'"
-check "options of likeness are checked" bash -c "
+check "options of perceptual metrics are checked" bash -c "
     for wrong in '--exposure x' '--gamma 9' '--curve round' '--ppd 1' '--where depth,0,9'; do
         ! '$build/shearwater' compare '$tmp/base.exr' '$tmp/base.exr' --flip \$wrong 2>'$tmp/said' || exit 1
         grep -q -- \"\${wrong%% *}\" '$tmp/said' || exit 1
@@ -138,11 +138,8 @@ finish_with_killed_worker() {
     worker "$data" a; worker "$data" b
     local id done_tiles
     id=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
-    for _ in $(tries 400); do
-        done_tiles=$(curl -sS --noproxy '*' "$url/v1/jobs/$id" | jq '.progress.tiles_done // 0')
-        [ "$done_tiles" -ge 20 ] && break
-        sleep 0.02
-    done
+    eventually 10 shows "$id" '.progress.tiles_done >= 20'
+    done_tiles=$(number "$id" '.progress.tiles_done // 0')
     kill -9 "${workers[0]}"
     await_state "$id" finished 120 || return 1
     curl -sSf --noproxy '*' -o "$tmp/killed.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
@@ -161,7 +158,7 @@ finish_after_restart() {
     local id first
     first=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
     id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
-    sleep 0.4
+    eventually 20 shows "$first" '.progress.tiles_done > 0'
     serve_stop -KILL
     serve_start "$data" --workers 2 || return 1
     await_state "$first" finished 120 && await_state "$id" finished 60 || return 1

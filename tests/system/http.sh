@@ -5,13 +5,13 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/http.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 export SHEARWATER_REQUEST_MS=3000 SHEARWATER_UPLOAD_MS=6000
 serve_start "$tmp/data" --workers 1 || { echo "Bail out! the server did not start"; exit 1; }
 port=${url##*:}
 none=00000000000000000000000000
-http() { curl -sS --noproxy '*' --max-time 20 "$@"; }
 
 # Sends bytes as they are; prints what comes back until the server closes or $1 seconds have passed.
 raw() {
@@ -205,12 +205,9 @@ aborted() {
         printf 'PUT /v1/assets/%s HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\nabc' "$asset" >&9
         exec 9>&- 9<&-
     done
-    for i in $(tries 60); do # at the latest when they have been idle for SHEARWATER_REQUEST_MS
-        [ -z "$(ls "$tmp/data/tmp")" ] && return 0
-        sleep 0.1
-    done
-    [ -z "$(ls "$tmp/data/tmp")" ] || { ls -R "$tmp/data/tmp"; return 1; }
+    eventually 6 nothing_left # at the latest when they have been idle for SHEARWATER_REQUEST_MS
 }
+nothing_left() { [ -z "$(ls "$tmp/data/tmp")" ] || { ls -R "$tmp/data/tmp"; return 1; }; }
 check "broken uploads leave nothing behind" aborted
 
 # A real job, its answers and conditions.
@@ -277,10 +274,9 @@ check "purging removes it" is 204 -X DELETE "$url/v1/jobs/$id?purge=1"
 check "... for good" is 404 "$url/v1/jobs/$id"
 check "the server is still alive" is 200 "$url/livez"
 stops() {
-    local i status
+    local status
     kill -TERM "$server_pid"
-    for i in $(tries 150); do kill -0 "$server_pid" 2>/dev/null || break; sleep 0.1; done
-    kill -0 "$server_pid" 2>/dev/null && { echo "still there after 15 s"; return 1; }
+    ended "$server_pid" 15 || { echo "still there after 15 s"; return 1; }
     wait "$server_pid"
     status=$?
     [ $status = 0 ] || { echo "status $status"; tail -n 40 "$tmp/data/stderr"; return 1; }
@@ -289,8 +285,7 @@ stops() {
 check "another job, for its events" is 202 "${json[@]}" -d "{\"scene\": {\"asset\": \"$asset\"}, \"image\": {\"width\": 2048, \"height\": 2048}, \"sampling\": {\"spp\": 256}}" "$url/v1/jobs"
 curl -sS --noproxy '*' --max-time 30 "$url/v1/jobs/$(jq -r .id "$tmp/body")/events" >"$tmp/events" 2>/dev/null &
 track $!
-begun() { for _ in $(tries 100); do grep -q '^event: snapshot' "$tmp/events" && return; sleep 0.1; done; return 1; }
-check "the events are begun" begun
+check "the events are begun" eventually 10 grep -q '^event: snapshot' "$tmp/events"
 check "it stops in order when told to" stops
 
 # Idle clients leave descriptors for the work: with few of them a job still ends well.

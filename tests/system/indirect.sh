@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/indirect.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 # The box under its lamp is light fields alone; with the sky it is paths beside them.
@@ -18,10 +19,6 @@ J
 jq '.environment = {radiance: [0.2, 0.3, 0.4]}' "$tmp/alone.json" >"$tmp/beside.json"
 jq '.effects.indirect_bounces = 0' "$tmp/beside.json" >"$tmp/open.json"
 
-render() { # JOB OUT ARGUMENTS...
-    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
-}
-counts() { jq -e "$2" "$tmp/$1.stats"; }
 figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer "$3" "${@:4}"; }
 alike() { figure "$1" "$2" "$3" --box 8 | tee /dev/stderr | jq -e '.finite and ([.ratio[] | values | . > 0.985 and . < 1.015] | all)'; }
 

@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/lens.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 # Focused on the middle of the box, whose front and back are far out of focus.
@@ -18,11 +19,6 @@ jq '.lens.blades = 0' "$tmp/box.json" >"$tmp/round.json"
 jq 'del(.lens)' "$tmp/box.json" >"$tmp/pinhole.json"
 jq '.lens = {aperture_radius: 0, focus_distance: 3}' "$tmp/box.json" >"$tmp/closed.json"
 
-render() { # JOB OUT ARGUMENTS...
-    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
-}
-counts() { jq -e "$2" "$tmp/$1.stats"; }
-figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beauty "${@:3}"; }
 alike() { figure "$1" "$2" --box 8 | tee /dev/stderr | jq -e '.finite and ([.ratio[] | values | . > 0.985 and . < 1.015] | all)'; }
 
 # A pinhole pays nothing: neither samples nor bytes.

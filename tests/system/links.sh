@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/links.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 umask 077
 new_key() { head -c 32 /dev/urandom | od -An -v -tx1 | tr -d " \n"; echo; }
@@ -28,19 +29,18 @@ worker() { # worker NAME PORT ARGS...: in the background; its pid is in $worker
     worker=$!
     track $worker
 }
-roster() { curl -sS --noproxy '*' "$url/v1/workers" | jq -r '[.workers[].name] | sort | join(" ")'; }
-roster_is() { local i; for i in $(tries 100); do [ "$(roster)" = "$1" ] && return 0; sleep 0.05; done; roster; return 1; }
-says() { local i; for i in $(tries 100); do grep -q "$2" "$tmp/$1.log" && return 0; sleep 0.05; done; cat "$tmp/$1.log"; return 1; }
+told() { grep -q "$2" "$tmp/$1.log" || { cat "$tmp/$1.log"; return 1; }; }
+says() { eventually 5 told "$@"; }
 worker wrong "$port" --key "$tmp/other"; wrong=$worker
 worker keyless "$port"; keyless=$worker
 check "a worker with another key is told so" says wrong 'does not have this key'
 check "a worker without one does not get in" says keyless 'closed the link'
-check "neither is in the roster" roster_is ''
+check "neither is in the roster" eventually 5 workers_are ''
 kill $wrong $keyless
 node tests/fake/tap.mjs "$port" "$tmp/seen" >"$tmp/tap.port" & track $!
-for _ in $(tries 100); do [ -s "$tmp/tap.port" ] && break; sleep 0.05; done
+eventually 5 [ -s "$tmp/tap.port" ]
 worker right "$(cat "$tmp/tap.port")" --key "$tmp/key"; right=$worker
-check "a worker with the key gets in" roster_is right
+check "a worker with the key gets in" eventually 5 workers_are right
 check "it renders" render "$tmp/keyed.exr"
 check "... the same bytes" cmp "$tmp/plain.exr" "$tmp/keyed.exr"
 check "... as quickly packed as there: nothing leaves the machine" [ "$(received)" -eq "$quick" ]
@@ -48,14 +48,14 @@ build_id=$("$build/shearwater" --version | cut -d' ' -f2)
 sees_nothing() { [ "$(stat -c %s "$tmp/seen")" -gt 100000 ] && ! grep -qaF -e "$build_id" -e right "$tmp/seen"; }
 check "somebody on the line sees neither its name nor its build" sees_nothing
 kill $right
-check "it leaves" roster_is ''
+check "it leaves" eventually 5 workers_are ''
 worker small "$port" --key "$tmp/key" --pack small; small=$worker
-check "one that packs as over a network gets in" roster_is small
+check "one that packs as over a network gets in" eventually 5 workers_are small
 check "... it renders" render "$tmp/small.exr"
 check "... the same bytes" cmp "$tmp/plain.exr" "$tmp/small.exr"
 check "... of fewer" [ "$(received)" -lt $((quick * 85 / 100)) ]
 kill $small
-check "... and leaves" roster_is ''
+check "... and leaves" eventually 5 workers_are ''
 worker unpacked "$port" --pack tight
 check "there is no other way to pack" says unpacked '"tight" is neither quick nor small'
 misdirected() { "$build/shearwater-worker" --connect "$1" >"$tmp/misdirected.log" 2>&1; [ $? -eq 2 ] && grep -q -e 'unix:PATH or HOST:PORT' -e 'a socket path has' "$tmp/misdirected.log"; }
@@ -67,14 +67,14 @@ done
 for at in 40 300 20000; do
     node tests/fake/tap.mjs "$port" "$tmp/flipped" $at >"$tmp/flip.port" & flip=$!
     track $flip
-    for _ in $(tries 100); do [ -s "$tmp/flip.port" ] && break; sleep 0.05; done
+    eventually 5 [ -s "$tmp/flip.port" ]
     worker "flipped$at" "$(cat "$tmp/flip.port")" --key "$tmp/key"
     check "with a bit flipped at byte $at the job ends well" render "$tmp/flipped.exr"
     check "... the link was lost over it" says "flipped$at" 'lost\|closed the link\|key\|again'
     check "... and the bytes are the same" cmp "$tmp/plain.exr" "$tmp/flipped.exr"
     kill $worker $flip
     : >"$tmp/flip.port"
-    roster_is '' >/dev/null
+    eventually 5 workers_are '' >/dev/null
 done
 
 # Who never ends the handshake, or speaks something else.
@@ -90,7 +90,7 @@ check "noise is cut off at once" closed_within 2 'this is no handshake, but a se
 check "a handshake that stops half-way is cut off" closed_within 8 '\x16\x03\x01\x02'
 check "so is one that never begins" closed_within 8 ''
 many() { local i fds=() fd; for i in $(seq 200); do exec {fd}<>"/dev/tcp/127.0.0.1/$port" && fds+=("$fd"); done
-         worker meanwhile "$port" --key "$tmp/key"; roster_is meanwhile; local status=$?
+         worker meanwhile "$port" --key "$tmp/key"; eventually 5 workers_are meanwhile; local status=$?
          for fd in "${fds[@]}"; do exec {fd}>&-; done; kill $worker; return $status; }
 check "200 that say nothing keep nobody out" many
 serve_stop
@@ -100,7 +100,7 @@ serve_start "$tmp/clear" --workers 0 --worker-listen 127.0.0.1:0
 port=$(worker_port "$tmp/clear")
 worker early "$port" --key "$tmp/key"
 check "a worker with a key does not talk to a coordinator without" says early 'does not have this key'
-check "... which does not list it" roster_is ''
+check "... which does not list it" eventually 5 workers_are ''
 serve_stop
 refuses() { # refuses TEXT ARGS...
     local text=$1; shift

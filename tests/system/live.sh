@@ -6,7 +6,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/live.sh BUILD_DIR}
 . tests/tap.bash
-http() { curl -sS --noproxy '*' --max-time 20 "$@"; }
+. tests/system/jobs.bash
 
 serve_start "$tmp/data" --workers 2 || { echo "Bail out! the server did not start"; exit 1; }
 moves() { node tests/system/live.mjs "$url" "$build" "$tmp" >"$tmp/moves" 2>&1; }

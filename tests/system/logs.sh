@@ -5,18 +5,12 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/logs.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
-http() { curl -sS --noproxy '*' --max-time 20 "$@"; }
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
 header() { sed -n "s/^$1: //Ip" "$tmp/head" | tr -d '\r'; }
 lines() { jq -c "$@" "$log"; }
-has() { # has FILTER: some line of the log, soon
-    local end=$((SECONDS + 5 * slower))
-    until [ -n "$(lines "select($1)")" ]; do
-        [ $SECONDS -lt $end ] || { echo "no line with $1"; tail -n 5 "$log"; return 1; }
-        sleep 0.1
-    done
-}
+a_line() { [ -n "$(lines "select($1)")" ] || { echo "no line with $1"; tail -n 5 "$log"; return 1; }; }
+has() { eventually 5 a_line "$1"; } # has FILTER: some line of the log, soon
 
 serve_start "$tmp/data" --workers 1 --log-format json || { echo "Bail out! the server did not start"; exit 1; }
 log=$tmp/data/stderr
@@ -150,9 +144,8 @@ else
     dropped=$(lost)
     check "... and lines are lost and counted" [ "${dropped:-0}" -gt 1000 ]
     hang_log 0
-    sleep 0.5
-    check "afterwards all is answered" answers 10
-    check "... and it is said how many were lost" has ".message == \"lines of the log were lost\" and .lines > 0" # all of them: below
+    check "afterwards it is said how many were lost" has ".message == \"lines of the log were lost\" and .lines > 0" # all of them: below
+    check "... and all is answered" answers 10
     serve_stop
     check "every request has a line or is among them" all_or_told 4110
     check "... in order" in_order

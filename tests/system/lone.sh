@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/lone.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 command -v node >/dev/null || { skip "lone sub-samples" "needs node"; tap_done; }
 node --input-type=module -e '
 import { writeFileSync } from "node:fs";
@@ -13,11 +14,6 @@ for (const [name, glb] of [["wires", wires()], ["fence", fence()]]) {
     writeFileSync(`${process.argv[1]}/${name}.glb`, glb);
     writeFileSync(`${process.argv[1]}/${name}.json`, JSON.stringify(job(`${process.argv[1]}/${name}.glb`)));
 }' "$tmp"
-render() { # JOB OUT ARGUMENTS...
-    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
-}
-counts() { jq -e "$2" "$tmp/$1.stats"; }
-figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beauty "${@:3}"; }
 
 # Beside converged light at the same points of the picture, with the list and without it.
 judged() { # NAME BEFORE_LEAST AFTER_MOST
@@ -99,15 +95,14 @@ check "... has them, too" counts target '.pixels.sub_samples_lone > 4000 and .ta
 # What lies about them is refused, and the picture stays what it is.
 data=$tmp/data
 check "a coordinator starts" serve_start "$data" --workers 0
-roster() { curl -sS --noproxy '*' "$url/v1/workers" | jq -r '[.workers[].name] | sort | join(" ")'; }
 refused() {
-    local id real i
+    local id real
     timeout 60 "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script lone --name liar >"$tmp/liar.log" 2>&1 &
     track $!
     "$build/shearwater-worker" --connect "unix:$data/worker.sock" --threads 1 --name real --cache "$data/cache" >"$tmp/real.log" 2>&1 &
     real=$!
     track $real
-    for i in $(tries 200); do [ "$(roster)" = "liar real" ] && break; sleep 0.05; done
+    eventually 10 workers_are "liar real"
     id=$("$build/shearwater" submit "$tmp/wires.json" --server "$url" --quiet) || return 1
     await_state "$id" finished 60 || { cat "$tmp/liar.log"; return 1; }
     curl -sSf --noproxy '*' -o "$tmp/refused.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1

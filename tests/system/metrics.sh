@@ -5,12 +5,11 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/metrics.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
-http() { curl -sS --noproxy '*' --max-time 20 "$@"; }
 read_metrics() { node tests/system/metrics.mjs "$@"; }
 scrape() { http -f -D "$tmp/head" -o "$tmp/$1" "$url/metrics"; }
 value() { read_metrics value "$tmp/$1" "$2"; }
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
 submit() { http -H 'Content-Type: application/json' -d "{\"scene\": {\"asset\": \"$asset\"}, $1}" "$url/v1/jobs" | jq -r .id; }
 
 serve_start "$tmp/data" --workers 0 || { echo "Bail out! the server did not start"; exit 1; }
@@ -22,10 +21,9 @@ http -T "$scene" -o "$tmp/body" "$url/v1/assets/$asset"
 small='"image": {"width": 64, "height": 64}, "sampling": {"spp": 1, "tile_px": 32}, "filter": {"method": "none"}'
 ids=()
 for _ in 1 2 3; do ids+=("$(submit "$small")"); done
-sleep 0.5
-scrape waiting
 waits() { is "$(($(value waiting 'shearwater_jobs{state="queued"}') + $(value waiting 'shearwater_jobs{state="importing"}') + $(value waiting 'shearwater_jobs{state="running"}')))" 3; }
-check "jobs that wait are counted by state" waits
+all_wait() { scrape waiting && waits; }
+check "jobs that wait are counted by state" eventually 10 all_wait
 check "submissions are timed by route" is "$(value waiting 'shearwater_http_request_duration_seconds_count{method="POST",route="/v1/jobs"}')" 3
 check "... and counted by status" is "$(value waiting 'shearwater_http_requests_total{method="POST",route="/v1/jobs",status="202"}')" 3
 check "commits are timed" [ "$(value waiting shearwater_store_commit_duration_seconds_count)" -ge 1 ]
@@ -59,8 +57,8 @@ check "what met no route is counted" [ "$(value second 'shearwater_http_request_
 "$build/shearwater-worker" --connect "unix:$tmp/data/worker.sock" --threads 1 --cache "$tmp/data/cache" 2>"$tmp/worker.log" &
 track $!
 for id in "${ids[@]}"; do check "job $id finishes" await_state "$id" finished 60; done
-sleep 0.3
-scrape done
+all_done() { scrape done && is "$(value done shearwater_tiles_done_total)" 12; }
+eventually 10 all_done
 check "with work done the figures are in order" read_metrics check "$tmp/done"
 check "no counter went back" read_metrics grows "$tmp/second" "$tmp/done"
 check "all tiles are counted" is "$(value done shearwater_tiles_done_total)" 12

@@ -5,9 +5,8 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/one_shot.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
-http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
 most() { [ "$1" -le "$2" ] || { echo "$1, more than $2"; return 1; }; }
 now_ms() { echo $(($(date +%s%N) / 1000000)); }
 cat >"$tmp/job.json" <<J
@@ -94,7 +93,7 @@ interrupted() {
     sleep $((2 * slower))
     kill -0 $pid || { echo "it did not wait"; return 1; }
     kill -TERM $pid
-    for _ in $(seq 100); do kill -0 $pid 2>/dev/null || break; sleep 0.1; done
+    ended $pid 10
     kill -KILL $pid 2>/dev/null && { echo "it went on waiting"; return 1; }
     wait $pid
     status=$?

@@ -6,22 +6,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/resume.sh BUILD_DIR}
 . tests/tap.bash
-scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
-start() { serve_start "$tmp/data" --workers 2 --worker-threads 1 "$@" || { echo "Bail out! the server did not start"; exit 1; }; }
-http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
-get() { http "$url/v1/jobs/$1"; }
-submit() { # submit MEMBERS: a job of the box; prints its id
-    printf '{"scene": {"file": "%s"}, %s}' "$scene" "$1" >"$tmp/job.json"
-    "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet
-}
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
-eventually() { # eventually SECONDS COMMAND...
-    local end=$((SECONDS + $1 * slower)); shift
-    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done
-}
-shows() { get "$1" | jq -e "$2"; }
-exr() { http -f -o "$2" "$url/v1/jobs/$1/frames/${3:-1}/image.exr"; }
-number() { get "$1" | jq "$2"; }
+. tests/system/jobs.bash
 landed() { [ "$(number "$1" .progress.tiles_done)" -ge "$2" ]; }
 spool_files() { find "$tmp/data/spool" -type f; }
 spool_is_empty() { [ -z "$(find "$tmp/data/spool" -mindepth 1)" ]; }
@@ -74,8 +59,8 @@ half_done() { # half_done MEMBERS: a job of the plain kind that was killed half-
     id=$(submit "$plain")
     eventually 60 landed "$id" 150
     "$build/shearwater" steer "$id" --server "$url" --pause >/dev/null
-    eventually 10 [ "$(http "$url/v1/workers" | jq '[.workers[].tiles_in_hand] | add')" = 0 ]
-    sleep 0.3
+    eventually 10 workers_empty
+    settled du -sb "$tmp/data/spool" # what has landed is written soon
     landed=$(number "$id" .progress.tiles_done)
     serve_stop "$1"
     spool=$(spool_files)

@@ -6,6 +6,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/schedule.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 
 for farm in one_slow even uneven uneven_hanging; do
     check "simulated farm $farm: near the ideal schedule" "$build/tests/load/simulate_farm" runs=12 farm=$farm
@@ -28,15 +29,16 @@ worker() {
 copied() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq .statistics.tiles.copied; }
 same_bytes() { curl -sSf --noproxy '*' -o "$tmp/got.exr" "$url/v1/jobs/$1/frames/1/image.exr" && cmp "$tmp/alone.exr" "$tmp/got.exr"; }
 
+holds_tiles() { http "$url/v1/workers" | jq -e 'any(.workers[]; .tiles_in_hand > 0)'; }
 # One takes tiles and answers none; its tiles would come back after 30 s.
 beside_one_that_hangs() {
     local id
     "$build/tests/fake/fake_worker" --connect "unix:$data/worker.sock" --script hang --seconds $((60 * slower)) >"$tmp/hang.log" 2>&1 &
     hang=$!
     track $hang
-    sleep 0.3
+    eventually 10 workers_are fake-hang
     id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
-    sleep 0.3
+    eventually 10 holds_tiles
     worker good
     await_state "$id" finished 25 && [ "$(copied "$id")" -gt 0 ] && same_bytes "$id"
     local status=$?

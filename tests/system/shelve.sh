@@ -5,23 +5,8 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/shelve.sh BUILD_DIR}
 . tests/tap.bash
-scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
-start() { serve_start "$tmp/data" --workers 2 --worker-threads 1 || { echo "Bail out! the server did not start"; exit 1; }; }
-http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
-get() { http "$url/v1/jobs/$1"; }
+. tests/system/jobs.bash
 steer() { "$build/shearwater" steer "$1" --server "$url" "${@:2}" >/dev/null; }
-submit() { # submit MEMBERS: a job of the box; prints its id
-    printf '{"scene": {"file": "%s"}, %s}' "$scene" "$1" >"$tmp/job.json"
-    "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet
-}
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
-eventually() { # eventually SECONDS COMMAND...
-    local end=$((SECONDS + $1 * slower)); shift
-    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done
-}
-shows() { get "$1" | jq -e "$2"; }
-number() { get "$1" | jq "$2"; }
-exr() { http -f -o "$2" "$url/v1/jobs/$1/frames/1/image.exr"; }
 # What does not depend on who traced when: rays, what was skipped, what the filters met.
 counts() { get "$1" | jq -cS '.statistics | [.rays, .skipped, .pixels, .shadow, .indirect, .glossy, .lens, .target, .adaptive, .tiles.done]'; }
 metric_rays() { http "$url/metrics" | sed -n 's/^shearwater_rays_total{.*} //p' | awk '{ sum += $1 } END { if (NR) printf "%.0f\n", sum }'; }
@@ -49,9 +34,8 @@ fill() {
         one=$(submit '"image": {"width": 128, "height": 128}, "sampling": {"spp": 1024, "tile_px": 16}, "filter": {"method": "none"}, "priority": 20')
         eventually 60 shows "$one" '.progress.tiles_done > 0' && steer "$one" --pause || return 1
     done
-    eventually 20 shows "$one" '.paused and .progress.tiles_done > 0' && eventually 20 nobody_works
+    eventually 20 shows "$one" '.paused and .progress.tiles_done > 0' && eventually 20 workers_empty
 }
-nobody_works() { http "$url/v1/workers" | jq -e '[.workers[].tiles_in_hand] | add == 0'; }
 check "twelve jobs are paused" fill
 
 # shelve JOB TILES: pauses it when so many have landed, whereupon it is dropped.
@@ -88,7 +72,7 @@ check "cancelled on the shelf: what it did is told" shows "$id" ".statistics.til
 # A kill while it lies there, and one while it is read again.
 id=$(submit "${jobs[0]}, \"priority\": 10")
 check "killed on the shelf: it lies there" shelve "$id" $((tiles[0] / 3))
-sleep 0.3 # what has landed is written soon
+settled du -sb "$tmp/data/spool" # what has landed is written soon
 serve_stop -KILL
 start
 check "killed on the shelf: it is still paused" shows "$id" '.paused and .progress.tiles_done == 0'

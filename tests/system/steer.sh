@@ -5,25 +5,11 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/steer.sh BUILD_DIR}
 . tests/tap.bash
-scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
-start() { serve_start "$tmp/data" --workers 2 --worker-threads 1 || { echo "Bail out! the server did not start"; exit 1; }; }
-http() { curl -sS --noproxy '*' --max-time 30 "$@"; }
-get() { http "$url/v1/jobs/$1"; }
+. tests/system/jobs.bash
 steer() { "$build/shearwater" steer "$1" --server "$url" "${@:2}"; }
-submit() { # submit MEMBERS: a job of the box; prints its id
-    printf '{"scene": {"file": "%s"}, %s}' "$scene" "$1" >"$tmp/job.json"
-    "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet
-}
 patch() { # patch ID DOCUMENT CURL-ARGUMENTS...: prints the status; the body goes to $tmp/body
     http -o "$tmp/body" -w '%{http_code}' -X PATCH -H 'Content-Type: application/json' -d "$2" "${@:3}" "$url/v1/jobs/$1"
 }
-is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
-eventually() { # eventually SECONDS COMMAND...
-    local end=$((SECONDS + $1 * slower)); shift
-    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.1; done
-}
-shows() { get "$1" | jq -e "$2"; }
-exr() { http -o "$2" "$url/v1/jobs/$1/frames/${3:-1}/image.exr"; }
 # 144 tiles in several passes, ten seconds' worth: events, ten a second, tell of the first 40 by themselves.
 spp=$((slower == 1 ? 324 : 36))
 long='"image": {"width": 384, "height": 384}, "sampling": {"spp": '$spp', "tile_px": 32}, "filter": {"method": "none"}'
@@ -38,7 +24,6 @@ exr "$undisturbed" "$tmp/undisturbed.exr"
 job=$(submit "$long")
 check "a job has begun" eventually 60 shows "$job" '.progress.tiles_done > 40'
 check "shearwater steer pauses it, and says so" is "$(steer "$job" --pause)" "$job: running, paused, priority 0"
-workers_empty() { http "$url/v1/workers" | jq -e 'all(.workers[]; .tiles_in_hand == 0)'; }
 check "tiles under way land" eventually 30 workers_empty
 at_rest=$(get "$job" | jq -c '[.state, .paused, .progress]')
 sleep 1.5
@@ -86,7 +71,7 @@ frames=$(submit "${long/\"spp\": $spp/\"spp\": $((spp * 4 / 9))}, \"frames\": {\
 check "a job of four frames has finished one" eventually 120 shows "$frames" '.progress.frames_done >= 1'
 steer "$frames" --pause >/dev/null
 eventually 30 workers_empty
-sleep 0.5
+settled number "$frames" '[.frames[].state]'
 done_before=$(get "$frames" | jq '[.frames[] | select(.state == "finished")] | length')
 exr "$frames" "$tmp/first.exr" 1
 serve_stop
@@ -135,7 +120,7 @@ check "... and its place is on disk" shows "$first" '.priority == -5 and .state 
 # Viewers are told at once.
 timeout 5 curl -sSN --noproxy '*' "$url/v1/jobs/$first/events" >"$tmp/events" &
 listener=$!
-sleep 0.7
+eventually 5 grep -q "^event:" "$tmp/events"
 steer "$first" --pause --priority 3 >/dev/null
 told() { awk '/^event: /{e = $2} /^data: / && e == "state" {print substr($0, 7)}' "$tmp/events" | jq -e 'select(.paused and .priority == 3)'; }
 check "a state event tells of it" eventually 3 told
@@ -152,7 +137,7 @@ http -o /dev/null -X DELETE "$url/v1/jobs/$hold?purge=1"
 check "a region is shown" shows "$region" '.region == {"x": 192, "y": 200, "width": 128, "height": 120} and .progress.tiles_done == 0'
 timeout 90 curl -sSN --noproxy '*' "$url/v1/jobs/$region/events" >"$tmp/events" &
 listener=$!
-sleep 0.7
+eventually 5 grep -q "^event:" "$tmp/events"
 steer "$region" --resume >/dev/null
 # Tile events are a sample of those that landed, each with the count of them behind it. The region's
 # 16 tiles, several passes each, come first: none from elsewhere lands among the first 40, as many as there would be if a

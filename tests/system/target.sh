@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/target.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 
 # The box below its lamp, whose edge would be most of all errors, seen from aside with a bent head:
@@ -15,9 +16,6 @@ cat >"$tmp/box.json" <<J
  "effects": {"indirect_bounces": 3}, "layers": ["beauty", "error", "samples"]}
 J
 jq '.environment = {radiance: [0.2, 0.3, 0.4]}' "$tmp/box.json" >"$tmp/open.json"
-render() { # JOB OUT ARGUMENTS...
-    "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
-}
 truth() { # JOB: two of 2048 paths
     local seed
     for seed in 901 902; do
@@ -30,7 +28,6 @@ calibrated() { known "$1" "$2" | jq -e '.within >= 0.85 and .within <= 0.995 and
 reached() { # JOB PICTURE TARGET
     known "$1" "$2" | jq -e ".error / $3 > 0.7 and .error / $3 < 1.3"
 }
-counts() { jq -e "$2" "$tmp/$1.stats"; }
 
 for job in box open; do
     check "$job: converged twice" truth $job

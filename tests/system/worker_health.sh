@@ -6,6 +6,7 @@ cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/worker_health.sh BUILD_DIR [MUTATIONS]}
 mutations=${2:-2000}
 . tests/tap.bash
+. tests/system/jobs.bash
 scene=$PWD/tests/scenes/cornell-box/cornell-box.glb
 jq -n --arg scene "$scene" '{scene: {file: $scene}, image: {width: 320, height: 320}, sampling: {spp: 4, seed: 3}}' >"$tmp/job.json"
 # One tile of one pass, some seconds of work.
@@ -33,13 +34,8 @@ worker() { # VARIABLE
 same_bytes() { get "/v1/jobs/$1/frames/1/image.exr" >"$tmp/got.exr" && cmp "$tmp/$2.exr" "$tmp/got.exr"; }
 metric() { get /metrics | awk -v name="$1" '$1 == name {print $2}'; }
 roster() { get /v1/workers | jq -c ".workers[] | select(.name == \"$1\")"; }
-await_roster() { # NAME CONDITION SECONDS
-    local end=$((SECONDS + $3 * slower))
-    until roster "$1" | jq -e "$2" >/dev/null; do
-        [ $SECONDS -lt $end ] || { roster "$1"; return 1; }
-        sleep 0.1
-    done
-}
+is_listed() { roster "$1" | jq -e "$2" || { roster "$1"; return 1; }; }
+await_roster() { eventually "$3" is_listed "$1" "$2"; } # NAME CONDITION SECONDS
 seconds_since() { awk -v from="$1" -v to="$(date +%s.%N)" 'BEGIN {printf "%.1f\n", to - from}'; }
 
 # ---- damage on the wire ----

@@ -5,6 +5,7 @@ set -uo pipefail
 cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/workers.sh BUILD_DIR}
 . tests/tap.bash
+. tests/system/jobs.bash
 jq -n --arg scene "$PWD/tests/scenes/cornell-box/cornell-box.glb" \
     '{scene: {file: $scene}, image: {width: 320, height: 320}, sampling: {spp: 16, seed: 3}}' >"$tmp/job.json"
 check "the undisturbed frame" "$build/shearwater" render "$tmp/job.json" --quiet -o "$tmp/alone.exr"
@@ -30,12 +31,13 @@ check "a coordinator refuses an instruction set that is none" \
 check "a worker refuses it, too" \
     unknown_isa "$build/shearwater-worker" --connect "unix:$data/worker.sock" --cache "$data/cache"
 
+is_there() { roster | grep -q "$1"; }
 # The fake has the frame to itself until it has done its worst; then a real worker joins.
 disturbed() {
     local script=$1 id real
     timeout 60 bash -c "$(declare -f fake); build='$build' data='$data'; fake $script" >"$tmp/$script.log" 2>&1 &
     track $!
-    sleep 0.3
+    eventually 10 is_there "$script-"
     id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
     "$build/shearwater-worker" --connect "unix:$data/worker.sock" --threads 1 --cache "$data/cache" \
         >>"$tmp/real.log" 2>&1 &
@@ -56,7 +58,7 @@ given_up() {
     timeout 60 bash -c "$(declare -f fake); build='$build' data='$data'; fake nan" >"$tmp/given-up.log" 2>&1 &
     local fake=$!
     track $fake
-    sleep 0.3
+    eventually 10 is_there nan-
     id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
     ! await_state "$id" finished 30 || return 1
     [ "$(job_state "$id")" = failed ] || return 1
