@@ -1,6 +1,6 @@
 // Judging pictures in the viewer: SSIM and FLIP as the command has them, their maps, alpha. TAP on
 // standard output.
-//   node tests/browser/judge.test.mjs BUILD_DIR
+//   node tests/browser/perceptual.test.mjs BUILD_DIR
 import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -9,13 +9,13 @@ import { readExr } from "../../web/picture/exr_file.js";
 import { flip } from "../../web/compare/flip.js";
 import { LayerImage } from "../../web/picture/layer_image.js";
 import { BlockParser } from "../../web/picture/pixel_feed.js";
-import { shownPair } from "../../web/compare/shown.js";
+import { displayPair } from "../../web/compare/display_pair.js";
 import { ssim } from "../../web/compare/ssim.js";
 import { build, canvasText, expect, look, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
-const save = (page, name) => page.screenshot({ path: join(shots, `judge-${name}.png`), fullPage: true });
+const save = (page, name) => page.screenshot({ path: join(shots, `perceptual-${name}.png`), fullPage: true });
 const FIGURES = /^SSIM ([0-9.-]+), FLIP ([0-9.]+) \(weighted quartiles ([0-9.]+), ([0-9.]+), ([0-9.]+)\) as shown over (\d+) pixels$/;
 
 // The page's middle pixels of the canvas as colours, without dither.
@@ -50,15 +50,15 @@ await runAll(async () => {
   const told = (...options) => JSON.parse(execFileSync(join(build, "shearwater"), ["compare", files.fine, files.rough, "--ssim", "--flip", ...options]).toString());
   const exr = await read("fine");
 
-  await test("the page's judges are the command's, on the same numbers", async () => {
+  await test("the page's metrics are the command's, on the same numbers", async () => {
     const pixels = ({ width, height, channels }) => ({ seen: new Uint8Array(width * height).fill(1),
       numbers: Float32Array.from({ length: width * height * 3 }, (_, i) => channels.get("RGB"[i % 3])[Math.floor(i / 3)]) });
     const first = pixels(exr), other = pixels(await read("rough")), { width, height } = exr;
     for (const view of [{ exposure: 0, gamma: 1, curve: "linear" }, { exposure: 1.5, gamma: 1.4, curve: "filmic" }]) {
-      const pair = shownPair({ width, height, first, other, view }), likeness = ssim(pair), errors = flip(pair);
+      const pair = displayPair({ width, height, first, other, view }), similarity = ssim(pair), errors = flip(pair);
       const { ssim: wanted, flip: figures } = told("--exposure", String(view.exposure), "--gamma", String(view.gamma), "--curve", view.curve);
       const near = (a, b, what) => expect(Math.abs(a - b) < 1e-5, `${what}: ${a} here, ${b} by the command`);
-      near(likeness.mean, wanted, "SSIM");
+      near(similarity.mean, wanted, "SSIM");
       near(errors.mean, figures.mean, "FLIP");
       near(errors.max, figures.max, "the largest");
       ["q1", "median", "q3"].forEach((name, i) => near(errors.quartiles[i], figures[name], name));
@@ -75,8 +75,8 @@ await runAll(async () => {
     await page.selectOption("#other-layer", "beauty");
     const seen = async () => FIGURES.exec(await text(page, "alike"))?.slice(1).map(Number);
     // Until the page has seen that the two are others, it shows the figures of those before.
-    const shows = async (pixels, { ssim: likeness, flip: errors }) => {
-      const wanted = [likeness, errors.mean, errors.q1, errors.median, errors.q3];
+    const shows = async (pixels, { ssim: similarity, flip: errors }) => {
+      const wanted = [similarity, errors.mean, errors.q1, errors.median, errors.q3];
       let found = null;
       const near = async () => { found = await seen() ?? found; return found?.[5] === pixels && wanted.every((v, i) => Math.abs(found[i] - v) < 1e-3); };
       await until("the command's figures", near, 30).catch((error) => { throw new Error(`${error.message}: ${found} here, ${wanted} by the command`); });
@@ -98,16 +98,16 @@ await runAll(async () => {
 
   await test("maps are shown with a legend, where they differ", async () => {
     const map = {};
-    for (const [key, judge] of [["i", "ssim"], ["y", "flip"]]) {
+    for (const [key, metric] of [["i", "ssim"], ["y", "flip"]]) {
       await press(page, key);
-      expect(await page.inputValue("#compare") === judge, `the key ${key} shows ${await page.inputValue("#compare")}`);
+      expect(await page.inputValue("#compare") === metric, `the key ${key} shows ${await page.inputValue("#compare")}`);
       await until("the legend", async () => (await page.isVisible("#legend")) && FIGURES.test(await text(page, "alike")));
       await settle(page, 500);
-      await save(page, judge);
+      await save(page, metric);
       // The empty corner is dark, the box is not.
-      map[judge] = await colorsAt(page, [[3, 3], [128, 100]]);
-      const [corner, box] = map[judge].map((color) => color.reduce((a, b) => a + b, 0));
-      expect(box > corner + 15, `${judge}: the corner is ${map[judge][0]}, the box ${map[judge][1]}`);
+      map[metric] = await colorsAt(page, [[3, 3], [128, 100]]);
+      const [corner, box] = map[metric].map((color) => color.reduce((a, b) => a + b, 0));
+      expect(box > corner + 15, `${metric}: the corner is ${map[metric][0]}, the box ${map[metric][1]}`);
       await press(page, "Shift+ArrowRight");
       const said = await until("what the probe says", async () => /SSIM ([0-9.−e]+) {2}FLIP ([0-9.e−]+)$/.exec(await text(page, "readout")));
       expect(Number(said[1].replace("−", "-")) < 1 && Number(said[2].replace("−", "-")) > 0, said[0]);
@@ -120,7 +120,7 @@ await runAll(async () => {
     await page.selectOption("#layer", "beauty");
   });
 
-  await test("the page goes on while a worker judges", async () => {
+  await test("the page goes on while a worker computes", async () => {
     await page.selectOption("#compare", "flip");
     await until("figures", async () => FIGURES.test(await text(page, "alike")));
     // Were it one task of the page, it would be the longest by far.

@@ -16,11 +16,11 @@ export class Compare {
   // What the shader shows.
   get shown() {
     if (this.mode === "toggle") return this.flipped ? "other" : "off";
-    return this.judge ? "off" : this.mode;
+    return this.metric ? "off" : this.mode;
   }
 
   // Whose map is shown instead: "ssim", "flip" or "".
-  get judge() { return this.mode === "ssim" || this.mode === "flip" ? this.mode : ""; }
+  get metric() { return this.mode === "ssim" || this.mode === "flip" ? this.mode : ""; }
 
   set(changes) {
     Object.assign(this, changes);

@@ -1,4 +1,4 @@
-// Two layers as the screen shows them: what judges of likeness look at, as server/compare/shown.h has
+// Two layers as the screen shows them, the input of perceptual metrics, as server/compare/display_transform.h has
 // it. A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the shader.
 import { halfTable } from "../picture/half.js";
 
@@ -16,7 +16,7 @@ function encoder({ exposure, gamma, curve }) {
 // `first`, `other`: {numbers, seen}, three numbers a pixel (Uint16Array: half floats) and a byte,
 // whether the pixel is there. Gives {width, height, reference: 3 arrays, test: 3 arrays, counts, count}:
 // where one of the two is not there or not finite neither counts and both are black.
-export function shownPair({ width, height, first, other, view }) {
+export function displayPair({ width, height, first, other, view }) {
   const area = width * height, encode = encoder(view);
   const planes = () => [0, 1, 2].map(() => new Float32Array(area));
   const out = { width, height, reference: planes(), test: planes(), counts: new Uint8Array(area), count: 0 };

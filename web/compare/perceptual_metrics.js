@@ -1,4 +1,4 @@
-// SSIM and FLIP of what is in sight of two layers, found by a worker of its own, and their maps.
+// SSIM and FLIP of the visible part of two layers, computed by a web worker, and their maps.
 import { LayerImage } from "../picture/layer_image.js";
 
 const MOST_PIXELS = 1 << 22; // in sight: beyond it memory and minutes go
@@ -28,14 +28,14 @@ function mapImage(map, { x0, y0, x1, y1 }, of) {
   return image;
 }
 
-export class Judgement {
-  // `onChange()` when there is another judgement, `onForget(image)` of each map that is gone.
+export class PerceptualMetrics {
+  // Calls `onChange()` when there are new figures, and `onForget(image)` for each map that is gone.
   constructor(onChange, onForget) {
     Object.assign(this, { onChange, onForget, found: null, asked: "", wanted: "", turn: 0, busy: false, at: 0 });
   }
 
-  // Sees to it that the two are judged as they are; `live`: more of them comes.
-  judge(first, other, area, { exposure, gamma, curve }, live) {
+  // Measures the two as they are now. `live`: more of their pixels will come.
+  measure(first, other, area, { exposure, gamma, curve }, live) {
     const { width, height, numbers } = first, pixels = (area.x1 - area.x0) * (area.y1 - area.y0);
     if (!numbers || !other.numbers || width !== other.width || height !== other.height || pixels === 0) { this.clear(); return; }
     this.tooMany = pixels > MOST_PIXELS;
@@ -53,7 +53,7 @@ export class Judgement {
 
   send(message, buffers) {
     if (!this.worker) {
-      this.worker = new Worker(new URL("./judge_worker.js", import.meta.url), { type: "module" });
+      this.worker = new Worker(new URL("./perceptual_worker.js", import.meta.url), { type: "module" });
       this.worker.addEventListener("message", ({ data }) => this.take(data));
       this.worker.addEventListener("error", () => { this.busy = false; this.failed = true; this.onChange(); });
     }
@@ -71,14 +71,14 @@ export class Judgement {
     this.onChange();
   }
 
-  // What a judge says of the picture's pixel; null where it has not looked.
-  valueAt(judge, { x, y }) {
+  // Returns a metric at the picture's pixel; null where it was not measured.
+  valueAt(metric, { x, y }) {
     const { area, values } = this.found ?? {};
     if (!area || x < area.x0 || y < area.y0 || x >= area.x1 || y >= area.y1) return null;
-    return values[judge][(y - area.y0) * (area.x1 - area.x0) + x - area.x0];
+    return values[metric][(y - area.y0) * (area.x1 - area.x0) + x - area.x0];
   }
 
-  // The two as they are now have been judged.
+  // Whether the figures are those of the two as they are now.
   get current() { return this.found !== null && this.found.asked === this.wanted; }
 
   forget() {

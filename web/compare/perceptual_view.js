@@ -7,10 +7,10 @@ const MAP_DISPLAY = { shownAs: "colour", low: 0, high: 1, logarithmic: false, di
                       exposure: 0, gamma: 1, curve: "linear", behind: "black" };
 const ENDS = { ssim: ["1 alike", "0 or less"], flip: ["0 alike", "1 unlike"] };
 
-export class LikenessView {
-  constructor(elements, judgement) {
+export class PerceptualView {
+  constructor(elements, metrics) {
     this.at = elements;
-    this.judgement = judgement;
+    this.metrics = metrics;
     const canvas = elements.legend.querySelector("canvas"), ramp = magnitudes(), context = canvas.getContext("2d");
     for (let i = 0; i < STEPS; i++) {
       context.fillStyle = `rgb(${ramp[i * 4]} ${ramp[i * 4 + 1]} ${ramp[i * 4 + 2]})`;
@@ -21,34 +21,34 @@ export class LikenessView {
   // What Picture draws instead of the layers: the map, which begins where what was in sight did.
   // Null when no map is asked for, or there is none yet.
   look(compare, { zoom, x, y, canvas }) {
-    const { found } = this.judgement;
-    if (!compare.judge || !found) return null;
+    const { found } = this.metrics;
+    if (!compare.metric || !found) return null;
     const viewport = { zoom, x: x - found.area.x0, y: y - found.area.y0, canvas };
-    return { first: found.maps[compare.judge], other: null, viewport, display: MAP_DISPLAY, compare };
+    return { first: found.maps[compare.metric], other: null, viewport, display: MAP_DISPLAY, compare };
   }
 
   // The map's values by the picture's pixels.
   values(compare) {
-    if (!compare.judge || !this.judgement.found) return null;
-    return { at: (x, y) => { const v = this.judgement.valueAt(compare.judge, { x, y }); return v === null ? null : [v]; } };
+    if (!compare.metric || !this.metrics.found) return null;
+    return { at: (x, y) => { const v = this.metrics.valueAt(compare.metric, { x, y }); return v === null ? null : [v]; } };
   }
 
   // What the probe says of a pixel.
   describe(point) {
-    const [ssim, flip] = ["ssim", "flip"].map((judge) => this.judgement.valueAt(judge, point));
+    const [ssim, flip] = ["ssim", "flip"].map((metric) => this.metrics.valueAt(metric, point));
     return ssim === null ? "" : ` | SSIM ${short(ssim)}  FLIP ${short(flip)}`;
   }
 
   // `live`: more of the two comes; `unfit`: they are no pictures.
   show(compare, live, unfit) {
-    const { at, judgement } = this;
-    at.legend.hidden = !compare.judge || !judgement.found;
-    if (compare.judge) ENDS[compare.judge].forEach((text, i) => { at.legendEnds[i].textContent = text; });
+    const { at, metrics } = this;
+    at.legend.hidden = !compare.metric || !metrics.found;
+    if (compare.metric) ENDS[compare.metric].forEach((text, i) => { at.legendEnds[i].textContent = text; });
     at.alike.textContent = compare.mode === "off" ? "" : unfit ? "SSIM and FLIP need layers that are shown as pictures." : this.figures(live);
   }
 
   figures(live) {
-    const { found, current, tooMany, failed, wanted } = this.judgement;
+    const { found, current, tooMany, failed, wanted } = this.metrics;
     if (failed) return "SSIM and FLIP could not be computed.";
     if (tooMany) return "SSIM and FLIP take at most four million pixels in sight: zoom in.";
     if (!found || (!current && !live)) return wanted ? "SSIM, FLIP: computing" : "";

@@ -23,11 +23,11 @@ export function ssim({ width, height, reference, test, counts }) {
   }
   for (const values of sums) convolve(values, width, height, w, w, false, values);
   const map = new Float32Array(area);
-  for (let i = 0; i < area; i++) map[i] = counts[i] ? likeness(sums, i) : 1;
+  for (let i = 0; i < area; i++) map[i] = counts[i] ? similarity(sums, i) : 1;
   return { map, mean: meanOf(map, width, height, counts) };
 }
 
-function likeness([weight, xs, ys, xxs, yys, xys], i) {
+function similarity([weight, xs, ys, xxs, yys, xys], i) {
   const n = weight[i], x = xs[i] / n, y = ys[i] / n;
   const xx = Math.max(xxs[i] / n - x * x, 0), yy = Math.max(yys[i] / n - y * y, 0);
   // No more than the deviations allow: rounding must not tell what is flat and alike apart.

@@ -6,8 +6,8 @@ import { Display } from "./display.js";
 import { setText } from "../elements.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
-import { Judgement } from "../compare/judgement.js";
-import { LikenessView } from "../compare/likeness_view.js";
+import { PerceptualMetrics } from "../compare/perceptual_metrics.js";
+import { PerceptualView } from "../compare/perceptual_view.js";
 import { sparseStep } from "./layer_image.js";
 import { LayerSources } from "./layer_source.js";
 import { Picture } from "./picture.js";
@@ -46,9 +46,9 @@ export class PictureView {
     this.probe = new Probe({ readout: elements.readout, list: elements.pins }, () => { this.onPointed(this.probe.point); redraw(); });
     this.histogram = new Histogram(elements.histogram, elements.histogramText);
     this.overlay = new ValueOverlay(elements.overlay);
-    this.judgement = new Judgement(() => { this.measureSoon(); redraw(); }, (image) => this.picture?.forget(image));
-    this.likeness = new LikenessView(elements, this.judgement);
-    this.probe.more = (point) => this.compare.mode === "off" ? "" : this.likeness.describe(point);
+    this.metrics = new PerceptualMetrics(() => { this.measureSoon(); redraw(); }, (image) => this.picture?.forget(image));
+    this.perceptual = new PerceptualView(elements, this.metrics);
+    this.probe.more = (point) => this.compare.mode === "off" ? "" : this.perceptual.describe(point);
     this.sources = new LayerSources(({ image }) => this.picture?.forget(image));
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
@@ -117,7 +117,7 @@ export class PictureView {
     this.at.otherJob.value = this.at.otherFile.value = "";
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
-    this.judgement.clear();
+    this.metrics.clear();
     this.probe.clear();
     if (job) this.setLayer(this.under?.layer ?? "beauty");
   }
@@ -285,7 +285,7 @@ export class PictureView {
   }
 
   look() {
-    const map = this.likeness.look(this.compare, this.viewport);
+    const map = this.perceptual.look(this.compare, this.viewport);
     return map ?? { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare, hurried: this.hurrying !== 0 };
   }
 
@@ -302,7 +302,7 @@ export class PictureView {
     const { at, viewport, source, other } = this;
     if (!source) return;
     at.behindLabel.hidden = !source.image.alpha && !(this.compare.mode !== "off" && other?.image.alpha);
-    const map = this.likeness.values(this.compare);
+    const map = this.perceptual.values(this.compare);
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
     this.showUnder();
     this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
@@ -321,7 +321,7 @@ export class PictureView {
     const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}`;
     const y = 16 * ratio;
     if (compare.mode !== "wipe")
-      return [{ x: width / 2, y, text: compare.judge ? `${compare.judge.toUpperCase()}: ${name(source)}, ${name(other)}` : compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];
+      return [{ x: width / 2, y, text: compare.metric ? `${compare.metric.toUpperCase()}: ${name(source)}, ${name(other)}` : compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];
     const [nx, ny, at] = compare.line(width, height), inside = (v, most, edge) => Math.min(most - edge, Math.max(edge, v));
     const upright = Math.abs(nx) > 0.5, x = upright ? (at - ny * y) / nx : width / 2, away = upright ? 70 * ratio : 0;
     const place = (side) => ({ x: inside(x + side * away, width, 70 * ratio),
@@ -343,9 +343,9 @@ export class PictureView {
     display.measure(looked);
     if (this.compare.mode !== "off" && other) this.showFigures(moved);
     else at.figures.textContent = "";
-    this.showLikeness(moved);
-    const map = this.likeness.look(this.compare, viewport);
-    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.judge === "ssim" ? "1 − SSIM" : "FLIP"}: `);
+    this.showPerceptual(moved);
+    const map = this.perceptual.look(this.compare, viewport);
+    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.metric === "ssim" ? "1 − SSIM" : "FLIP"}: `);
     else this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     this.redraw();
   }
@@ -361,14 +361,14 @@ export class PictureView {
       : other.image.width && other.image.width !== source.image.width ? "The two have different sizes." : "";
   }
 
-  // Judged once nothing moves any more; while pictures still come, now and then.
-  showLikeness(moved) {
+  // Measures once the view rests; while pictures still come, now and then.
+  showPerceptual(moved) {
     const { source, other, viewport, display, compare } = this;
-    if (compare.mode === "off" || !other) this.judgement.clear();
+    if (compare.mode === "off" || !other) this.metrics.clear();
     else if (!NOT_PICTURES.has(source.layer) && moved) this.measureSoon();
-    else if (!NOT_PICTURES.has(source.layer)) this.judgement.judge(source.image, other.image, viewport.visible(), display, source.live || other.live);
-    else this.judgement.clear();
-    this.likeness.show(compare, source.live || other?.live, compare.mode !== "off" && other && NOT_PICTURES.has(source.layer));
+    else if (!NOT_PICTURES.has(source.layer)) this.metrics.measure(source.image, other.image, viewport.visible(), display, source.live || other.live);
+    else this.metrics.clear();
+    this.perceptual.show(compare, source.live || other?.live, compare.mode !== "off" && other && NOT_PICTURES.has(source.layer));
   }
 
   say(text) { this.at.said.textContent = text; }
