@@ -196,7 +196,8 @@ static int check_target(const struct plan_place *at, const struct plan *plan)
                                  (double)plan->target_error);
     if ((plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))) ||
         ((plan->planes & PLANES_GLOSSY) && !(plan->planes & PLANE_BIT(GLOSSY_HALF))) ||
-        ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) && !(plan->planes & PLANE_BIT(REFLECTOR))))
+        ((plan->planes & PLANE_BIT(INDIRECT_HALVES)) &&
+         !(plan->planes & PLANE_BIT(BOUNCE_DISTANCE_MIN))))
         return plan_field_refuse(at, ERR_RANGE, "target_error",
                                  "is a target for bounces of unknown error",
                                  (double)plan->target_error);

@@ -55,9 +55,9 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
     const bool adaptive = plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE;
-    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
+    const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANE_BIT(BOUNCE_DISTANCE_MIN) |
                            (sheared ? PLANE_BIT(INDIRECT_STRATA) : 0) |
-                           (adaptive ? PLANE_BIT(REFLECTOR_FAR) : 0);
+                           (adaptive ? PLANE_BIT(BOUNCE_DISTANCE_MAX) : 0);
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) return 0;
     if (!(plan->planes & PLANES_BOUNCE_RAYS))
         return plan_field_refuse(at, ERR_RANGE, "indirect_filter", "has nothing to filter",

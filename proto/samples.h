@@ -138,7 +138,8 @@ uint32_t samples_type_bytes(enum samples_type type);
 #define PLANES_BOUNCE_LIGHT                                                                        \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
 #define PLANES_BOUNCE_RAYS                                                                         \
-    (PLANES_BOUNCE_LIGHT | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN) | PLANE_BIT(REFLECTOR_FAR))
+    (PLANES_BOUNCE_LIGHT | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN) |                      \
+     PLANE_BIT(BOUNCE_DISTANCE_MAX))
 
 /* Planes of glossy lobes: what their rays bring, and all. */
 #define PLANES_GLOSSY_LIGHT                                                                        \
@@ -147,7 +148,7 @@ uint32_t samples_type_bytes(enum samples_type type);
 
 #define LENS_RADIANCE_MAX 1e30f
 
-#define REFLECTOR_NONE 65504.0f /* the largest half float */
+#define BOUNCE_DISTANCE_NONE 65504.0f /* the largest half float */
 
 /* Light planes that hold a rectangle's strata. */
 #define LIGHT_PLANES_STRATA (1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES)

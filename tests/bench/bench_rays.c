@@ -107,7 +107,7 @@ static void plan_add_all(struct plan *p)
     p->light_planes |= 1u << LIGHT_PLANE_SLOPES;
     p->planes |= PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
                  PLANE_BIT(SUB_ID) | PLANE_BIT(EMISSION) | PLANE_BIT(INDIRECT_MEAN) |
-                 PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR);
+                 PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(BOUNCE_DISTANCE_MIN);
 }
 
 /* Rays of camera and shadow kinds, and seconds summed over threads. */

@@ -158,7 +158,7 @@ struct picture *stage_trace_field(struct stage *s, bool beside_paths)
     plan.paths.spp = beside_paths;
     plan.paths.without_diffuse_indirect = beside_paths;
     plan.planes = beside_paths ? plan.planes : plan.planes & ~PLANES_PATH;
-    plan.planes |= PLANE_BIT(REFLECTOR);
+    plan.planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN);
     if (plan.bounces > 0) plan.planes |= PLANE_BIT(INDIRECT_MEAN);
     if (plan.occlusion_distance > 0) plan.planes |= PLANE_BIT(OPEN);
     plan.indirect_strata_per_axis = (uint32_t)sqrt((double)run.spp);

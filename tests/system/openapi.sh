@@ -176,7 +176,7 @@ check_plan "light without area is not filtered" "{\"scene\": {\"asset\": \"$asse
 check_plan "auto filters its bounces" "{$scene_member, \"effects\": {\"indirect_bounces\": 6}}" \
     '.integrator == "light_field" and .indirect_filter == "constant" and
      .indirect_filter_why == "9 bounce rays: weighted means need the fewest" and
-     (.planes | index("reflector")) and .samples.indirect == 9'
+     (.planes | index("bounce_distance_min")) and .samples.indirect == 9'
 check_plan "shadows beside paths are not filtered" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
     '.integrator == "paths" and .filter == "none" and (.filter_why | startswith("the residual filter cleans whole paths")) and
      (.warnings | any(startswith("filter.method is axis_aligned, but shadows are not filtered")))'
@@ -203,11 +203,11 @@ check_plan "occlusion is a light field of its own" "{$scene_member, \"effects\":
     '.integrator == "light_field" and (.planes | index("open")) and (.planes | index("indirect_mean") | not) and
      .indirect_filter == "linear" and .samples.indirect == 64'
 check_plan "adaptive rates begin with 16 rays" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
-    '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and (.planes | index("reflector_far"))'
+    '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and (.planes | index("bounce_distance_max"))'
 check_plan "adaptive rates leave nothing to light fields before a lens" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
     \"filter\": {\"indirect\": \"adaptive\", \"glossy\": \"virtual_hit\"}}" \
     '.integrator == "lens_field" and .lens_light == "own" and .indirect_filter == "none" and .glossy_filter == "none" and (.samples | has("indirect_most") | not)
-     and (.planes | any(startswith("glossy_") or startswith("reflector")) | not)
+     and (.planes | any(startswith("glossy_") or startswith("bounce_distance")) | not)
      and (.warnings | any(startswith("filter.indirect is adaptive")) and any(startswith("filter.glossy is virtual_hit")))'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \
     '.integrator == "paths" and .samples.paths == 100 and (.planes | index("path_radiance"))'

@@ -48,7 +48,8 @@ enum plan_integrator {
     INTEGRATOR_LENS_FIELD
 };
 
-/* What is skipped, such as "plane reflector" or "light /lights/2", and why, as a sentence. */
+/* What is skipped, such as "plane bounce_distance_min" or "light /lights/2", and why, as a
+ * sentence. */
 struct plan_skip {
     char what[64];
     char why[128];

@@ -130,7 +130,7 @@ static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
     plan->adaptive = (struct plan_adaptive){.mu = job->mu, .rays_most = adaptive_most(job)};
     plan->mu = 1.0f;
-    plan->planes |= PLANE_BIT(REFLECTOR_FAR);
+    plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MAX);
     plan->capabilities |= CAPABILITY_SIDES;
     if (job->indirect_spp > 0 && job->indirect_spp < first)
         plan_warn(
@@ -146,7 +146,7 @@ static void plan_filter_planes(const struct job *job, struct plan *plan, struct 
     if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         plan_adaptive(job, plan, report);
     else
-        plan_skip(report, "plane reflector_far", "no filter of this plan reads it");
+        plan_skip(report, "plane bounce_distance_max", "no filter of this plan reads it");
     const bool axes = plan->indirect_filter != INDIRECT_FILTER_SHEARED;
     if (plan->indirect_filter == INDIRECT_FILTER_NONE) tell_none(job, report);
     if (job->indirect == INDIRECT_SHEARED && plan_wants_error(job) &&
@@ -164,9 +164,9 @@ static void plan_filter_planes(const struct job *job, struct plan *plan, struct 
     /* Errors are smoothed over surfaces, too. */
     if (plan->indirect_filter != INDIRECT_FILTER_NONE ||
         (plan->planes & PLANE_BIT(INDIRECT_HALVES)))
-        plan->planes |= PLANE_BIT(REFLECTOR);
+        plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN);
     else
-        plan_skip(report, "plane reflector", "no filter of this plan reads it");
+        plan_skip(report, "plane bounce_distance_min", "no filter of this plan reads it");
 }
 
 /* Single rays for the filter that reads them, else means, or halves that tell of their error. */

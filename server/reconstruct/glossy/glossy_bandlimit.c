@@ -13,7 +13,7 @@ static struct plan as_indirect(const struct plan *plan)
     out.indirect_filter = INDIRECT_FILTER_CONSTANT;
     out.planes &= ~PLANE_BIT(INDIRECT_HALVES); /* diffuse light's, of which errors would be made */
     if (patch_knows_glossy_errors(plan))
-        out.planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR);
+        out.planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(BOUNCE_DISTANCE_MIN);
     return out;
 }
 
@@ -28,7 +28,7 @@ static float reflector_of(const struct plan *plan, const struct patch *patch, si
 {
     const float near = patch->glossy_nearness[i], alpha = patch->glossy_alpha[i];
     if (!patch_is_glossy(patch, i)) return 0.0f;
-    if (!(near * plan->length_unit > NEAR_LEAST)) return REFLECTOR_NONE * plan->length_unit;
+    if (!(near * plan->length_unit > NEAR_LEAST)) return BOUNCE_DISTANCE_NONE * plan->length_unit;
     const float exponent = 2.0f / (alpha * alpha) - 2.0f; /* alpha: at least a step of its plane */
     const struct indirect_bandlimit band =
         indirect_bandlimit_blinn_phong(exponent > 0.0f ? exponent : 0.0f);
@@ -44,9 +44,10 @@ int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct 
     struct indirect_statistics statistics = {0};
     struct patch lobes = *patch;
     lobes.bounces = patch->glossy_rays;
-    lobes.reflector = scratch_take(patch->scratch, area * sizeof *lobes.reflector);
-    if (!lobes.reflector) return ERR_MEMORY;
-    for (size_t i = 0; i < area; i++) lobes.reflector[i] = reflector_of(plan, patch, i);
+    lobes.bounce_distance_min =
+        scratch_take(patch->scratch, area * sizeof *lobes.bounce_distance_min);
+    if (!lobes.bounce_distance_min) return ERR_MEMORY;
+    for (size_t i = 0; i < area; i++) lobes.bounce_distance_min[i] = reflector_of(plan, patch, i);
     struct indirect_error e = {.half = {NULL}};
     for (int c = 0; c < 3 && variance; c++) {
         e.half[c] = patch->glossy_half[c];
@@ -56,7 +57,7 @@ int glossy_bandlimit(const struct plan *plan, const struct patch *patch, struct 
         variance ? indirect_filter_with_error(&indirect, &lobes, inner, 3, in, out, NULL, &e,
                                               &statistics)
                  : indirect_filter(&indirect, &lobes, inner, 3, in, out, NULL, &statistics);
-    scratch_give(patch->scratch, lobes.reflector);
+    scratch_give(patch->scratch, lobes.bounce_distance_min);
     *filtered = statistics.pixels_filtered;
     return error;
 }

@@ -43,8 +43,9 @@ static bool can_filter(const struct indirect *f)
     const struct patch *p = f->patch;
     const struct rect common = rect_intersect(f->inner, p->rect);
     const bool known = f->plan->indirect_filter <= INDIRECT_FILTER_SHEARED;
-    return known && p->depth && p->normal[0] && p->id && p->reflector && !rect_is_empty(f->inner) &&
-           rect_area(common) == rect_area(f->inner) && channels_of(f) <= INDIRECT_CHANNELS_MAX;
+    return known && p->depth && p->normal[0] && p->id && p->bounce_distance_min &&
+           !rect_is_empty(f->inner) && rect_area(common) == rect_area(f->inner) &&
+           channels_of(f) <= INDIRECT_CHANNELS_MAX;
 }
 
 /* Copies measured light unfiltered. */

@@ -38,10 +38,11 @@ struct indirect_error {
 };
 
 /* Filters `count` channels over `inner`, which lies in patch->rect. The patch needs depth, normal,
- * id and reflector. Writes out[c] for the pixels of `inner` (0 where nothing was measured) and the
- * filter's standard deviation in pixels into width_px (0: not filtered; may be NULL), and adds to
- * *statistics. Constant channels stay constant; results are finite for finite input. ERR_MEMORY;
- * ERR_RANGE for another filter, a missing plane, too many channels or an `inner` outside. */
+ * id and bounce_distance_min. Writes out[c] for the pixels of `inner` (0 where nothing was
+ * measured) and the filter's standard deviation in pixels into width_px (0: not filtered; may be
+ * NULL), and adds to *statistics. Constant channels stay constant; results are finite for finite
+ * input. ERR_MEMORY; ERR_RANGE for another filter, a missing plane, too many channels or an `inner`
+ * outside. */
 int indirect_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                     uint32_t count, const float *const *in, float *const *out, float *width_px,
                     struct indirect_statistics *statistics);

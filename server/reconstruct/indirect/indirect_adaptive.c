@@ -114,7 +114,7 @@ static void load_far(const struct adaptive *a)
     const struct patch *patch = a->patch;
     for (int32_t y = all.y0; y < all.y1; y++) {
         const size_t to = indirect_neighbourhood_index(a->around, all.x0, y);
-        const float *far = patch->reflector_far + patch_pixel(patch, all.x0, y);
+        const float *far = patch->bounce_distance_max + patch_pixel(patch, all.x0, y);
         const float *near = a->around->nearness + to;
         float *out = indirect_neighbourhood_spare(a->around, 0) + to;
         for (size_t i = 0; i < (size_t)rect_width(all); i++)
@@ -159,8 +159,8 @@ static int find(const struct plan *plan, const struct patch *patch, const float 
 {
     struct indirect_neighbourhood around;
     const struct rect common = rect_intersect(inner, patch->rect);
-    const bool has =
-        patch->depth && patch->normal[0] && patch->id && patch->reflector && patch->reflector_far;
+    const bool has = patch->depth && patch->normal[0] && patch->id && patch->bounce_distance_min &&
+                     patch->bounce_distance_max;
     if (!has || rect_is_empty(inner) || rect_area(common) != rect_area(inner)) return ERR_RANGE;
     const struct rect seen = rect_intersect(rect_grow(inner, INDIRECT_NEAR_PX), patch->rect);
     const int error =
@@ -191,7 +191,7 @@ int indirect_adaptive_find_lobes(const struct plan *plan, const struct patch *pa
 {
     struct patch lobes = *patch;
     if (!patch->glossy_alpha) return ERR_RANGE;
-    lobes.reflector = patch->glossy_near;
-    lobes.reflector_far = patch->glossy_far;
+    lobes.bounce_distance_min = patch->glossy_near;
+    lobes.bounce_distance_max = patch->glossy_far;
     return find(plan, &lobes, patch->glossy_alpha, inner, sides);
 }

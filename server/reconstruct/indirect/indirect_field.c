@@ -45,7 +45,8 @@ static void load_row(const struct surface_view *view, float far, const struct pa
     const size_t count = (size_t)rect_width(p->rect);
     surface_points(view, p->rect.x0, y, (uint32_t)count, patch->depth + from, p->point[0] + to,
                    p->point[1] + to, p->point[2] + to);
-    const float *depth = patch->depth + from, *reflector = patch->reflector + from;
+    const float *depth = patch->depth + from,
+                *bounce_distance_min = patch->bounce_distance_min + from;
     for (size_t i = 0; i < count; i++) {
         const uint32_t id = patch->id[from + i];
         p->object[to + i] = depth[i] > 0.0f ? (int32_t)id : 0;
@@ -55,12 +56,12 @@ static void load_row(const struct surface_view *view, float far, const struct pa
         float *normal = p->normal[k] + to;
         for (size_t i = 0; i < count; i++) {
             const float value = in[i];
-            normal[i] = reflector[i] > 0.0f ? value : 0.0f;
+            normal[i] = bounce_distance_min[i] > 0.0f ? value : 0.0f;
         }
     }
     for (size_t i = 0; i < count; i++) {
         const bool measured = patch_is_measured(patch, from + i);
-        const float size = surface_pixel_size(view, depth[i]), z = reflector[i];
+        const float size = surface_pixel_size(view, depth[i]), z = bounce_distance_min[i];
         p->pixel[to + i] = !measured ? 0.0f : size > TINY ? size : TINY;
         p->nearness[to + i] = (measured & (z < far)) ? 1.0f / (z > TINY ? z : TINY) : 0.0f;
     }
@@ -83,7 +84,7 @@ int indirect_neighbourhood_create(const struct plan *plan, const struct patch *p
     out->field.off = out->off;
     surface_view_init(&view, plan);
     for (int32_t y = rect.y0; y < rect.y1; y++)
-        load_row(&view, REFLECTOR_NONE * plan->length_unit, patch, y, out);
+        load_row(&view, BOUNCE_DISTANCE_NONE * plan->length_unit, patch, y, out);
     return 0;
 }
 

@@ -33,7 +33,7 @@ static bool can_filter(const struct plan *plan, const struct patch *p, struct re
     const struct rect common = rect_intersect(inner, p->rect);
     const uint32_t l = plan->indirect_strata_per_axis;
     return plan->indirect_filter == INDIRECT_FILTER_SHEARED && l > 0 && l <= V_PLANE_STRATA_MAX &&
-           p->depth && p->normal[0] && p->id && p->reflector && p->indirect_strata &&
+           p->depth && p->normal[0] && p->id && p->bounce_distance_min && p->indirect_strata &&
            !rect_is_empty(inner) && rect_area(common) == rect_area(inner);
 }
 

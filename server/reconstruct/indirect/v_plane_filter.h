@@ -19,10 +19,11 @@
 /* Returns how many pixels around a block the filter reads; 0 under other filters. */
 int32_t v_plane_halo_px(const struct plan *plan);
 
-/* Filters `inner`, which lies in patch->rect. The patch needs depth, normal, id, reflector and
- * indirect_strata, traced under a plan of INDIRECT_FILTER_SHEARED. Writes out[c] for the pixels of
- * `inner` (0 where nothing was measured) and the filter's standard deviation in pixels into
- * width_px (may be NULL), and adds to *statistics. Constant radiance stays constant, to the last
- * bit if it is a power of two; results are finite for finite input. ERR_MEMORY, ERR_RANGE. */
+/* Filters `inner`, which lies in patch->rect. The patch needs depth, normal, id,
+ * bounce_distance_min and indirect_strata, traced under a plan of INDIRECT_FILTER_SHEARED. Writes
+ * out[c] for the pixels of `inner` (0 where nothing was measured) and the filter's standard
+ * deviation in pixels into width_px (may be NULL), and adds to *statistics. Constant radiance stays
+ * constant, to the last bit if it is a power of two; results are finite for finite input.
+ * ERR_MEMORY, ERR_RANGE. */
 int v_plane_filter(const struct plan *plan, const struct patch *patch, struct rect inner,
                    float *const out[3], float *width_px, struct indirect_statistics *statistics);

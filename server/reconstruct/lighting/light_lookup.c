@@ -13,7 +13,8 @@
 
 static bool has_lighting(const struct patch *patch, size_t i)
 {
-    return patch->depth[i] > 0.0f && (!patch->reflector || patch->reflector[i] > 0.0f);
+    return patch->depth[i] > 0.0f &&
+           (!patch->bounce_distance_min || patch->bounce_distance_min[i] > 0.0f);
 }
 
 /* Loads a row, whose points are px, py, pz. */
@@ -78,13 +79,13 @@ int light_lookup_create(const struct plan *plan, const struct patch *patch,
 
 /* Pixels around a sample, the upper left one's bit lowest: those plainly on its surface, so that
  * surface_match is 1, which no root needs to tell, and those that face elsewhere. */
-struct likeness {
+struct surface_matches {
     int same, other;
 };
 
-static inline struct likeness compare(const struct light_lookup_pixel *a,
-                                      const struct light_lookup_pixel *b,
-                                      const struct lens_light_row *s, uint32_t i)
+static inline struct surface_matches compare(const struct light_lookup_pixel *a,
+                                             const struct light_lookup_pixel *b,
+                                             const struct lens_light_row *s, uint32_t i)
 {
     __m128 x = a[0].plane, y = a[1].plane, z = b[0].plane, d = b[1].plane;
     _MM_TRANSPOSE4_PS(x, y, z, d);
@@ -99,7 +100,7 @@ static inline struct likeness compare(const struct light_lookup_pixel *a,
     const __m128 same = (__m128)((off <= allowed) & (-off <= allowed) & (own <= allowed) &
                                  (-own <= allowed) & (cosine >= none + SURFACE_COS_FULL));
     const __m128 other = (__m128)(cosine <= none + SURFACE_COS_NONE);
-    return (struct likeness){_mm_movemask_ps(same), _mm_movemask_ps(other)};
+    return (struct surface_matches){_mm_movemask_ps(same), _mm_movemask_ps(other)};
 }
 
 /* Returns how near a pixel's point is to the plane of the sample. It is 1 up to 1.5 pixels plus a
@@ -138,7 +139,7 @@ struct weights {
 };
 
 static struct weights weigh(const struct light_lookup *l, const struct lens_light_row *s,
-                            uint32_t i, struct likeness like)
+                            uint32_t i, struct surface_matches like)
 {
     const struct shown_surface sample = {
         .point = {s->point[0][i], s->point[1][i], s->point[2][i]},
@@ -182,7 +183,7 @@ static void look_up_lobes(const lens_quad *a, const lens_quad *b, const struct w
 }
 
 static bool look_up_some(const struct light_lookup *l, const struct lens_light_row *s, uint32_t i,
-                         struct likeness like, float light[3], float gloss[3])
+                         struct surface_matches like, float light[3], float gloss[3])
 {
     const struct weights w = weigh(l, s, i, like);
     const size_t at = (size_t)s->row[i] * l->width + (size_t)s->column[i];
@@ -201,7 +202,7 @@ bool light_lookup_at(const struct light_lookup *l, const struct lens_light_row *
     const struct light_lookup_pixel *a =
         l->pixels + (size_t)row->row[i] * l->width + (size_t)row->column[i];
     const struct light_lookup_pixel *b = a + l->width;
-    const struct likeness like = compare(a, b, row, i);
+    const struct surface_matches like = compare(a, b, row, i);
     if (like.other == ALL) return false;
     if (like.same != ALL) return look_up_some(l, row, i, like, light, gloss);
     const float right = row->across[i], left = 1.0f - right, down = row->down[i];

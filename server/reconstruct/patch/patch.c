@@ -103,8 +103,8 @@ void patch_destroy(struct patch **patch)
 
 bool patch_knows_errors(const struct plan *plan)
 {
-    const uint64_t needs = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(ID) |
-                           PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
+    const uint64_t needs = PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(BOUNCE_DISTANCE_MIN) |
+                           PLANE_BIT(ID) | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL);
     return (plan->planes & needs) == needs;
 }
 

@@ -95,10 +95,10 @@ static inline size_t patch_pixel(const struct patch *patch, int32_t x, int32_t y
            (size_t)(x - patch->rect.x0);
 }
 
-/* Returns whether bounce rays left pixel i. The patch needs depth and reflector. */
+/* Returns whether bounce rays left pixel i. The patch needs depth and bounce_distance_min. */
 static inline bool patch_is_measured(const struct patch *patch, size_t i)
 {
-    return patch->depth[i] > 0.0f && patch->reflector[i] > 0.0f;
+    return patch->depth[i] > 0.0f && patch->bounce_distance_min[i] > 0.0f;
 }
 
 /* Returns whether pixel i shows a surface with a glossy lobe. The patch needs glossy_alpha. */

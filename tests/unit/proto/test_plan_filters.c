@@ -10,7 +10,8 @@ TEST(glossy_filters_are_checked)
 {
     const uint64_t lobe = PLANE_BIT(GLOSSY_LOBE), near = PLANE_BIT(GLOSSY_NEARNESS);
     const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
-                           PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
+                           PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(BOUNCE_DISTANCE_MIN) |
+                           PLANE_BIT(OPEN);
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
@@ -35,17 +36,18 @@ TEST(glossy_filters_are_checked)
 /* Filters of indirect light need their planes, and planes their rays. */
 TEST(indirect_filters_are_checked)
 {
-    const uint64_t reflector = PLANE_BIT(REFLECTOR), strata = PLANE_BIT(INDIRECT_STRATA);
+    const uint64_t bounce_distance_min = PLANE_BIT(BOUNCE_DISTANCE_MIN),
+                   strata = PLANE_BIT(INDIRECT_STRATA);
     const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | strata;
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_CONSTANT, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED, ERR_OK, "");
     EXPECT(plan.indirect_filter = INDIRECT_FILTER_SHEARED + 1, ERR_RANGE, "indirect_filter");
-    EXPECT((plan.indirect_filter = INDIRECT_FILTER_LINEAR, plan.planes &= ~reflector), ERR_RANGE,
-           "planes");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_LINEAR, plan.planes &= ~bounce_distance_min),
+           ERR_RANGE, "planes");
     EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~strata), ERR_RANGE,
            "planes");
-    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~reflector), ERR_RANGE,
-           "planes");
+    EXPECT((plan.indirect_filter = INDIRECT_FILTER_SHEARED, plan.planes &= ~bounce_distance_min),
+           ERR_RANGE, "planes");
     EXPECT((plan.bounces = 0), ERR_RANGE, "planes");
     EXPECT((plan.bounces = 0, plan.planes &= ~(light | PLANES_GLOSSY)), ERR_OK,
            ""); /* occlusion alone */
@@ -68,8 +70,8 @@ TEST(rates_are_checked)
     EXPECT((ADAPTIVE, plan.adaptive.rays_most = 9), ERR_OK, "");
     EXPECT((ADAPTIVE, plan.adaptive.rays_most = LIMIT_SPP), ERR_OK, "");
     EXPECT((ADAPTIVE, plan.adaptive.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "adaptive.rays_most");
-    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(REFLECTOR_FAR)), ERR_RANGE, "planes");
-    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(REFLECTOR)), ERR_RANGE, "planes");
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MAX)), ERR_RANGE, "planes");
+    EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MIN)), ERR_RANGE, "planes");
     EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
     EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
     EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(GLOSSY_HALF)), ERR_RANGE, "indirect_filter");

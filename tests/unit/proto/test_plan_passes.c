@@ -205,6 +205,6 @@ TEST(targets_are_checked)
     TARGET(plan.planes |= PLANES_GLOSSY, ERR_OK, "");
     TARGET(plan.planes |= PLANES_GLOSSY & ~PLANE_BIT(GLOSSY_HALF), ERR_RANGE, "target_error");
     TARGET(plan.planes |= PLANES_GLOSSY & ~PLANE_BIT(GLOSSY_MEAN), ERR_RANGE, "planes");
-    TARGET(plan.planes &= ~PLANE_BIT(REFLECTOR), ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MIN), ERR_RANGE, "target_error");
 #undef TARGET
 }

@@ -26,13 +26,14 @@ static uint32_t bytes_per_pixel(uint64_t without)
 
 TEST(sizes_follow_the_formula)
 {
-    const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) | BIT(REFLECTOR_FAR) |
-                           PLANES_GLOSSY | PLANES_LENS | BIT(GLOSSY_SPAN);
+    const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) |
+                           BIT(BOUNCE_DISTANCE_MAX) | PLANES_GLOSSY | PLANES_LENS |
+                           BIT(GLOSSY_SPAN);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 74);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 134);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
-    assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(REFLECTOR)), 72);
+    assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(BOUNCE_DISTANCE_MIN)), 72);
     const uint64_t others = spare & ~PLANES_GLOSSY;
     assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 74 + 8 + 8 + 8 + 2 + 3 * 6);
     /* four lens samples, lit by their own paths or by fields */

@@ -36,9 +36,9 @@ TEST(foreign_sizes_and_planes_fail)
     samples_case_fill(s, UINT64_MAX, 15, 1);
     pack(s, &w, NULL);
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 7, &back, &fault), ERR_MISMATCH);
-    plan.planes &= ~BIT(REFLECTOR);
+    plan.planes &= ~BIT(BOUNCE_DISTANCE_MIN);
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
-    plan.planes |= BIT(REFLECTOR);
+    plan.planes |= BIT(BOUNCE_DISTANCE_MIN);
     w.data[12 + 0] |= 1u << LIGHT_PLANE_SLOPES; /* of a point light */
     assert_int_equal(unpack(w.data, w.size_bytes, 8, 8, &back, &fault), ERR_RANGE);
     bytes_writer_fini(&w);
@@ -166,7 +166,8 @@ TEST(numbers_are_checked)
            "indirect_mean[2]");
     EXPECT(samples_u16(s, PLANE_INDIRECT_HALVES, 5)[at] = HALF_NAN, ERR_NOT_FINITE,
            "indirect_halves[5]");
-    EXPECT(samples_u16(s, PLANE_REFLECTOR, 0)[at] = 0xfc00, ERR_NOT_FINITE, "reflector[0]");
+    EXPECT(samples_u16(s, PLANE_BOUNCE_DISTANCE_MIN, 0)[at] = 0xfc00, ERR_NOT_FINITE,
+           "bounce_distance_min[0]");
     EXPECT(samples_u16(s, PLANE_INDIRECT_STRATA, 35)[at] = 0xffff, ERR_NOT_FINITE,
            "indirect_strata[35]");
     EXPECT(samples_f32(s, PLANE_PATH_RADIANCE, 2)[at] = NAN, ERR_NOT_FINITE, "path_radiance[2]");

@@ -175,6 +175,6 @@ void fixture_bounces(struct plan *p, uint32_t l)
 {
     p->bounces = 1;
     p->indirect_strata_per_axis = l;
-    p->planes |= PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) |
-                 PLANE_BIT(INDIRECT_STRATA);
+    p->planes |= PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
+                 PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(INDIRECT_STRATA);
 }

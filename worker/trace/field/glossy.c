@@ -239,7 +239,9 @@ static void store_span(const struct gloss *g, const struct glossy_sums *sums,
     _Alignas(LANES_ALIGN) float near[LANES], far[LANES];
     for (int i = 0; i < LANES; i++) {
         const bool met = sums->nearest[i] < INFINITY, traced = g->on.on[i] && g->rays[i] > 0;
-        near[i] = met ? block_distance(scale * sums->nearest[i]) : traced ? REFLECTOR_NONE : 0.0f;
+        near[i] = met      ? block_distance(scale * sums->nearest[i])
+                  : traced ? BOUNCE_DISTANCE_NONE
+                           : 0.0f;
         far[i] = met ? block_distance(scale * sums->farthest[i]) : 0.0f;
     }
     block_store_positive_half(g->block, near, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 0));

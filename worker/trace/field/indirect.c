@@ -279,17 +279,19 @@ static void store_radiance(const struct bounce *b, const struct indirect_sums *s
 static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
                             struct samples *samples)
 {
-    _Alignas(LANES_ALIGN) float reflector[LANES], far[LANES], open[LANES];
+    _Alignas(LANES_ALIGN) float bounce_distance_min[LANES], far[LANES], open[LANES];
     const float scale = 1.0f / b->context->plan->length_unit;
     for (int i = 0; i < LANES; i++) {
         const bool met = sums->nearest[i] < INFINITY;
-        const float near = met ? block_distance(scale * sums->nearest[i]) : REFLECTOR_NONE;
-        reflector[i] = b->lit.on[i] ? near : 0.0f;
+        const float near = met ? block_distance(scale * sums->nearest[i]) : BOUNCE_DISTANCE_NONE;
+        bounce_distance_min[i] = b->lit.on[i] ? near : 0.0f;
         far[i] = b->lit.on[i] && met ? block_distance(scale * sums->farthest[i]) : 0.0f;
         open[i] = b->rays[i] > 0 ? sums->open[i] / (float)b->rays[i] : 0.0f;
     }
-    block_store_positive_half(b->block, reflector, 1.0f, samples_u16(samples, PLANE_REFLECTOR, 0));
-    block_store_positive_half(b->block, far, 1.0f, samples_u16(samples, PLANE_REFLECTOR_FAR, 0));
+    block_store_positive_half(b->block, bounce_distance_min, 1.0f,
+                              samples_u16(samples, PLANE_BOUNCE_DISTANCE_MIN, 0));
+    block_store_positive_half(b->block, far, 1.0f,
+                              samples_u16(samples, PLANE_BOUNCE_DISTANCE_MAX, 0));
     block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_OPEN, 0));
 }
 

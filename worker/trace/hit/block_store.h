@@ -45,11 +45,11 @@ void block_store_half(const struct block *b, const float v[LANES], float scale, 
 void block_store_positive_half(const struct block *b, const float v[LANES], float scale,
                                uint16_t *plane);
 
-/* The half below REFLECTOR_NONE. */
+/* The half below BOUNCE_DISTANCE_NONE. */
 #define BLOCK_DISTANCE_MOST 65472.0f
 
 /* A hit's distance over the length unit as planes hold it: 0 would say that there was none, and
- * REFLECTOR_NONE that nothing was met. */
+ * BOUNCE_DISTANCE_NONE that nothing was met. */
 static inline float block_distance(float scaled)
 {
     const float positive = scaled > FLT_MIN ? scaled : FLT_MIN;

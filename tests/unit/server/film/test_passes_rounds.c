@@ -39,7 +39,8 @@ TEST(patches_tell_of_second_sets)
     assert_true(film_next_ready(film, &block));
     assert_int_equal(film_gather(film, block, &patch), 0);
     assert_true(patch->bounces[0] == 16.0f && patch->bounces[64 * 64 - 1] == 16.0f);
-    assert_true(patch->reflector_far && patch->reflector_far[1] >= patch->reflector[1]);
+    assert_true(patch->bounce_distance_max &&
+                patch->bounce_distance_max[1] >= patch->bounce_distance_min[1]);
     patch_destroy(&patch);
     assert_true(film_block_done(film, block) && film_complete(film));
     sides[5] = 3;

@@ -123,17 +123,17 @@ TEST(bounces_are_weighted_by_their_number)
     synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
     struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
     assert_int_equal(more->layout.planes & ~PLANES_PATH,
-                     PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN));
+                     PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN));
     for (uint32_t c = 0; c < 6; c++) {
         samples_u16(sum, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(1.0f);
         samples_u16(more, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(4.0f);
         samples_u16(sum, PLANE_INDIRECT_HALVES, c)[1] = half_from_float(65504.0f);
         samples_u16(more, PLANE_INDIRECT_HALVES, c)[1] = half_from_float(65504.0f);
     }
-    samples_u16(sum, PLANE_REFLECTOR, 0)[0] = half_from_float(REFLECTOR_NONE);
-    samples_u16(more, PLANE_REFLECTOR, 0)[0] = half_from_float(2.0f);
-    samples_u16(sum, PLANE_REFLECTOR, 0)[1] = half_from_float(0.5f);
-    samples_u16(more, PLANE_REFLECTOR, 0)[1] = half_from_float(3.0f);
+    samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[0] = half_from_float(BOUNCE_DISTANCE_NONE);
+    samples_u16(more, PLANE_BOUNCE_DISTANCE_MIN, 0)[0] = half_from_float(2.0f);
+    samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[1] = half_from_float(0.5f);
+    samples_u16(more, PLANE_BOUNCE_DISTANCE_MIN, 0)[1] = half_from_float(3.0f);
     samples_u16(more, PLANE_OPEN, 0)[0] = half_from_float(1.0f);
     passes_add(sum, (struct pass_counts){.paths = 9, .bounces = 9}, more,
                (struct pass_counts){.bounces = 16});
@@ -142,8 +142,8 @@ TEST(bounces_are_weighted_by_their_number)
     assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 3)[0]),
                      (4 * 1.0 + 8 * 4.0) / 12, 1e-3));
     assert_true(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 5)[1]) == 65504.0f);
-    assert_true(half_to_float(samples_u16(sum, PLANE_REFLECTOR, 0)[0]) == 2.0f);
-    assert_true(half_to_float(samples_u16(sum, PLANE_REFLECTOR, 0)[1]) == 0.5f);
+    assert_true(half_to_float(samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[0]) == 2.0f);
+    assert_true(half_to_float(samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[1]) == 0.5f);
     assert_true(near(half_to_float(samples_u16(sum, PLANE_OPEN, 0)[0]), 16.0 / 25, 1e-3));
     assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] == 0.0f);
     samples_destroy(&sum);
@@ -164,7 +164,7 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
             samples_u16(more, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(sides[i] ? 4.0f : 0.0f);
         }
         samples_u16(sum, PLANE_OPEN, 0)[i] = half_from_float(1.0f);
-        samples_u16(sum, PLANE_REFLECTOR, 0)[i] = half_from_float(2.0f);
+        samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[i] = half_from_float(2.0f);
         samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] = 5.0f;
     }
     const struct plan_pass pass = {.number = 1, .strata = 255, .sides = sides};
@@ -180,7 +180,7 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
                              (16.0 + 4.0 * n) / (16.0 + n), 1e-3));
         assert_true(
             near(half_to_float(samples_u16(sum, PLANE_OPEN, 0)[i]), 16.0 / (16.0 + n), 2e-3));
-        assert_true(half_to_float(samples_u16(sum, PLANE_REFLECTOR, 0)[i]) == 2.0f);
+        assert_true(half_to_float(samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[i]) == 2.0f);
         assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] == 5.0f);
     }
     samples_destroy(&sum);

@@ -52,7 +52,8 @@ struct synthetic_pixel synthetic_pixel(const struct plan *plan, int32_t x, int32
         p.albedo[c] = 0.2f + 0.1f * (float)((x * 3 + y + c) % 7);
         p.indirect[c] = 0.5f + 0.1f * (float)((x + y * 5 + c) % 9);
     }
-    p.reflector = hole ? 0.0f : plan->length_unit * 0.125f * (float)(1 + (x * 7 + y * 3) % 5);
+    p.bounce_distance_min =
+        hole ? 0.0f : plan->length_unit * 0.125f * (float)(1 + (x * 7 + y * 3) % 5);
     p.open = hole ? 0.0f : 0.125f * (float)((x + 2 * y) % 9);
     p.id = hole ? 0 : (uint32_t)(1 + x / 4 + y / 4 * 70000);
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
@@ -73,11 +74,12 @@ uint16_t synthetic_sub_id(uint32_t id)
 void synthetic_put_bounces(struct samples *s, const struct plan *plan, size_t i,
                            const struct synthetic_pixel *p)
 {
-    if (plan->planes >> PLANE_REFLECTOR & 1u)
-        samples_u16(s, PLANE_REFLECTOR, 0)[i] = half_from_float(p->reflector / plan->length_unit);
-    if (plan->planes >> PLANE_REFLECTOR_FAR & 1u)
-        samples_u16(s, PLANE_REFLECTOR_FAR, 0)[i] =
-            half_from_float(4.0f * p->reflector / plan->length_unit);
+    if (plan->planes >> PLANE_BOUNCE_DISTANCE_MIN & 1u)
+        samples_u16(s, PLANE_BOUNCE_DISTANCE_MIN, 0)[i] =
+            half_from_float(p->bounce_distance_min / plan->length_unit);
+    if (plan->planes >> PLANE_BOUNCE_DISTANCE_MAX & 1u)
+        samples_u16(s, PLANE_BOUNCE_DISTANCE_MAX, 0)[i] =
+            half_from_float(4.0f * p->bounce_distance_min / plan->length_unit);
     if (plan->planes >> PLANE_OPEN & 1u)
         samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(p->open);
 }

@@ -12,7 +12,7 @@ struct synthetic_pixel {
     uint32_t id;
     float sub_depth[LIMIT_SUB_SAMPLES];
     float indirect[3];
-    float reflector, open; /* eighths, so that halves hold them */
+    float bounce_distance_min, open; /* eighths, so that halves hold them */
     float irradiance;
     uint32_t visibility; /* 9 bits */
 };

@@ -16,7 +16,7 @@ void synthetic_beside_plan(struct plan *plan, int32_t width, int32_t height, int
                            uint32_t spp)
 {
     synthetic_plan(plan, width, height, tile_px);
-    plan->planes |= PLANES_PATH | PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
+    plan->planes |= PLANES_PATH | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
     plan->planes &= ~(PLANE_BIT(EMISSION) | PLANE_BIT(PATH_DIFFUSE_INDIRECT) |
                       PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_SPREAD));
     plan->light_planes = 0;
@@ -209,7 +209,7 @@ void synthetic_rate_plan(struct plan *plan, int32_t width, int32_t height, int32
         synthetic_beside_plan(plan, width, height, tile_px, spp);
     else
         synthetic_plan(plan, width, height, tile_px);
-    plan->planes |= PLANE_BIT(REFLECTOR) | PLANE_BIT(REFLECTOR_FAR);
+    plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(BOUNCE_DISTANCE_MAX);
     plan->indirect_strata_per_axis = 4;
     plan->indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     plan->adaptive = (struct plan_adaptive){.mu = 1.0f, .rays_most = 100};

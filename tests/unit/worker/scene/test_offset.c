@@ -86,7 +86,8 @@ static int shadowed_pixels(const struct setting *s, uint64_t *seed)
     for (int32_t i = 0; i < 24 * 24; i++) {
         if (samples_u32(t.samples, PLANE_ID, 0)[i] == 0) continue;
         if (samples_light_irradiance(t.samples, 0)[i] <= 0.0f) shadowed++;
-        if (samples_u16(t.samples, PLANE_REFLECTOR, 0)[i] != half_from_float(REFLECTOR_NONE))
+        if (samples_u16(t.samples, PLANE_BOUNCE_DISTANCE_MIN, 0)[i] !=
+            half_from_float(BOUNCE_DISTANCE_NONE))
             shadowed++; /* hit itself */
     }
     traced_fini(&t);

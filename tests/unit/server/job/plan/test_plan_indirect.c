@@ -16,7 +16,8 @@ TEST(light_fields_bounce_often)
         must_make(s);
         assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
         assert_int_equal(s->plan.bounces, bounces[i]);
-        assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR));
+        assert_int_equal(s->plan.planes,
+                         PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(BOUNCE_DISTANCE_MIN));
         assert_int_equal(s->plan.paths.spp, 0);
         assert_int_equal(s->plan.indirect_strata_per_axis, 3);
         assert_true(s->plan.occlusion_distance == 0);
@@ -46,8 +47,9 @@ static void expect_beside(struct stage *s, const char *sentence)
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
     assert_int_equal(s->plan.paths.spp, 9);
     assert_int_equal(s->plan.paths.without_diffuse_indirect, 1);
-    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) |
-                                         BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
+    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) |
+                                         BIT(BOUNCE_DISTANCE_MIN) | BIT(PATH_RADIANCE) |
+                                         BIT(PATH_COVERAGE));
     assert_int_equal(s->plan.light_planes, 0);
     assert_int_equal(s->plan.sub_samples, LIMIT_SUB_SAMPLES);
     assert_int_equal(s->plan.indirect_strata_per_axis, 3);
@@ -142,7 +144,7 @@ TEST(shadows_beside_paths_are_not_filtered)
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
     assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_NONE);
     assert_true(has_warning(s, "the layer filter_width is 0 everywhere"));
-    assert_string_equal(why(s, "plane reflector"), "no filter of this plan reads it");
+    assert_string_equal(why(s, "plane bounce_distance_min"), "no filter of this plan reads it");
 }
 
 TEST(layers_beside_paths_come_from_either)
@@ -165,8 +167,9 @@ TEST(layers_beside_paths_come_from_either)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         s->job.layers = cases[i].layer;
         must_make(s);
-        assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) |
-                                             BIT(PATH_RADIANCE) | cases[i].planes);
+        assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) |
+                                             BIT(BOUNCE_DISTANCE_MIN) | BIT(PATH_RADIANCE) |
+                                             cases[i].planes);
         assert_true(s->plan.occlusion_distance ==
                     (cases[i].layer == LAYER_OCCLUSION ? 2.0f : 0.0f));
     }
@@ -179,7 +182,7 @@ TEST(layers_beside_paths_come_from_either)
     s->job.layers = LAYERS_AVAILABLE;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
-    assert_true(s->plan.planes & BIT(INDIRECT_HALVES) && s->plan.planes & BIT(REFLECTOR));
+    assert_true(s->plan.planes & BIT(INDIRECT_HALVES) && s->plan.planes & BIT(BOUNCE_DISTANCE_MIN));
     assert_true(s->plan.planes & BIT(PATH_SPREAD) && s->plan.planes & BIT(PATH_SPLIT));
     assert_false(s->plan.planes & BIT(INDIRECT_MEAN));
     assert_string_equal(why(s, "plane indirect_mean"), "it is made of the halves");
@@ -194,7 +197,7 @@ TEST(occlusion_stands_alone)
     s->job.indirect_spp = 64;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
-    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(OPEN) | BIT(REFLECTOR));
+    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN));
     assert_int_equal(s->plan.indirect_strata_per_axis, 8);
     assert_int_equal(s->plan.bounces, 0);
     assert_true(s->plan.occlusion_distance == 0.5f);
@@ -203,7 +206,7 @@ TEST(occlusion_stands_alone)
     s->material.specular = 1;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
-    assert_int_equal(s->plan.planes, PLANES_CENTRE | BIT(OPEN) | BIT(REFLECTOR) |
+    assert_int_equal(s->plan.planes, PLANES_CENTRE | BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN) |
                                          BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
     assert_int_equal(s->plan.paths.without_diffuse_indirect, 0);
     assert_int_equal(s->plan.sub_samples, 0);
@@ -214,7 +217,7 @@ TEST(occlusion_stands_alone)
     assert_true(s->plan.planes & BIT(OPEN));
     s->job.indirect = INDIRECT_AVERAGE;
     must_make(s);
-    assert_false(s->plan.planes & BIT(REFLECTOR));
+    assert_false(s->plan.planes & BIT(BOUNCE_DISTANCE_MIN));
 }
 
 /* Halves of floats hold what is bounced of an environment, bright or dark. */

@@ -11,7 +11,8 @@ static void expect_filter(struct stage *s, uint32_t filter, const char *sentence
     assert_int_equal(s->plan.indirect_filter, filter);
     assert_string_equal(s->report.indirect_filter_why, sentence);
     assert_true((filter == INDIRECT_FILTER_NONE) == (why(s, "filter of indirect light") != NULL));
-    assert_true((filter != INDIRECT_FILTER_NONE) == ((s->plan.planes & BIT(REFLECTOR)) != 0));
+    assert_true((filter != INDIRECT_FILTER_NONE) ==
+                ((s->plan.planes & BIT(BOUNCE_DISTANCE_MIN)) != 0));
 }
 
 TEST(auto_filters_by_samples)
@@ -84,8 +85,8 @@ TEST(rates_follow_mu)
         assert_int_equal(s->plan.indirect_strata_per_axis, 4);
         assert_true(s->plan.adaptive.mu == cases[i].mu && s->plan.mu == 1.0f);
         assert_int_equal(s->plan.adaptive.rays_most, cases[i].most);
-        assert_int_equal(s->plan.planes,
-                         PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(REFLECTOR) | BIT(REFLECTOR_FAR));
+        assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(INDIRECT_MEAN) |
+                                             BIT(BOUNCE_DISTANCE_MIN) | BIT(BOUNCE_DISTANCE_MAX));
         assert_true(s->plan.capabilities & CAPABILITY_SIDES);
         assert_true(plan_has_rounds(&s->plan));
         assert_int_equal(s->report.warning_count, cases[i].indirect_spp == 9 ? 1 : 0);
@@ -108,7 +109,7 @@ TEST(rates_follow_mu)
     s->job.indirect = INDIRECT_AUTO;
     must_make(s);
     assert_true(s->plan.adaptive.mu == 0 && s->plan.adaptive.rays_most == 0);
-    assert_string_equal(why(s, "plane reflector_far"), "no filter of this plan reads it");
+    assert_string_equal(why(s, "plane bounce_distance_max"), "no filter of this plan reads it");
 }
 
 /* Shear reads single rays, as many as travel; whatever else there is is filtered along the axes. */
@@ -123,15 +124,15 @@ TEST(shear_reads_single_rays)
         must_make(s);
         assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_SHEARED);
         assert_int_equal(s->plan.planes & ~(BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE)),
-                         PLANES_SURFACE | BIT(INDIRECT_STRATA) | BIT(REFLECTOR));
+                         PLANES_SURFACE | BIT(INDIRECT_STRATA) | BIT(BOUNCE_DISTANCE_MIN));
         assert_int_equal(s->plan.paths.without_diffuse_indirect, (uint32_t)glossy);
         assert_true(s->plan.capabilities & CAPABILITY_STRATA);
         assert_string_equal(why(s, "plane indirect_mean"), "it is made of the strata");
         s->job.layers |= LAYER_OCCLUSION;
         s->job.occlusion_distance = 1;
         must_make(s);
-        assert_true((s->plan.planes & (BIT(OPEN) | BIT(REFLECTOR))) ==
-                    (BIT(OPEN) | BIT(REFLECTOR)));
+        assert_true((s->plan.planes & (BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN))) ==
+                    (BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN)));
         s->job.indirect_spp = 257;
         must_make(s);
         assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_LINEAR);

@@ -9,7 +9,8 @@
 EACH_TEST(set_up_lens, stage_tear_down);
 
 /* Of pixel centres that light lens samples, with indirect light that a filter runs over. */
-#define PLANES_FIELD (BIT(DEPTH) | BIT(NORMAL) | BIT(ID) | BIT(INDIRECT_MEAN) | BIT(REFLECTOR))
+#define PLANES_FIELD                                                                               \
+    (BIT(DEPTH) | BIT(NORMAL) | BIT(ID) | BIT(INDIRECT_MEAN) | BIT(BOUNCE_DISTANCE_MIN))
 
 TEST(lenses_have_light_fields)
 {

@@ -192,7 +192,7 @@ static void fill_parts(const struct plan *plan, struct patch *patch)
         struct synthetic_pixel p = synthetic_pixel(plan, (int32_t)i % width, (int32_t)i / width);
         patch->depth[i] = p.depth;
         patch->id[i] = p.id;
-        patch->reflector[i] = p.reflector;
+        patch->bounce_distance_min[i] = p.bounce_distance_min;
         for (int c = 0; c < 3; c++) {
             patch->normal[c][i] = p.normal[c];
             /* 5 even samples, 4 odd ones */
@@ -221,7 +221,7 @@ TEST(parts_make_the_same_light)
             synthetic_plan(&plan, 60, 50, 32);
             plan.light_count = 0;
             plan.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
-                          PLANE_BIT(REFLECTOR) | UINT64_C(1) << planes[k];
+                          PLANE_BIT(BOUNCE_DISTANCE_MIN) | UINT64_C(1) << planes[k];
             plan.indirect_filter = f;
             assert_int_equal(patch_create(&plan, rect, &patch), 0);
             fill_parts(&plan, patch);
@@ -250,7 +250,7 @@ TEST(occlusion_comes_alone)
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     alone = plan;
     alone.planes &= PLANES_PATH | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
-                    PLANE_BIT(REFLECTOR) | PLANE_BIT(OPEN);
+                    PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
     alone.paths.without_diffuse_indirect = 0;
     alone.sub_samples = alone.bounces = 0;
     assert_int_equal(block_halo_px(&alone) + PATCH_RING_PX, block_halo_px(&plan));
@@ -272,7 +272,7 @@ static void fill_wall(struct patch *patch, float distance)
         patch->id[i] = 1;
         patch->normal[0][i] = patch->normal[1][i] = 0.0f;
         patch->normal[2][i] = 1.0f;
-        patch->reflector[i] = distance;
+        patch->bounce_distance_min[i] = distance;
         patch->open[i] = fminf(1.0f, (float)(i % width) / 74.0f);
     }
 }
@@ -288,8 +288,8 @@ TEST(openness_is_a_share)
         struct block_statistics statistics;
         synthetic_plan(&plan, 80, 40, 32);
         plan.light_count = 0;
-        plan.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
-                      PLANE_BIT(OPEN);
+        plan.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
+                      PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
         plan.camera.type = CAMERA_ORTHOGRAPHIC;
         plan.indirect_filter = f;
         plan.mu = 10.0f;

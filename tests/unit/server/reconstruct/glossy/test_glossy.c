@@ -241,7 +241,7 @@ TEST(errors_of_blocks_are_those_of_the_whole)
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 8);
         plan.planes = (plan.planes | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(INDIRECT_HALVES) |
-                       PLANE_BIT(REFLECTOR)) &
+                       PLANE_BIT(BOUNCE_DISTANCE_MIN)) &
                       ~PLANE_BIT(INDIRECT_MEAN);
         plan.target_error = 0.1f;
         plan.spp_most = 4096;
@@ -275,9 +275,9 @@ TEST(rays_make_filters_narrower)
 {
     struct plan plan;
     floor_plan(&plan, LINES, GLOSSY_FILTER_VIRTUAL_HIT, 2);
-    plan.planes =
-        (plan.planes | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(REFLECTOR)) &
-        ~PLANE_BIT(INDIRECT_MEAN);
+    plan.planes = (plan.planes | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(INDIRECT_HALVES) |
+                   PLANE_BIT(BOUNCE_DISTANCE_MIN)) &
+                  ~PLANE_BIT(INDIRECT_MEAN);
     plan.target_error = 0.1f;
     plan.spp_most = 65536;
     struct patch *patch = floor_patch(&plan, all, 0.2f, 0.2f, 4);

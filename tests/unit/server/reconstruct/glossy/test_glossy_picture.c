@@ -19,7 +19,7 @@ static void picture_plan(struct plan *plan, uint32_t filter)
 {
     floor_plan(plan, SIDE, filter, 2);
     plan->planes |= PLANES_GLOSSY_LIGHT | BIT(SUB_REFLECTANCE) | BIT(ALBEDO) | BIT(SUB_DEPTH) |
-                    BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) | BIT(SUB_ID) | BIT(REFLECTOR);
+                    BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) | BIT(SUB_ID) | BIT(BOUNCE_DISTANCE_MIN);
     plan->sub_samples = 3;
 }
 
@@ -50,7 +50,7 @@ static struct samples *picture_tile(const struct plan *plan)
         fill(samples_u16(s, PLANE_INDIRECT_MEAN, c), half_from_float(0.5f));
         fill(samples_u16(s, PLANE_GLOSSY_MEAN, c), half_from_float(2.0f * (float)(c + 1)));
         fill(samples_u16(s, PLANE_GLOSSY_LOBE, c), 8192);
-        fill(samples_u16(s, PLANE_REFLECTOR, 0), half_from_float(1.0f));
+        fill(samples_u16(s, PLANE_BOUNCE_DISTANCE_MIN, 0), half_from_float(1.0f));
         for (uint32_t k = 0; k < 3; k++) {
             fill(samples_u16(s, PLANE_SUB_ALBEDO, 3 * k + c), 32768);
             fill(samples_u16(s, PLANE_SUB_REFLECTANCE, 3 * k + c), 16384);

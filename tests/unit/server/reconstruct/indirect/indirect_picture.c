@@ -39,7 +39,7 @@ size_t index_of(const struct patch *patch, int32_t x, int32_t y)
 }
 
 struct patch *plane_patch(struct plan *plan, int32_t width, int32_t height, float distance,
-                          float reflector)
+                          float bounce_distance_min)
 {
     struct patch *p;
     room_plan(plan, LINES, INDIRECT_FILTER_CONSTANT, 4);
@@ -55,7 +55,7 @@ struct patch *plane_patch(struct plan *plan, int32_t width, int32_t height, floa
             plan_camera_ray(plan, (float)x + 0.5f, (float)y + 0.5f, o, d);
             p->depth[i] = distance / -d[2];
             p->id[i] = 1;
-            p->reflector[i] = reflector;
+            p->bounce_distance_min[i] = bounce_distance_min;
             for (int k = 0; k < 3; k++) {
                 p->normal[k][i] = k == 2 ? 1.0f : 0.0f;
                 p->indirect[k][i] = 1.0f + (float)((x * 7 + y * 3 + k) % 5);

@@ -28,4 +28,4 @@ size_t index_of(const struct patch *patch, int32_t x, int32_t y);
 
 /* A plane across the view, `distance` away, whose reflectors are `reflector` away. */
 struct patch *plane_patch(struct plan *plan, int32_t width, int32_t height, float distance,
-                          float reflector);
+                          float bounce_distance_min);

@@ -204,8 +204,8 @@ void room_plan(struct plan *plan, int32_t lines, uint32_t filter, uint32_t strat
                                         .forward = {0, 0, -1},
                                         .half_width = 0.4104f,
                                         .half_height = 0.4104f};
-    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
-                   PLANE_BIT(INDIRECT_MEAN);
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
+                   PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(INDIRECT_MEAN);
     plan->bounces = 1;
     plan->indirect_filter = filter;
     plan->indirect_strata_per_axis = strata;
@@ -234,10 +234,10 @@ static void room_pixel(const struct plan *plan, int32_t x, int32_t y, struct pat
         patch->normal[k][i] = h.normal[k];
         patch->indirect[k][i] = (float)(sum[k] / (double)(l * l));
     }
-    patch->reflector[i] =
+    patch->bounce_distance_min[i] =
         nearest < ROOM_FAR
             ? half_to_float(half_from_float(nearest / plan->length_unit)) * plan->length_unit
-            : REFLECTOR_NONE * plan->length_unit;
+            : BOUNCE_DISTANCE_NONE * plan->length_unit;
 }
 
 struct patch *room_patch(const struct plan *plan, struct rect rect)

@@ -123,7 +123,7 @@ static void floor_plan(struct plan *plan, float unit)
                                         .half_width = unit,
                                         .half_height = unit};
     plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(INDIRECT_MEAN) |
-                   PLANE_BIT(REFLECTOR) | PLANE_BIT(REFLECTOR_FAR);
+                   PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(BOUNCE_DISTANCE_MAX);
     plan->bounces = 1;
     plan->indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     plan->indirect_strata_per_axis = 4;
@@ -141,8 +141,8 @@ static void floor_patch(const struct plan *plan, float near_z, float far_z, stru
         p->depth[i] = plan->length_unit;
         for (int k = 0; k < 3; k++) p->normal[k][i] = k == 1 ? 1.0f : 0.0f;
         p->id[i] = 1;
-        p->reflector[i] = near_z * plan->length_unit;
-        p->reflector_far[i] = far_z * plan->length_unit;
+        p->bounce_distance_min[i] = near_z * plan->length_unit;
+        p->bounce_distance_max[i] = far_z * plan->length_unit;
         for (int c = 0; c < 3; c++) p->indirect[c][i] = 1.0f;
         p->bounces[i] = 16.0f;
     }
@@ -168,12 +168,12 @@ TEST(patches_ask_for_rays)
         assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 4);
         /* one near thing counts for the pixels around, as a harmonic mean, and for no others */
-        patch->reflector[8 * SIDE + 8] = 0.01f * units[k];
+        patch->bounce_distance_min[8 * SIDE + 8] = 0.01f * units[k];
         assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
         assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
         /* a pixel in a crack sees nothing but it */
-        patch->reflector_far[8 * SIDE + 8] = 0.01f * units[k];
+        patch->bounce_distance_max[8 * SIDE + 8] = 0.01f * units[k];
         assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
         assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
         assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
@@ -218,7 +218,7 @@ TEST(lobes_ask_for_rays)
     assert_true(side_at(sides, 2, 2) == 63 && side_at(sides, 12, 2) == 63);
     /* a lobe that sees nothing has enough */
     for (int i = 0; i < SIDE * SIDE; i++) {
-        patch->glossy_near[i] = patch->glossy_near[i] > 0.0f ? REFLECTOR_NONE : 0.0f;
+        patch->glossy_near[i] = patch->glossy_near[i] > 0.0f ? BOUNCE_DISTANCE_NONE : 0.0f;
         patch->glossy_far[i] = 0.0f;
     }
     assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), 0);
@@ -258,15 +258,17 @@ TEST(what_meets_nothing_asks_for_nothing)
     uint8_t sides[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
-    floor_patch(&plan, REFLECTOR_NONE, 0.0f, &patch);
+    floor_patch(&plan, BOUNCE_DISTANCE_NONE, 0.0f, &patch);
     memset(sides, 7, sizeof sides);
     assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0);
     /* all hits at distance 0, as the tracer tells of them: as many as there may be, and no more */
-    for (int i = 0; i < SIDE * SIDE; i++) patch->reflector[i] = patch->reflector_far[i] = 6e-8f;
+    for (int i = 0; i < SIDE * SIDE; i++)
+        patch->bounce_distance_min[i] = patch->bounce_distance_max[i] = 6e-8f;
     assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 9);
-    for (int i = 0; i < SIDE * SIDE; i++) patch->reflector[i] = patch->reflector_far[i] = 0.0f;
+    for (int i = 0; i < SIDE * SIDE; i++)
+        patch->bounce_distance_min[i] = patch->bounce_distance_max[i] = 0.0f;
     assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
     for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0); /* black, or background */
     assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){0, 0, 0, 1}, sides),
@@ -274,10 +276,10 @@ TEST(what_meets_nothing_asks_for_nothing)
     assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){9, 9, 17, 17}, sides),
                      ERR_RANGE);
     patch_destroy(&patch);
-    plan.planes &= ~PLANE_BIT(REFLECTOR_FAR);
+    plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MAX);
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1.0f, 4.0f, &patch);
-    patch->reflector_far = NULL;
+    patch->bounce_distance_max = NULL;
     assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), ERR_RANGE);
     patch_destroy(&patch);
 }

@@ -8,7 +8,7 @@
 TEST(small_pictures)
 {
     static const int32_t sizes[][2] = {{1, 1}, {1, 700}, {700, 1}, {3, 2}, {17, 33}};
-    static const float reflectors[] = {0.0f, 1e-30f, 1.0f, REFLECTOR_NONE * 2.0f};
+    static const float reflectors[] = {0.0f, 1e-30f, 1.0f, BOUNCE_DISTANCE_NONE * 2.0f};
     for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
         for (size_t r = 0; r < 4; r++) {
             struct plan plan;
@@ -51,7 +51,8 @@ TEST(all_stays_finite)
             const bool empty = random_unit(&r) < 0.1f;
             patch->depth[i] = empty ? 0.0f : fminf(wild(&r, 1.0f, spread) * 1e-4f, 1e16f);
             patch->id[i] = empty ? 0 : (uint32_t)(random_bits(&r) % 3) + UINT32_MAX - 3;
-            patch->reflector[i] = empty || random_unit(&r) < 0.1f ? 0.0f : wild(&r, 1e-20f, 1e20f);
+            patch->bounce_distance_min[i] =
+                empty || random_unit(&r) < 0.1f ? 0.0f : wild(&r, 1e-20f, 1e20f);
             for (int k = 0; k < 3; k++) {
                 patch->indirect[k][i] = random_unit(&r) < 0.3f ? 0.0f : wild(&r, 1e-20f, 1e16f);
                 if (empty) patch->normal[k][i] = 0.0f;

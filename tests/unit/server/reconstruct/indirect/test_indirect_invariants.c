@@ -15,7 +15,7 @@ static struct patch *cut_patch(const struct plan *plan, const struct patch *from
         const size_t to = index_of(p, rect.x0, y), at = index_of(from, rect.x0, y);
         memcpy(p->depth + to, from->depth + at, width * sizeof(float));
         memcpy(p->id + to, from->id + at, width * sizeof *p->id);
-        memcpy(p->reflector + to, from->reflector + at, width * sizeof(float));
+        memcpy(p->bounce_distance_min + to, from->bounce_distance_min + at, width * sizeof(float));
         for (int k = 0; k < 3; k++) {
             memcpy(p->normal[k] + to, from->normal[k] + at, width * sizeof(float));
             memcpy(p->indirect[k] + to, from->indirect[k] + at, width * sizeof(float));
@@ -105,7 +105,7 @@ TEST(constants_stay)
 TEST(lines_stay_straight)
 {
     struct plan plan;
-    struct patch *patch = plane_patch(&plan, 90, 80, 5.0f, REFLECTOR_NONE * 2.0f);
+    struct patch *patch = plane_patch(&plan, 90, 80, 5.0f, BOUNCE_DISTANCE_NONE * 2.0f);
     float worst[2] = {0};
     plan.mu = 3.0f;
     for (size_t i = 0; i < 90 * 80; i++) {
@@ -138,7 +138,7 @@ TEST(surfaces_stay_apart)
     assert_non_null(patch);
     for (size_t i = 0; i < 128 * 128; i++) {
         const bool sphere = patch->id[i] > 1 + ROOM_BOXES;
-        if (sphere) patch->reflector[i] = 0.0f;
+        if (sphere) patch->bounce_distance_min[i] = 0.0f;
         for (int c = 0; c < 3; c++) patch->indirect[c][i] = 2.0f + patch->normal[c][i];
     }
     for (size_t f = 0; f < FILTERS; f++) {
@@ -177,14 +177,14 @@ TEST(nothing_hangs_on_the_unit)
         filter_blocks(&plan, patch, all, 96, &small);
         for (size_t i = 0; i < 96 * 96; i++) {
             patch->depth[i] *= 1024.0f;
-            patch->reflector[i] *= 1024.0f;
+            patch->bounce_distance_min[i] *= 1024.0f;
         }
         plan.length_unit *= 1024.0f;
         filter_blocks(&plan, patch, all, 96, &large);
         assert_same_pixels(&small, patch, &large, patch, all);
         for (size_t i = 0; i < 96 * 96; i++) {
             patch->depth[i] /= 1024.0f;
-            patch->reflector[i] /= 1024.0f;
+            patch->bounce_distance_min[i] /= 1024.0f;
         }
         plan.length_unit /= 1024.0f;
         picture_fini(&small);
@@ -198,7 +198,7 @@ TEST(plain_average)
     struct plan plan;
     struct patch *patch = plane_patch(&plan, 20, 10, 3.0f, 1.0f);
     struct picture picture;
-    patch->reflector[7] = 0.0f;
+    patch->bounce_distance_min[7] = 0.0f;
     plan.indirect_filter = INDIRECT_FILTER_NONE;
     picture_init(&picture, patch);
     filter_blocks(&plan, patch, patch->rect, 64, &picture);

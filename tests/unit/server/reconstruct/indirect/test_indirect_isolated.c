@@ -55,7 +55,7 @@ static void board_init(struct board *b, uint32_t light, uint32_t strata, bool fl
             plan_camera_ray(&b->plan, (float)x + 0.5f, (float)y + 0.5f, o, d);
             facet(way_of(x, y), flat, normal);
             b->patch->depth[i] = -2.0f / d[2];
-            b->patch->reflector[i] = 1.0f;
+            b->patch->bounce_distance_min[i] = 1.0f;
             b->patch->id[i] = 1;
             for (int c = 0; c < 3; c++) {
                 b->patch->normal[c][i] = normal[c];

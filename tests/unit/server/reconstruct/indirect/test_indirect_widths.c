@@ -8,14 +8,14 @@
 TEST(widths)
 {
     struct plan plan;
-    struct patch *patch = plane_patch(&plan, 512, 512, 5.0f, REFLECTOR_NONE * 2.0f);
+    struct patch *patch = plane_patch(&plan, 512, 512, 5.0f, BOUNCE_DISTANCE_NONE * 2.0f);
     const size_t centre = 256 * 512 + 256;
     const struct rect inner = {250, 250, 260, 260};
     const float pixel = plan_pixel_size(&plan, 5.0f);
     static const float near_px[] = {0.01f, 10.0f, 1000.0f};
     static const float expected_px[] = {4.761905f, 5.952381f, 7.5f}; /* 8, 10 px * 2 / 2.8 / 1.2 */
     for (int k = 0; k < 3; k++) {
-        for (size_t i = 0; i < 512 * 512; i++) patch->reflector[i] = near_px[k] * pixel;
+        for (size_t i = 0; i < 512 * 512; i++) patch->bounce_distance_min[i] = near_px[k] * pixel;
         struct picture picture;
         picture_init(&picture, patch);
         for (plan.mu = 0.5f; plan.mu < 3.0f; plan.mu *= 2.0f) {
@@ -55,7 +55,7 @@ TEST(widths_follow_noise)
 {
     struct plan plan;
     struct random r = {11};
-    struct patch *patch = plane_patch(&plan, 200, 200, 5.0f, REFLECTOR_NONE * 2.0f);
+    struct patch *patch = plane_patch(&plan, 200, 200, 5.0f, BOUNCE_DISTANCE_NONE * 2.0f);
     float mean, least;
     plan.indirect_filter = INDIRECT_FILTER_BLEND;
     plan.indirect_strata_per_axis = 8;

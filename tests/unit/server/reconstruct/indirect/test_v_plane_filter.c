@@ -144,7 +144,7 @@ static struct patch *cut_patch(const struct patch *from, struct rect rect)
         const size_t bytes = (size_t)rect_width(rect) * sizeof(float);
         memcpy(cut->depth + b, from->depth + a, bytes);
         memcpy(cut->id + b, from->id + a, bytes);
-        memcpy(cut->reflector + b, from->reflector + a, bytes);
+        memcpy(cut->bounce_distance_min + b, from->bounce_distance_min + a, bytes);
         for (int k = 0; k < 3; k++) memcpy(cut->normal[k] + b, from->normal[k] + a, bytes);
         for (uint32_t j = 0; j < 4 * l * l; j++)
             memcpy(cut->indirect_strata + j * area + b, from->indirect_strata + j * from_area + a,
@@ -170,7 +170,7 @@ TEST(cuts_do_not_show)
     v_plane_scene_init(&scene, V_PLANE_ROOM, 150, 120);
     struct patch *patch = v_plane_patch(&scene, all, 3);
     for (size_t i = 0; i < (size_t)rect_area(all); i++)
-        if (i % 17 == 3) patch->reflector[i] = 0.0f; /* not traced */
+        if (i % 17 == 3) patch->bounce_distance_min[i] = 0.0f; /* not traced */
     struct v_plane_picture whole = accuracy_filter(&scene, patch, all, 150, NULL, NULL);
     struct v_plane_picture blocks = accuracy_filter(&scene, patch, all, 23, NULL, NULL);
     assert_same(&whole, &blocks);
@@ -256,7 +256,7 @@ TEST(all_stays_finite)
         const size_t area = (size_t)rect_area(all);
         for (size_t i = 0; i < area; i++) {
             if (random_bits(&r) % 4 == 0) patch->depth[i] = fminf(wild(&r), 1e16f);
-            if (random_bits(&r) % 4 == 0) patch->reflector[i] = wild(&r);
+            if (random_bits(&r) % 4 == 0) patch->bounce_distance_min[i] = wild(&r);
             for (int k = 0; k < 3 && !(patch->depth[i] > 0.0f); k++) patch->normal[k][i] = 0.0f;
             if (random_bits(&r) % 9 == 0) {
                 const float z = 2.0f * random_unit(&r) - 1.0f;
@@ -334,13 +334,13 @@ TEST(counters)
     struct patch *patch = v_plane_patch(&scene, all, 2);
     for (int32_t y = 0; y < 96; y++)
         for (int32_t x = 0; x < 96; x++)
-            if (x < 32 || (x + y) % 2) patch->reflector[picture_index(all, x, y)] = 0.0f;
+            if (x < 32 || (x + y) % 2) patch->bounce_distance_min[picture_index(all, x, y)] = 0.0f;
     struct v_plane_picture p = accuracy_filter(&scene, patch, all, 32, NULL, &statistics);
     assert_int_equal(statistics.blocks_skipped, 3);
     assert_int_equal(statistics.pixels_filtered, 32 * 96);
     assert_int_equal(statistics.pixels_skipped, 64 * 96);
     for (size_t i = 0; i < (size_t)rect_area(all); i++)
-        assert_true(patch->reflector[i] > 0.0f || p.channel[0][i] == 0.0f);
+        assert_true(patch->bounce_distance_min[i] > 0.0f || p.channel[0][i] == 0.0f);
     const struct rect outside = {95, 0, 97, 1}, inside = {0, 0, 1, 1};
     float *const *out = p.channel;
     assert_int_equal(v_plane_filter(&scene.plan, patch, outside, out, NULL, &statistics),

@@ -99,7 +99,7 @@ static inline void v_plane_sample(const struct v_plane_scene *s, struct patch *p
 {
     const uint32_t l = s->plan.indirect_strata_per_axis;
     const size_t area = (size_t)rect_area(patch->rect);
-    float frame[2][3], jitter[2], nearest = REFLECTOR_NONE * s->plan.length_unit;
+    float frame[2][3], jitter[2], nearest = BOUNCE_DISTANCE_NONE * s->plan.length_unit;
     v_plane_frame(&s->plan.camera, at->normal, frame);
     pattern_jitter(&s->plan.pattern, x, y, PATTERN_INDIRECT, jitter);
     for (uint32_t j = 0; j < l * l; j++) {
@@ -114,7 +114,7 @@ static inline void v_plane_sample(const struct v_plane_scene *s, struct patch *p
         patch->indirect_strata[(4 * j + 3) * area + i] = t;
         if (t > 0.0f) nearest = fminf(nearest, t);
     }
-    patch->reflector[i] = nearest;
+    patch->bounce_distance_min[i] = nearest;
 }
 
 /* Samples of `rect` at l x l strata. Owned by the caller. */
@@ -130,7 +130,7 @@ static inline struct patch *v_plane_patch(struct v_plane_scene *s, struct rect r
             const struct room_hit hit = v_plane_primary(s, x, y);
             patch->depth[i] = hit.t;
             patch->id[i] = hit.id;
-            patch->reflector[i] = 0.0f;
+            patch->bounce_distance_min[i] = 0.0f;
             for (int k = 0; k < 3; k++) patch->normal[k][i] = hit.normal[k];
             if (hit.t > 0.0f) v_plane_sample(s, patch, i, x, y, &hit);
         }
@@ -188,6 +188,6 @@ static inline void v_plane_scene_init(struct v_plane_scene *s, enum v_plane_scen
     plan->camera.half_width = plan->camera.half_height * (float)width / (float)height;
     if (kind == V_PLANE_CHECKER)
         v_plane_camera(plan, (float[]){0.4f, -2.4f, 1.6f}, (float[]){0, 0, 0}, 0.35f);
-    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(REFLECTOR) |
-                   PLANE_BIT(INDIRECT_STRATA);
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
+                   PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(INDIRECT_STRATA);
 }

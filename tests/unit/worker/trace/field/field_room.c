@@ -75,8 +75,8 @@ struct plan room(struct scene_fixture *f, enum kind kind, uint32_t shines)
 
 void add_field(struct plan *p, uint32_t l)
 {
-    p->planes |=
-        BIT(DEPTH) | BIT(NORMAL) | BIT(ALBEDO) | BIT(ID) | BIT(INDIRECT_MEAN) | BIT(REFLECTOR);
+    p->planes |= BIT(DEPTH) | BIT(NORMAL) | BIT(ALBEDO) | BIT(ID) | BIT(INDIRECT_MEAN) |
+                 BIT(BOUNCE_DISTANCE_MIN);
     p->indirect_strata_per_axis = l;
     p->paths.without_diffuse_indirect = p->paths.spp > 0;
 }

@@ -43,7 +43,7 @@ TEST(later_passes_go_on)
     TRACE(&without, &next, all, &alone);
 #undef TRACE
     assert_int_equal(more->layout.planes,
-                     BIT(INDIRECT_HALVES) | BIT(REFLECTOR) | (p.planes & PLANES_PATH));
+                     BIT(INDIRECT_HALVES) | BIT(BOUNCE_DISTANCE_MIN) | (p.planes & PLANES_PATH));
     for (uint32_t c = 0; c < 3; c++) {
         double sums[2] = {0, 0};
         uint32_t equal = 0;
@@ -87,7 +87,7 @@ TEST(second_sets_are_of_each_pixel)
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, COATED, SHINES_RECT | SHINES_SKY);
     add_field(&p, 4);
-    p.planes |= BIT(REFLECTOR_FAR);
+    p.planes |= BIT(BOUNCE_DISTANCE_MAX);
     p.bounces = 2;
     p.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     p.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 1000};
@@ -148,11 +148,12 @@ TEST(second_sets_are_of_each_pixel)
     assert_true(fabs(plane_mean(whole, PLANE_INDIRECT_MEAN) - of_first) < 0.1 * of_first);
     /* farthest hits are no nearer than the nearest, and there where something was met */
     for (int i = 0; i < AREA; i++) {
-        const float near = half_to_float(samples_u16(first, PLANE_REFLECTOR, 0)[i]);
-        const float far = half_to_float(samples_u16(first, PLANE_REFLECTOR_FAR, 0)[i]);
-        assert_true(near == REFLECTOR_NONE ? far == 0.0f : far >= near);
+        const float near = half_to_float(samples_u16(first, PLANE_BOUNCE_DISTANCE_MIN, 0)[i]);
+        const float far = half_to_float(samples_u16(first, PLANE_BOUNCE_DISTANCE_MAX, 0)[i]);
+        assert_true(near == BOUNCE_DISTANCE_NONE ? far == 0.0f : far >= near);
     }
-    assert_true(plane_mean(first, PLANE_REFLECTOR_FAR) > 1.5 * plane_mean(first, PLANE_REFLECTOR));
+    assert_true(plane_mean(first, PLANE_BOUNCE_DISTANCE_MAX) >
+                1.5 * plane_mean(first, PLANE_BOUNCE_DISTANCE_MIN));
     struct samples **const made[] = {&first, &more, &cut, &whole};
     for (int k = 0; k < 4; k++) samples_destroy(made[k]);
     tile_tracer_destroy(&tracer);

@@ -308,7 +308,7 @@ TEST(second_sets_are_of_each_lobe)
     p.bounces = 2;
     add_field(&p, 4);
     add_lobes(&p);
-    p.planes |= BIT(REFLECTOR_FAR) | BIT(GLOSSY_SPAN);
+    p.planes |= BIT(BOUNCE_DISTANCE_MAX) | BIT(GLOSSY_SPAN);
     p.planes &= ~(BIT(SUB_REFLECTANCE) | BIT(GLOSSY_HALF));
     p.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     p.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 1000};
@@ -370,7 +370,7 @@ TEST(second_sets_are_of_each_lobe)
         const double near = half_at(first, PLANE_GLOSSY_SPAN, 0, i) * p.radiance_scale;
         const double far = half_at(first, PLANE_GLOSSY_SPAN, 1, i) * p.radiance_scale;
         const double mean = half_at(first, PLANE_GLOSSY_NEARNESS, 0, i) * p.radiance_scale;
-        assert_true(near == (double)REFLECTOR_NONE ? far == 0.0 : far >= near && near > 0.0);
+        assert_true(near == (double)BOUNCE_DISTANCE_NONE ? far == 0.0 : far >= near && near > 0.0);
         assert_true(mean * near <= 1.002);
     }
     struct samples **const made[] = {&first, &more, &cut, &whole};

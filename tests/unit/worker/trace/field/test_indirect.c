@@ -38,7 +38,7 @@ TEST(test_furnace)
             for (uint32_t c = 0; c < 6; c++)
                 assert_true(half_to_float(samples_u16(t.samples, PLANE_INDIRECT_HALVES, c)[i]) ==
                             1);
-            float nearest = half_to_float(samples_u16(t.samples, PLANE_REFLECTOR, 0)[i]);
+            float nearest = half_to_float(samples_u16(t.samples, PLANE_BOUNCE_DISTANCE_MIN, 0)[i]);
             float least = INFINITY;
             for (uint32_t k = 0; k < l * l; k++) {
                 const uint16_t *d = samples_u16(t.samples, PLANE_INDIRECT_STRATA, 4 * k + 3);
@@ -74,7 +74,7 @@ TEST(test_lights_do_not_count_twice)
         struct traced t = trace_all(f, &p);
         for (int32_t i = 0; i < 64; i++) {
             assert_int_equal(samples_u16(t.samples, PLANE_INDIRECT_MEAN, 0)[i], 0);
-            assert_int_not_equal(samples_u16(t.samples, PLANE_REFLECTOR, 0)[i], 0);
+            assert_int_not_equal(samples_u16(t.samples, PLANE_BOUNCE_DISTANCE_MIN, 0)[i], 0);
         }
         traced_fini(&t);
         free(f);

@@ -19,7 +19,7 @@ static struct plan mirror_plan(struct scene_fixture *f, float half, uint32_t mir
     p.environment =
         (struct plan_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 2, 4}, .power = 1};
     p.planes = PLANES_LENS | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(INDIRECT_MEAN) |
-               PLANE_BIT(REFLECTOR);
+               PLANE_BIT(BOUNCE_DISTANCE_MIN);
     p.light_planes = 0;
     p.bounces = 2;
     p.lens_strata_per_axis = L;

@@ -24,7 +24,8 @@ static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
             rest[i] = a->direct[c][i] - b->direct[c][i];
             assert_true(rest[i] == 0.0);
             if (kind == LAMBERT) assert_true(b->indirect[c][i] == 0.0);
-            if (kind == METAL) assert_int_equal(samples_u16(b->first, PLANE_REFLECTOR, 0)[i], 0);
+            if (kind == METAL)
+                assert_int_equal(samples_u16(b->first, PLANE_BOUNCE_DISTANCE_MIN, 0)[i], 0);
         }
         snprintf(what, sizeof what, "%s, lights %u, %u bounces, channel %u", names[kind], shines,
                  bounces, c);
@@ -136,7 +137,7 @@ TEST(distances_are_the_first_hits)
     struct sums *alone = trace_sums(f, &p);
     uint64_t open_rays = 0, near_pixels = 0;
     for (int i = 0; i < AREA; i++) {
-        double nearest = (double)REFLECTOR_NONE, open = 0;
+        double nearest = (double)BOUNCE_DISTANCE_NONE, open = 0;
         for (uint32_t k = 0; k < 16; k++) {
             double d = half_at(all->first, PLANE_INDIRECT_STRATA, 4 * k + 3, i);
             if (d > 0) nearest = fmin(nearest, d);
@@ -144,12 +145,12 @@ TEST(distances_are_the_first_hits)
         }
         open_rays += (uint64_t)open;
         near_pixels += nearest < 1.25;
-        assert_true(half_at(all->first, PLANE_REFLECTOR, 0, i) == nearest);
+        assert_true(half_at(all->first, PLANE_BOUNCE_DISTANCE_MIN, 0, i) == nearest);
         assert_true(fabs(half_at(all->first, PLANE_OPEN, 0, i) - open / 16) < 1e-3);
         assert_true(half_at(alone->first, PLANE_OPEN, 0, i) ==
                     half_at(all->first, PLANE_OPEN, 0, i));
-        assert_true(half_at(alone->first, PLANE_REFLECTOR, 0, i) ==
-                    (nearest < 1.25 ? nearest : (double)REFLECTOR_NONE));
+        assert_true(half_at(alone->first, PLANE_BOUNCE_DISTANCE_MIN, 0, i) ==
+                    (nearest < 1.25 ? nearest : (double)BOUNCE_DISTANCE_NONE));
     }
     assert_true(open_rays > 0 && open_rays < 16 * AREA && near_pixels > 0);
     assert_int_equal(alone->counters.value[COUNTER_RAYS_OCCLUSION], 16 * AREA);
@@ -220,7 +221,7 @@ TEST(diffuse_albedo_decides)
         bool centre = samples_u16(t.samples, PLANE_ALBEDO, 0)[i] > 0, any = centre;
         for (uint32_t k = 0; k < 3; k++)
             any |= samples_u16(t.samples, PLANE_SUB_ALBEDO, 3 * k)[i] > 0;
-        assert_int_equal(samples_u16(t.samples, PLANE_REFLECTOR, 0)[i] != 0, any);
+        assert_int_equal(samples_u16(t.samples, PLANE_BOUNCE_DISTANCE_MIN, 0)[i] != 0, any);
         dark += !any;
         bright += centre;
         mixed += any && !centre && half_at(t.samples, PLANE_INDIRECT_MEAN, 0, i) > 0;
@@ -261,7 +262,7 @@ TEST(samples_that_are_not_finite_are_rejected)
 TEST(size_does_not_matter)
 {
     static const float scales[] = {1.0f, 0x1p-13f, 0x1p16f};
-    uint16_t mean[3] = {0}, reflector[3] = {0};
+    uint16_t mean[3] = {0}, bounce_distance_min[3] = {0};
     for (int k = 0; k < 3; k++) {
         struct scene_fixture *f = fixture_new();
         struct plan p = room(f, DIELECTRIC, SHINES_RECT | SHINES_SKY);
@@ -280,14 +281,15 @@ TEST(size_does_not_matter)
         add_field(&p, 16);
         struct traced t = trace_all(f, &p);
         mean[k] = *samples_u16(t.samples, PLANE_INDIRECT_MEAN, 0);
-        reflector[k] = *samples_u16(t.samples, PLANE_REFLECTOR, 0);
-        assert_true(half_to_float(mean[k]) > 0.0f && half_to_float(reflector[k]) > 0.0f);
+        bounce_distance_min[k] = *samples_u16(t.samples, PLANE_BOUNCE_DISTANCE_MIN, 0);
+        assert_true(half_to_float(mean[k]) > 0.0f && half_to_float(bounce_distance_min[k]) > 0.0f);
         traced_fini(&t);
         free(f);
     }
     /* scaled by powers of two: the same but where Embree or an offset rounds otherwise */
     for (int k = 1; k < 3; k++) {
-        assert_in_range(reflector[k], reflector[0] - 1u, reflector[0] + 1u);
+        assert_in_range(bounce_distance_min[k], bounce_distance_min[0] - 1u,
+                        bounce_distance_min[0] + 1u);
         assert_true(fabsf(half_to_float(mean[k]) - half_to_float(mean[0])) <
                     0.05f * half_to_float(mean[0]));
     }
