@@ -41,7 +41,7 @@ static void fill(const struct display_pair *s, size_t area, float *const sums[SU
     }
 }
 
-static float likeness(float *const sums[SUMS], size_t i)
+static float similarity(float *const sums[SUMS], size_t i)
 {
     double v[SUMS];
     for (int k = 0; k < SUMS; k++) v[k] = (double)sums[k][i] / (double)sums[WEIGHT][i];
@@ -78,7 +78,7 @@ int ssim_map(const struct display_pair *s, float *map, double *mean)
     if (!error) fill(s, area, sums);
     for (int k = 0; !error && k < SUMS; k++)
         error = convolve(sums[k], s->width_px, s->height_px, &w, &w, CONVOLVE_ZERO, sums[k]);
-    for (size_t i = 0; !error && i < area; i++) map[i] = s->counts[i] ? likeness(sums, i) : 1.0f;
+    for (size_t i = 0; !error && i < area; i++) map[i] = s->counts[i] ? similarity(sums, i) : 1.0f;
     if (!error) *mean = mean_of(s, map);
     free(memory);
     return error;

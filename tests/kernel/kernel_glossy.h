@@ -96,13 +96,13 @@ static inline void glossy_case_init(struct glossy_case *out, int32_t width, int3
     for (int k = 0; k < GLOSSY_CASE_ARRAYS; k++)
         out->array[k] = field_memory(out->area * sizeof(float));
     out->object = field_memory(out->area * sizeof *out->object);
-    out->rule = (struct glossy_rule){.likeness = 11.3f,
+    out->rule = (struct glossy_rule){.similarity = 11.3f,
                                      .distance = 0.02f,
                                      .footprint = wild ? 1.02f : 1e6f,
                                      .reach = GLOSSY_CASE_REACH};
     glossy_case_show(out, stride);
     if (seed % 2) { /* pixels' own rules */
-        out->field.likeness = out->array[22];
+        out->field.similarity = out->array[22];
         out->field.distance = out->array[23];
         out->field.footprint = out->array[24];
     }

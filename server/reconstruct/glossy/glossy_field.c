@@ -23,7 +23,7 @@ enum own_array {
     SHARPNESS = 15,
     NEARNESS = 16,
     NEAR_PLANE = 17,
-    LIKENESS = 18,
+    SIMILARITY = 18,
     DISTANCE = 19,
     FOOTPRINT = 20,
     OWN_ARRAYS = 21
@@ -197,17 +197,17 @@ void glossy_neighbourhood_fini(struct glossy_neighbourhood *around)
 void glossy_neighbourhood_rule(struct glossy_neighbourhood *around, size_t i,
                                const struct glossy_rule *rule)
 {
-    around->own[LIKENESS][i] = rule->likeness;
+    around->own[SIMILARITY][i] = rule->similarity;
     around->own[DISTANCE][i] = rule->distance;
     around->own[FOOTPRINT][i] = rule->footprint;
-    around->field.likeness = around->own[LIKENESS];
+    around->field.similarity = around->own[SIMILARITY];
     around->field.distance = around->own[DISTANCE];
     around->field.footprint = around->own[FOOTPRINT];
 }
 
 void glossy_neighbourhood_one_rule(struct glossy_neighbourhood *around)
 {
-    around->field.likeness = around->field.distance = around->field.footprint = NULL;
+    around->field.similarity = around->field.distance = around->field.footprint = NULL;
 }
 
 struct glossy_run glossy_neighbourhood_run(const struct glossy_neighbourhood *around,

@@ -26,14 +26,14 @@ struct glossy_field {
     const float *nearness;   /* mean of 1 / distance of what the lobe sees */
     const float *near_plane; /* neighbours may be that far off the tangent plane */
     const int32_t *object;
-    const float *likeness, *distance, *footprint; /* of each pixel; NULL: those of the rule */
+    const float *similarity, *distance, *footprint; /* of each pixel; NULL: those of the rule */
 };
 
 struct glossy_rule {
-    float likeness;  /* weight of the log of two lobes' similarity */
-    float distance;  /* weight of a pixel's squared distance */
-    float footprint; /* bound on the weight of parallax, times that distance */
-    int32_t reach;   /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
+    float similarity; /* weight of the log of two lobes' similarity */
+    float distance;   /* weight of a pixel's squared distance */
+    float footprint;  /* bound on the weight of parallax, times that distance */
+    int32_t reach;    /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
 };
 
 /* Receivers first .. first + count - 1, a multiple of GLOSSY_LANES, and how many pixels they look

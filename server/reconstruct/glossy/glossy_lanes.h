@@ -25,12 +25,12 @@
 _Static_assert(TAPS_MOST >= GLOSSY_TAPS && LANES_COUNT == GLOSSY_LANES, "a line's neighbours");
 
 /* Sixteen receivers. */
-struct glossy_asker {
+struct glossy_receivers {
     struct lanes point[3], normal[3], mirror[3];
-    struct lanes e1[3], e2[3];                  /* along and across, unit */
-    struct lanes s11, s22;                      /* the covariance, which is diagonal there */
-    struct lanes sharpness, nearness, off;      /* of the tangent plane */
-    struct lanes likeness, distance, footprint; /* of the rule */
+    struct lanes e1[3], e2[3];                    /* along and across, unit */
+    struct lanes s11, s22;                        /* the covariance, which is diagonal there */
+    struct lanes sharpness, nearness, off;        /* of the tangent plane */
+    struct lanes similarity, distance, footprint; /* of the rule */
     struct lanes_whole object, receives;
 };
 
@@ -54,11 +54,12 @@ static inline void glossy_axis(const float *const in[3], size_t p, struct lanes 
     }
 }
 
-static inline void glossy_ask(const struct glossy_field *f, const struct glossy_rule *rule,
-                              size_t p, struct glossy_asker *a)
+static inline void glossy_load_receivers(const struct glossy_field *f,
+                                         const struct glossy_rule *rule, size_t p,
+                                         struct glossy_receivers *a)
 {
-    const bool own = f->likeness != NULL;
-    a->likeness = own ? lanes_load(f->likeness + p) : lanes_all(rule->likeness);
+    const bool own = f->similarity != NULL;
+    a->similarity = own ? lanes_load(f->similarity + p) : lanes_all(rule->similarity);
     a->distance = own ? lanes_load(f->distance + p) : lanes_all(rule->distance);
     a->footprint = own ? lanes_load(f->footprint + p) : lanes_all(rule->footprint);
     for (int k = 0; k < 3; k++) {
@@ -120,7 +121,7 @@ struct glossy_met {
 
 /* Compares the lobes of vector v of the receivers with those of the neighbours at `at`, whose
  * points lie at d from the receivers'. */
-static inline void glossy_compare(const struct glossy_field *f, const struct glossy_asker *a,
+static inline void glossy_compare(const struct glossy_field *f, const struct glossy_receivers *a,
                                   size_t at, int v, const lanes_vector d[3], struct glossy_met *out)
 {
     const uint32_t t = out->taps.count;
@@ -152,7 +153,7 @@ static inline void glossy_compare(const struct glossy_field *f, const struct glo
 }
 
 /* Returns the mask of receivers of vector v that may accept the neighbours from q on. */
-static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct glossy_asker *a,
+static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct glossy_receivers *a,
                                      size_t q, int v, struct glossy_met *out)
 {
     const size_t at = q + (size_t)v * LANES_PER_VECTOR;
@@ -168,7 +169,8 @@ static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct 
 }
 
 /* Returns whether any neighbour shows an object of the receivers. */
-static inline int glossy_meets(const struct glossy_field *f, const struct glossy_asker *a, size_t q)
+static inline int glossy_meets(const struct glossy_field *f, const struct glossy_receivers *a,
+                               size_t q)
 {
     struct lanes_whole same;
     for (int v = 0; v < LANES_VECTORS; v++)
@@ -178,8 +180,8 @@ static inline int glossy_meets(const struct glossy_field *f, const struct glossy
 }
 
 /* Meets the neighbours to one side, without those that no receiver may accept. */
-static inline void glossy_walk(const struct glossy_field *f, const struct glossy_asker *a, size_t p,
-                               ptrdiff_t step, int32_t reach, struct glossy_met *out)
+static inline void glossy_walk(const struct glossy_field *f, const struct glossy_receivers *a,
+                               size_t p, ptrdiff_t step, int32_t reach, struct glossy_met *out)
 {
     for (int32_t k = 1; k <= reach; k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
@@ -198,8 +200,8 @@ static inline void glossy_walk(const struct glossy_field *f, const struct glossy
 
 /* Returns the weights that vector v of the receivers gives to tap t. Parallax within a pixel's
  * footprint is forgiven, because the picture does not resolve it. */
-static inline lanes_vector glossy_weight(const struct glossy_asker *a, const struct glossy_met *met,
-                                         uint32_t t, int v)
+static inline lanes_vector glossy_weight(const struct glossy_receivers *a,
+                                         const struct glossy_met *met, uint32_t t, int v)
 {
     const size_t lane = (size_t)v * LANES_PER_VECTOR;
     const lanes_mask may = (lanes_mask)lanes_load_vector(met->taps.weight[t] + lane);
@@ -209,14 +211,14 @@ static inline lanes_vector glossy_weight(const struct glossy_asker *a, const str
     const lanes_vector shape =
         lanes_fused(glossy_log(det), lanes_same(0.5f), -(sharp + GLOSSY_LOG_2));
     const lanes_vector apart = lanes_load_vector(met->apart[t] + lane) / det;
-    const lanes_vector view = a->likeness.v[v] * (0.5f * apart);
+    const lanes_vector view = a->similarity.v[v] * (0.5f * apart);
     const lanes_vector most = square * a->footprint.v[v];
-    const lanes_vector own = lanes_fused(a->likeness.v[v], shape, lanes_least(view, most));
+    const lanes_vector own = lanes_fused(a->similarity.v[v], shape, lanes_least(view, most));
     const lanes_vector x = lanes_fused(a->distance.v[v], square, lanes_where(own > 0.0f, own));
     return lanes_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
 }
 
-static inline void glossy_weigh(const struct glossy_asker *a, struct glossy_met *met)
+static inline void glossy_weigh(const struct glossy_receivers *a, struct glossy_met *met)
 {
     for (uint32_t t = 0; t < met->taps.count; t++) {
         struct lanes weight;
@@ -228,13 +230,13 @@ static inline void glossy_weigh(const struct glossy_asker *a, struct glossy_met 
 static inline void glossy_gather(const struct glossy_field *f, const struct glossy_rule *rule,
                                  const struct glossy_run *run, size_t p, struct glossy_met *out)
 {
-    struct glossy_asker asker;
+    struct glossy_receivers receivers;
     out->taps.count = 0;
-    glossy_ask(f, rule, p, &asker);
-    if (!lanes_any(&asker.receives)) return;
-    glossy_walk(f, &asker, p, -run->step, run->before, out);
-    glossy_walk(f, &asker, p, run->step, run->after, out);
-    glossy_weigh(&asker, out);
+    glossy_load_receivers(f, rule, p, &receivers);
+    if (!lanes_any(&receivers.receives)) return;
+    glossy_walk(f, &receivers, p, -run->step, run->before, out);
+    glossy_walk(f, &receivers, p, run->step, run->after, out);
+    glossy_weigh(&receivers, out);
 }
 
 static void kernel_spread(const struct glossy_field *f, const struct glossy_rule *rule,

@@ -13,10 +13,10 @@
 #define RULES        61   /* that are kept at a time */
 
 /* Squared errors vary less than light does: lobes may differ, if they are of one surface. */
-#define SMOOTH_PX       8.0f
-#define SMOOTH_LEAST_PX 4.0f
-#define SMOOTH_MOST_PX  12.0f
-#define SMOOTH_LIKENESS 0.1f
+#define SMOOTH_PX         8.0f
+#define SMOOTH_LEAST_PX   4.0f
+#define SMOOTH_MOST_PX    12.0f
+#define SMOOTH_SIMILARITY 0.1f
 
 static struct glossy_rule filter_rule(const struct plan *plan, float n, float width)
 {
@@ -26,7 +26,7 @@ static struct glossy_rule filter_rule(const struct plan *plan, float n, float wi
     const float cap = width * fminf(asked, GLOSSY_REACH_MAX_PX / REACH);
     const float footprint = width * FOOTPRINT_PX * plan->mu / sixth;
     return (struct glossy_rule){
-        .likeness = 2.0f / (wide * wide),
+        .similarity = 2.0f / (wide * wide),
         .distance = 0.5f / (cap * cap),
         .footprint = 0.5f / (footprint * footprint),
         .reach = (int32_t)ceilf(REACH * cap),
@@ -38,7 +38,7 @@ static struct glossy_rule smooth_rule(const struct plan *plan)
     const float asked = SMOOTH_PX * (float)plan->height_px / LINES;
     const float px = fminf(fmaxf(asked, SMOOTH_LEAST_PX), SMOOTH_MOST_PX);
     return (struct glossy_rule){
-        .likeness = SMOOTH_LIKENESS,
+        .similarity = SMOOTH_SIMILARITY,
         .distance = 0.5f / (px * px),
         .footprint = 0.5f / (px * px),
         .reach = (int32_t)ceilf(REACH * px),

@@ -22,12 +22,13 @@ struct indirect_taps {
 _Static_assert(TAPS_MOST >= INDIRECT_TAPS && LANES_COUNT == INDIRECT_LANES, "a line's neighbours");
 
 /* What sixteen pixels ask their neighbours. */
-struct indirect_asker {
+struct indirect_receivers {
     struct lanes point[3], normal[3], falloff, off;
     struct lanes_whole object, receives;
 };
 
-static inline void indirect_ask(const struct indirect_field *f, size_t p, struct indirect_asker *a)
+static inline void indirect_load_receivers(const struct indirect_field *f, size_t p,
+                                           struct indirect_receivers *a)
 {
     for (int k = 0; k < 3; k++) {
         a->point[k] = lanes_load(f->point[k] + p);
@@ -56,7 +57,7 @@ static inline lanes_vector indirect_exp_minus(lanes_vector x)
 /* Vector v of the neighbours from q on: their exponents, and which of them are taken by the walks
  * that still go on. Walks end that meet their own object beyond the cut. */
 static inline lanes_mask indirect_meet(const struct indirect_field *f,
-                                       const struct indirect_asker *a, size_t q, int v,
+                                       const struct indirect_receivers *a, size_t q, int v,
                                        lanes_mask *walks, lanes_vector *exponent)
 {
     const size_t at = q + (size_t)v * LANES_PER_VECTOR;
@@ -77,9 +78,9 @@ static inline lanes_mask indirect_meet(const struct indirect_field *f,
 }
 
 /* Weighs the taps to one side. A tap that no pixel takes is left out. */
-static inline void indirect_weigh(const struct indirect_field *f, const struct indirect_asker *a,
-                                  size_t p, ptrdiff_t step, int32_t reach, int moments,
-                                  struct indirect_taps *taps)
+static inline void indirect_weigh(const struct indirect_field *f,
+                                  const struct indirect_receivers *a, size_t p, ptrdiff_t step,
+                                  int32_t reach, int moments, struct indirect_taps *taps)
 {
     struct lanes_whole walks = a->receives, taken;
     const float sign = step < 0 ? -1.0f : 1.0f;
@@ -105,11 +106,11 @@ static inline void indirect_weigh(const struct indirect_field *f, const struct i
 static inline void indirect_gather(const struct indirect_field *f, const struct indirect_run *run,
                                    size_t p, int moments, struct indirect_taps *taps)
 {
-    struct indirect_asker asker;
+    struct indirect_receivers receivers;
     taps->taps.count = 0;
-    indirect_ask(f, p, &asker);
-    indirect_weigh(f, &asker, p, -run->step, run->before, moments, taps);
-    indirect_weigh(f, &asker, p, run->step, run->after, moments, taps);
+    indirect_load_receivers(f, p, &receivers);
+    indirect_weigh(f, &receivers, p, -run->step, run->before, moments, taps);
+    indirect_weigh(f, &receivers, p, run->step, run->after, moments, taps);
 }
 
 static void kernel_mean(const struct indirect_field *f, const struct indirect_run *run,

@@ -23,11 +23,11 @@ LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at
     const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
     for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
         const size_t p = at + lane, q = to + lane;
-        const struct asker asker = {
+        const struct compatible_receiver receiver = {
             {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
         float squared;
         const int32_t same =
-            compatible_point(&asker, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
+            compatible_point(&receiver, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);
         const float exponent = squared * falloff[p];
         const int32_t kept =
             same & (reach[p] > beyond) & (exponent <= SHADOW_AXIS_CUT) & (squared <= refusal[q]);

@@ -11,23 +11,24 @@
 _Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
 
 /* A receiving pixel's numbers for the test. */
-struct asker {
+struct compatible_receiver {
     float point[3], normal[3];
     float plane_least, distance_most2;
 };
 
-static inline struct asker asker_of(const struct shadow_pixels *p, size_t i)
+static inline struct compatible_receiver compatible_receiver_of(const struct shadow_pixels *p,
+                                                                size_t i)
 {
-    return (struct asker){{p->point[0][i], p->point[1][i], p->point[2][i]},
-                          {p->normal[0][i], p->normal[1][i], p->normal[2][i]},
-                          p->plane_least[i],
-                          p->distance_most2[i]};
+    return (struct compatible_receiver){{p->point[0][i], p->point[1][i], p->point[2][i]},
+                                        {p->normal[0][i], p->normal[1][i], p->normal[2][i]},
+                                        p->plane_least[i],
+                                        p->distance_most2[i]};
 }
 
 /* Returns 1 if the point (x, y, z) with the normal (nx, ny, nz) is compatible, else 0. *squared
  * becomes the square of the distance. */
-LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, float z, float nx,
-                                      float ny, float nz, float *squared)
+LANES_INLINE int32_t compatible_point(const struct compatible_receiver *p, float x, float y,
+                                      float z, float nx, float ny, float nz, float *squared)
 {
     const float *n = p->normal;
     const float dx = x - p->point[0], dy = y - p->point[1], dz = z - p->point[2];
@@ -41,14 +42,15 @@ LANES_INLINE int32_t compatible_point(const struct asker *p, float x, float y, f
 }
 
 /* The receiving pixels of one vector. */
-struct asker_lanes {
+struct compatible_receivers {
     lanes_vector point[3], normal[3];
     lanes_vector plane_least, distance_most2;
 };
 
-static inline struct asker_lanes asker_lanes_of(const struct shadow_pixels *p, size_t first)
+static inline struct compatible_receivers compatible_receivers_of(const struct shadow_pixels *p,
+                                                                  size_t first)
 {
-    struct asker_lanes a;
+    struct compatible_receivers a;
     for (int k = 0; k < 3; k++) {
         a.point[k] = lanes_load_vector(p->point[k] + first);
         a.normal[k] = lanes_load_vector(p->normal[k] + first);
@@ -59,7 +61,7 @@ static inline struct asker_lanes asker_lanes_of(const struct shadow_pixels *p, s
 }
 
 /* Does compatible_point for each lane. */
-LANES_INLINE lanes_chosen compatible_chosen(const struct asker_lanes *p,
+LANES_INLINE lanes_chosen compatible_chosen(const struct compatible_receivers *p,
                                             const lanes_vector point[3],
                                             const lanes_vector normal[3])
 {

@@ -83,7 +83,7 @@ static inline void edge_look(const struct edge_field *f, const struct edge_fixed
                              size_t pixel, struct edge_view *v)
 {
     const struct shadow_pixels *p = f->pixels;
-    const struct asker asker = asker_of(p, pixel);
+    const struct compatible_receiver receiver = compatible_receiver_of(p, pixel);
     for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
         const size_t q = (size_t)((ptrdiff_t)pixel + fixed->to[row]);
         const float *x = p->point[0] + q, *y = p->point[1] + q, *z = p->point[2] + q;
@@ -93,7 +93,7 @@ static inline void edge_look(const struct edge_field *f, const struct edge_fixed
             const float value = own[i];
             float squared;
             const int32_t same =
-                compatible_point(&asker, x[i], y[i], z[i], nx[i], ny[i], nz[i], &squared) &
+                compatible_point(&receiver, x[i], y[i], z[i], nx[i], ny[i], nz[i], &squared) &
                 fixed->inside[row + i];
             v->padded[SHADOW_LANES + row + i] = same;
             v->seen[row + i] = same ? value : 0.0f;

@@ -56,8 +56,8 @@ struct slopes_sums {
 };
 
 /* Adds a row of neighbours of the lanes from `first` on. */
-LANES_INLINE void slopes_add(const struct asker_lanes *asker, const struct slopes_row *row,
-                             size_t first, struct slopes_sums *out)
+LANES_INLINE void slopes_add(const struct compatible_receivers *receiver,
+                             const struct slopes_row *row, size_t first, struct slopes_sums *out)
 {
 #pragma GCC unroll 5
     for (size_t x = first; x < first + SLOPES_SIDE; x++) {
@@ -68,7 +68,7 @@ LANES_INLINE void slopes_add(const struct asker_lanes *asker, const struct slope
         }
         const lanes_vector a = lanes_load_vector(row->a + x), b = lanes_load_vector(row->b + x);
         const lanes_chosen taken =
-            compatible_chosen(asker, point, normal) & lanes_up_to(lanes_same(0.0f), a);
+            compatible_chosen(receiver, point, normal) & lanes_up_to(lanes_same(0.0f), a);
         out->count = lanes_add_to(out->count, taken, lanes_same(1.0f));
         out->a = lanes_add_to(out->a, taken, a);
         out->b = lanes_add_to(out->b, taken, b);
@@ -80,15 +80,15 @@ static inline void slopes_sum(const struct shadow_field *f, size_t first, const 
                               const float *b, float out[3][SHADOW_LANES])
 {
     struct slopes_sums sums[LANES_VECTORS] = {0};
-    struct asker_lanes asker[LANES_VECTORS];
+    struct compatible_receivers receivers[LANES_VECTORS];
     for (size_t v = 0; v < LANES_VECTORS; v++)
-        asker[v] = asker_lanes_of(f->pixels, first + v * LANES_PER_VECTOR);
+        receivers[v] = compatible_receivers_of(f->pixels, first + v * LANES_PER_VECTOR);
     for (ptrdiff_t y = -SLOPES_REACH; y <= SLOPES_REACH; y++) {
         const ptrdiff_t from = (ptrdiff_t)first + y * f->width - SLOPES_REACH;
         const struct slopes_row row = slopes_look(f->pixels, (size_t)from, a, b);
         if (!slopes_has_values(&row)) continue;
         for (size_t v = 0; v < LANES_VECTORS; v++)
-            slopes_add(&asker[v], &row, v * LANES_PER_VECTOR, &sums[v]);
+            slopes_add(&receivers[v], &row, v * LANES_PER_VECTOR, &sums[v]);
     }
     for (size_t v = 0; v < LANES_VECTORS; v++) {
         *(lanes_stored *)(out[0] + v * LANES_PER_VECTOR) = sums[v].count;

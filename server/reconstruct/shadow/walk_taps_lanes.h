@@ -48,8 +48,8 @@ struct walk_taps {
 };
 
 /* The receiving pixels of one vector. */
-struct walk_asks {
-    struct asker_lanes who;
+struct walk_receivers {
+    struct compatible_receivers receivers;
     lanes_vector u, eta, distance, falloff;
     lanes_mask sums; /* index at which each pixel's sums begin */
 };
@@ -78,16 +78,16 @@ static inline struct walk_rule walk_rule_of(const struct shadow_field *f, uint32
                               .phase_sums = (int32_t)walk_phase_sums(f)};
 }
 
-static inline struct walk_asks walk_asks_of(float own[WALK_ASKED][SHADOW_LANES], uint32_t first,
-                                            uint32_t sums)
+static inline struct walk_receivers walk_receivers_of(float own[WALK_ASKED][SHADOW_LANES],
+                                                      uint32_t first, uint32_t sums)
 {
-    struct walk_asks a;
+    struct walk_receivers a;
     for (int k = 0; k < 3; k++) {
-        a.who.point[k] = lanes_load_vector(own[WALK_POINT + k] + first);
-        a.who.normal[k] = lanes_load_vector(own[WALK_NORMAL + k] + first);
+        a.receivers.point[k] = lanes_load_vector(own[WALK_POINT + k] + first);
+        a.receivers.normal[k] = lanes_load_vector(own[WALK_NORMAL + k] + first);
     }
-    a.who.plane_least = lanes_load_vector(own[WALK_PLANE_LEAST] + first);
-    a.who.distance_most2 = lanes_load_vector(own[WALK_DISTANCE_MOST2] + first);
+    a.receivers.plane_least = lanes_load_vector(own[WALK_PLANE_LEAST] + first);
+    a.receivers.distance_most2 = lanes_load_vector(own[WALK_DISTANCE_MOST2] + first);
     a.u = lanes_load_vector(own[WALK_U] + first);
     a.eta = lanes_load_vector(own[WALK_ETA] + first);
     a.distance = lanes_load_vector(own[WALK_DISTANCE] + first);
@@ -103,12 +103,13 @@ static inline lanes_mask walk_whole(const lanes_number *plane, uint32_t first)
 
 /* Returns the mask of lanes that accept a tap that shows `number`, `delta` away on the light, read
  * at `node`. A spread below 0 marks a tap that every receiver accepts. */
-LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule, const struct walk_asks *own,
+LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule,
+                                      const struct walk_receivers *own,
                                       const lanes_vector number[WALK_SLOT], lanes_vector delta,
                                       lanes_vector node)
 {
     const lanes_vector shear = lanes_positive(number[WALK_ETA] - own->eta) + number[WALK_SPREAD];
-    return compatible_chosen(&own->who, number + WALK_POINT, number + WALK_NORMAL) &
+    return compatible_chosen(&own->receivers, number + WALK_POINT, number + WALK_NORMAL) &
            lanes_up_to(lanes_positive(delta) * shear, lanes_same(rule->refusal)) &
            lanes_up_to(node, lanes_same(2.0f * rule->centre)) & lanes_up_to(lanes_same(0.0f), node);
 }
@@ -116,7 +117,7 @@ LANES_INLINE lanes_chosen walk_counts(const struct walk_rule *rule, const struct
 /* Meets tap n at the pixels q, for the lanes of one vector from `first` on: finds its weight and
  * where its sums are read and added to. Returns the mask of lanes that accept it. */
 LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_t axis,
-                                           const struct walk_asks *own,
+                                           const struct walk_receivers *own,
                                            const lanes_number *const q[WALK_NUMBERS], int32_t n,
                                            uint32_t first, struct walk_taps *taps)
 {
@@ -146,7 +147,7 @@ LANES_INLINE lanes_chosen walk_meet_vector(const struct walk_rule *rule, uint32_
 
 /* Meets tap n of all lanes. Returns whether any pixel keeps it. */
 LANES_INLINE bool walk_meet(const struct walk_rule *rule, uint32_t axis,
-                            const struct walk_asks own[LANES_VECTORS],
+                            const struct walk_receivers own[LANES_VECTORS],
                             const lanes_number *const q[WALK_NUMBERS], int32_t n,
                             struct walk_taps *taps)
 {
@@ -159,7 +160,7 @@ LANES_INLINE bool walk_meet(const struct walk_rule *rule, uint32_t axis,
 
 /* Does the same with the tap's numbers read from the pixels' planes. */
 LANES_INLINE bool walk_look(const struct walk_rule *rule, uint32_t axis,
-                            const struct walk_asks own[LANES_VECTORS],
+                            const struct walk_receivers own[LANES_VECTORS],
                             const void *const shown[WALK_NUMBERS], int32_t n,
                             struct walk_taps *taps)
 {
@@ -250,11 +251,11 @@ LANES_INLINE void walk_take(const struct shadow_field *f, uint32_t axis, uint32_
                                            p->distance_most2, p->distance,  p->walk[axis].falloff};
     const struct walk_rule rule = walk_rule_of(f, axis, stride);
     _Alignas(64) float numbers[WALK_ASKED][SHADOW_LANES];
-    struct walk_asks own[LANES_VECTORS];
+    struct walk_receivers own[LANES_VECTORS];
     walk_group_load(f, axis, pixels, left, &taps->group);
     lanes_take(asked, WALK_ASKED, taps->group.pixel, numbers);
     for (uint32_t v = 0; v < LANES_VECTORS; v++)
-        own[v] = walk_asks_of(numbers, v * LANES_PER_VECTOR, f->phases * walk_phase_sums(f));
+        own[v] = walk_receivers_of(numbers, v * LANES_PER_VECTOR, f->phases * walk_phase_sums(f));
     const int32_t reach = taps->group.reach_most;
     for (int32_t k = -reach; k <= reach; k++)
         walk_place(&taps->group, k, &taps->tap[2 * (k + reach)]);

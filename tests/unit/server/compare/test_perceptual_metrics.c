@@ -187,12 +187,12 @@ TEST(more_noise_is_more_unlike)
                     v * (1 + noise * (random_at(x, y, 2) - 0.5f)),
                     v * (1 + noise * (random_at(x, y, 3) - 0.5f)));
             }
-        const double likeness = ssim();
+        const double similarity = ssim();
         const struct flip found = flip(FLIP_PPD);
-        assert_true(likeness < last_ssim && found.mean > last_flip);
+        assert_true(similarity < last_ssim && found.mean > last_flip);
         assert_true(found.quartile[0] <= found.quartile[1] &&
                     found.quartile[1] <= found.quartile[2] && found.quartile[2] <= found.max);
-        last_ssim = likeness;
+        last_ssim = similarity;
         last_flip = found.mean;
     }
 }
