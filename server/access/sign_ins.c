@@ -34,7 +34,7 @@ static struct sign_in *oldest_of(struct sign_ins *s, const struct digest *token,
     return oldest;
 }
 
-/* Of a full list. */
+/* Returns the oldest sign-in of a full list. */
 static struct sign_in *oldest_of_most(struct sign_ins *s)
 {
     struct sign_in *chosen = NULL;
@@ -49,7 +49,7 @@ static struct sign_in *oldest_of_most(struct sign_ins *s)
     return chosen;
 }
 
-/* Also the end of those whose time is over: their hashes are not kept. */
+/* Finds a free place. It ends sign-ins whose time is over, so that their hashes are not kept. */
 static struct sign_in *find_free(struct sign_ins *s, uint64_t now_s)
 {
     struct sign_in *found = NULL;

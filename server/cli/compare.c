@@ -143,7 +143,7 @@ static int check_size(const struct comparison *c, const struct image *reference,
                      c->test->height_px);
 }
 
-/* All pictures as they are to be compared. */
+/* Prepares all pictures for the comparison. */
 static int prepare(struct comparison *c, struct fault *fault)
 {
     struct image **const all[] = {&c->reference, &c->second, &c->test};
@@ -198,7 +198,7 @@ static int write_picture(const struct comparison *c, struct fault *fault)
     return error;
 }
 
-/* What options ask for, before a file is opened. */
+/* Checks the options before a file is opened. */
 static int check_options(struct comparison *c, struct fault *fault)
 {
     int error = parse_where(c, fault);

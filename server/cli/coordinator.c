@@ -10,7 +10,7 @@
 #include "server/http/http.h"
 
 /* How long the coordinator goes on after its end has begun, so that viewers learn of it and answers
- * under way go out: at least so long while clients are connected, and at most. */
+ * under way go out. The first is the least while clients are connected, the second the most. */
 #define FAREWELL_MS      100
 #define FAREWELL_MOST_MS 10000
 #define FAREWELL_LOOK_MS 2
@@ -33,8 +33,8 @@ struct coordinator {
     bool ending, closed;
 };
 
-/* Everything in reverse. First no more work is given out; then threads and store finish what they
- * have, whose answers still find the HTTP side; then that goes, and the workers. */
+/* Closes the rooms in reverse. First no more work is given out. Then threads and store finish what
+ * they have, whose answers still reach the HTTP side. Then that goes, and the workers. */
 static void close_rooms(struct coordinator *c)
 {
     if (c->closed) return;

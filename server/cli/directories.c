@@ -39,7 +39,7 @@ static int find_program(const char *folder, const char *name, path_text out, str
                      strerror(errno));
 }
 
-/* From build/, build/asan/ and bin/ of an installation. */
+/* Finds a path beside the program, from build/, build/asan/ and bin/ of an installation. */
 static int find_beside(const char *folder, const char *const tries[3], path_text out,
                        struct fault *fault)
 {

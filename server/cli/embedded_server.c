@@ -32,8 +32,8 @@ static int make_data_dir(struct embedded_server *s, struct fault *fault)
     return error;
 }
 
-/* In the child: goes on as `shearwater serve`, its standard output the pipe. Not by exec, which
- * would load and bind dozens of libraries once more: 5 ms of a picture that takes 100. */
+/* Goes on as `shearwater serve` in the child, with the pipe as standard output. It does not exec,
+ * which would load and bind dozens of libraries once more: 5 ms of a picture that takes 100. */
 _Noreturn static void become_server(const struct embedded_server *s, unsigned workers,
                                     unsigned threads, const int ends[2])
 {

@@ -94,7 +94,7 @@ static int check_outputs(const struct render_options *o, struct fault *fault)
     return error ? error : output_files_check_apart(all, sizeof all / sizeof *all, fault);
 }
 
-/* The same of the names that several frames get: the last one's is as long as any. */
+/* Checks the names of several frames likewise. The last one's is the longest. */
 static int check_frames(const struct render_options *o, const json_t *document, struct fault *fault)
 {
     const json_t *frames = json_object_get(document, "frames");

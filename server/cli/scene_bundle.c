@@ -44,7 +44,7 @@ static char *read_start(FILE *f, const char *path, size_t most, size_t *size_byt
     return text;
 }
 
-/* What may name other files: of a .glb the JSON chunk, of others the whole. */
+/* Reads the text that may name other files: the JSON chunk of a .glb, or the whole file. */
 static char *read_text(const char *path, size_t *size_bytes, struct fault *fault)
 {
     uint8_t head[20] = {0};

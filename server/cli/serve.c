@@ -48,7 +48,7 @@ static void on_reloaded(size_t count, const struct fault *fault)
         log_write(&server_log, LOG_INFO, "tokens read again", NULL, &field, 1);
 }
 
-/* What `render` and other parents wait for. */
+/* Prints the line that `render` and other parents wait for. */
 static void announce(const struct coordinator *c, const struct coordinator_options *options)
 {
     const char *listen = options->listen;
@@ -149,7 +149,7 @@ static int parse(struct serve_choices *o, int argc, char **argv)
     return option_parse(&table, argc, argv, &arguments);
 }
 
-/* What no single option shows. False: said on standard error. */
+/* Checks options against each other. Returns false after a message on standard error. */
 static bool go_together(const struct serve_choices *o)
 {
     if (!o->cert != !o->key)

@@ -12,7 +12,7 @@ struct canvas {
     const struct plane *rgb[3];
 };
 
-/* What IEC 61966-2-1 encodes to `v`. */
+/* Returns the number that IEC 61966-2-1 encodes to `v`. */
 static float linear_of(double v)
 {
     return (float)(v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4));

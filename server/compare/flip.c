@@ -41,7 +41,8 @@ static int32_t sensitivity_radius(double ppd)
     return (int32_t)ceil(3 * sqrt(0.04 / (2 * PI * PI)) * ppd);
 }
 
-/* One of the two Gaussians of a channel, not normalised; returns its weights' sum. */
+/* Computes one of the two Gaussians of a channel, not normalised. Returns the sum of its weights.
+ *  */
 static double gaussian(double b, double ppd, struct convolve_weights *w)
 {
     double sum = 0;

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A decimal number; `otherwise` without a text. */
+/* Parses a decimal number; `otherwise` without a text. */
 static int parse(const char *option, const char *text, double least, double most, double otherwise,
                  double *out, struct fault *fault)
 {

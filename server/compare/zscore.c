@@ -74,7 +74,8 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* What standard errors say of means over the picture. Errors that are not finite count as none. */
+/* Adds standard errors up to those of means over the picture. Errors that are not finite count as
+ * 0. */
 static void add_errors(const struct planes *p, double floor_squared, struct zscore *s)
 {
     const struct plane *first = p->test_error[0];

@@ -20,8 +20,8 @@ static size_t gather_offers(struct fleet *fleet)
     return count;
 }
 
-/* Sends a lease to the worker, or gives it back to the client. False: the worker gets no more this
- * turn. */
+/* Sends a lease to the worker, or gives it back to the client. Returns false if the worker gets no
+ * more this turn. */
 static bool send_lease(struct fleet *fleet, struct session *s, const struct fleet_tile *tile)
 {
     const struct fleet_client *client = &fleet->client;
@@ -56,7 +56,7 @@ static bool is_vain(const struct dryness dry[2], const struct worker_request *re
     return false;
 }
 
-/* One tile for one worker; false when it gets no more this turn. */
+/* Hands one tile to one worker. Returns false if it gets no more this turn. */
 static bool hand_one(struct fleet *fleet, struct session *s, struct dryness dry[2])
 {
     struct fleet_tile tile;

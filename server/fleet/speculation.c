@@ -8,7 +8,7 @@
  * before. */
 #define PACES_MOST 2.0
 
-/* What a thread of the worker takes for a tile; `otherwise` where it has answered none. */
+/* Returns how long a thread of the worker takes for a tile; `otherwise` if it has answered none. */
 static double pace_of(const struct lease_table *t, double otherwise)
 {
     return t->pace_ms > 0 ? t->pace_ms : otherwise;

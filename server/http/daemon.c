@@ -129,8 +129,8 @@ static void on_cut(void *ctx, enum reader_kind kind, const char *job)
     log_write(http->options.log, LOG_INFO, "a reader that took nothing was cut", NULL, fields, 2);
 }
 
-/* How late the loop is: what comes to any of its callbacks waits about as long. Its timers are
- * whole milliseconds. */
+/* Measures how late the loop is. Each of its callbacks waits about as long. Its timers are whole
+ * milliseconds. */
 static void measure_delay(struct http *http)
 {
     const uint64_t now_ns = uv_hrtime(), due_ns = http->tick_ns + TICK_MS * 1000000u;

@@ -17,8 +17,8 @@ void etag_of_bytes(const void *data, size_t size_bytes, char out[ETAG_BYTES])
     etag_of_digest(&digest, out);
 }
 
-/* One tag at *at, quotes included; moves *at behind it. NULL at the end or where it is malformed.
- */
+/* Returns the tag at *at, with its quotes, and moves *at behind it. NULL at the end or if it is
+ * malformed. */
 static const char *next_tag(const char **at, size_t *size_bytes, bool *weak)
 {
     const char *p = *at + strspn(*at, " \t,");

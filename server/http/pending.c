@@ -11,7 +11,8 @@ bool pending_has_room(const struct http *http)
     return http->pending.count < LIMIT_HTTP_CONNECTIONS;
 }
 
-/* How long it may wait: more for the disk that takes what it brought, an import, a picture. */
+/* Returns how long a request may wait. It is longer for a body that goes to disk, an import or a
+ * picture. */
 static uint64_t patience_ms(const struct request *r)
 {
     const bool dry = r->match.id == ROUTE_JOB_SUBMIT && target_parameter(&r->target, "dry_run");

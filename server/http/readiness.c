@@ -17,7 +17,7 @@ static void answer(struct request *r, int error)
         request_ok(r);
 }
 
-/* On a thread of its own. */
+/* Looks at the disk, on a thread of its own. */
 static void run(void *ctx)
 {
     struct readiness *d = ctx;

@@ -39,7 +39,7 @@ static void request_free(struct request *r)
     free(r);
 }
 
-/* What it takes of what there is for all. */
+/* Gives back the request's share of what all requests share. */
 static void give_back(struct http *http, const struct request *r)
 {
     http->encodings -= r->encodes;
@@ -244,7 +244,7 @@ static bool may_wait(enum route_id id)
     return strncmp(path, "/v1/jobs", 8) == 0 || strncmp(path, "/v1/assets", 10) == 0;
 }
 
-/* From now on pending.h looks at how long it takes. */
+/* Begins the answer, whose time pending.h bounds. */
 static void begin_answer(struct request *r)
 {
     json_begin();

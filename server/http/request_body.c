@@ -54,7 +54,7 @@ void request_body_wake(struct request *r)
     http_kick(r->http);
 }
 
-/* Whether there can be a file is known before the body is asked for: request_step sees it. */
+/* Opens a file for the body before the body is asked for. request_step sees a failure. */
 static bool begin_file(struct request *r)
 {
     const int error = upload_begin(r, &r->upload);
@@ -77,7 +77,7 @@ void request_body_refuse(struct request *r, int error)
         request_trouble(r, error, "the body could not be kept");
 }
 
-/* What is packed may unpack to anything: nothing here unpacks. */
+/* Refuses content codings. A packed body may unpack to any size. */
 static bool check_coding(struct request *r)
 {
     const char *coding = request_header(r, "Content-Encoding");
@@ -86,8 +86,8 @@ static bool check_coding(struct request *r)
     return false;
 }
 
-/* What changes something is read on the loop, so it must be short; a whole job is read elsewhere.
- */
+/* Returns the limit of a JSON body. A change is parsed on the loop and must be short; a whole job
+ * is parsed elsewhere. */
 static size_t json_limit(const struct request *r)
 {
     return r->match.id == ROUTE_JOB_SUBMIT ? LIMIT_JOB_BYTES : LIMIT_CHANGE_BYTES;
@@ -146,8 +146,9 @@ static enum MHD_Result take_json(struct request *r, const char *data, size_t siz
     return MHD_YES;
 }
 
-/* Where the disk has no time for more the connection sleeps, and what is not taken comes again.
- * After a failed write the rest of the body is let pass, so that the answer can be sent. */
+/* Takes a piece of the body for its file. While the disk is busy the connection sleeps, and the
+ * rest comes again. After a failed write the rest of the body is ignored, so that the answer can be
+ * sent. */
 static enum MHD_Result take_file(struct request *r, const char *data, size_t *size_bytes)
 {
     const size_t bytes = *size_bytes < UPLOAD_PIECE_BYTES ? *size_bytes : UPLOAD_PIECE_BYTES;

@@ -45,7 +45,7 @@ static bool read_number(const char *text, uint64_t limit, uint64_t *out)
     return *out <= limit;
 }
 
-/* Does the path have this shape? Forms of the parts are checked after. */
+/* Returns whether the path has this shape. Forms of the parts are checked after. */
 static bool has_shape(const char *path, const struct target *t, bool is_file)
 {
     if (strcmp(path, "/{file}") == 0) return is_file && t->segment_count > 0;

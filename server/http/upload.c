@@ -176,8 +176,8 @@ void upload_drop(struct upload **upload)
     if (!u->busy) discard(u);
 }
 
-/* For one piece an answer's time; for all of them that and more with what is written, at the pace
- * that clients must keep, too. */
+/* Returns whether a write takes too long. One piece has the time of an answer. All of them have
+ * that time, and more with each byte written, at the pace that clients must keep, too. */
 static bool is_overdue(const struct upload *u)
 {
     const struct http *http = u->http;

@@ -49,7 +49,7 @@ static struct active_frame *first_in_work(const struct active_job *job)
     return NULL;
 }
 
-/* A shelved frame's numbers go to the job's. */
+/* Adds a shelved frame's numbers to the job's. */
 static void unshelve(struct active_job *job, struct active_frame *frame)
 {
     if (!frame->shelved) return;
@@ -69,7 +69,7 @@ static void leave_table(struct active_job *job, struct active_frame *frame)
     if (jobs->fleet) fleet_cancel(jobs->fleet, id);
 }
 
-/* For good: its numbers go to the job. */
+/* Takes a frame out of work for good, and adds its numbers to the job's. */
 static void leave_work(struct active_job *job, struct active_frame *frame)
 {
     statistics_add(&job->statistics, frame_statistics(frame->work));
@@ -179,7 +179,7 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
     jobs_fail_unless_joined(jobs, &fault);
 }
 
-/* In pixels of the full picture, whatever the level in work. */
+/* Returns a rect in pixels of the full picture, whatever the level in work. */
 static struct rect place_of(const struct active_job *job, struct rect r)
 {
     const struct plan *plan = &job->prepared->plan;
@@ -280,7 +280,7 @@ static void on_unstored(void *ctx, struct frame *work, const struct fault *fault
     active_job_retry_store(job, frame, fault);
 }
 
-/* What a frame came to have beyond its plan, and what it warns of. */
+/* Notes what a frame has got beyond its plan, and its warnings. */
 static void note_end(struct active_job *job, const struct frame *work)
 {
     json_t *warnings = json_object_get(job->plan, "warnings");

@@ -90,8 +90,9 @@ static json_t *problem_of(const struct fault *fault)
     return NULL;
 }
 
-/* Of an error, too: it is not durable, though it will be. */
-static void tell_who_cancelled(struct active_job *job, int error)
+/* Answers the requests that cancelled the job, also with an error: the end is not durable yet,
+ * though it will be. */
+static void answer_cancellation(struct active_job *job, int error)
 {
     if (job->cancelled) job->cancelled(job->cancelled_ctx, error);
     job->cancelled = NULL;
@@ -101,7 +102,7 @@ static void on_ended(void *ctx, int error)
 {
     struct active_job *job = ctx;
     struct jobs *jobs = job->jobs;
-    tell_who_cancelled(job, error);
+    answer_cancellation(job, error);
     if (!unhold(job)) return;
     if (error && error != ERR_NOT_FOUND) {
         /* What could not be recorded stays in the table: GET must not fall back to the old state.
@@ -166,7 +167,7 @@ void active_job_record_end(struct active_job *job)
         job_store_update(job->jobs->options.store, job->id, job_state_name(job->state),
                          problem_text, report_text, on_ended, job);
     } else {
-        tell_who_cancelled(job, ERR_MEMORY);
+        answer_cancellation(job, ERR_MEMORY);
         active_job_retry_end(job);
     }
     json_decref(report);

@@ -67,7 +67,8 @@ static void on_recorded(void *ctx, int error)
     jobs_advance_soon(job->jobs);
 }
 
-/* With what it cost: a job that is killed before it has ended would have lost that. */
+/* Records a frame with its cost, which would be lost if the coordinator were killed before the job
+ * ends. */
 void active_job_record_frame(struct active_job *job, struct active_frame *frame)
 {
     struct recording *recording = malloc(sizeof *recording);

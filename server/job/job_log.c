@@ -26,7 +26,7 @@ static bool says(const json_t *line, const char *what, const char *text)
     return its_what && its_text && !strcmp(its_what, what) && !strcmp(its_text, text);
 }
 
-/* The same once more. */
+/* Counts a line that repeats. */
 static void count_again(json_t *line, int64_t time_ms)
 {
     json_int_t times = json_integer_value(json_object_get(line, "times"));

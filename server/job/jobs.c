@@ -53,7 +53,7 @@ void jobs_remember_ended(struct jobs *jobs, const char *id)
     memcpy(slot, id, JOB_ID_BYTES);
 }
 
-/* A job whose results were refused. */
+/* Returns a job whose results were refused. */
 static struct active_job *first_refused(const struct jobs *jobs)
 {
     for (unsigned i = 0; i < jobs->open_count; i++)
@@ -61,9 +61,9 @@ static struct active_job *first_refused(const struct jobs *jobs)
     return NULL;
 }
 
-/* All workers were sent away for what they returned and none has come since: what they choked on
- * would wait for ever. That many workers are seldom at fault at once, so it is the job that goes;
- * they come back, or one such job would end the service for all others. */
+/* Fails a job after all workers were sent away for their results and none has come since. The job
+ * would wait for ever. So many workers are seldom at fault at once, so the job goes and they come
+ * back. Else one such job would end the service for all others. */
 static void on_abandoned(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;
@@ -158,7 +158,7 @@ void jobs_progress_soon(struct jobs *jobs, struct active_job *job)
         uv_timer_start(&jobs->progress, on_progress, PROGRESS_EVERY_MS, 0);
 }
 
-/* Also in the midst of a long frame: that takes back what it needs, once. */
+/* Frees unused scratch, also during a long frame, which takes back what it needs once. */
 static void on_unused(uv_timer_t *timer)
 {
     struct jobs *jobs = timer->data;

@@ -60,7 +60,7 @@ static json_t *frames_of_rows(const char *id, const struct frame_row *rows, size
     return list;
 }
 
-/* Of a job that is not in the table. */
+/* Returns whether a job that is not in the table is paused. */
 static bool is_paused(const struct job_row *row)
 {
     enum job_state state;
@@ -112,7 +112,7 @@ static void add_stored_frames(json_t *body, const struct frame_row *frames, size
     json_object_set_new(progress, "fraction", json_real((double)done / (double)total));
 }
 
-/* Of one that waits there is only one thing to tell. */
+/* Makes the log of a job that is not loaded. One that waits has a single line. */
 static json_t *log_of(const json_t *report, const struct job_row *row)
 {
     json_t *log = job_log_read(report);
@@ -239,8 +239,8 @@ void jobs_list(struct jobs *jobs, const struct principal *principal,
     job_store_list(jobs->options.store, &seen, on_rows, q);
 }
 
-/* Whose image a frame shows: between two levels of a view the coarser one's. NULL: there is none.
- */
+/* Returns the frame whose image is shown. Between two levels of a view it is the coarser one. NULL:
+ * there is none. */
 static const struct frame *shown_of(const struct active_job *active,
                                     const struct active_frame *frame)
 {

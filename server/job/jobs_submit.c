@@ -252,7 +252,7 @@ static void on_dry_prepared(void *ctx, const struct fault *fault, struct prepare
     free(run);
 }
 
-/* Nothing was begun. */
+/* Refuses a dry run before any of its work has begun. */
 static void refuse_dry_run(struct dry_run *run, const struct fault *fault)
 {
     run->done(run->ctx, fault, NULL, NULL);

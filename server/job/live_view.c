@@ -17,7 +17,7 @@ static void point_into_view(struct fault *fault)
             strlen(fault->pointer) - strlen("/scene") + 1);
 }
 
-/* One plan a level. *report is the last's. */
+/* Makes a plan for each level. *report is that of the last. */
 static int plan_levels(const struct prepared *prepared, const struct job *document,
                        struct plan plans[VIEW_LEVELS_MOST], struct plan_report *report,
                        struct fault *fault)

@@ -40,8 +40,8 @@ static int record_gone(struct removal *r, const struct digest *d)
     return asset_tables_end(r->db, error);
 }
 
-/* Of a file that nothing holds, so that nothing is about to place it: it has an owner, and no note,
- * or neither. */
+/* Settles a file that is not held, so that no thread is about to place it. Afterwards it has an
+ * owner and no note, or neither. */
 static int settle_owned(struct removal *r, const struct digest *d)
 {
     if (asset_owners_find_other(r->db, NULL, d) != 0) return ERR_EXISTS;
@@ -61,8 +61,8 @@ static int sweep_file(struct removal *r, const struct digest *d, struct digest_l
     return error ? error : record_gone(r, d);
 }
 
-/* All of the list, which grows by what goes with it. What fails keeps its note, and is looked at
- * again. */
+/* Sweeps the list, which grows by files that go with others. A file that fails keeps its note, and
+ * is tried again. */
 static void sweep(struct removal *r, struct digest_list *files)
 {
     for (size_t i = 0; i < files->count; i++) {

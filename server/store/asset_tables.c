@@ -6,13 +6,14 @@
 #include "server/store/job_record.h"
 #include "server/store/job_schema.h"
 
-/* As ranges, which an index finds: documents of jobs that have ended are not even read past. */
+/* The unfinished states as ranges, which an index finds, so that documents of ended jobs are not
+ * read. */
 #define UNFINISHED                                                                                 \
     "(state < 'cancelled' OR (state > 'cancelled' AND state < 'failed')"                           \
     " OR (state > 'failed' AND state < 'finished') OR state > 'finished')"
 
-/* The query with ?1 an owner, ?2 a digest and ?3 a number, as far as it has them. NULL when it
- * cannot be prepared: *error says why. What is bound must outlive it. */
+/* Prepares a query and binds ?1 to an owner, ?2 to a digest and ?3 to a number, as far as it has
+ * them. Returns NULL, with the reason in *error, if it cannot. Bound values must outlive it. */
 static sqlite3_stmt *prepare(sqlite3 *db, const char *query, const char *owner,
                              const struct digest *d, int64_t number, int *error)
 {
@@ -43,7 +44,7 @@ static int change(sqlite3 *db, const char *query, const char *owner, const struc
     return ask(db, query, owner, d, 0, NULL);
 }
 
-/* Of a query that tells whether there is such a row. */
+/* Runs a query that says whether there is such a row. */
 static int find(sqlite3 *db, const char *query, const char *owner, const struct digest *d)
 {
     int64_t found = 0;
@@ -85,8 +86,8 @@ int asset_owners_find(sqlite3 *db, const char *owner, const struct digest *asset
                 owner, asset);
 }
 
-/* By the few tenants that there are, not by the many assets: without another index a commit of one
- * row writes one page. */
+/* Lists owners by walking the few tenants and not the many assets. Without another index a commit
+ * of one row writes one page. */
 #define OWNERS                                                                                     \
     "WITH RECURSIVE owners (name) AS (SELECT min(owner) FROM asset_owners UNION ALL"               \
     " SELECT (SELECT min(owner) FROM asset_owners WHERE owner > name) FROM owners"                 \
@@ -100,7 +101,7 @@ int asset_owners_find_other(sqlite3 *db, const char *owner, const struct digest 
                 owner, asset);
 }
 
-/* A walk over the owner's rows: some 10 ms for 100,000 of them. */
+/* Walks over the owner's rows, some 10 ms for 100,000 of them. */
 int asset_owners_sum(sqlite3 *db, const char *owner, uint64_t *size_bytes)
 {
     int64_t sum = 0;

@@ -44,8 +44,8 @@ static void fail_changes(struct job_request *batch, int error)
         if (job_request_is_write(r) && r->error == 0) r->error = error;
 }
 
-/* What is asked for comes after the changes: it sees what is durable, and is answered on a disk
- * that takes nothing, too. 0 when the changes are durable. */
+/* Performs a batch. Queries come after the changes, so they see what is durable, and are answered
+ * even if the disk is full. Returns 0 when the changes are durable. */
 static int perform_batch(struct job_batches *b, bool writes, bool lone_writes)
 {
     int error = job_database_refresh(b->db, writes || lone_writes);

@@ -124,7 +124,7 @@ static int run(struct job_database *db, enum query query)
     return finish(db, statement(db, query));
 }
 
-/* As finish, for a change that must meet a row. */
+/* Does as finish, for a change that must meet a row. */
 static int finish_one(struct job_database *db, sqlite3_stmt *s)
 {
     int error = finish(db, s);

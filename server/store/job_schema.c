@@ -97,7 +97,7 @@ static int read_version(sqlite3 *db, int *out)
     return code == SQLITE_ROW ? 0 : job_schema_error(code == SQLITE_DONE ? SQLITE_CORRUPT : code);
 }
 
-/* One step, and the new version number with it or not at all. */
+/* Migrates by one step. The new version number is written with it or not at all. */
 static int migrate_from(sqlite3 *db, int version)
 {
     char set[64];

@@ -319,7 +319,7 @@ void job_store_resume_removals(struct job_store *s)
     look_at_removals(s);
 }
 
-/* On a disk that fails the round is left, and comes again. */
+/* Ends a pass of removals. If the disk fails, the round is left and comes again. */
 static void on_passed(void *ctx, int error, const struct removal_pass *pass)
 {
     static const struct removal_pass left = {.left = 1};

@@ -83,7 +83,7 @@ static int read_at(int fd, uint64_t offset, void *out, size_t size_bytes)
     return 0;
 }
 
-/* All bytes of the parts, which it uses up. */
+/* Writes all bytes of the parts, which it uses up. */
 static int write_at(int fd, uint64_t offset, struct iovec *part, int count)
 {
     while (count > 0) {
@@ -114,7 +114,7 @@ static int add_record(struct spool_file *file, uint32_t *capacity,
     return 0;
 }
 
-/* By tile and pass; of one pass that was written twice the last is first. */
+/* Compares by tile and pass. If a pass was written twice, the last comes first. */
 static int compare(const void *a, const void *b)
 {
     const struct spool_record *p = a, *q = b;
@@ -123,7 +123,7 @@ static int compare(const void *a, const void *b)
     return p->offset > q->offset ? -1 : p->offset < q->offset;
 }
 
-/* All records up to the first place that holds none. */
+/* Scans all records up to the first place without one. */
 static int scan(struct spool_file *file, uint64_t size_bytes)
 {
     uint32_t capacity = 0;

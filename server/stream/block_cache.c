@@ -23,7 +23,8 @@ void pixel_block_unref(struct pixel_block **block)
     *block = NULL;
 }
 
-/* In the cache's place, with a reference of its own, if that is within `most_bytes` of all. */
+/* Keeps the block in the cache's place, with a reference of its own, if all blocks stay within
+ * `most_bytes`. */
 static bool keep(struct block_cache *cache, struct pixel_block **place, struct pixel_block *block,
                  size_t most_bytes)
 {
@@ -81,7 +82,7 @@ void block_cache_leave(struct block_cache **list, struct block_cache **cache)
     free(s);
 }
 
-/* Where the block is kept; NULL when there is no memory for places. */
+/* Returns where the block is kept; NULL without memory for places. */
 static struct pixel_block **place_of(struct block_cache *cache, uint32_t count, uint32_t index)
 {
     if (cache->count != count) {

@@ -45,8 +45,8 @@ static bool take_event(struct event_reader *r)
     return r->text != NULL;
 }
 
-/* Nothing more will come: the stream is over, or the reader has fallen so far behind that events
- * which matter are gone. It then dials again and is given a snapshot. */
+/* Returns whether no more will come. The stream is over, or the reader has fallen so far behind
+ * that events which matter are gone. It then dials again and gets a snapshot. */
 static bool is_over(const struct event_reader *r)
 {
     const struct stream *stream = r->base.stream;
@@ -67,7 +67,7 @@ static ssize_t end_reader(struct event_reader *r)
     return MHD_CONTENT_READER_END_OF_STREAM;
 }
 
-/* As many of the events that are due as there is room for; none once events are lost to it. */
+/* Sends as many due events as there is room for; none once events are lost to the reader. */
 static size_t send_events(struct event_reader *r, char *out, size_t max_bytes)
 {
     size_t n = 0;

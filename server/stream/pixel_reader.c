@@ -106,14 +106,14 @@ static bool next_of_still(struct pixel_reader *r)
     return put_block(r, pixel_block_create(r->still, r->cache->layer, r->cache->format, rect));
 }
 
-/* What is left of a turn goes back when there is nothing to send. */
+/* Gives the rest of a turn back when there is nothing to send. */
 static void give_back_turn(struct pixel_reader *r)
 {
     if (r->base.turn_bytes > 0) rate_limit_return(&r->base.streams->rate_limit, r->base.turn_bytes);
     r->base.turn_bytes = 0;
 }
 
-/* Is it its turn? If not it is in line for one. */
+/* Returns whether the reader has its turn. If not, it is put in line for one. */
 static bool has_turn(struct pixel_reader *r)
 {
     struct rate_limit *limit = &r->base.streams->rate_limit;

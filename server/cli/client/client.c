@@ -136,7 +136,7 @@ int client_code_of_status(long status)
     }
 }
 
-/* What the server said, in its own words if it spoke the problem format. */
+/* Sets the fault to what the server said, in its own words if it spoke the problem format. */
 static int refused(long status, const struct answer *a, struct fault *fault)
 {
     json_t *problem = NULL;

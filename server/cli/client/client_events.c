@@ -12,7 +12,7 @@ static size_t feed_events(char *data, size_t size, size_t count, void *ctx)
     return event_parser_feed(ctx, data, size * count) ? size * count : 0;
 }
 
-/* One connection's worth of events. */
+/* Follows events until the connection ends. */
 static int follow(struct client *c, const char *path, struct event_parser *parser, long *status,
                   struct fault *fault)
 {

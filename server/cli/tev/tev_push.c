@@ -54,7 +54,7 @@ static void pause_ms(long ms)
     nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
 }
 
-/* An image of all channels in tev; what it had under that name goes. */
+/* Creates an image of all channels in tev, and replaces the one of that name. */
 static bool create_image(struct tev_push *p, int32_t width, int32_t height)
 {
     const char *channels[TEV_CHANNELS_MOST];
@@ -209,7 +209,7 @@ static int reconnect(struct tev_push *p)
     return p->fault.code;
 }
 
-/* Whether more of the picture may come. */
+/* Returns whether more of the picture may come. */
 static bool may_go_on(struct tev_push *p)
 {
     char path[64];

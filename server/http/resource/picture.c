@@ -97,7 +97,7 @@ static void start(struct request *r, struct picture_task *t)
     picture_task_start(t, r);
 }
 
-/* Before the work: a client that has this very picture need not have it made again. */
+/* Starts the work unless the client has this very picture. */
 static void start_unless_known(struct request *r, struct picture_task *t)
 {
     if (t && request_unchanged(r, t->etag))

@@ -30,7 +30,7 @@ void route_session_get(struct request *r)
     request_answer(r, 200, response);
 }
 
-/* With a token in its header: a session must not make itself last for ever. */
+/* Signs in with a token in the header. A session cannot, as it would last for ever. */
 void route_session_post(struct request *r)
 {
     char set_cookie[SET_COOKIE_BYTES] = "";

@@ -56,7 +56,7 @@ static int copy(const char *from, const char *to)
     return result;
 }
 
-/* A second name for the object's bytes; a copy where the file system has no links. */
+/* Gives the object's bytes a second name, or copies them where the file system has no links. */
 static int place(const struct objects *objects, const struct digest *asset, const char *to,
                  const char *pointer, struct fault *fault)
 {

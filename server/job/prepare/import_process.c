@@ -67,7 +67,7 @@ static bool was_killed(const struct import_process *p)
     return p->signal == SIGKILL && !p->late && !p->cancelled;
 }
 
-/* As if it had not run: what it wrote is written over. */
+/* Runs the importer again. Its earlier output is overwritten. */
 static void run_again(struct import_process *p)
 {
     p->exited = p->silent = false;

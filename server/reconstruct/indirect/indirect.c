@@ -5,8 +5,9 @@
 #include "server/reconstruct/indirect/indirect_isolated.h"
 #include "server/reconstruct/indirect/indirect_variance.h"
 
-/* Of isolated pixels' windows, in the filter's largest widths: within what it looks at. */
-#define LONE_REACH 2.0f
+/* The radius of isolated pixels' windows, in the filter's largest widths. It is within the filter's
+ * reach. */
+#define ISOLATED_REACH 2.0f
 
 /* One call: `count` channels over `inner`. */
 struct indirect {
@@ -201,7 +202,7 @@ static void fill_isolated(const struct indirect *f, const struct indirect_rule *
     const bool lens = f->plan->lens_light != LENS_LIGHT_OWN;
     if (!lens || f->error || f->count < 3 || f->patch->bounces) return;
     *isolated += indirect_isolated_fill(f->plan, f->patch, around, f->inner,
-                                        (int32_t)(LONE_REACH * rule->most_px), f->in, out);
+                                        (int32_t)(ISOLATED_REACH * rule->most_px), f->in, out);
 }
 
 static int run(const struct indirect *f, uint64_t *isolated)
