@@ -30,7 +30,7 @@ void digest_finish(struct digest_state **state, struct digest *out)
     *state = NULL;
 }
 
-/* By nettle, which GnuTLS stands on: it needs no memory, so that there is nothing to fail. */
+/* Uses nettle, on which GnuTLS stands. It allocates nothing, so it cannot fail. */
 void digest_of(const void *data, size_t size_bytes, struct digest *out)
 {
     struct sha256_ctx hash;

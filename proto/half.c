@@ -68,8 +68,8 @@ float half_to_float(uint16_t h)
     return v;
 }
 
-/* Whether CPU and operating system can run the F16C rows. Asked once: cpuid is slow in a virtual
- * machine. __builtin_cpu_supports knows "f16c" only in gcc. */
+/* Returns whether CPU and operating system can run the F16C rows. It asks once, as cpuid is slow in
+ * a virtual machine. __builtin_cpu_supports knows "f16c" only in gcc. */
 static bool has_f16c(void)
 {
     static atomic_int known; /* 0: not asked yet, 1: no, 2: yes */

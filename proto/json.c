@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Whether there was no memory for a value of this thread's since the last text. jansson 2.14 takes
- * no notice when a token cannot grow, and reads one byte less; and what builds an object would
- * have to look at every member to notice the one that is not there. */
+/* Whether memory for a value of this thread was missing since the last text. jansson 2.14 ignores a
+ * token that cannot grow, and reads one byte less. Code that builds an object would have to check
+ * every member to find a missing one. */
 static _Thread_local bool lacks;
 
 static void *noticed_malloc(size_t size_bytes)

@@ -131,7 +131,7 @@ static size_t edit_distance(const char *a, const char *b, size_t most)
     return row[m];
 }
 
-/* How many edits still look like a slip of the same word. */
+/* Returns how many edits still count as a slip of the same word. */
 static size_t slip_of(const char *word)
 {
     const size_t length = strlen(word);

@@ -92,8 +92,8 @@ void lens_aperture_init(const struct plan_camera *camera, struct lens_aperture *
     init_bands(corners, camera->blade_count, out);
 }
 
-/* How high in band i `share` lies: there the chord grows evenly, and w0 y + (w1 - w0) y^2 / (2 h)
- * of the area lies below y. */
+/* Returns how high in band i `share` lies. The chord grows evenly there, and w0 y + (w1 - w0) y^2 /
+ * (2 h) of the area lies below y. */
 static float band_height(const struct lens_aperture *a, uint32_t i, float share)
 {
     const float w0 = a->right[i] - a->left[i], w1 = a->right[i + 1] - a->left[i + 1];

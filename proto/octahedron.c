@@ -33,8 +33,8 @@ static float distance(const float a[3], const float b[3])
     return x * x + y * y + z * z;
 }
 
-/* Of the four codes around the direction the nearest: rounding alone errs half as much again.
- * The four points' lengths are almost the same, so distance() ranks them. */
+/* Packs a direction as the nearest of the four codes around it. Rounding alone has half as much
+ * error again. The four points' lengths are almost the same, so distance() ranks them. */
 static void pack(const float n[3], float steps, int32_t code[2])
 {
     code[0] = code[1] = 0; /* reads as +z */

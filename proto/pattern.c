@@ -25,8 +25,8 @@ static const uint64_t lattices[2][2][2] = {
 /* Purposes that must not share a hash. */
 enum pattern_purpose { PURPOSE_ORIGIN_0 = 1, PURPOSE_ORIGIN_1, PURPOSE_DECK, PURPOSE_NET };
 
-/* A bijection of 64 bits in which every input bit moves every output bit (two rounds of
- * multiply and xor-shift; constants of Stafford's variant 13, also used by SplitMix64). */
+/* Mixes by a bijection of 64 bits in which every input bit affects every output bit: two rounds of
+ * multiply and xor-shift, with the constants of Stafford's variant 13, also used by SplitMix64. */
 static uint64_t mix(uint64_t v)
 {
     v ^= v >> 30;
@@ -154,8 +154,9 @@ void pattern_stratum(const float jitter[2], uint32_t l, uint32_t i, float out[2]
     out[1] = pattern_axis(jitter[1], l, i / l);
 }
 
-/* A keyed bijection of 0..mask, mask = 2^k - 1: addition, multiplication by odd numbers and xor
- * with a right shift are each invertible on k bits. Few bits mix slowly, hence the rounds. */
+/* Scrambles by a keyed bijection of 0..mask, mask = 2^k - 1. Addition, multiplication by odd
+ * numbers and xor with a right shift are each invertible on k bits. Few bits mix slowly, hence the
+ * rounds. */
 static uint32_t scramble(uint32_t v, uint32_t mask, uint32_t half_bits, uint64_t key)
 {
     for (int round = 0; round < SCRAMBLE_ROUNDS; round++) {

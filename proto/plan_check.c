@@ -85,7 +85,7 @@ static int check_lens(const struct plan_place *at, const struct plan_camera *c)
     return 0;
 }
 
-/* Nothing is asked of a field but that it can be read. */
+/* Accepts any value of a field. */
 #define plan_field_any(at, name, value, from, to) 0
 
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault)
@@ -286,7 +286,7 @@ static int check_strata(const struct plan_place *at, const struct plan *plan)
                             has_strata ? 1 : 0, max);
 }
 
-/* What each field may hold, whatever the others do. */
+/* Checks each field by itself. */
 static int check_fields(const struct plan_place *at, const struct plan *plan)
 {
     int error = 0;

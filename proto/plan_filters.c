@@ -27,8 +27,8 @@ static int check_shadow_filter(const struct plan_place *at, const struct plan *p
     return 0;
 }
 
-/* A second set of rays adds to means; its size comes of the first's distances. Errors are not known
- * of such means, nor can targets ask for other rays still. */
+/* Checks second sets of rays. They add to means, and their size follows from the first set's
+ * distances. Such means have no known error, and a target cannot ask for more rays. */
 static int check_rate(const struct plan_place *at, const struct plan *plan)
 {
     const struct plan_adaptive *adaptive = &plan->adaptive;
@@ -49,8 +49,8 @@ static int check_rate(const struct plan_place *at, const struct plan *plan)
     return 0;
 }
 
-/* What filters of indirect light read: surfaces, and how far away they are from what lights them;
- * the sheared one single rays, too. */
+/* Checks the planes of filters of indirect light: surfaces, bounce distances, and single rays for
+ * the sheared filter. */
 static int check_indirect_filter(const struct plan_place *at, const struct plan *plan)
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
@@ -77,7 +77,8 @@ static int check_span(const struct plan_place *at, const struct plan *plan)
                              (double)plan->planes);
 }
 
-/* Of glossy lobes: surfaces, and all that their rays have measured. */
+/* Checks the planes of the filter of glossy lobes: surfaces, and all that their rays have measured.
+ *  */
 static int check_glossy_filter(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
@@ -157,8 +158,9 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
     return 0;
 }
 
-/* What mirrors show is lit as what lenses see is; each reflection is a scattering. The sheared
- * filter of indirect light would take directions for those of the mirror image. */
+/* Checks mirrors of lens samples. Light fields light what mirrors show as they light lens samples,
+ * and each reflection is a bounce. The sheared filter of indirect light would use directions of the
+ * mirror image. */
 static int check_lens_mirrors(const struct plan_place *at, const struct plan *plan)
 {
     const uint32_t light = plan->lens_light;

@@ -89,7 +89,7 @@ static void place_group(struct samples_layout *layout, enum samples_group group,
     }
 }
 
-/* Of a list of all sub-samples. */
+/* Returns the bytes of a list of all sub-samples. */
 static uint64_t lone_most_bytes(const struct samples_layout *layout)
 {
     if (!(layout->planes & PLANE_BIT(LONE))) return 0;

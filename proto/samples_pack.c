@@ -99,7 +99,8 @@ static void filter_group(const struct samples_layout *layout, enum samples_group
     }
 }
 
-/* What a group packs better by: some rows of its components tell. room: of the group's size. */
+/* Chooses the shuffle by which some rows of a group's components pack best. room has the group's
+ * size. */
 static enum packing_shuffle choose_shuffle(const struct samples_layout *layout,
                                            enum samples_group group, const uint8_t *data,
                                            uint8_t *room)

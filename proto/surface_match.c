@@ -46,7 +46,7 @@ void shown_surface_init(const struct surface_view *view, float px, float py, flo
     out->id = id;
 }
 
-/* How far the sub-sample is off the pixel's tangent plane, and how far it may be. */
+/* Computes how far the sub-sample is off the pixel's tangent plane, and how far it may be. */
 static void plane_distance(const struct surface_view *view, const struct shown_surface *sub,
                            const struct shown_surface *pixel, float cosine, float *off,
                            float *allowed)

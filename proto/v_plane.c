@@ -34,7 +34,8 @@ static inline double cube_root(double x)
     return root + (x / (root * root) - root) * (1.0 / 3);
 }
 
-/* A polynomial of ten degrees, by pairs of coefficients: few of its steps wait for each other. */
+/* Evaluates a polynomial of degree ten by pairs of coefficients, so that few of its steps wait for
+ * each other. */
 static inline double polynomial(const double c[11], double s)
 {
     const double t = s * s;

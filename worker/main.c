@@ -63,7 +63,8 @@ static void on_signal(uv_signal_t *signal, int number)
     if (p->session) session_stop(p->session);
 }
 
-/* A terminal's Ctrl-C reaches the coordinator's children, too: it decides for them. */
+/* Ignores a terminal's Ctrl-C, which reaches the coordinator's children, too. The coordinator
+ * decides for them. */
 static void on_ignored(uv_signal_t *signal, int number)
 {
     (void)signal;

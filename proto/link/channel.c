@@ -145,7 +145,7 @@ int channel_feed(struct channel *c, const void *data, size_t size_bytes)
     return c->in.failed ? ERR_MEMORY : 0;
 }
 
-/* Nothing that the library could want to be asked again for is an end. */
+/* Returns whether the library wants to be called again. Such a code is no end of the link. */
 static bool wants_more(long code)
 {
     return code == GNUTLS_E_AGAIN || code == GNUTLS_E_INTERRUPTED ||

@@ -60,7 +60,7 @@ static bool pass_on(struct log *log, const char *line, size_t size_bytes)
                        : write_whole(log->fd, line, size_bytes);
 }
 
-/* Where lines are missing it says so. False: there is no room for that. */
+/* Writes how many lines are missing, if any. Returns false without room for that. */
 static bool tell_lost(struct log *log, int64_t at_ms)
 {
     char line[LOG_LINE_BYTES];

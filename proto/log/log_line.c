@@ -50,7 +50,7 @@ static bool is_control(const unsigned char *at, size_t n)
     return (n == 1 && (at[0] < 0x20 || at[0] == 0x7f)) || (n == 2 && at[0] == 0xc2 && at[1] < 0xa0);
 }
 
-/* As inside a JSON string; `quotes`: quotes and backslashes are marked, too. */
+/* Escapes text as inside a JSON string. With `quotes`, quotes and backslashes are escaped, too. */
 static void put_escaped(struct line *l, const char *text, bool quotes)
 {
     char code[8];
@@ -77,7 +77,7 @@ static bool needs_quotes(const char *text)
     return false;
 }
 
-/* What was cut short ends all the same: END_BYTES are kept for it. */
+/* Puts the end of a line, for which END_BYTES are reserved even if the line was cut. */
 static void put_closed(struct line *l, const char *text)
 {
     put_escaped(l, text, true);

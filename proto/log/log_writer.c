@@ -49,7 +49,7 @@ static void wait_for_better(int fd, int error)
     if (may_pass(error)) (void)nanosleep(&pause, NULL);
 }
 
-/* How many bytes were written before it failed for good; all of them, unless it did. */
+/* Writes a text. Returns the bytes that were written, fewer than all after an error that stays. */
 static size_t write_all(int fd, const char *text, size_t size_bytes)
 {
     size_t done_bytes = 0;
@@ -73,7 +73,7 @@ static uint64_t write_piece(const struct log_writer *w, size_t size_bytes)
     return failed;
 }
 
-/* As many whole lines as go into a piece. */
+/* Takes as many whole lines as fit into a piece. */
 static size_t take_piece(struct log_writer *w)
 {
     const size_t waiting = (size_t)(w->put_bytes - w->taken_bytes);

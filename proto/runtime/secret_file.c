@@ -25,7 +25,7 @@ static int check(int fd, const char *path, size_t limit_bytes, struct fault *fau
     return 0;
 }
 
-/* At most limit_bytes, whatever the file has become meanwhile. */
+/* Reads at most limit_bytes, whatever the file has become meanwhile. */
 static int read_all(int fd, char *text, size_t limit_bytes, size_t *size_bytes)
 {
     size_t at = 0;

@@ -181,7 +181,7 @@ static uint32_t usable_cpus(void)
     return count < 1 ? 1 : count > LIMIT_THREADS ? LIMIT_THREADS : (uint32_t)count;
 }
 
-/* Only a replay has arguments. */
+/* Refuses arguments unless there is a replay. */
 static int check_arguments(const struct options *o, struct fault *fault)
 {
     if (o->argument_count > 0 && !o->replay)

@@ -3,7 +3,8 @@
 #include <stdio.h>
 #include <sys/resource.h>
 
-/* From the kernel's status page: getrusage's maximum would include the parent before exec. */
+/* Reads memory from the kernel's status page. getrusage's maximum would include the parent before
+ * exec. */
 static void read_memory(struct process_stats *out)
 {
     char line[128];

@@ -46,7 +46,7 @@ static int load_plan(const char *path, struct plan *out, struct fault *fault)
                      inner.pointer[0] ? ": " : "", inner.detail[0] ? inner.detail : error_text(e));
 }
 
-/* A blob by its digest: among a coordinator's objects, else in the cache. */
+/* Finds a blob by its digest among a coordinator's objects, else in the cache. */
 static int find_blob(const struct options *o, const struct digest *digest,
                      char path[BLOB_FILES_PATH_BYTES], struct fault *fault)
 {

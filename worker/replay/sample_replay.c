@@ -15,7 +15,7 @@
 #include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/path_kernels.h"
 
-/* As tiles are traced. */
+/* Denormals are flushed, as when tiles are traced. */
 #define MXCSR_FLUSH 0x8040u
 
 struct replay {
@@ -29,7 +29,7 @@ struct replay {
     size_t slot; /* of the pixel in its block */
 };
 
-/* Which kind a sample's number says that it is, and which there are of that. */
+/* Finds the kind of a sample from its number, and how many there are of that kind. */
 static void find_kind(const struct plan *plan, uint32_t sample, struct path_record *record)
 {
     const uint32_t most = plan->spp_most > plan->paths.spp ? plan->spp_most : plan->paths.spp;
@@ -70,7 +70,7 @@ static void take(const struct path_rgb *from, size_t slot, float out[3])
     out[2] = from->b[slot];
 }
 
-/* As path_sums.c adds samples up, and refuses what is not finite. */
+/* Adds a sample up as path_sums.c does, and refuses numbers that are not finite. */
 static void sum_up(const struct path_harvest *h, size_t slot, struct path_record *out)
 {
     float white[2][3];
@@ -88,7 +88,7 @@ static void sum_up(const struct path_harvest *h, size_t slot, struct path_record
     if (out->rejected) memset(out->radiance, 0, sizeof out->radiance);
 }
 
-/* Of a path; lens samples of light fields have their pixel's own numbers. */
+/* Finds the position of a path. Lens samples of light fields have numbers of their pixel. */
 static void find_position(const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
                           enum path_record_kind kind, float pixel[2])
 {
@@ -104,7 +104,7 @@ static void find_position(const struct plan *plan, int32_t x, int32_t y, uint32_
     pixel[1] = (float)y + path_pixel_offset(plan, v);
 }
 
-/* A lens sample travels by itself, without what light fields bring. */
+/* Adds a lens sample up. It travels by itself, without the light of fields. */
 static void sum_up_lens(const struct path_context *c, struct path_harvest *h, size_t slot,
                         struct path_record *out)
 {
@@ -120,7 +120,7 @@ static void sum_up_lens(const struct path_context *c, struct path_harvest *h, si
         out->stored[k] = out->rejected ? 0.0f : fminf(sum[k], LENS_RADIANCE_MAX);
 }
 
-/* What the sample is traced with. */
+/* Returns the context with which the sample is traced. */
 static const struct path_context *context_of(const struct stages *stages,
                                              enum path_record_kind kind)
 {

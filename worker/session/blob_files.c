@@ -21,7 +21,7 @@ static int make_dir(const char *path)
     return mkdir(path, 0700) == 0 || errno == EEXIST ? 0 : ERR_IO;
 }
 
-/* With the folders above it. */
+/* Makes a folder with those above it. */
 static int make_dirs(const char *dir)
 {
     char path[4096];
@@ -115,7 +115,8 @@ static bool remove_unlocked(const char *path)
     return removed;
 }
 
-/* A part that carries a process id cannot be found again: its owner had met another writer. */
+/* Returns whether a part has a process id in its name. It cannot be found again, because its owner
+ * had met another writer. */
 static bool has_owner(const char *path)
 {
     const char *name = strrchr(path, '/');

@@ -4,7 +4,7 @@
 #include "proto/count_map.h"
 #include "worker/session/leases_work.h"
 
-/* A job's first frame here is told of, not each view of a live one. */
+/* Logs a job's first frame here, and not each view of a live one. */
 static void note_job(struct leases *leases, const struct leased_frame *f)
 {
     const struct log_field fields[] = {{"job", f->job, 0}, {"frame_id", NULL, (double)f->id}};
@@ -34,7 +34,7 @@ int leases_add_frame(struct leases *leases, const struct message_frame_plan *m)
     return 0;
 }
 
-/* What the lease asks for, with what it leaves to the plan's schedule. */
+/* Returns the pass of a lease. Fields that it leaves out follow the plan's schedule. */
 static struct plan_pass pass_of(const struct plan *plan, const struct message_tile *m)
 {
     const bool scheduled = m->pass.first == 0 && m->pass.count == 0 && m->pass.strata == 0;

@@ -54,7 +54,7 @@ static int take_tile(struct session *s, const struct wire_frame_view *f)
     return e;
 }
 
-/* A lease that crossed our leaving. */
+/* Returns a lease that crossed the session's end. */
 static int return_tile(struct session *s, const struct wire_frame_view *f)
 {
     struct message_tile m;

@@ -57,7 +57,7 @@ static void unload(void *ctx, void **loaded)
     free(l);
 }
 
-/* The first bytes alone; what is neither is left to scene_map to refuse. */
+/* Returns the kind by the first bytes. scene_map refuses a file that is neither. */
 static enum tracing_kind kind_of(const char *path)
 {
     char magic[sizeof ENVIRONMENT_MAGIC] = "";

@@ -104,8 +104,8 @@ static float seen_slope(float sine, float cosine, float u)
     return t;
 }
 
-/* A facet that w sees: slopes along and across the direction, seen with roughness scaled to 1
- * (Heitz and d'Eon 2014, "Importance sampling microfacet-based BSDFs using the distribution of
+/* Samples a facet that w sees. Slopes are along and across the direction, with roughness scaled to
+ * 1 (Heitz and d'Eon 2014, "Importance sampling microfacet-based BSDFs using the distribution of
  * visible normals"). */
 static void sample_facet(const float w[3], const float alpha[2], const float u[2], float h[3])
 {

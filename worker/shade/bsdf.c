@@ -50,7 +50,7 @@ void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
         evaluate_reflection(b, wo, wi, out);
 }
 
-/* A mirror of reflectance `color` that is chosen with probability p. */
+/* Samples a mirror of reflectance `color` that is chosen with probability p. */
 static bool reflect_dirac(const float wo[3], const float color[3], float p, struct bsdf_sample *out)
 {
     direction_mirror(wo, out->wi);

@@ -59,7 +59,7 @@ bool glossy_has(const struct bsdf *b)
            b->alpha_u == b->alpha_v && b->alpha_u >= GLOSSY_ALPHA_LEAST;
 }
 
-/* What a facet reflects, `grazing` being (1 - cosine)^5 or a mean of it. */
+/* Computes the reflectance of a facet. `grazing` is (1 - cosine)^5 or a mean of it. */
 static void reflect(const struct bsdf *b, float grazing, float out[3])
 {
     const float layer = (1.0f - b->metallic) * b->specular;

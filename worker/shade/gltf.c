@@ -256,7 +256,7 @@ static bool leave(const struct bsdf *b, const struct gltf *g, const float wo[3],
     return out->wi[2] < 0.0f;
 }
 
-/* All facets are the surface itself. */
+/* Samples a smooth surface, whose facets are the surface itself. */
 static bool leave_smooth(const struct bsdf *b, const struct gltf *g, const float wo[3],
                          float choice, struct bsdf_sample *out)
 {

@@ -106,8 +106,8 @@ static void gloss_init(const struct path_context *c, const struct block *block,
     }
 }
 
-/* Is sample `sample` of lane i's half? Halves are runs of the sequence, which are as evenly spread
- * as all of it; its even numbers lie on one side of the lobe. */
+/* Returns whether a sample is in lane i's half. Halves are runs of the sequence, which are as
+ * evenly spread as all of it. Its even numbers would lie on one side of the lobe. */
 static bool is_half(const struct gloss *g, uint32_t sample, int i)
 {
     return (sample >= g->first_half[i]) == (g->later.on[i] != 0);

@@ -74,7 +74,8 @@ static void sample_directions(const struct bounce *b, const struct indirect_scra
     }
 }
 
-/* From the shading frame to the world; lanes whose direction lies below the facet leave *valid. */
+/* Turns directions from the shading frame to the world. Lanes whose direction lies below the facet
+ * leave *valid. */
 static void turn_directions(const struct bounce *b, const struct lanes3 *local,
                             struct lanes_mask *valid, struct lanes3 *out)
 {
@@ -108,7 +109,7 @@ static float diffuse_weight(const struct path_vertex *v, int i, const float d[3]
     return ELEMENTARY_PI * value.diffuse;
 }
 
-/* That of each lane; 1 for Lambert surfaces. */
+/* Computes the weight of each lane; 1 for Lambert surfaces. */
 static void weigh(const struct bounce *b, const struct lanes3 *direction,
                   const struct lanes_mask *valid, float weight[LANES])
 {
@@ -123,7 +124,7 @@ static void weigh(const struct bounce *b, const struct lanes3 *direction,
     }
 }
 
-/* All lanes of the block become a packet, all of Lambert surfaces: as path_pool_begin. */
+/* Makes a packet of all lanes of the block, as of Lambert surfaces, as path_pool_begin does. */
 static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
                         const struct lanes3 *direction, struct path_packet *p)
 {

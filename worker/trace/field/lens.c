@@ -107,8 +107,8 @@ static void store_radiance(const struct path_context *c, const struct block *b,
         block_store_f32(b, planes[k], samples_f32(samples, PLANE_LENS_RADIANCE, sample * 3 + k));
 }
 
-/* How far what a sample shows moves in the image from the lens's centre to its edge; what is nearly
- * at the lens moves as far as numbers go. */
+/* Stores how far a sample's point moves in the image from the lens's centre to its edge. Points
+ * nearly at the lens have the largest number. */
 static void store_slope(const struct plan *plan, const struct block *b, const float depth[LANES],
                         uint32_t sample, struct samples *samples)
 {

@@ -33,7 +33,7 @@ void lone_scratch_fini(struct lone_scratch *s)
     s->capacity = 0;
 }
 
-/* What is sampled of one sub-sample: means alone, of which no filter asks more. */
+/* Plans the samples of one sub-sample. Only means are needed, because no filter reads more. */
 static void plan_one(const struct plan *plan, uint32_t parts, struct plan *out)
 {
     const bool half = parts >> LONE_INDIRECT_HALF & 1u;
@@ -225,7 +225,7 @@ static void close_lanes(struct lone_scratch *s)
     }
 }
 
-/* As rows of pixels do: a tile's rows have all been told of by now. */
+/* Counts progress as rows of pixels do. All of a tile's rows are counted by now. */
 static void tell_progress(const struct shading *l)
 {
     _Atomic uint64_t *progress = l->context.progress;
@@ -316,7 +316,7 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Those that were shaded, in the order of their places. */
+/* Lists the shaded sub-samples in the order of their places. */
 static int make_list(const struct shading *l, struct samples *samples)
 {
     struct lone_scratch *s = l->scratch;

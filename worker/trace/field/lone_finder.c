@@ -65,7 +65,7 @@ static bool is_in(struct rect r, int32_t x, int32_t y)
     return x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1;
 }
 
-/* What the pixel's centre shows; false: no surface, or no pixel. */
+/* Finds the surface at the pixel's centre. Returns false without a surface, or a pixel. */
 static bool pixel_surface(struct lone_finder *f, int32_t x, int32_t y, struct shown_surface *out)
 {
     const struct plan *plan = f->context->plan;
@@ -92,7 +92,7 @@ static bool pixel_surface(struct lone_finder *f, int32_t x, int32_t y, struct sh
     return true;
 }
 
-/* Whether any pixel of the 3 x 3 shows the candidate's surface. */
+/* Returns whether any pixel of the 3 x 3 shows the candidate's surface. */
 static bool is_shown(struct lone_finder *f, const struct lone_candidate *sub)
 {
     struct shown_surface pixel;

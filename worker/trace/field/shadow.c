@@ -41,7 +41,7 @@ static void trace_batch(struct queries *q, bool slopes, const struct shading_poi
     }
 }
 
-/* The same where no ray is spared. */
+/* Traces a batch of which no ray is spared. */
 static void trace_whole_batch(struct queries *q, bool slopes, const struct shading_point *p,
                               struct light_packet *batch, uint32_t count, struct counters *counters)
 {

@@ -24,7 +24,8 @@ static void find_uvs(const struct mesh_view *mesh, uint32_t set, const struct la
     }
 }
 
-/* A texture's texels; nothing without a texture. UVs are found once for textures of one set. */
+/* Places a texture's texels, if there is a texture. UVs are computed once for textures of one set.
+ *  */
 static void place(const struct hit_kernels *kernels, const struct texture *t,
                   const struct uv_lanes uvs[2], struct texel_lanes *out)
 {
