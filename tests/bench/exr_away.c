@@ -2,20 +2,19 @@
  * the slopes of a pixel's 256 lens samples lie within one pixel, else 0. Written as the layer
  * visibility, which is one that pictures can be compared by. */
 #include <math.h>
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <unistd.h>
 
 #include "proto/half.h"
 #include "proto/job/job.h"
 #include "server/image/exr.h"
 #include "server/job/plan/plan_parts.h"
 #include "tests/bench/job_file.h"
+#include "tests/bench/threads.h"
 #include "worker/tile/tile.h"
 
-enum { TILE_PX = 32, THREADS_MAX = 16 };
+enum { TILE_PX = 32 };
 
 #define RANGE_MOST_PX 1.0f
 
@@ -68,16 +67,6 @@ static void *run(void *context)
     return NULL;
 }
 
-static void run_all(struct away *a)
-{
-    pthread_t ids[THREADS_MAX];
-    long count = sysconf(_SC_NPROCESSORS_ONLN);
-    count = count < 1 ? 1 : count > THREADS_MAX ? THREADS_MAX : count;
-    for (long i = 0; i < count; i++)
-        if (pthread_create(&ids[i], NULL, run, a)) fail("no thread");
-    for (long i = 0; i < count; i++) pthread_join(ids[i], NULL);
-}
-
 /* The job's camera, in the dark: only where samples land counts. */
 static void make_plan(const struct job *job, const struct scene *blob, struct plan *plan)
 {
@@ -116,7 +105,7 @@ int main(int argc, char **argv)
     a.out = image_plane(image, names[0]);
     a.scene = scene;
     a.plan = &plan;
-    run_all(&a);
+    if (run_on_all_cores(run, &a)) fail("no thread");
     const int error = exr_write(argv[3], image, &(struct exr_metadata){.seed = job.seed}, &fault);
     if (error) fprintf(stderr, "exr_away: %s: %s\n", argv[3], fault.detail);
     image_destroy(&image);

@@ -7,23 +7,22 @@
  * are not get STRATA x STRATA. Writes diffuse_direct, and visibility as the mean over all lights
  * with area of those samples. */
 #include <math.h>
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 #include <xmmintrin.h>
 
 #include "proto/job/job.h"
 #include "server/image/exr.h"
 #include "server/job/plan/plan_parts.h"
 #include "tests/bench/job_file.h"
+#include "tests/bench/threads.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/primary.h"
 #include "worker/trace/light/light_kernels.h"
 
-enum { SCOUT = 32, STRATA_MAX = 1024, THREADS_MAX = 16 };
+enum { SCOUT = 32, STRATA_MAX = 1024 };
 
 #define MXCSR_FLUSH 0x8040u
 
@@ -164,16 +163,6 @@ static void *run(void *context)
     return NULL;
 }
 
-static void run_all(struct reference *r)
-{
-    pthread_t ids[THREADS_MAX];
-    long count = sysconf(_SC_NPROCESSORS_ONLN);
-    count = count < 1 ? 1 : count > THREADS_MAX ? THREADS_MAX : count;
-    for (long i = 0; i < count; i++)
-        if (pthread_create(&ids[i], NULL, run, r)) fail("no thread");
-    for (long i = 0; i < count; i++) pthread_join(ids[i], NULL);
-}
-
 /* Camera and lights of the job, as any frame of it has them. */
 static void make_plan(const struct job *job, const struct scene *blob, struct plan *plan)
 {
@@ -194,7 +183,7 @@ static struct image *trace(struct reference *r)
     for (int c = 0; c < 3; c++) r->direct[c] = image_plane(image, names[c]);
     r->visibility = image_plane(image, names[3]);
     light_table_init(&r->lights, r->plan, r->scene->emitters != NULL);
-    run_all(r);
+    if (run_on_all_cores(run, r)) fail("no thread");
     return image;
 }
 

@@ -66,6 +66,29 @@ static void let_time_pass(void)
     usleep(12000);
 }
 
+/* A fetch of blob 1 that has begun. */
+struct begun {
+    struct blob_files c;
+    struct fault fault;
+    struct blob_fetch f;
+    uint8_t data[BLOB_BYTES];
+    struct digest digest;
+};
+
+static void begin(struct begun *b)
+{
+    b->c = open_files(1 << 20);
+    b->fault = (struct fault){0};
+    fill_blob(1, b->data, &b->digest);
+    assert_int_equal(blob_fetch_begin(&b->c, &b->digest, &b->f, &b->fault), 0);
+}
+
+static int add_part(struct begun *b, uint64_t offset, uint32_t size_bytes)
+{
+    return blob_fetch_part(&b->c, &b->f, BLOB_BYTES, offset, b->data + offset, size_bytes,
+                           &b->fault);
+}
+
 TEST(what_is_fetched_can_be_used)
 {
     struct blob_files c = open_files(1 << 20);
@@ -138,97 +161,74 @@ TEST(a_blob_above_the_bound_is_refused)
 
 TEST(damaged_bytes_are_not_kept)
 {
-    struct blob_files c = open_files(1 << 20);
-    struct fault fault = {0};
-    struct blob_fetch f;
-    uint8_t data[BLOB_BYTES];
-    struct digest digest;
-    fill_blob(1, data, &digest);
-    data[77] ^= 1;
-    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
-    assert_int_equal(blob_fetch_finish(&c, &f, &fault), ERR_CHECKSUM);
-    assert_false(has(&c, 1));
-    assert_int_equal(blob_files_used_bytes(&c), 0);
-    assert_int_equal(fetch(&c, 1, &fault), 0); /* from the start */
+    struct begun b;
+    begin(&b);
+    b.data[77] ^= 1;
+    assert_int_equal(add_part(&b, 0, BLOB_BYTES), 0);
+    assert_int_equal(blob_fetch_finish(&b.c, &b.f, &b.fault), ERR_CHECKSUM);
+    assert_false(has(&b.c, 1));
+    assert_int_equal(blob_files_used_bytes(&b.c), 0);
+    assert_int_equal(fetch(&b.c, 1, &b.fault), 0); /* from the start */
 }
 
 TEST(parts_that_do_not_fit_are_refused)
 {
-    struct blob_files c = open_files(1 << 20);
-    struct fault fault = {0};
-    struct blob_fetch f;
-    uint8_t data[BLOB_BYTES];
-    struct digest digest;
-    fill_blob(1, data, &digest);
-    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(blob_fetch_part(&c, &f, LIMIT_BLOB_BYTES + 1, 0, data, 100, &fault),
-                     ERR_LIMIT);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, 100, &fault), 0);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 50, data, 100, &fault), ERR_MISMATCH);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES + 1, 100, data, 100, &fault), ERR_MISMATCH);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 100, data, BLOB_BYTES, &fault),
-                     ERR_MISMATCH);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 100, data, 0, &fault), ERR_MISMATCH);
-    blob_fetch_abort(&f);
+    static const struct {
+        uint64_t total_bytes, offset;
+        uint32_t size_bytes;
+        int error;
+    } parts[] = {
+        {LIMIT_BLOB_BYTES + 1, 0, 100, ERR_LIMIT},   {BLOB_BYTES, 0, 100, 0},
+        {BLOB_BYTES, 50, 100, ERR_MISMATCH},         {BLOB_BYTES + 1, 100, 100, ERR_MISMATCH},
+        {BLOB_BYTES, 100, BLOB_BYTES, ERR_MISMATCH}, {BLOB_BYTES, 100, 0, ERR_MISMATCH}};
+    struct begun b;
+    begin(&b);
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+        assert_int_equal(blob_fetch_part(&b.c, &b.f, parts[i].total_bytes, parts[i].offset, b.data,
+                                         parts[i].size_bytes, &b.fault),
+                         parts[i].error);
+    blob_fetch_abort(&b.f);
 }
 
 TEST(a_broken_transfer_is_taken_up)
 {
-    struct blob_files c = open_files(1 << 20);
-    struct fault fault = {0};
-    struct blob_fetch f;
-    uint8_t data[BLOB_BYTES];
-    struct digest digest;
-    fill_blob(1, data, &digest);
-    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
-    blob_fetch_abort(&f);
-    c = open_files(1 << 20); /* another process */
-    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(f.have_bytes, 4096);
-    assert_int_equal(
-        blob_fetch_part(&c, &f, BLOB_BYTES, 4096, data + 4096, BLOB_BYTES - 4096, &fault), 0);
-    assert_int_equal(blob_fetch_finish(&c, &f, &fault), 0);
-    assert_true(has(&c, 1));
+    struct begun b;
+    begin(&b);
+    assert_int_equal(add_part(&b, 0, 4096), 0);
+    blob_fetch_abort(&b.f);
+    begin(&b); /* another process */
+    assert_int_equal(b.f.have_bytes, 4096);
+    assert_int_equal(add_part(&b, 4096, BLOB_BYTES - 4096), 0);
+    assert_int_equal(blob_fetch_finish(&b.c, &b.f, &b.fault), 0);
+    assert_true(has(&b.c, 1));
 }
 
 TEST(two_may_fetch_the_same)
 {
-    struct blob_files c = open_files(1 << 20);
-    struct fault fault = {0};
-    struct blob_fetch f;
-    uint8_t data[BLOB_BYTES];
-    struct digest digest;
-    fill_blob(1, data, &digest);
-    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, BLOB_BYTES, &fault), 0);
-    assert_int_equal(fetch(&c, 1, &fault), 0);
-    assert_true(has(&c, 1));
-    assert_int_equal(blob_fetch_finish(&c, &f, &fault), 0);
-    assert_true(has(&c, 1));
-    assert_int_equal(blob_files_used_bytes(&c), BLOB_BYTES);
+    struct begun b;
+    begin(&b);
+    assert_int_equal(add_part(&b, 0, BLOB_BYTES), 0);
+    assert_int_equal(fetch(&b.c, 1, &b.fault), 0);
+    assert_true(has(&b.c, 1));
+    assert_int_equal(blob_fetch_finish(&b.c, &b.f, &b.fault), 0);
+    assert_true(has(&b.c, 1));
+    assert_int_equal(blob_files_used_bytes(&b.c), BLOB_BYTES);
 }
 
 TEST(old_parts_are_swept)
 {
-    struct blob_files c = open_files(1 << 20);
-    struct fault fault = {0};
-    struct blob_fetch f;
-    uint8_t data[BLOB_BYTES];
-    struct digest digest;
+    struct begun b;
     char old[BLOB_FILES_PATH_BYTES], lost[BLOB_FILES_PATH_BYTES + 8];
-    fill_blob(1, data, &digest);
-    assert_int_equal(blob_fetch_begin(&c, &digest, &f, &fault), 0);
-    assert_int_equal(blob_fetch_part(&c, &f, BLOB_BYTES, 0, data, 4096, &fault), 0);
-    snprintf(old, sizeof old, "%s", f.path);
-    snprintf(lost, sizeof lost, "%s.123", f.path);
+    begin(&b);
+    assert_int_equal(add_part(&b, 0, 4096), 0);
+    snprintf(old, sizeof old, "%s", b.f.path);
+    snprintf(lost, sizeof lost, "%s.123", b.f.path);
     const struct timespec times[2] = {{.tv_sec = time(NULL) - 2 * BLOB_FILES_PART_AGE_S},
                                       {.tv_sec = time(NULL) - 2 * BLOB_FILES_PART_AGE_S}};
     utimensat(AT_FDCWD, old, times, 0);
     open_files(1 << 20);
     assert_int_equal(access(old, F_OK), 0); /* somebody writes it */
-    blob_fetch_abort(&f);
+    blob_fetch_abort(&b.f);
     fclose(fopen(lost, "wb"));
     open_files(1 << 20);
     assert_int_not_equal(access(old, F_OK), 0);

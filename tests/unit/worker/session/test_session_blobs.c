@@ -126,6 +126,16 @@ static void expect_both(struct world *w, struct message_blob_get *scene,
     assert_true(digest_equal(&map->digest, &w->plan.environment.map));
 }
 
+/* A world with a map and a tile, whose first questions are taken. */
+static struct world *start_with_map(struct message_blob_get *scene, struct message_blob_get *map)
+{
+    struct world *w = world_open(1, false);
+    give_map(w);
+    start_tile(w, 1);
+    expect_both(w, scene, map);
+    return w;
+}
+
 TEST(a_map_is_fetched_beside_the_scene)
 {
     struct world *w = world_open(2, false);
@@ -159,11 +169,8 @@ TEST(a_map_is_fetched_beside_the_scene)
 
 TEST(a_missing_map_is_named)
 {
-    struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
-    give_map(w);
-    start_tile(w, 1);
-    expect_both(w, &scene, &map);
+    struct world *w = start_with_map(&scene, &map);
     answer_none(w, w->map_digest);
     expect_fault(w, ERR_NOT_FOUND, "environment: the coordinator does not have the blob");
     answer(w, &scene); /* nobody waits for it any longer */
@@ -181,11 +188,8 @@ TEST(a_missing_map_is_named)
 
 TEST(a_missing_scene_beside_a_map_is_named)
 {
-    struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
-    give_map(w);
-    start_tile(w, 1);
-    expect_both(w, &scene, &map);
+    struct world *w = start_with_map(&scene, &map);
     answer(w, &map);
     for (int i = 0; loads == 0 && i < PATIENCE_MS; i++) turn(w);
     answer_none(w, w->plan.scene);
@@ -220,11 +224,8 @@ TEST(blobs_of_the_wrong_kind_are_faults)
 
 TEST(a_cancelled_frame_lets_both_blobs_go)
 {
-    struct world *w = world_open(1, false);
     struct message_blob_get scene, map;
-    give_map(w);
-    start_tile(w, 1);
-    expect_both(w, &scene, &map);
+    struct world *w = start_with_map(&scene, &map);
     message_encode_cancel(&w->w, &(struct message_cancel){9});
     put(w, MESSAGE_CANCEL, NULL, 0);
     expect_nothing(w);

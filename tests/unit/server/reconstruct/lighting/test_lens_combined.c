@@ -12,16 +12,14 @@
 #include "proto/shared_exponent.h"
 #include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/lens/lens_brute.h"
+#include "tests/unit/server/reconstruct/lighting/lens_wall.h"
 #include "tests/unit/unit.h"
-
-enum { SIDE = 72, TILE = 32, L = 3, N = L * L };
 
 /* A near wall to the left of an edge, a far one behind it; the focus lies between them. Slopes are
  * 6.5 and -3.2 pixels. */
-#define NEAR_Z 2.0f
-#define FAR_Z  8.0f
-#define EDGE   (0.5f * SIDE)
-#define PI     3.14159265f
+#define SIDE_PX 72
+#define EDGE    (0.5f * SIDE_PX)
+#define PI      3.14159265f
 
 #define SHARE_PX  3.5f   /* points that the middle does not see share light so far */
 #define RMSE_MOST 0.025f /* of the picture's mean */
@@ -33,35 +31,14 @@ enum twin { TWIN, TWIN_LOOKS_AT_ITS_PIXEL, TWIN_LOOKS_BACKWARDS, TWIN_WEIGHS_SLO
 
 static void init_plan(struct plan *plan)
 {
-    *plan = (struct plan){
-        .width_px = SIDE,
-        .height_px = SIDE,
-        .tile_px = TILE,
-        .pattern = {3, 1},
-        .camera = {.type = CAMERA_PERSPECTIVE,
-                   .right = {1, 0, 0},
-                   .up = {0, 1, 0},
-                   .forward = {0, 0, -1},
-                   .half_width = 0.5f,
-                   .half_height = 0.5f,
-                   .aperture_radius = 0.36f,
-                   .focus_distance = 4},
-        .light_count = 1,
-        .lights = {{.type = LIGHT_POINT, .color = {3, 2, 1}, .power = 1, .strata_per_axis = 1}},
-        .planes = PLANES_LENS | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL),
-        .light_planes = 1u << LIGHT_PLANE_IRRADIANCE,
-        .lens_strata_per_axis = L,
-        .lens_filter = LENS_FILTER_SHEARED,
-        .lens_light = LENS_LIGHT_DIFFUSE,
-        .radiance_scale = 4,
-        .length_unit = 1,
-        .mu = 1,
-    };
+    wall_plan(plan, LENS_FILTER_SHEARED);
+    plan->width_px = plan->height_px = SIDE_PX;
+    plan->camera.aperture_radius = 0.36f;
 }
 
 static float slope_of(const struct plan *plan, float z)
 {
-    const float scale = plan->camera.aperture_radius * (float)SIDE;
+    const float scale = plan->camera.aperture_radius * (float)SIDE_PX;
     return half_to_float(half_from_float(scale * (1.0f / z - 1.0f / plan->camera.focus_distance)));
 }
 
@@ -141,7 +118,7 @@ static struct image *picture(const struct plan *plan)
 {
     struct film *film = picture_film(plan, 64, 0);
     struct image *image;
-    assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
+    assert_int_equal(image_create(LAYER_BEAUTY, SIDE_PX, SIDE_PX, &image), 0);
     picture_land_pixels(plan, film, put_pixel, NULL);
     picture_draw(plan, film, image, NULL);
     film_destroy(&film);
@@ -157,7 +134,7 @@ static bool look_up(float z, const float q[2], float *out)
     for (int32_t k = 0; k < 4; k++) {
         const int32_t x = x0 + (k & 1), y = y0 + (k >> 1);
         const float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
-        if (x < 0 || y < 0 || x >= SIDE || y >= SIDE || wall_at(cx) != z) continue;
+        if (x < 0 || y < 0 || x >= SIDE_PX || y >= SIDE_PX || wall_at(cx) != z) continue;
         const float weight = (k & 1 ? right : 1.0f - right) * (k >> 1 ? down : 1.0f - down);
         sum += weight * irradiance_at(z, cx, cy);
         weights += weight;
@@ -190,10 +167,10 @@ static float share(const struct hidden *h, float z, const float q[2])
 
 static struct hidden hidden_of(const struct plan *plan)
 {
-    struct hidden out = {.list = malloc((size_t)SIDE * SIDE * N * sizeof *out.list)};
+    struct hidden out = {.list = malloc((size_t)SIDE_PX * SIDE_PX * N * sizeof *out.list)};
     assert_non_null(out.list);
-    for (int32_t y = 0; y < SIDE; y++)
-        for (int32_t x = 0; x < SIDE; x++)
+    for (int32_t y = 0; y < SIDE_PX; y++)
+        for (int32_t x = 0; x < SIDE_PX; x++)
             for (uint32_t k = 0; k < N; k++) {
                 float q[2], unused;
                 const float z = place(plan, x, y, k, q);
@@ -228,19 +205,19 @@ static void shade(const struct plan *plan, const struct hidden *hidden, enum twi
 /* The sum over picture and lens; planes of the caller's. */
 static float *sum_up(const struct plan *plan, enum twin as)
 {
-    const size_t area = (size_t)SIDE * SIDE;
+    const size_t area = (size_t)SIDE_PX * SIDE_PX;
     struct lens_picture p = {.plan = *plan};
     struct hidden hidden = hidden_of(plan);
-    p.patch.rect = p.patch.core = (struct rect){0, 0, SIDE, SIDE};
+    p.patch.rect = p.patch.core = (struct rect){0, 0, SIDE_PX, SIDE_PX};
     p.patch.lens_radiance = malloc(3 * N * area * sizeof(float));
     p.patch.lens_slope = malloc(N * area * sizeof(float));
     p.out[0] = calloc(4 * area, sizeof(float));
     assert_true(p.patch.lens_radiance && p.patch.lens_slope && p.out[0]);
     for (size_t k = 1; k < 4; k++) p.out[k] = p.out[0] + k * area;
-    for (int32_t y = 0; y < SIDE; y++)
-        for (int32_t x = 0; x < SIDE; x++)
+    for (int32_t y = 0; y < SIDE_PX; y++)
+        for (int32_t x = 0; x < SIDE_PX; x++)
             for (uint32_t k = 0; k < N; k++) {
-                const size_t at = (size_t)y * SIDE + (size_t)x;
+                const size_t at = (size_t)y * SIDE_PX + (size_t)x;
                 float q[2], rgb[3];
                 const float s = slope_of(plan, place(plan, x, y, k, q));
                 shade(plan, &hidden, as, x, y, k, rgb);
@@ -261,14 +238,14 @@ static float difference(const struct image *image, const float *sum)
     static const char *const names[] = {"R", "G", "B"};
     double squares = 0.0, mean = 0.0;
     for (int c = 0; c < 3; c++)
-        for (int32_t y = 0; y < SIDE; y++)
-            for (int32_t x = 0; x < SIDE; x++) {
+        for (int32_t y = 0; y < SIDE_PX; y++)
+            for (int32_t x = 0; x < SIDE_PX; x++) {
                 const double a = (double)*plane_at(image_plane(image, names[c]), x, y);
-                const double b = (double)sum[(c * SIDE + y) * SIDE + x];
+                const double b = (double)sum[(c * SIDE_PX + y) * SIDE_PX + x];
                 squares += (a - b) * (a - b);
                 mean += b;
             }
-    return (float)(sqrt(squares * 3.0 * SIDE * SIDE) / mean);
+    return (float)(sqrt(squares * 3.0 * SIDE_PX * SIDE_PX) / mean);
 }
 
 static float twin_of(uint32_t blades, enum twin as)
