@@ -120,7 +120,7 @@ int difference_pair(const struct image *first, const struct image *second, const
                     const char *layer, struct difference_pair *out, struct fault *fault)
 {
     const struct image *const images[IMAGES] = {first, second, test};
-    struct layer l;
+    struct layer l = {0};
     int error = find_layer(images, layer, &l, fault);
     if (error) return error;
     size_t count = (size_t)l.width * (size_t)l.height;
