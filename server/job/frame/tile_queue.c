@@ -210,6 +210,7 @@ static void take_out(struct tile_queue *q, uint32_t tile)
 enum verdict tile_queue_receive(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                 uint32_t generation)
 {
+    assert(q->tiles);
     struct tile_entry *t = end_lease(q, worker, tile, generation);
     if (t && t->state == TILE_LEASED) {
         t->state = TILE_RECEIVED;
