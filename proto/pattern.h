@@ -106,7 +106,18 @@ void pattern_deck_draw(const struct pattern_deck *deck, uint32_t i, float out[2]
 void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, uint32_t count,
                    float out[2]);
 
-/* The same for loops that place many: what is the frame's, once. */
+/* Number `axis` of point k of `count` all over a pixel: a lattice by the golden ratio, which the
+ * pixel's jitter shifts around. Along either axis the points are spaced evenly, so that slivers
+ * along a pixel's border get their share. */
+static inline float pattern_golden_at(const float jitter[2], uint32_t k, uint32_t count, int axis)
+{
+    const float along =
+        axis == 0 ? ((float)k + 0.5f) / (float)count : (float)(k * 0x9e3779b9u >> 8) * 0x1p-24f;
+    const float at = jitter[axis] + along, inside = at < 1.0f ? at : at - 1.0f;
+    return inside < 0x1.fffffep-1f ? inside : 0x1.fffffep-1f;
+}
+
+/* pattern_pixel for loops that place many: what is the frame's, once. */
 struct pattern_pixels {
     struct pattern_lattice lattice;
     uint64_t step; /* from ray to ray on the way around a pixel */

@@ -24,7 +24,7 @@
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_SIDES)
-#define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) | PLANE_BIT(LONE))
+#define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) | PLANE_BIT(LONE) | PLANE_BIT(MIXED))
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
 #define LIGHT_PLANES_KNOWN ((1u << LIGHT_PLANE_COUNT) - 1)
@@ -254,6 +254,20 @@ static int check_lone(const struct plan_place *at, const struct plan *plan)
     return 0;
 }
 
+/* Mixed pixels are found by what is seen through pixels, and lit as sub-samples are. */
+static int check_mixed(const struct plan_place *at, const struct plan *plan)
+{
+    const uint64_t planes = plan->planes;
+    if (!(planes & PLANE_BIT(MIXED))) return 0;
+    if (plan->sub_samples == 0 || (planes & PLANES_COMPARED) != PLANES_COMPARED)
+        return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what mixed pixels are found by",
+                                 (double)planes);
+    if (plan->camera.aperture_radius > 0.0f)
+        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for mixed pixels with a lens",
+                                 (double)planes);
+    return 0;
+}
+
 /* Planes and what they are made from. */
 static int check_planes(const struct plan_place *at, const struct plan *plan)
 {
@@ -270,7 +284,8 @@ static int check_planes(const struct plan_place *at, const struct plan *plan)
     if ((planes & PLANE_BIT(GLOSSY_HALF)) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
         return plan_field_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
                                  (double)planes);
-    const int error = check_lone(at, plan);
+    int error = check_lone(at, plan);
+    if (!error) error = check_mixed(at, plan);
     return error ? error : check_path_planes(at, plan);
 }
 

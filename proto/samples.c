@@ -40,18 +40,24 @@ void samples_destroy(struct samples **s)
     if (!*s) return;
     free((*s)->data);
     lone_destroy(&(*s)->lone);
+    mixed_destroy(&(*s)->mixed);
     free(*s);
     *s = NULL;
 }
 
 size_t samples_bytes(const struct samples *s)
 {
-    return s->layout.total_bytes + lone_bytes(s->lone);
+    return s->layout.total_bytes + lone_bytes(s->lone) + mixed_bytes(s->mixed);
 }
 
 uint32_t samples_lone_places(const struct samples_layout *layout)
 {
     return (uint32_t)layout->width_px * (uint32_t)layout->height_px * layout->sub_samples;
+}
+
+uint32_t samples_mixed_places(const struct samples_layout *layout)
+{
+    return (uint32_t)layout->width_px * (uint32_t)layout->height_px * MIXED_SLOTS;
 }
 
 void *samples_component(const struct samples *s, uint32_t slot, uint32_t component)

@@ -1,7 +1,8 @@
 #pragma once
 /* The sample buffer of a tile: which planes exist, their layout, packing, validation.
  *
- * Beside the planes there may be a list of lone sub-samples (lone.h).
+ * Beside the planes there may be a list of lone sub-samples (lone.h), and one of mixed pixels
+ * (mixed.h).
  *
  * A plane is w*h elements of one component, row by row. Components of a plane follow each other
  * (planar). Planes are grouped by element size, 4-byte ones first, then 2, then 1, and each group
@@ -11,6 +12,7 @@
  *
  * What a plane holds, and how many bytes a pixel takes, PROTOCOL.md says in section 5. */
 #include "proto/lone.h"
+#include "proto/mixed.h"
 #include "proto/packing.h"
 #include "proto/plan.h"
 
@@ -18,7 +20,8 @@ enum plane_id {
 #define PLANE(number, name, ...) PLANE_##name = number,
 #include "proto/plane.def"
     PLANE_ID_COUNT,
-    PLANE_LONE = 63 /* no plane but the list of lone sub-samples: among planes its bit alone */
+    PLANE_MIXED = 62, /* likewise, the list of mixed pixels */
+    PLANE_LONE = 63   /* no plane but the list of lone sub-samples: among planes its bit alone */
 };
 
 enum light_plane_id {
@@ -172,6 +175,7 @@ struct samples_layout {
     uint32_t lens_strata;                /* l_u^2 */
     uint32_t light_strata[LIMIT_LIGHTS]; /* l^2 */
     uint32_t lone_parts;                 /* of the list of lone sub-samples; 0: there is none */
+    uint32_t mixed_values;               /* of the list of mixed pixels; 0: there is none */
     uint64_t planes;                     /* of PLANE_BIT */
     uint8_t light_planes[LIMIT_LIGHTS];  /* bits of enum light_plane_id */
     uint32_t components[SAMPLES_SLOTS];  /* that the plan has of them */
@@ -181,7 +185,7 @@ struct samples_layout {
 };
 
 /* All planes that the plan asks for in this pass (plan_pass_planes), for a tile of w x h. ERR_LIMIT
- * when it would not fit a frame were all sub-samples lone. */
+ * when it would not fit a frame were all sub-samples lone and all pixels mixed. */
 int samples_layout_init(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
                         int32_t width_px, int32_t height_px);
 
@@ -192,15 +196,19 @@ int samples_layout_subset(struct samples_layout *layout, const struct plan *plan
 
 struct samples {
     struct samples_layout layout;
-    uint8_t *data;          /* layout.total_bytes, 64-byte aligned, owned */
-    struct lone_list *lone; /* owned; of layout.lone_parts; NULL: no sub-sample is lone */
+    uint8_t *data;            /* layout.total_bytes, 64-byte aligned, owned */
+    struct lone_list *lone;   /* owned; of layout.lone_parts; NULL: no sub-sample is lone */
+    struct mixed_list *mixed; /* owned; of layout.mixed_values; NULL: no pixel is mixed */
 };
 
-/* What planes and list hold. */
+/* What planes and lists hold. */
 size_t samples_bytes(const struct samples *s);
 
 /* What places of lone sub-samples are below. */
 uint32_t samples_lone_places(const struct samples_layout *layout);
+
+/* The same of entries of mixed pixels. */
+uint32_t samples_mixed_places(const struct samples_layout *layout);
 
 /* Zeroed buffer. Owned by the caller; destroy nulls the pointer. */
 int samples_create(const struct samples_layout *layout, struct samples **out);
@@ -223,7 +231,8 @@ uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t 
  *   u16 width, u16 height, u64 plane mask, u8 light plane mask per light,
  *   then per group (4-, 2-, 1-byte elements): u8 filter of each component (plane_filter.h), u32
  *   packed bytes, the bytes
- *   then, if PLANE_LONE is in the mask: u32 count, u32 packed bytes, the bytes of its words
+ *   then, if PLANE_LONE is in the mask: u32 count, u32 packed bytes, the bytes of its words; and
+ *   the same for PLANE_MIXED
  *
  * A group, or list, whose packed size equals its size is stored as it is; otherwise it is a blosc
  * buffer. */

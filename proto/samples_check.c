@@ -215,5 +215,7 @@ int samples_check(const struct samples *s, struct fault *fault)
     const size_t area = (size_t)s->layout.width_px * (size_t)s->layout.height_px;
     int error = 0;
     for (uint32_t i = 0; i < s->layout.slots && !error; i++) error = check_plane(s, i, area, fault);
-    return error ? error : check_lone(s, fault);
+    if (!error) error = check_lone(s, fault);
+    if (error || !s->mixed) return error;
+    return mixed_check(s->mixed, samples_mixed_places(&s->layout), fault);
 }

@@ -89,18 +89,21 @@ static void place_group(struct samples_layout *layout, enum samples_group group,
     }
 }
 
-/* Returns the bytes of a list of all sub-samples. */
-static uint64_t lone_most_bytes(const struct samples_layout *layout)
+/* Returns the bytes of lists of all sub-samples and all pixels. */
+static uint64_t lists_most_bytes(const struct samples_layout *layout)
 {
-    if (!(layout->planes & PLANE_BIT(LONE))) return 0;
-    return (uint64_t)samples_lone_places(layout) * lone_words(layout->lone_parts) *
-           sizeof(uint32_t);
+    uint64_t words = 0;
+    if (layout->planes & PLANE_BIT(LONE))
+        words += (uint64_t)samples_lone_places(layout) * lone_words(layout->lone_parts);
+    if (layout->planes & PLANE_BIT(MIXED))
+        words += (uint64_t)samples_mixed_places(layout) * (1 + layout->mixed_values);
+    return words * sizeof(uint32_t);
 }
 
 int samples_layout_place(struct samples_layout *layout)
 {
     uint64_t at = 0;
-    const uint64_t most = LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES - lone_most_bytes(layout);
+    const uint64_t most = LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES - lists_most_bytes(layout);
     for (uint32_t i = 0; i < layout->slots; i++) layout->offset[i] = SAMPLES_ABSENT;
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
         const uint64_t start = at;
@@ -127,6 +130,7 @@ static int layout_start(struct samples_layout *layout, const struct plan *plan, 
         .planes = plan_pass_planes(plan, pass),
     };
     if (layout->planes & PLANE_BIT(LONE)) layout->lone_parts = lone_parts(plan);
+    if (layout->planes & PLANE_BIT(MIXED)) layout->mixed_values = mixed_values(plan);
     for (uint32_t i = 0; i < layout->slots; i++)
         layout->components[i] = samples_components(plan, i);
     for (uint32_t k = 0; k < plan->light_count; k++) {

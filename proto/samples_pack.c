@@ -44,6 +44,7 @@ static uint64_t layout_of_filled(const struct samples *s, struct samples_layout 
         dropped++;
     }
     if (!s->lone) filled->planes &= ~PLANE_BIT(LONE);
+    if (!s->mixed) filled->planes &= ~PLANE_BIT(MIXED);
     return dropped;
 }
 
@@ -64,14 +65,15 @@ static void write_head(struct bytes_writer *w, const struct samples_layout *layo
     bytes_write_raw(w, layout->light_planes, layout->light_count);
 }
 
-static int write_lone(struct bytes_writer *w, const struct lone_list *list, enum packing packing)
+/* A list of `count` entries. */
+static int write_list(struct bytes_writer *w, uint32_t count, const uint32_t *words,
+                      size_t size_bytes, enum packing packing)
 {
-    const size_t size_bytes = lone_bytes(list);
     uint8_t *room = malloc(size_bytes + 1);
     if (!room) return ERR_MEMORY;
     const size_t packed =
-        packing_pack(packing, PACKING_BYTES, list->words, size_bytes, sizeof(uint32_t), room);
-    bytes_write_u32(w, list->count);
+        packing_pack(packing, PACKING_BYTES, words, size_bytes, sizeof(uint32_t), room);
+    bytes_write_u32(w, count);
     bytes_write_u32(w, (uint32_t)packed);
     bytes_write_raw(w, room, packed);
     free(room);
@@ -175,7 +177,10 @@ int samples_pack(struct samples *s, enum packing packing, struct bytes_writer *w
     }
     write_head(w, &filled);
     int error = write_groups(w, compact ? compact : s, packing);
-    if (!error && s->lone) error = write_lone(w, s->lone, packing);
+    if (!error && s->lone)
+        error = write_list(w, s->lone->count, s->lone->words, lone_bytes(s->lone), packing);
+    if (!error && s->mixed)
+        error = write_list(w, s->mixed->count, s->mixed->words, mixed_bytes(s->mixed), packing);
     samples_destroy(&compact);
     return error;
 }
@@ -202,23 +207,53 @@ static int read_head(struct bytes_reader *r, const struct plan *plan, uint32_t p
     return 0;
 }
 
-/* The count is believed when it is one that a tile can have. */
+/* A list's head. The count is believed when it is one that a tile can have: at most `most`. */
+struct list_head {
+    const char *name;
+    uint32_t count, packed_bytes;
+    const uint8_t *packed;
+};
+
+static int read_list_head(struct bytes_reader *r, uint32_t most, struct list_head *h,
+                          struct fault *fault)
+{
+    h->count = bytes_read_u32(r);
+    h->packed_bytes = bytes_read_u32(r);
+    h->packed = bytes_borrow(r, h->packed_bytes);
+    if (r->failed)
+        return fault_set(fault, ERR_TRUNCATED, h->name, "its %u bytes are not all there",
+                         h->packed_bytes);
+    if (h->count == 0 || h->count > most)
+        return fault_set(fault, ERR_LIMIT, h->name, "%u entries, not 1 to %u", h->count, most);
+    return 0;
+}
+
+static int unpack_list(const struct list_head *h, uint32_t *words, size_t size_bytes,
+                       struct fault *fault)
+{
+    if (packing_unpack(h->packed, h->packed_bytes, words, size_bytes)) return 0;
+    return fault_set(fault, ERR_CORRUPT, h->name, "%u packed bytes do not unpack to %zu",
+                     h->packed_bytes, size_bytes);
+}
+
 static int read_lone(struct bytes_reader *r, struct samples *s, struct fault *fault)
 {
-    const uint32_t count = bytes_read_u32(r), packed_bytes = bytes_read_u32(r);
-    const uint8_t *packed = bytes_borrow(r, packed_bytes);
-    const uint32_t most = samples_lone_places(&s->layout);
-    if (r->failed)
-        return fault_set(fault, ERR_TRUNCATED, "lone", "its %u bytes are not all there",
-                         packed_bytes);
-    if (count == 0 || count > most)
-        return fault_set(fault, ERR_LIMIT, "lone", "%u entries, not 1 to %u", count, most);
-    if (lone_create(s->layout.lone_parts, count, &s->lone) != 0)
-        return fault_set(fault, ERR_MEMORY, "lone", "no memory for %u entries", count);
-    if (!packing_unpack(packed, packed_bytes, s->lone->words, lone_bytes(s->lone)))
-        return fault_set(fault, ERR_CORRUPT, "lone", "%u packed bytes do not unpack to %zu",
-                         packed_bytes, lone_bytes(s->lone));
-    return 0;
+    struct list_head h = {.name = "lone"};
+    const int error = read_list_head(r, samples_lone_places(&s->layout), &h, fault);
+    if (error) return error;
+    if (lone_create(s->layout.lone_parts, h.count, &s->lone) != 0)
+        return fault_set(fault, ERR_MEMORY, h.name, "no memory for %u entries", h.count);
+    return unpack_list(&h, s->lone->words, lone_bytes(s->lone), fault);
+}
+
+static int read_mixed(struct bytes_reader *r, struct samples *s, struct fault *fault)
+{
+    struct list_head h = {.name = "mixed"};
+    const int error = read_list_head(r, samples_mixed_places(&s->layout), &h, fault);
+    if (error) return error;
+    if (mixed_create(s->layout.mixed_values, h.count, &s->mixed) != 0)
+        return fault_set(fault, ERR_MEMORY, h.name, "no memory for %u entries", h.count);
+    return unpack_list(&h, s->mixed->words, mixed_bytes(s->mixed), fault);
 }
 
 static const char *const group_names[SAMPLES_GROUP_COUNT] = {"group 4", "group 2", "group 1"};
@@ -266,6 +301,10 @@ static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *
         const int error = read_lone(r, s, fault);
         if (error) return error;
     }
+    if (s->layout.planes & PLANE_BIT(MIXED)) {
+        const int error = read_mixed(r, s, fault);
+        if (error) return error;
+    }
     if (bytes_finish(r))
         return fault_set(fault, ERR_TRAILING, "", "%zu bytes follow the samples", bytes_left(r));
     return 0;
@@ -279,7 +318,7 @@ static int spread(struct samples **s, const struct plan *plan, uint32_t pass)
     const struct samples_layout *sent = &(*s)->layout;
     int error = samples_layout_init(&full, plan, pass, sent->width_px, sent->height_px);
     if (error) return error;
-    const uint64_t missing = (full.planes ^ sent->planes) & ~PLANE_BIT(LONE);
+    const uint64_t missing = (full.planes ^ sent->planes) & ~(PLANE_BIT(LONE) | PLANE_BIT(MIXED));
     if (missing == 0 &&
         memcmp(full.light_planes, sent->light_planes, sizeof full.light_planes) == 0) {
         (*s)->layout = full;
@@ -289,7 +328,9 @@ static int spread(struct samples **s, const struct plan *plan, uint32_t pass)
     if (error) return error;
     copy_planes(all, *s);
     all->lone = (*s)->lone;
+    all->mixed = (*s)->mixed;
     (*s)->lone = NULL;
+    (*s)->mixed = NULL;
     samples_destroy(s);
     *s = all;
     return 0;

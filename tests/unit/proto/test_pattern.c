@@ -336,3 +336,22 @@ TEST(seeds_and_frames_differ)
     is_even(seeds, 64, "seeds in dimension", PATTERN_LIGHT);
     is_even(frames, 64, "frames in dimension", PATTERN_LIGHT);
 }
+
+/* Of as many bins along either axis as there are points, none has more than two. */
+TEST(golden_points_are_spaced_evenly)
+{
+    for (uint32_t count = 16; count <= 1024; count *= 2)
+        for (int32_t x = 0; x < 9; x++) {
+            uint8_t bins[2][1024] = {{0}};
+            float jitter[2];
+            pattern_jitter(&some, x, 5, PATTERN_PIXEL, jitter);
+            for (uint32_t k = 0; k < count; k++)
+                for (int axis = 0; axis < 2; axis++) {
+                    const float at = pattern_golden_at(jitter, k, count, axis);
+                    assert_true(at >= 0.0f && at < 1.0f);
+                    bins[axis][(uint32_t)(at * (float)count)]++;
+                }
+            for (uint32_t i = 0; i < count; i++)
+                for (int axis = 0; axis < 2; axis++) assert_in_range(bins[axis][i], 0, 2);
+        }
+}

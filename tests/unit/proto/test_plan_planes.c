@@ -98,12 +98,24 @@ TEST(lone_sub_samples_are_checked)
     EXPECT((lone_case(&plan), plan.camera.aperture_radius = 0.1f), ERR_RANGE, "planes");
     EXPECT((lone_case(&plan), plan.tile_px = 36), ERR_RANGE, "tile_px");
     EXPECT((lone_case(&plan), plan.tile_px = 40), ERR_OK, "");
-    EXPECT((lone_case(&plan), plan.planes |= UINT64_C(1) << 62), ERR_RANGE, "planes");
+    EXPECT((lone_case(&plan), plan.planes |= UINT64_C(1) << 61), ERR_RANGE, "planes");
     /* Nothing would light them. */
     EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY),
             plan.light_planes = 0),
            ERR_RANGE, "planes");
     EXPECT((lone_case(&plan), plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)), ERR_OK, "");
+}
+
+TEST(mixed_pixels_are_checked)
+{
+    EXPECT((lone_case(&plan), plan.planes |= PLANE_BIT(MIXED)), ERR_OK, "");
+    EXPECT((lone_case(&plan), plan.planes ^= PLANE_BIT(LONE) | PLANE_BIT(MIXED)), ERR_OK, "");
+    EXPECT((lone_case(&plan), plan.planes ^= PLANE_BIT(LONE) | PLANE_BIT(MIXED),
+            plan.planes &= ~PLANE_BIT(SUB_ID)),
+           ERR_RANGE, "planes");
+    EXPECT((lone_case(&plan), plan.planes ^= PLANE_BIT(LONE) | PLANE_BIT(MIXED),
+            plan.camera.aperture_radius = 0.1f),
+           ERR_RANGE, "planes");
 }
 
 TEST(light_planes_follow_the_type)

@@ -87,8 +87,9 @@ TEST(tells_of_every_plane)
     expect("\n| %d | " #name " | %s | %d%s | " unit " | " text " |\n", number,                     \
            types[SAMPLES_##type], components, pers[SAMPLES_PER_##per]);
 #include "proto/plane.def"
+    expect("\n| %d | MIXED |", PLANE_MIXED);
     expect("\n| %d | LONE |", PLANE_LONE);
-    assert_int_equal(rows_below("| number | plane |"), PLANE_ID_COUNT + 1); /* and LONE */
+    assert_int_equal(rows_below("| number | plane |"), PLANE_ID_COUNT + 2); /* and the lists */
     assert_int_equal(rows_below("| number | light plane |"), LIGHT_PLANE_COUNT);
 }
 
