@@ -24,13 +24,16 @@ int tile_tracer_create(struct tile_tracer **out)
     for (int i = 0; i < SHADOW_BATCH; i++) queries_init_rays(&t->shadow.batch[i].rays);
     path_scratch_init(&t->path);
     lone_scratch_init(&t->lone);
+    mixed_scratch_init(&t->mixed);
     *out = t;
     return 0;
 }
 
 void tile_tracer_destroy(struct tile_tracer **tracer)
 {
-    if (*tracer) lone_scratch_fini(&(*tracer)->lone);
+    if (!*tracer) return;
+    lone_scratch_fini(&(*tracer)->lone);
+    mixed_scratch_fini(&(*tracer)->mixed);
     free(*tracer);
     *tracer = NULL;
 }
@@ -77,15 +80,19 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages,
     return 0;
 }
 
-/* When all planes are there: sub-samples that none of the pixels around them shows. */
-static int trace_lone(struct tile_tracer *t, const struct stages *stages, struct rect rect,
-                      struct samples *samples)
+/* When all planes are there: sub-samples that none of the pixels around them shows, and pixels that
+ * show several surfaces. */
+static int trace_borders(struct tile_tracer *t, const struct stages *stages, struct rect rect,
+                         struct samples *samples)
 {
     const struct lone_tools tools = {&t->shadow, &t->indirect, &t->glossy, &t->path};
+    int error = 0;
     if (samples->layout.lone_parts > 0)
-        return lone_trace(&stages->field, &tools, rect, &t->lone, samples);
-    lone_settle(&stages->field, rect, &t->lone, samples);
-    return 0;
+        error = lone_trace(&stages->field, &tools, rect, &t->lone, samples);
+    else
+        lone_settle(&stages->field, rect, &t->lone, samples);
+    if (error || samples->layout.mixed_values == 0) return error;
+    return mixed_trace(&stages->field, &t->lone.finder, &t->mixed, samples);
 }
 
 static bool rect_fits(const struct plan *plan, struct rect rect)
@@ -148,7 +155,7 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = job->progress;
     stages.field.stop = stages.through_lens.stop = stages.whole.stop = job->stop;
     if (e == 0) e = trace_rows(t, &stages, job, samples);
-    if (e == 0) e = trace_lone(t, &stages, job->rect, samples);
+    if (e == 0) e = trace_borders(t, &stages, job->rect, samples);
     if (stages.through_lens.centres) centre_gbuffer_fini(&t->centres);
     sky_guides_give(job->scene->guides, guide);
     return e;

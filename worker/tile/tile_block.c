@@ -37,25 +37,12 @@ static void find_glow(const struct block *b, const struct surface *s, struct glo
     }
 }
 
-/* Samples a pixel of emission alone at edges of what shines: a lamp many times as bright as white
- * has to cover its pixels to that part of a step of grey. More where lights have more strata. */
-#define GLOW_SAMPLES_LEAST 64u
-
-static uint32_t glow_samples(const struct plan *plan)
-{
-    uint32_t count = GLOW_SAMPLES_LEAST;
-    for (uint32_t k = 0; k < plan->light_count; k++) {
-        const uint32_t l = plan->lights[k].strata_per_axis;
-        count = l * l > count ? l * l : count;
-    }
-    return count;
-}
-
-/* Sums emission anew over so many samples; returns how many. */
+/* Sums emission anew over so many samples, at edges of what shines; returns how many. Pixels whose
+ * edge only their neighbours show are left to mixed.h. */
 static uint32_t sharpen_glow(struct tile_tracer *t, const struct plan *plan,
                              struct counters *counters)
 {
-    const uint32_t count = glow_samples(plan);
+    const uint32_t count = mixed_glow_samples(plan);
     memset(&t->emission, 0, sizeof t->emission);
     for (uint32_t k = 0; k < count; k++) {
         primary_trace_sub(&t->queries, plan, &t->block, k, count, &t->camera, &t->beside.surface);

@@ -7,6 +7,7 @@
 #include "worker/trace/field/lens.h"
 #include "worker/trace/field/lens_more.h"
 #include "worker/trace/field/lone.h"
+#include "worker/trace/field/mixed.h"
 #include "worker/trace/field/shadow.h"
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
@@ -37,6 +38,7 @@ struct tile_tracer {
     struct centre_gbuffer centres;
     struct lens_more more;
     struct lone_scratch lone;
+    struct mixed_scratch mixed;
 };
 
 /* Returns whether the stages trace rays through the centres of all pixels. */

@@ -26,6 +26,11 @@ void lone_finder_init(struct lone_finder *f, const struct path_context *c, struc
     queries_init_rays(&f->rays);
 }
 
+void lone_finder_resume(struct lone_finder *f, const struct path_context *c)
+{
+    f->context = c;
+}
+
 /* -- pixels around -- */
 
 static void trace_cell(struct lone_finder *f, int32_t column, int32_t row, struct lone_cell *out)
@@ -65,8 +70,8 @@ static bool is_in(struct rect r, int32_t x, int32_t y)
     return x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1;
 }
 
-/* Finds the surface at the pixel's centre. Returns false without a surface, or a pixel. */
-static bool pixel_surface(struct lone_finder *f, int32_t x, int32_t y, struct shown_surface *out)
+bool lone_finder_pixel(struct lone_finder *f, int32_t x, int32_t y, struct shown_surface *out,
+                       uint32_t *full_id)
 {
     const struct plan *plan = f->context->plan;
     float depth, facing[3];
@@ -86,6 +91,7 @@ static bool pixel_surface(struct lone_finder *f, int32_t x, int32_t y, struct sh
         id = cell->id[lane];
     }
     if (!(depth > 0.0f)) return false;
+    if (full_id) *full_id = id;
     octahedron_unpack16(normal, facing);
     shown_surface_init(&f->view, (float)x + 0.5f, (float)y + 0.5f, surface_distance(depth), facing,
                        surface_sub_id(id), out);
@@ -97,14 +103,14 @@ static bool is_shown(struct lone_finder *f, const struct lone_candidate *sub)
 {
     struct shown_surface pixel;
     float own = 0.0f;
-    if (pixel_surface(f, sub->x_px, sub->y_px, &pixel))
+    if (lone_finder_pixel(f, sub->x_px, sub->y_px, &pixel, NULL))
         own = surface_match(&f->view, &sub->surface, &pixel);
     float sum = own;
     for (int32_t dy = -1; dy <= 1; dy++)
         for (int32_t dx = -1; dx <= 1; dx++) {
             if (sum >= SURFACE_WEIGHT_MIN) return true;
             if (dx == 0 && dy == 0) continue;
-            if (!pixel_surface(f, sub->x_px + dx, sub->y_px + dy, &pixel)) continue;
+            if (!lone_finder_pixel(f, sub->x_px + dx, sub->y_px + dy, &pixel, NULL)) continue;
             sum += (1.0f - own) * surface_share(sub->offset, dx, dy) *
                    surface_match(&f->view, &sub->surface, &pixel);
         }

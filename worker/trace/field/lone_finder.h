@@ -56,6 +56,15 @@ struct lone_finder {
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
                       struct samples *samples);
 
+/* Goes on with what is known of the tile, by another context. */
+void lone_finder_resume(struct lone_finder *f, const struct path_context *c);
+
+/* Finds what the centre of a pixel shows, which lies in the tile or at most one pixel beside it.
+ * *full_id, which may be NULL, becomes PLANE_ID's number. False: no surface, or no pixel of the
+ * image. */
+bool lone_finder_pixel(struct lone_finder *f, int32_t x, int32_t y, struct shown_surface *out,
+                       uint32_t *full_id);
+
 /* Finds the kept lanes of the block whose sub-sample k is lone and reflects light, and returns
  * their number. Sub-samples that surely show their pixel's surface get its depth and normal in the
  * planes: readers only ask whether they match, and equal values take the fewest bytes. */

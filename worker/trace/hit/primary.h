@@ -27,6 +27,12 @@ struct primary_packet {
 void primary_trace_row(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
                        uint32_t count, struct primary_packet *row);
 
+/* Surfaces at sixteen positions in one pixel: `first` to first + 15 of `count` that are spread all
+ * over it (pattern_golden_at). They lie at (px, py) of the image. */
+void primary_trace_pixel(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
+                         uint32_t first, uint32_t count, struct RTCRayHit16 *rays, float px[LANES],
+                         float py[LANES], struct surface *out);
+
 /* Surfaces at anti-aliasing position k of `count` in each pixel. */
 void primary_trace_sub(struct queries *q, const struct plan *plan, const struct block *b,
                        uint32_t k, uint32_t count, struct RTCRayHit16 *rays, struct surface *out);
