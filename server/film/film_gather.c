@@ -4,6 +4,7 @@
 #include "server/film/film_work.h"
 #include "server/film/gather.h"
 #include "server/film/gather_lone.h"
+#include "server/film/gather_mixed.h"
 
 void film_gather_in(struct film *film, struct scratch *scratch)
 {
@@ -33,6 +34,28 @@ static int gather_lone(const struct film *film, struct rect t, struct patch *pat
     return 0;
 }
 
+/* Entries of mixed pixels, likewise. */
+static int gather_mixed(const struct film *film, struct rect t, struct patch *patch)
+{
+    uint32_t count = 0;
+    if (!(film->plan->planes & PLANE_BIT(MIXED))) return 0;
+    for (int32_t row = t.y0; row < t.y1; row++)
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            const uint32_t tile = film_tile_at(film, column, row);
+            count += gather_mixed_count(film->tiles[tile].samples,
+                                        tile_grid_rect(&film->grid, tile), patch);
+        }
+    const int error = gather_mixed_reserve(count, patch);
+    if (error) return error;
+    for (int32_t row = t.y0; row < t.y1; row++)
+        for (int32_t column = t.x0; column < t.x1; column++) {
+            const uint32_t tile = film_tile_at(film, column, row);
+            gather_mixed_tile(film->tiles[tile].samples, tile_grid_rect(&film->grid, tile), patch);
+        }
+    mixed_share_sort(&patch->mixed, (size_t)rect_area(patch->rect));
+    return 0;
+}
+
 int film_gather(const struct film *film, uint32_t block, struct patch **out)
 {
     struct patch *patch;
@@ -52,6 +75,7 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
         }
     }
     error = gather_lone(film, t, patch);
+    if (!error) error = gather_mixed(film, t, patch);
     if (error) patch_destroy(&patch);
     *out = patch;
     return error;

@@ -10,6 +10,7 @@
 struct block_statistics {
     uint64_t sub_samples_lone;      /* sub-samples that were shaded on their own */
     uint64_t sub_samples_unmatched; /* others whose surface is shown by no pixel around them */
+    uint64_t pixels_mixed;          /* pixels on an edge, with samples of their own */
     uint64_t pixels_background;     /* without a sample that shows a surface */
     /* These include pixels beside the block whose light its sub-samples use. */
     struct shadow_statistics shadow; /* over the lights */

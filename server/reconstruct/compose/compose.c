@@ -123,6 +123,7 @@ static void resolve_rest(const struct resolver *r, const struct run *run,
         resolved_run_set(resolved, k, &pixel);
         put_variance(r, &pixel, run->x + (int32_t)k, run->y, variance);
         add_emission_variance(r, run->x + (int32_t)k, run->y, variance);
+        statistics->pixels_mixed += pixel.mixed;
         statistics->sub_samples_lone += pixel.lone;
         statistics->sub_samples_unmatched += pixel.unmatched;
         statistics->pixels_background += pixel.coverage == 0.0f;
@@ -357,6 +358,7 @@ static void add_indirect(const struct resolver *r, const struct targets *t, stru
                 add(t->indirect[c], x, y, pixel.indirect[c]);
             }
             put_variance(r, &pixel, x, y, variance);
+            statistics->pixels_mixed += pixel.mixed;
             statistics->sub_samples_lone += pixel.lone;
             statistics->sub_samples_unmatched += pixel.unmatched;
         }

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "server/reconstruct/compose/resolve_mixed.h"
+
 /* Points that are spread over a pixel err at edges as the power -3/2 of their number, squared,
  * where random ones err as the power -1: half as much for the four that there are. */
 #define STRATIFIED 0.5f
@@ -344,7 +346,8 @@ static void scale(struct resolved *out, float share)
     out->coverage *= share;
 }
 
-void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
+/* The mean over the pixel's centre and its sub-samples. */
+static void resolve_samples(const struct resolver *r, size_t i, struct resolved *out)
 {
     const struct patch *p = r->patch;
     float own[3] = {0.0f, 0.0f, 0.0f}; /* albedo of all samples that show the pixel's surface */
@@ -370,4 +373,14 @@ void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
     if (samples > 0.0f) add_own_shine(r, i, same, out);
     if (samples > 0.0f && r->errors) add_own_errors(r, i, same, own, out);
     scale(out, r->share);
+}
+
+void resolve_pixel(const struct resolver *r, size_t i, struct resolved *out)
+{
+    const struct mixed_share *mixed = &r->patch->mixed;
+    const uint32_t first = mixed_share_find(mixed, i);
+    if (first < mixed->count)
+        resolve_mixed(r, i, first, out);
+    else
+        resolve_samples(r, i, out);
 }

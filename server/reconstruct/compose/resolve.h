@@ -16,6 +16,7 @@ struct resolved {
     float spread[3]; /* variance of total, as a mean of the pixel's few samples; 0 unless wanted */
     uint32_t lone;   /* sub-samples with light of their own */
     uint32_t unmatched; /* others whose surface is shown by no pixel around them */
+    uint32_t mixed;     /* 1: a mixed pixel, of which these were not asked */
 };
 
 struct resolver {
@@ -32,7 +33,8 @@ struct resolver {
 void resolver_init(struct resolver *r, const struct plan *plan, const struct patch *patch,
                    const struct lighting *lighting);
 
-/* Resolves pixel i of the patch from the pixels around it, as far as the patch has them.
+/* Resolves pixel i of the patch from the pixels around it, as far as the patch has them. A mixed
+ * pixel goes by its entries (resolve_mixed.h).
  *
  * A lone sub-sample (proto/lone.h) keeps the light that it was shaded with. A sub-sample that fully
  * matches its own pixel (surface_match 1) takes that pixel's lighting as it is, so that flat

@@ -96,11 +96,21 @@ static void light_channel(const struct resolver *r, size_t i, int c, uint32_t co
     scale(out->albedo[c], count, r->share);
 }
 
+/* Mixed pixels are left to resolve_pixel, whatever their few samples show. */
+static void leave_mixed(const struct mixed_share *mixed, size_t i, uint32_t count,
+                        int32_t *restrict plain)
+{
+    uint32_t e = mixed_share_from(mixed, i);
+    for (; e < mixed->count && mixed_share_pixel(mixed, e) < i + count; e++)
+        plain[mixed_share_pixel(mixed, e) - i] = 0;
+}
+
 void resolve_run(const struct resolver *r, size_t i, uint32_t count, struct resolved_run *out)
 {
     int32_t any = 0;
     for (uint32_t j = 0; j < count; j++) out->plain[j] = 0;
     if (!r->errors) find_plain(r, i, count, out->plain);
+    leave_mixed(&r->patch->mixed, i, count, out->plain);
     for (uint32_t j = 0; j < count; j++) any |= out->plain[j];
     if (!any) return;
     for (int c = 0; c < 3; c++) light_channel(r, i, c, count, out);

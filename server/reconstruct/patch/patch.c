@@ -95,6 +95,7 @@ int patch_create(const struct plan *plan, struct rect rect, struct patch **out)
 void patch_destroy(struct patch **patch)
 {
     if (!*patch) return;
+    scratch_give((*patch)->scratch, (*patch)->mixed.entries);
     scratch_give((*patch)->scratch, (*patch)->lone.entries);
     scratch_give((*patch)->scratch, (*patch)->memory);
     free(*patch);

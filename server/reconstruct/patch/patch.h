@@ -4,7 +4,8 @@
  * Planes become the fields that proto/plane.def names. An ARRAY has width * height elements of the
  * rect, row by row, for each component; a STACK has them one component after the other. A field is
  * NULL if the plan lacks the plane. Scales are taken out: radiance and distances are those of the
- * scene, in sub-samples, too. The patch owns one allocation, and one more for lone sub-samples.
+ * scene, in sub-samples, too. The patch owns one allocation, and one more for each of lone
+ * sub-samples and mixed pixels.
  *
  * The halo is cut at the image's border. Under a filter, and where halves measure errors, the far
  * halo outside of `core` has only the arrays that the plan's filters read (enum patch_reach); the
@@ -14,6 +15,7 @@
 
 #include "proto/samples.h"
 #include "server/reconstruct/patch/lone_share.h"
+#include "server/reconstruct/patch/mixed_share.h"
 #include "server/reconstruct/patch/scratch.h"
 
 #define ARRAY(type, field, dimensions, ...) type *field dimensions;
@@ -51,9 +53,10 @@ struct patch {
     bool lens_drawn;      /* whether the picture holds the filtered first sets */
     uint8_t *lens_levels; /* borrowed: how much each pixel of the composed block needs a second set
                              (lens_extra.h), row by row; NULL: not wanted */
-    struct lone_share lone;  /* of the core; entries owned */
-    struct scratch *scratch; /* borrowed: of the patch, and for work on it; NULL: the heap */
-    void *memory;            /* owned; taken from there */
+    struct lone_share lone;   /* of the core; entries owned */
+    struct mixed_share mixed; /* the same */
+    struct scratch *scratch;  /* borrowed: of the patch, and for work on it; NULL: the heap */
+    void *memory;             /* owned; taken from there */
 };
 #undef ARRAY
 #undef STACK
