@@ -83,6 +83,10 @@ const char *plan_residual_filter_name(uint32_t filter);
  * have sub-samples and light fields for them, and no lens. If not, it reports why. */
 void plan_lone(struct plan *plan, struct plan_report *report);
 
+/* Plans the list of mixed pixels (proto/mixed.h), where light fields light sub-samples without
+ * paths beside them. If not, it reports why. */
+void plan_mixed(struct plan *plan, struct plan_report *report);
+
 /* Plan what else light fields and paths need. They keep what plan_indirect and plan_glossy have
  * planned. */
 void plan_light_field(const struct job *job, struct plan *plan, struct plan_report *report);

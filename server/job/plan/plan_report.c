@@ -29,9 +29,10 @@ static const char *effect_of(uint32_t bit)
     return effect_names[bit];
 }
 
-/* Of a plane, or of the list beside them. */
+/* Of a plane, or of a list beside them. */
 static const char *plane_of(uint32_t bit)
 {
+    if (bit == PLANE_MIXED) return "mixed";
     return bit == PLANE_LONE ? "lone" : samples_plane(bit)->name;
 }
 

@@ -203,7 +203,7 @@ TEST(reports_filters_as_json)
     assert_int_equal(json_integer_value(json_object_get(samples, "antialias")), 3);
     assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 9);
     const json_t *planes = json_object_get(json, "planes");
-    assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 2)),
+    assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 3)),
                         "open");
     json_decref(json);
 }
