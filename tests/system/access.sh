@@ -77,8 +77,8 @@ for name in "${!token[@]}"; do printf '%s %s\n' "$name" "${token[$name]}"; done 
 grep -E '^(#|.*Error)' "$tmp/access.tap" | sed 's/^#* */# /'
 relay() { grep -E '^(not )?ok ' "$tmp/access.tap" | sed -E 's/^((not )?ok) [0-9]+ - /\1|/'; }
 while IFS='|' read -r verdict text; do
-    ended() { [ "$verdict" = ok ]; }
-    check "$text" ended
+    passed() { [ "$verdict" = ok ]; }
+    check "$text" passed
 done < <(relay)
 check "all of them were tried" grep -qE '^1\.\.[0-9]+$' "$tmp/access.tap"
 

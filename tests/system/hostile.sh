@@ -15,8 +15,8 @@ node tests/system/hostile.mjs "$url" "$server_pid" "$SHEARWATER_REQUEST_MS" >"$t
 status=$?
 grep -E '^#|Error' "$tmp/hostile.tap" | sed 's/^#* */# /'
 while IFS='|' read -r verdict text; do
-    ended() { [ "$verdict" = ok ]; }
-    check "$text" ended
+    passed() { [ "$verdict" = ok ]; }
+    check "$text" passed
 done < <(grep -E '^(not )?ok ' "$tmp/hostile.tap" | sed -E 's/^((not )?ok) [0-9]+ - /\1|/')
 ran() { [ $status = 0 ] && grep -qE '^1\.\.[0-9]+$' "$tmp/hostile.tap"; }
 check "all of it was tried, and the server stands" ran

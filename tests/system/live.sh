@@ -40,8 +40,8 @@ check "... and the same picture" cmp "$tmp/before.exr" "$tmp/after.exr"
 check "a live job that is not moved any more ends" await_state "$id" finished 30
 http -o "$tmp/finished.exr" "$url/v1/jobs/$id/frames/1/image.exr"
 check "... with its files, which are the picture that it showed" cmp "$tmp/after.exr" "$tmp/finished.exr"
-ended() { [ "$(http -o "$tmp/body" -w '%{http_code}' -X PATCH -H 'Content-Type: application/json' -d "{\"camera\": $camera}" "$url/v1/jobs/$id")" = 409 ]; }
-check "... and cannot be moved" ended
+is_over() { [ "$(http -o "$tmp/body" -w '%{http_code}' -X PATCH -H 'Content-Type: application/json' -d "{\"camera\": $camera}" "$url/v1/jobs/$id")" = 409 ]; }
+check "... and cannot be moved" is_over
 serve_stop
 check "the server ends without a complaint" test $? -eq 0
 tap_done

@@ -140,8 +140,8 @@ void plan_lone(struct plan *plan, struct plan_report *report)
     static const char what[] = "lone sub-samples";
     if (plan->camera.aperture_radius > 0.0f)
         plan_skip(report, what, "the camera has a lens: its samples make the picture");
-    else if (plan->sub_samples == 0 || plan->paths.spp > 0)
-        plan_skip(report, what, "paths go through all of a pixel");
+    else if (plan->sub_samples == 0)
+        plan_skip(report, what, "there are no sub-samples: paths go through all of a pixel");
     else if (lone_parts(plan) == 0)
         plan_skip(report, what, "no light field lights them");
     else if ((plan->planes & PLANES_COMPARED) != PLANES_COMPARED)

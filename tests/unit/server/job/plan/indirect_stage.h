@@ -8,7 +8,8 @@
 #define PLANES_CENTRE (BIT(DEPTH) | BIT(NORMAL) | BIT(ID))
 #define PLANES_SURFACE                                                                             \
     (PLANES_CENTRE | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) |            \
-     BIT(SUB_ID) | BIT(LONE) | BIT(MIXED))
+     BIT(SUB_ID) | BIT(LONE))
+#define PLANES_ALONE (PLANES_SURFACE | BIT(MIXED)) /* without paths beside them */
 
 static inline void must_make(struct stage *s)
 {

@@ -17,7 +17,7 @@ TEST(light_fields_bounce_often)
         assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
         assert_int_equal(s->plan.bounces, bounces[i]);
         assert_int_equal(s->plan.planes,
-                         PLANES_SURFACE | BIT(INDIRECT_MEAN) | BIT(BOUNCE_DISTANCE_MIN));
+                         PLANES_ALONE | BIT(INDIRECT_MEAN) | BIT(BOUNCE_DISTANCE_MIN));
         assert_int_equal(s->plan.paths.spp, 0);
         assert_int_equal(s->plan.indirect_strata_per_axis, 3);
         assert_true(s->plan.occlusion_distance == 0);
@@ -30,7 +30,7 @@ TEST(light_fields_bounce_often)
     s->job.indirect_bounces = 0;
     s->job.indirect_spp = 4;
     must_make(s);
-    assert_int_equal(s->plan.planes, PLANES_SURFACE);
+    assert_int_equal(s->plan.planes, PLANES_ALONE);
     assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_NONE);
     assert_int_equal(s->plan.indirect_strata_per_axis, 0);
     assert_string_equal(why(s, "plane indirect_mean"), "there is no indirect light");
@@ -197,7 +197,7 @@ TEST(occlusion_stands_alone)
     s->job.indirect_spp = 64;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
-    assert_int_equal(s->plan.planes, PLANES_SURFACE | BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN));
+    assert_int_equal(s->plan.planes, PLANES_ALONE | BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN));
     assert_int_equal(s->plan.indirect_strata_per_axis, 8);
     assert_int_equal(s->plan.bounces, 0);
     assert_true(s->plan.occlusion_distance == 0.5f);
