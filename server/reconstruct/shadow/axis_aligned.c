@@ -53,6 +53,7 @@ static int create_planes(struct axis_aligned *a)
     return 0;
 }
 
+/* Sets the pixel's width, beta = (m mu / k) max(sigma_y / kappa_most, px), and what follows. */
 static void set_width(const struct axis_aligned *a, size_t i, float kappa_most)
 {
     const struct receiver_light *light = a->light;

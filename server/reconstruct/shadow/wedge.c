@@ -163,7 +163,7 @@ float wedge_scale(const struct plan *plan, uint32_t strata)
     return plan->mu * cbrtf(9.0f / (float)(strata * strata));
 }
 
-/* The widest filter, in pixels. */
+/* Returns the widest filter, in pixels: WIDTH_MOST_PX mu m(N)^(1/4). */
 static float width_most_px(const struct plan *plan, uint32_t strata)
 {
     return plan->mu * WIDTH_MOST_PX * sqrtf(sqrtf(cbrtf(9.0f / (float)(strata * strata))));

@@ -25,7 +25,7 @@ int wedges_create(const struct receiver_light *light, const struct patch *patch,
                   struct wedges *out);
 void wedges_fini(struct wedges *wedges);
 
-/* Returns m(N) mu, the scale of filter widths at l strata an axis. */
+/* Returns m(N) mu, the scale of filter widths: m(N) = (9/N)^(1/3), N = strata^2 samples. */
 float wedge_scale(const struct plan *plan, uint32_t strata);
 
 /* What shearing needs beside a receiver. */

@@ -55,6 +55,7 @@ struct wedge_chunk {
     int32_t whole[WEDGE_WHOLE][SHADOW_LANES];
 };
 
+/* Computes eta, the middle of the wedge, and wide = max(its range, eta), by which widths shrink. */
 static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 {
     const float *least = c->in[WEDGE_LEAST], *most = c->in[WEDGE_MOST];
@@ -76,7 +77,7 @@ static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 
 /* Constants of widths and walks, with inverses of widths and of the table's rho. */
 struct wedge_rule {
-    float per_half[2], own[2], per_own[2]; /* own: a filter's sigma at slopes of 1 */
+    float per_half[2], own[2], per_own[2]; /* own: m mu sigma_y, sigma where wide is 1 */
     float longer_half, most_px, per_most, per_rho;
     struct receiver_stepper stepper[2];
 };
@@ -112,8 +113,11 @@ static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedg
     }
 }
 
-/* Computes the walk along an axis. A scene unit has `major` taps, each one pixel of the longer
- * screen axis. */
+/* Computes the walk along an axis, whose width in scene units is
+ *
+ *     sigma = min(wedge_scale sigma_y / wide, width_most_px px).
+ *
+ * A scene unit has `major` taps, each one pixel of the longer screen axis. */
 LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
 {
     const float per_half = rule->per_half[axis];
