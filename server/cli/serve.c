@@ -119,12 +119,12 @@ static int parse(struct serve_choices *o, int argc, char **argv)
          "key that workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
          &o->worker_key},
         {"feed-rate", 0, OPTION_NUMBER, "MB",
-         "total MB/s for pixel feeds while rendering, once more than 8 viewers are connected "
+         "total MB/s for pixel feeds while rendering, once there are more than 8 of them "
          "(default: 24; 0: unlimited)",
          0, 1000000, &o->feed_mb_per_s},
         {"stream-share", 0, OPTION_NUMBER, "PERCENT",
-         "CPU budget for viewers while rendering, percent of the machine (default: 3; 0: "
-         "unlimited)",
+         "CPU time for event streams and pixel feeds while rendering, percent of all cores "
+         "(default: 3; 0: unlimited)",
          0, 100, &o->stream_share},
         {"web", 0, OPTION_TEXT, "DIR", "directory of the viewer's files (default: those installed)",
          0, 0, &o->web},
