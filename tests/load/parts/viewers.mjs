@@ -3,10 +3,10 @@
 //
 // What watching costs is paid by the second, so that it is told as the share of the machine's threads that is
 // taken from rendering while a picture is made. `service` is what the coordinator takes more of them than when
-// nobody watches: that is what is bounded, and what `serve --stream-share` bounds. `clients` is what those who
-// watch take, who are on the same machine only here, `others` what runs on it besides. The clock's time is told,
-// too: all three are in it, and on a machine that is not quiet it says little. All of it is measured from when
-// the job goes on until it has ended.
+// nobody watches, which is bounded here; `serve --stream-share` bounds the part of it that the loop counts for
+// streams. `clients` is what those who watch take, who are on the same machine only here, `others` what runs on
+// it besides. The clock's time is told, too: all three are in it, and on a machine that is not quiet it says
+// little. All of it is measured from when the job goes on until it has ended.
 import { spawn } from "node:child_process";
 import { request } from "node:http";
 import { availableParallelism } from "node:os";
