@@ -1,6 +1,7 @@
 #include "tests/unit/server/reconstruct/residual/residual_scene.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "tests/random.h"
@@ -113,4 +114,34 @@ float residual_scene_mean(const struct patch *patch, int channel, int32_t x, int
 {
     const size_t i = patch_pixel(patch, x, y);
     return patch->path_radiance[channel][i] / patch->paths.spp[i];
+}
+
+struct residual_told residual_scene_tell(const struct residual_scene *s, struct rect block,
+                                         float (*plain)(const struct residual_scene *s, int32_t x,
+                                                        int32_t y))
+{
+    struct plan plan = residual_scene_plan(s);
+    struct residual_statistics statistics = {0};
+    struct residual_told told;
+    plan.planes |= PLANE_BIT(PATH_SPREAD);
+    const struct rect near = rect_grow(block, residual_halo_px(&plan));
+    const struct rect whole = {0, 0, s->width, s->height};
+    struct patch *patch = residual_scene_patch(s, rect_intersect(near, whole));
+    const size_t area = (size_t)rect_area(block);
+    told.variance[0] = malloc(3 * area * sizeof(float));
+    assert_non_null(told.variance[0]);
+    told.variance[1] = told.variance[0] + area, told.variance[2] = told.variance[1] + area;
+    for (size_t i = 0; i < area; i++)
+        for (int c = 0; c < 3; c++)
+            told.variance[c][i] = plain(s, block.x0 + (int32_t)i % rect_width(block),
+                                        block.y0 + (int32_t)i / rect_width(block));
+    assert_int_equal(residual_filter(patch, block, told.variance, &told.picture, &statistics), 0);
+    patch_destroy(&patch);
+    return told;
+}
+
+void residual_told_fini(struct residual_told *told)
+{
+    residual_picture_fini(&told->picture);
+    free(told->variance[0]);
 }

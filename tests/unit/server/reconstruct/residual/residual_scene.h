@@ -51,3 +51,15 @@ struct residual_picture residual_scene_filter_all(const struct residual_scene *s
 
 /* The plain mean of a pixel. */
 float residual_scene_mean(const struct patch *patch, int channel, int32_t x, int32_t y);
+
+/* A picture, and variances of its channels. */
+struct residual_told {
+    struct residual_picture picture;
+    float *variance[3];
+};
+
+/* Filters `block`, with plain variances as plain(x, y) has them; residual_told_fini frees. */
+struct residual_told residual_scene_tell(const struct residual_scene *s, struct rect block,
+                                         float (*plain)(const struct residual_scene *s, int32_t x,
+                                                        int32_t y));
+void residual_told_fini(struct residual_told *told);
