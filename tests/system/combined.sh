@@ -166,7 +166,7 @@ for floor in metals black; do
         check "... the light is that of paths within 0.3 %" lit_like_paths $floor-paths $floor-$spp 0.3
     done
 done
-check "no sample that fields light looks for a soft sky" counts soft-lambert-n9 '.rays.shadow < .lens.samples_lit / 50'
+check "no sample that fields light looks for a soft sky" counts soft-lambert-n9 '.rays.shadow < .lens.samples_lit / 40'
 check "... but for a sun" counts sun-lambert-n9 '.rays.shadow > .lens.samples_lit / 25'
 check "one worker" render sun-glossy a --workers 1 --worker-threads 1 --tile 32
 check "three workers, other tiles" render sun-glossy b --workers 3 --tile 16

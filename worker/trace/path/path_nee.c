@@ -212,12 +212,13 @@ static void scale_lane(float by, int i, struct reflected *f)
 }
 
 /* Takes TRIES samples and keeps one of them, in proportion to its luminance f before visibility;
- * what it brings is scaled by the mean of f over its own (Talbot, Cline and Egbert 2005,
+ * what it brings is to be scaled by the mean of f over its own (Talbot, Cline and Egbert 2005,
  * "Importance Resampling for Global Illumination"). All samples of a pixel's tries make one
  * sequence. */
 static void try_several(const struct path_context *c, const struct path_packet *p,
                         const struct path_vertex *v, struct light_selection *selection,
-                        struct nee_sample *light, struct nee_sample *tried, struct reflected *out)
+                        struct nee_sample *light, struct nee_sample *tried, struct reflected *out,
+                        float scale[LANES])
 {
     struct light_selection selected;
     struct reflected next;
@@ -245,7 +246,7 @@ static void try_several(const struct path_context *c, const struct path_packet *
         }
     }
     for (int i = 0; i < LANES; i++)
-        if (r.own[i] > 0.0f) scale_lane(r.sum[i] / ((float)TRIES * r.own[i]), i, out);
+        scale[i] = r.own[i] > 0.0f ? r.sum[i] / ((float)TRIES * r.own[i]) : 1.0f;
 }
 
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
@@ -253,17 +254,20 @@ void path_nee_add(const struct path_context *c, const struct path_packet *p, str
 {
     struct light_selection selection;
     struct reflected reflected;
+    float scale[LANES];
     struct light_packet *packet = &light->packet;
     if (c->sky->guide) find_tables(c, v);
     if (c->lights->emitters_probability > 0.0f)
         c->kernels->group_light(emitters_groups(c->queries->scene->emitters), &v->surface.origin,
                                 &v->surface.normal, &v->groups);
-    if (v->depth == 0 && !path_nee_one_light(c->lights))
-        try_several(c, p, v, &selection, &light[0], &light[1], &reflected);
+    const bool several = v->depth == 0 && !path_nee_one_light(c->lights);
+    if (several)
+        try_several(c, p, v, &selection, &light[0], &light[1], &reflected, scale);
     else
         try_lights(c, (struct path_numbers){p->key, p->sample}, v, &selection, light, &reflected);
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
     if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
+    for (int i = 0; several && i < LANES; i++) scale_lane(scale[i], i, &reflected); /* 0 stays 0 */
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
     if (c->record) record(c, v, &selection, packet, &reflected);
