@@ -2,6 +2,9 @@
 
 #include <math.h>
 
+/* Shares that are missing this little are rounding: what is covered has no alpha. */
+#define COVERED 0.99999f
+
 static void add_lender(const struct resolver *r, const struct mixed_entry *e, size_t q,
                        struct resolved *sum)
 {
@@ -44,5 +47,6 @@ void resolve_mixed(const struct resolver *r, size_t i, uint32_t first, struct re
         const int64_t q = (int64_t)i + (slot / 3 - 1) * width + slot % 3 - 1;
         add_lender(r, &mixed->entries[e], (size_t)q, out);
     }
+    if (out->coverage > COVERED) out->coverage = 1.0f;
     if (r->errors) find_spread(r, out);
 }
