@@ -41,7 +41,7 @@ export const PAIRS = [
   { skip: "block", name: "indirect filter", about: "surfaces all over, and in a strip", saves: ["rays", "bytes"],
     need: { glb: () => slab(6), job: job({ effects: { indirect_bounces: 1 } }) }, spare: { glb: () => slab(0.4), job: job({ effects: { indirect_bounces: 1 } }) },
     holds: [["need", "filters.indirect.blocks_skipped", "==", 0], ["spare", "filters.indirect.blocks_skipped", ">", 0]] },
-  { skip: "pixel", name: "background", about: "surfaces all over, and on half of the picture", saves: ["rays", "bytes"],
+  { skip: "pixel", name: "background", about: "surfaces all over, and on half of the picture", saves: ["rays"],
     need: { glb: () => slab(6), job: job() }, spare: { glb: () => slab(1.8), job: job() },
     holds: [["need", "skipped.background", "==", 0], ["spare", "skipped.background", ">", 0]] },
   { skip: "pixel", name: "in focus", about: "a floor out of focus, and in focus", saves: [],
