@@ -6,7 +6,8 @@
  *
  * An entry is what one of the nine, the lender, contributes, as a mean over the samples: each
  * sample splits among lenders by the weights of sub-samples (docs/reconstruction.md,
- * Anti-aliasing). A pixel that is not listed is the mean of its centre and its sub-samples. */
+ * Anti-aliasing). A pixel that is not listed is the mean of its centre and its sub-samples, or of
+ * its paths. */
 #include "proto/error.h"
 #include "proto/plan.h"
 
@@ -32,8 +33,9 @@ struct mixed_list {
 };
 
 /* Samples of a mixed pixel: a multiple of 16, at least as many as a light has strata, or as there
- * are bounce rays. */
-#define MIXED_SAMPLES_LEAST 16u
+ * are bounce rays; under paths, twice as many as these, which know that much themselves. */
+#define MIXED_SAMPLES_LEAST  16u
+#define MIXED_SAMPLES_A_PATH 2u
 uint32_t mixed_samples(const struct plan *plan);
 
 /* Samples of emission at a lamp's edge: a lamp many times as bright as white has to cover its

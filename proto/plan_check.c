@@ -254,12 +254,14 @@ static int check_lone(const struct plan_place *at, const struct plan *plan)
     return 0;
 }
 
-/* Mixed pixels are found by what is seen through pixels, and lit as sub-samples are. */
+/* Mixed pixels are found by what is seen through pixels, and lit as sub-samples are; beside paths,
+ * by pixel centres alone. */
 static int check_mixed(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     if (!(planes & PLANE_BIT(MIXED))) return 0;
-    if (plan->sub_samples == 0 || (planes & PLANES_COMPARED) != PLANES_COMPARED)
+    const uint64_t needed = plan->paths.spp > 0 ? PLANES_CENTRE : PLANES_COMPARED;
+    if ((plan->paths.spp == 0 && plan->sub_samples == 0) || (planes & needed) != needed)
         return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what mixed pixels are found by",
                                  (double)planes);
     if (plan->camera.aperture_radius > 0.0f)

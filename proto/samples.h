@@ -159,9 +159,10 @@ uint32_t samples_type_bytes(enum samples_type type);
 #define SUB_DEPTH_MISS (-1.0f)
 
 /* Planes by which sub-samples are found to be lone. */
+#define PLANES_CENTRE (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
 #define PLANES_COMPARED                                                                            \
-    (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(SUB_DEPTH) |                 \
-     PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
+    (PLANES_CENTRE | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |        \
+     PLANE_BIT(SUB_ID))
 
 /* How many components a plane has under the plan; 0: the plan does not ask for it. */
 uint32_t samples_components(const struct plan *plan, uint32_t slot);

@@ -5,6 +5,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/compose/compose.h"
 #include "server/reconstruct/compose/defocus.h"
+#include "server/reconstruct/compose/mixed_paths.h"
 #include "server/reconstruct/compose/path_error.h"
 #include "server/reconstruct/compose/paths.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
@@ -35,11 +36,12 @@ static bool is_filtered(const struct plan *plan)
            plan->residual_filter != RESIDUAL_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
 }
 
-/* Pixels beside a block whose lighting the resolve borrows. */
+/* Pixels beside a block whose lighting the resolve, or mixed pixels of paths, borrow. */
 static int32_t ring_px(const struct plan *plan)
 {
     bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_BOUNCE_LIGHT);
-    return resolved && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
+    int32_t ring = resolved && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
+    return ring > 0 ? ring : mixed_paths_ring_px(plan);
 }
 
 /* The light of the ring is filtered as that of the block is. */

@@ -68,6 +68,7 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     out->centres = out->centres || out->bounces;
     out->vertices = out->bounces || out->glossy || pass->sides || plan->lens_mirrors > 0 ||
                     (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
+    out->albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0;
     out->paths = *parts;
     out->paths.demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
     out->paths.features = (plan->planes & PLANES_RESIDUAL) != 0;

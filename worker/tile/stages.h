@@ -10,6 +10,7 @@ struct stages {
     bool lights;           /* their light fields of lights */
     bool bounces;          /* their bounce rays */
     bool glossy;           /* rays of their glossy lobes */
+    bool albedo;           /* their diffuse albedo is needed */
     bool vertices;         /* their BSDFs are needed */
     bool lens;             /* the lens's light field */
     bool more;             /* or a second set of paths through it */

@@ -87,7 +87,7 @@ static void mark_all_lit(struct tile_tracer *t)
 static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 {
     if (!stages->vertices) {
-        hit_diffuse_albedo(&t->queries, t->seen, &t->centre.surface);
+        if (stages->albedo) hit_diffuse_albedo(&t->queries, t->seen, &t->centre.surface);
         return;
     }
     t->centre.active = t->centre.surface.hit;

@@ -7,7 +7,6 @@
 #include "proto/samples.h"
 #include "server/job/plan/plan_parts.h"
 
-#define PLANES_CENTRE (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID))
 #define PLANES_BOUNCE                                                                              \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) |          \
      PLANE_BIT(OPEN))

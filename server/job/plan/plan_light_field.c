@@ -150,13 +150,27 @@ void plan_lone(struct plan *plan, struct plan_report *report)
         plan->planes |= PLANE_BIT(LONE);
 }
 
+/* Whole paths are filtered and mixed: centres tell which pixels show several surfaces. Paths that
+ * go on until their error is small need no help. */
+static void plan_mixed_paths(const char *what, struct plan *plan, struct plan_report *report)
+{
+    if (!report->whole_paths || plan->residual_filter == RESIDUAL_FILTER_NONE)
+        plan_skip(report, what, "paths go through all of a pixel");
+    else if (plan->target_error > 0.0f)
+        plan_skip(report, what, "sampling.target_error has paths that do without");
+    else
+        plan->planes |= PLANES_CENTRE | PLANE_BIT(MIXED);
+}
+
 void plan_mixed(struct plan *plan, struct plan_report *report)
 {
     static const char what[] = "mixed pixels";
     if (plan->camera.aperture_radius > 0.0f)
         plan_skip(report, what, "the camera has a lens: its samples make the picture");
-    else if (plan->sub_samples == 0 || plan->paths.spp > 0)
-        plan_skip(report, what, "paths go through all of a pixel");
+    else if (plan->paths.spp > 0)
+        plan_mixed_paths(what, plan, report);
+    else if (plan->sub_samples == 0)
+        plan_skip(report, what, "there are no sub-samples");
     else if ((plan->planes & PLANES_COMPARED) != PLANES_COMPARED)
         plan_skip(report, what, "nothing compares pixels with those around");
     else

@@ -84,7 +84,7 @@ const char *plan_residual_filter_name(uint32_t filter);
 void plan_lone(struct plan *plan, struct plan_report *report);
 
 /* Plans the list of mixed pixels (proto/mixed.h), where light fields light sub-samples without
- * paths beside them. If not, it reports why. */
+ * paths beside them, or where whole paths are filtered. If not, it reports why. */
 void plan_mixed(struct plan *plan, struct plan_report *report);
 
 /* Plan what else light fields and paths need. They keep what plan_indirect and plan_glossy have

@@ -1,6 +1,7 @@
 #include "server/reconstruct/compose/paths.h"
 
 #include "proto/runtime/clock.h"
+#include "server/reconstruct/compose/mixed_paths.h"
 #include "server/reconstruct/lighting/lighting.h"
 #include "server/reconstruct/residual/residual.h"
 
@@ -49,10 +50,10 @@ static uint64_t count_background(const struct patch *patch, struct rect block)
     return count;
 }
 
-static void put_filtered(const struct residual_picture *p, const float *in, const struct plane *out)
+static void put_filtered(const struct residual_picture *p, const float *in, struct rect b,
+                         const struct plane *out)
 {
     if (!out) return;
-    const struct rect b = p->block;
     for (int32_t y = b.y0; y < b.y1; y++) {
         const float *from = in + residual_picture_at(p, b.x0, y);
         float *to = plane_at(out, b.x0, y);
@@ -61,8 +62,9 @@ static void put_filtered(const struct residual_picture *p, const float *in, cons
 }
 
 /* Puts what the residual filter makes of the samples in place of their means. */
-static int filter(const struct patch *patch, struct rect block, struct image *image,
-                  struct block_variance *variance, struct block_statistics *statistics)
+static int filter(const struct plan *plan, const struct patch *patch, struct rect block,
+                  struct image *image, struct block_variance *variance,
+                  struct block_statistics *statistics)
 {
     static const char *const radiance[] = {"R", "G", "B"};
     static const char *const direct[] = {"diffuse_direct.R", "diffuse_direct.G",
@@ -71,13 +73,17 @@ static int filter(const struct patch *patch, struct rect block, struct image *im
                                            "diffuse_indirect.B"};
     struct residual_picture picture;
     const uint64_t begun_us = thread_cpu_us();
-    float *const *known = variance->memory ? variance->by_source[ERROR_SOURCE_PATHS] : NULL;
-    const int error = residual_filter(patch, block, known, &picture, &statistics->residual);
+    const struct rect ring = rect_grow(block, mixed_paths_ring_px(plan));
+    const struct residual_variance known = {block, variance->by_source[ERROR_SOURCE_PATHS]};
+    const int error =
+        residual_filter(patch, rect_intersect(ring, patch->core), variance->memory ? &known : NULL,
+                        &picture, &statistics->residual);
     if (error) return error;
+    statistics->pixels_mixed += mixed_paths_apply(plan, patch, block, &picture);
     for (int c = 0; c < 3; c++) {
-        put_filtered(&picture, picture.radiance[c], image_plane(image, radiance[c]));
-        put_filtered(&picture, picture.diffuse_direct[c], image_plane(image, direct[c]));
-        put_filtered(&picture, picture.diffuse_indirect[c], image_plane(image, indirect[c]));
+        put_filtered(&picture, picture.radiance[c], block, image_plane(image, radiance[c]));
+        put_filtered(&picture, picture.diffuse_direct[c], block, image_plane(image, direct[c]));
+        put_filtered(&picture, picture.diffuse_indirect[c], block, image_plane(image, indirect[c]));
     }
     residual_picture_fini(&picture);
     statistics->residual_cpu_us += thread_cpu_us() - begun_us;
@@ -118,5 +124,5 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
     put_samples(patch, block, image_plane(image, "samples.N"));
     statistics->pixels_background += count_background(patch, block);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
-    return filter(patch, block, image, variance, statistics);
+    return filter(plan, patch, block, image, variance, statistics);
 }

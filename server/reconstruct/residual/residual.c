@@ -98,22 +98,31 @@ static int run_passes(const struct patch *patch, struct rect block, struct resid
     return error;
 }
 
+/* The least rectangle around both. */
+static struct rect around(struct rect a, struct rect b)
+{
+    return (struct rect){a.x0 < b.x0 ? a.x0 : b.x0, a.y0 < b.y0 ? a.y0 : b.y0,
+                         a.x1 > b.x1 ? a.x1 : b.x1, a.y1 > b.y1 ? a.y1 : b.y1};
+}
+
 /* The same, with probes. */
 static int run_with_errors(const struct patch *patch, struct rect block,
-                           struct residual_field *field, float *const variance[3],
+                           struct residual_field *field, const struct residual_variance *variance,
                            struct residual_statistics *statistics)
 {
     struct residual_probes probes;
     int error = residual_probes_create(patch, field, &probes);
     if (error) return error;
-    error = run_passes(patch, rect_grow(block, RESIDUAL_ERROR_REACH_PX), field, statistics);
-    if (!error) error = residual_error_find(&probes, patch, field, block, variance);
+    const struct rect read = rect_grow(variance->rect, RESIDUAL_ERROR_REACH_PX);
+    error = run_passes(patch, around(block, read), field, statistics);
+    if (!error) error = residual_error_find(&probes, patch, field, variance->rect, variance->of);
     residual_probes_fini(&probes);
     return error;
 }
 
-int residual_filter(const struct patch *patch, struct rect block, float *const variance[3],
-                    struct residual_picture *out, struct residual_statistics *statistics)
+int residual_filter(const struct patch *patch, struct rect block,
+                    const struct residual_variance *variance, struct residual_picture *out,
+                    struct residual_statistics *statistics)
 {
     struct residual_field field;
     int error = picture_create(block, out);

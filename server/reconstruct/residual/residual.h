@@ -28,11 +28,18 @@ struct residual_picture {
     void *memory; /* owned */
 };
 
+/* Variances of the plain means of some of the block's pixels, row by row. */
+struct residual_variance {
+    struct rect rect;
+    float *const *of; /* R, G, B */
+};
+
 /* Filters the block's pixels, with a patch that has the halo or ends with the image. Pixels do not
- * depend on where the block ends. `variance`, of the block's plain means and row by row, becomes
- * that of `radiance`; NULL: not wanted, which changes nothing else. ERR_MEMORY. */
-int residual_filter(const struct patch *patch, struct rect block, float *const variance[3],
-                    struct residual_picture *out, struct residual_statistics *statistics);
+ * depend on where the block ends. `variance` becomes that of `radiance`; NULL: not wanted, which
+ * changes nothing else. ERR_MEMORY. */
+int residual_filter(const struct patch *patch, struct rect block,
+                    const struct residual_variance *variance, struct residual_picture *out,
+                    struct residual_statistics *statistics);
 void residual_picture_fini(struct residual_picture *picture);
 
 static inline size_t residual_picture_at(const struct residual_picture *p, int32_t x, int32_t y)

@@ -121,6 +121,10 @@ TEST(samples_follow_the_plan)
     plan.indirect_strata_per_axis = 9;
     assert_int_equal(mixed_samples(&plan), 96);
     assert_int_equal(mixed_glow_samples(&plan), 96);
+    plan.paths.spp = 4; /* whatever layers there are besides */
+    assert_int_equal(mixed_samples(&plan), 16);
+    plan.paths.spp = 25;
+    assert_int_equal(mixed_samples(&plan), 64);
 }
 
 /* Packs 9 entries after a change, and expects a fault. */

@@ -118,6 +118,28 @@ TEST(mixed_pixels_are_checked)
            ERR_RANGE, "planes");
 }
 
+static void paths_case(struct plan *plan)
+{
+    plan->camera.aperture_radius = 0.0f;
+    plan->lens_strata_per_axis = plan->lens_light = plan->sub_samples = 0;
+    plan->indirect_strata_per_axis = 0;
+    plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(PATH_RADIANCE) |
+                   PLANE_BIT(MIXED);
+    plan->light_planes = 0;
+    plan->occlusion_distance = 0.0f;
+}
+
+/* Under paths, centres find mixed pixels. */
+TEST(mixed_pixels_of_paths_need_centres)
+{
+    static const int centre[] = {PLANE_DEPTH, PLANE_NORMAL, PLANE_ID};
+    EXPECT(paths_case(&plan), ERR_OK, "");
+    for (size_t i = 0; i < sizeof centre / sizeof centre[0]; i++)
+        EXPECT((paths_case(&plan), plan.planes &= ~(UINT64_C(1) << centre[i])), ERR_RANGE,
+               "planes");
+    EXPECT((paths_case(&plan), plan.camera.aperture_radius = 0.1f), ERR_RANGE, "planes");
+}
+
 TEST(light_planes_follow_the_type)
 {
     static struct plan plan;

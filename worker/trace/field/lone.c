@@ -371,8 +371,9 @@ int lone_trace(const struct path_context *c, const struct lone_tools *tools, str
 void lone_settle(const struct path_context *c, struct rect tile, struct lone_scratch *scratch,
                  struct samples *samples)
 {
-    if ((samples->layout.planes & PLANES_COMPARED) != PLANES_COMPARED) return;
+    if ((samples->layout.planes & PLANES_CENTRE) != PLANES_CENTRE) return;
     lone_finder_init(&scratch->finder, c, tile, samples);
+    if ((samples->layout.planes & PLANES_COMPARED) != PLANES_COMPARED) return;
     for (int32_t y = tile.y0 & -LANES_ACROSS; y < tile.y1; y += LANES_ACROSS)
         for (int32_t x = tile.x0 & -LANES_ACROSS; x < tile.x1; x += LANES_ACROSS) {
             struct block b;

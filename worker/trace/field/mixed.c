@@ -84,9 +84,10 @@ static void add_lender(const struct mixing *m, uint32_t slot)
     for (uint32_t v = MIXED_ALBEDO; v < m->values; v++) add_times(share, colours[v - 1], sum[v]);
 }
 
-/* Whether lane i reflects anything. */
+/* Whether lane i reflects anything. Of paths only diffuse albedo is known. */
 static bool reflects(const struct mixing *m, int i)
 {
+    if (m->context.plan->paths.spp > 0) return true;
     const struct lanes3 *a = &m->scratch->vertex.surface.albedo;
     const struct lanes3 *r = &m->scratch->lobes.reflectance;
     if (a->x[i] >= ALBEDO_BLACK || a->y[i] >= ALBEDO_BLACK || a->z[i] >= ALBEDO_BLACK) return true;

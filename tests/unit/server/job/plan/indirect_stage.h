@@ -4,8 +4,7 @@
 #include "tests/unit/server/job/plan/plan_stage.h"
 #include "tests/unit/unit.h"
 
-#define BIT(plane)    PLANE_BIT(plane)
-#define PLANES_CENTRE (BIT(DEPTH) | BIT(NORMAL) | BIT(ID))
+#define BIT(plane) PLANE_BIT(plane)
 #define PLANES_SURFACE                                                                             \
     (PLANES_CENTRE | BIT(ALBEDO) | BIT(SUB_DEPTH) | BIT(SUB_NORMAL) | BIT(SUB_ALBEDO) |            \
      BIT(SUB_ID) | BIT(LONE))

@@ -69,6 +69,37 @@ TEST(whole_paths_do_without_light_fields)
     assert_true(s->plan.paths.without_diffuse_indirect);
 }
 
+static bool is_mixed(struct stage *s)
+{
+    expect_halves(s);
+    const bool mixed = (s->plan.planes & PLANE_BIT(MIXED)) != 0;
+    if (mixed) assert_int_equal(s->plan.planes & PLANES_CENTRE, PLANES_CENTRE);
+    return mixed;
+}
+
+/* Also beside layers that light fields bring: looking at them changes no other pixel. */
+TEST(whole_paths_have_mixed_pixels)
+{
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.indirect_bounces = 2;
+    assert_true(is_mixed(s));
+    s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
+    assert_true(is_mixed(s));
+    s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
+    s->job.occlusion_distance = 1;
+    assert_true(is_mixed(s));
+    s->job.layers = LAYER_BEAUTY;
+    s->job.target_error = 0.1f, s->job.max_spp = 64;
+    assert_false(is_mixed(s));
+    s->job.target_error = 0.0f, s->job.max_spp = 0;
+    s->job.indirect = INDIRECT_CONSTANT;
+    assert_false(is_mixed(s));
+    s->job.indirect = INDIRECT_AUTO;
+    s->material.alpha_mode = ALPHA_BLEND;
+    assert_false(is_mixed(s));
+}
+
 TEST(fields_run_beside_paths_by_name)
 {
     struct stage *s = *state;

@@ -117,14 +117,19 @@ float residual_scene_mean(const struct patch *patch, int channel, int32_t x, int
 }
 
 struct residual_told residual_scene_tell(const struct residual_scene *s, struct rect block,
-                                         float (*plain)(const struct residual_scene *s, int32_t x,
-                                                        int32_t y))
+                                         residual_plain *plain)
+{
+    return residual_scene_tell_within(s, block, block, plain);
+}
+
+struct residual_told residual_scene_tell_within(const struct residual_scene *s, struct rect lit,
+                                                struct rect block, residual_plain *plain)
 {
     struct plan plan = residual_scene_plan(s);
     struct residual_statistics statistics = {0};
     struct residual_told told;
     plan.planes |= PLANE_BIT(PATH_SPREAD);
-    const struct rect near = rect_grow(block, residual_halo_px(&plan));
+    const struct rect near = rect_grow(lit, residual_halo_px(&plan));
     const struct rect whole = {0, 0, s->width, s->height};
     struct patch *patch = residual_scene_patch(s, rect_intersect(near, whole));
     const size_t area = (size_t)rect_area(block);
@@ -135,7 +140,8 @@ struct residual_told residual_scene_tell(const struct residual_scene *s, struct 
         for (int c = 0; c < 3; c++)
             told.variance[c][i] = plain(s, block.x0 + (int32_t)i % rect_width(block),
                                         block.y0 + (int32_t)i / rect_width(block));
-    assert_int_equal(residual_filter(patch, block, told.variance, &told.picture, &statistics), 0);
+    const struct residual_variance known = {block, told.variance};
+    assert_int_equal(residual_filter(patch, lit, &known, &told.picture, &statistics), 0);
     patch_destroy(&patch);
     return told;
 }

@@ -58,8 +58,14 @@ struct residual_told {
     float *variance[3];
 };
 
-/* Filters `block`, with plain variances as plain(x, y) has them; residual_told_fini frees. */
+/* The plain variance of a pixel. */
+typedef float residual_plain(const struct residual_scene *s, int32_t x, int32_t y);
+
+/* Filters `block`, with plain variances; residual_told_fini frees. */
 struct residual_told residual_scene_tell(const struct residual_scene *s, struct rect block,
-                                         float (*plain)(const struct residual_scene *s, int32_t x,
-                                                        int32_t y));
+                                         residual_plain *plain);
+
+/* The same of a picture of `lit`, in which `block` has variances. */
+struct residual_told residual_scene_tell_within(const struct residual_scene *s, struct rect lit,
+                                                struct rect block, residual_plain *plain);
 void residual_told_fini(struct residual_told *told);

@@ -87,6 +87,28 @@ TEST(blocks_do_not_show)
     residual_told_fini(&whole);
 }
 
+/* A picture that is larger than what has variances. */
+TEST(pictures_reach_farther)
+{
+    const struct residual_scene s = {.width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_all};
+    static const struct rect block = {32, 40, 60, 70};
+    struct residual_told alone = residual_scene_tell(&s, block, some_variance);
+    for (int32_t ring = 2; ring <= 10; ring += 8) {
+        const struct rect lit = rect_grow(block, ring);
+        struct residual_told told = residual_scene_tell_within(&s, lit, block, some_variance);
+        struct residual_picture plain = residual_scene_filter(&s, lit);
+        const size_t bytes = (size_t)rect_area(lit) * sizeof(float);
+        for (int c = 0; c < 3; c++) {
+            assert_memory_equal(told.picture.radiance[c], plain.radiance[c], bytes);
+            assert_memory_equal(told.variance[c], alone.variance[c],
+                                (size_t)rect_area(block) * sizeof(float));
+        }
+        residual_picture_fini(&plain);
+        residual_told_fini(&told);
+    }
+    residual_told_fini(&alone);
+}
+
 TEST(instruction_sets_tell_the_same)
 {
     static const char *const sets[] = {"sse4.2", "avx2", "avx512"};

@@ -33,6 +33,14 @@ static struct plan panel_plan(struct scene_fixture *f, uint32_t l)
     return p;
 }
 
+/* Leaves paths, and what finds their mixed pixels. */
+static void paths_only(struct plan *p)
+{
+    p->sub_samples = p->indirect_strata_per_axis = 0;
+    p->planes = PLANES_CENTRE | PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(MIXED);
+    p->paths.spp = 8;
+}
+
 /* How much of pixel (x, y) lies left of the edge. */
 static double coverage(int32_t x, int32_t y, double edge_px, double lean)
 {
@@ -171,6 +179,61 @@ TEST(tiles_do_not_matter)
         assert_int_equal(entries, all.samples->mixed->count);
     }
     traced_fini(&all);
+    free(f);
+}
+
+/* Paths have no sub-samples: the list is what centres tell, whatever a tile begins with. */
+TEST(centres_find_mixed_pixels_of_paths)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = panel_plan(f, 4);
+    struct traced fields = trace_all(f, &p);
+    paths_only(&p);
+    struct traced paths = trace_all(f, &p);
+    assert_non_null(paths.samples->mixed);
+    assert_int_equal(expect_same(paths.samples, whole, fields.samples->mixed),
+                     fields.samples->mixed->count);
+    uint32_t entries = 0;
+    for (int32_t x = 0; x < SIDE; x += 8) {
+        const struct rect r = {x, 0, x + 8, SIDE};
+        struct traced t = trace(f, &p, r);
+        entries += expect_same(t.samples, r, paths.samples->mixed);
+        traced_fini(&t);
+    }
+    assert_int_equal(entries, paths.samples->mixed->count);
+    traced_fini(&paths);
+    traced_fini(&fields);
+    free(f);
+}
+
+/* How many entries pixels of a column have. */
+static uint32_t count_entries(const struct traced *t, uint32_t column)
+{
+    const struct mixed_list *list = t->samples->mixed;
+    uint32_t entries = 0;
+    for (uint32_t e = 0; list && e < list->count; e++)
+        entries += list->words[e] / MIXED_SLOTS % SIDE == column;
+    return entries;
+}
+
+/* A strip beside an edge, 3/10 of a pixel wide, that no pixel's centre shows. It is black to
+ * diffuse light, which is all that fields bring; along paths comes light of other lobes, too. */
+TEST(black_strips_are_left_to_paths)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = panel_plan(f, 4);
+    f->instance_count = 1;
+    add_panel(f, fixture_material(f, 0.75f, 0.25f, 0.5f), 11.3f, 0.0f);
+    fixture_panel(f, fixture_material(f, 0.0f, 0.0f, 0.0f), (float[]){-0.1328f, 3.0f, 0},
+                  (float[]){0.0047f, 0, 0}, (float[]){0, 0, -0.6f});
+    struct traced fields = trace_all(f, &p);
+    assert_true(count_entries(&fields, 11) >= 2 * SIDE);
+    traced_fini(&fields);
+    paths_only(&p);
+    struct traced paths = trace_all(f, &p);
+    assert_int_equal(count_entries(&paths, 11), 0);
+    assert_true(count_entries(&paths, 10) >= SIDE);
+    traced_fini(&paths);
     free(f);
 }
 

@@ -1,0 +1,15 @@
+#pragma once
+/* Mixed pixels (proto/mixed.h) of a picture of paths. Few paths tell badly how much of such a pixel
+ * each surface covers. Here the light of a surface comes of pixels near by that show it alone, and
+ * its share of the mixed pixel is the one that many samples have found. Where that is farther from
+ * the paths' own mean than chance explains, the mean stays: as paths grow, it always does. */
+#include "server/reconstruct/patch/patch.h"
+#include "server/reconstruct/residual/residual.h"
+
+/* Returns how many pixels around a block its mixed pixels take light from; 0 if there are none. */
+int32_t mixed_paths_ring_px(const struct plan *plan);
+
+/* Changes picture->radiance of the mixed pixels of `block`; returns how many. The picture has the
+ * pixels of the patch's core at least up to that ring, or ends with the image. */
+uint64_t mixed_paths_apply(const struct plan *plan, const struct patch *patch, struct rect block,
+                           const struct residual_picture *picture);
