@@ -19,7 +19,7 @@ enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3
 
 static size_t round_up(int32_t n, int32_t of)
 {
-    return (size_t)((n + of - 1) / of * of);
+    return ((size_t)n + (size_t)of - 1) / (size_t)of * (size_t)of;
 }
 
 static void set_shape(struct rect rect, struct residual_shape *s)
