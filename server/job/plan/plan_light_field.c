@@ -150,14 +150,11 @@ void plan_lone(struct plan *plan, struct plan_report *report)
         plan->planes |= PLANE_BIT(LONE);
 }
 
-/* Whole paths are filtered and mixed: centres tell which pixels show several surfaces. Paths that
- * go on until their error is small need no help. */
+/* Whole paths are filtered and mixed: centres tell which pixels show several surfaces. */
 static void plan_mixed_paths(const char *what, struct plan *plan, struct plan_report *report)
 {
     if (!report->whole_paths || plan->residual_filter == RESIDUAL_FILTER_NONE)
         plan_skip(report, what, "paths go through all of a pixel");
-    else if (plan->target_error > 0.0f)
-        plan_skip(report, what, "sampling.target_error has paths that do without");
     else
         plan->planes |= PLANES_CENTRE | PLANE_BIT(MIXED);
 }

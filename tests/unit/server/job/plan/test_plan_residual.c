@@ -91,7 +91,7 @@ TEST(whole_paths_have_mixed_pixels)
     assert_true(is_mixed(s));
     s->job.layers = LAYER_BEAUTY;
     s->job.target_error = 0.1f, s->job.max_spp = 64;
-    assert_false(is_mixed(s));
+    assert_true(is_mixed(s));
     s->job.target_error = 0.0f, s->job.max_spp = 0;
     s->job.indirect = INDIRECT_CONSTANT;
     assert_false(is_mixed(s));
