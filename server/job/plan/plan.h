@@ -5,10 +5,10 @@
  * filter.method none means the path tracer. All others mean light fields, as far as these go. They
  * stand alone where they cover all that scene and job ask for: pure Lambert surfaces, only lights
  * of the list, a pinhole, and layers that they have. Then a shadow filter runs, the one that is
- * asked for or that auto chooses. Elsewhere they stand beside paths and bring diffuse indirect
- * light and ambient occlusion. In both cases filter.indirect chooses the filter of indirect light.
- * A lens has a light field of its own, paths sorted by where they pass the lens, and filter.lens
- * chooses its filter.
+ * asked for or that auto chooses. Elsewhere whole paths bring all the light, and the residual
+ * filter cleans it. Only where a job names a filter of indirect light or of lobes, has one path a
+ * pixel, or asks for occlusion do light fields stand beside paths. A lens has a light field of its
+ * own, paths sorted by where they pass the lens, and filter.lens chooses its filter.
  *
  * The path tracer also takes what no light field can do. Without a lens that is a tent and surfaces
  * that let light through by their alpha. With one it is layers besides the picture, more samples

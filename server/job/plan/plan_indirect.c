@@ -180,9 +180,7 @@ static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
         return;
     }
     if (report->whole_paths) {
-        plan_skip(report, "plane indirect_mean",
-                  "paths bring it, and the residual filter cleans "
-                  "it");
+        plan_skip(report, "plane indirect_mean", "whole paths bring it");
         return;
     }
     plan_surfaces(plan, report);
