@@ -16,8 +16,9 @@ static const char *const part_names[LONE_PART_COUNT] = {"direct", "indirect", "i
 uint32_t lone_parts(const struct plan *plan)
 {
     uint32_t parts = 0;
-    /* Beside paths these bring direct light. */
-    if (plan->paths.spp == 0 && plan->light_planes != 0) parts |= 1u << LONE_DIRECT;
+    /* Else paths bring direct light. */
+    const bool fields = plan->paths.spp == 0 || plan->paths.without_diffuse_direct;
+    if (fields && plan->light_planes != 0) parts |= 1u << LONE_DIRECT;
     if (plan->planes & PLANES_BOUNCE_LIGHT) parts |= 1u << LONE_INDIRECT;
     if (plan->planes & PLANE_BIT(INDIRECT_HALVES)) parts |= 1u << LONE_INDIRECT_HALF;
     if (plan->planes & PLANE_BIT(GLOSSY_MEAN)) parts |= 1u << LONE_GLOSSY;

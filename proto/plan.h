@@ -84,6 +84,10 @@ struct plan_paths {
     uint32_t without_glossy_indirect;  /* 1: the same of the glossy lobe of surfaces that have one
                                           (worker/shade/glossy.h), which the glossy planes bring;
                                           only beside the above */
+    uint32_t without_diffuse_direct;   /* 1: paths leave out whatever the first surface's diffuse
+                                          lobe sends on, and what the camera sees shine: light
+                                          fields bring both. There is no environment, and the
+                                          first of the above holds where there are bounces */
 };
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */

@@ -313,6 +313,14 @@ static int check_fields(const struct plan_place *at, const struct plan *plan)
     return error;
 }
 
+/* Whether light fields may bring all that paths leave out of first surfaces. */
+static bool brings_surfaces(const struct plan *plan)
+{
+    return plan->paths.spp > 0 && plan->environment.kind == ENVIRONMENT_NONE &&
+           !plan->paths.without_glossy_indirect && plan->camera.aperture_radius == 0.0f &&
+           (plan->paths.without_diffuse_indirect || plan->bounces == 0);
+}
+
 int plan_check(const struct plan *plan, struct fault *fault)
 {
     const struct plan_place at = {"", fault};
@@ -329,6 +337,9 @@ int plan_check(const struct plan *plan, struct fault *fault)
         error = plan_field_count(&at, "paths.without_glossy_indirect",
                                  plan->paths.without_glossy_indirect, 0,
                                  plan->paths.without_diffuse_indirect);
+    if (!error)
+        error = plan_field_count(&at, "paths.without_diffuse_direct",
+                                 plan->paths.without_diffuse_direct, 0, brings_surfaces(plan));
     if (!error) error = check_target(&at, plan);
     if (!error) error = check_planes(&at, plan);
     if (!error) error = plan_filters_check(&at, plan);

@@ -12,7 +12,7 @@
 static int check_shadow_filter(const struct plan_place *at, const struct plan *plan)
 {
     if (plan->shadow_filter == SHADOW_FILTER_NONE) return 0;
-    if (plan->paths.spp > 0)
+    if (plan->paths.spp > 0 && !plan->paths.without_diffuse_direct)
         return plan_field_refuse(at, ERR_RANGE, "shadow_filter",
                                  "filters a picture that is made of paths",
                                  (double)plan->shadow_filter);

@@ -102,3 +102,8 @@ uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t 
 {
     return samples_component(s, samples_light_slot(light, LIGHT_PLANE_SLOPES), which);
 }
+
+uint16_t *samples_light_weight(const struct samples *s, uint32_t light)
+{
+    return samples_component(s, samples_light_slot(light, LIGHT_PLANE_DIFFUSE_WEIGHT), 0);
+}

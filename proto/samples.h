@@ -225,6 +225,7 @@ uint16_t *samples_u16(const struct samples *s, enum plane_id plane, uint32_t com
 float *samples_light_irradiance(const struct samples *s, uint32_t light);
 uint8_t *samples_light_visibility(const struct samples *s, uint32_t light, uint32_t byte);
 uint16_t *samples_light_slope(const struct samples *s, uint32_t light, uint32_t which);
+uint16_t *samples_light_weight(const struct samples *s, uint32_t light);
 
 /* Packs s into w: drops planes that are all zero (counted in *dropped, which may be NULL), filters
  * the others where small is asked for, compresses. ERR_MEMORY leaves w as it was or failed.

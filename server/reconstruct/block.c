@@ -39,7 +39,8 @@ static bool is_filtered(const struct plan *plan)
 /* Pixels beside a block whose lighting the resolve, or mixed pixels of paths, borrow. */
 static int32_t ring_px(const struct plan *plan)
 {
-    bool resolved = plan->paths.spp == 0 || (plan->planes & PLANES_BOUNCE_LIGHT);
+    bool resolved = plan->paths.spp == 0 || plan->paths.without_diffuse_direct ||
+                    (plan->planes & PLANES_BOUNCE_LIGHT);
     int32_t ring = resolved && plan->sub_samples > 0 ? PATCH_RING_PX : 0;
     return ring > 0 ? ring : mixed_paths_ring_px(plan);
 }
@@ -126,7 +127,7 @@ static int reconstruct_light_field(const struct plan *plan, const struct patch *
     tell(&cost, statistics);
     resolver_init(&resolver, plan, patch, &lighting);
     resolver.errors = variance->memory != NULL;
-    if (plan->paths.spp > 0)
+    if (plan->paths.spp > 0 && !plan->paths.without_diffuse_direct)
         compose_beside_paths(&resolver, block, image, variance, statistics);
     else
         compose_light_field(&resolver, block, image, variance, statistics);
@@ -165,7 +166,7 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
     if (error) return error;
     if (lens)
         error = reconstruct_lens(plan, patch, block, image, statistics);
-    else if (!paths || (plan->planes & PLANES_BESIDE))
+    else if (!paths || (plan->planes & PLANES_BESIDE) || plan->paths.without_diffuse_direct)
         error = reconstruct_light_field(plan, patch, block, image, variance, statistics);
     if (error) return error;
     compose_centre(plan, patch, block, image);

@@ -66,7 +66,8 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
         .first = pass->first,
         .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
-    out->vertices = out->bounces || out->glossy || pass->sides || plan->lens_mirrors > 0 ||
+    out->vertices = out->bounces || plan->paths.without_diffuse_direct || out->glossy ||
+                    pass->sides || plan->lens_mirrors > 0 ||
                     (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     out->albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0;
     out->paths = *parts;
@@ -75,7 +76,9 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     out->paths.blended = has_blended(scene->materials);
     out->paths.shines = out->paths.shines_beside =
         plan->environment.kind != ENVIRONMENT_NONE || shines_beside(scene, plan);
-    out->paths.leaves_diffuse = plan->paths.without_diffuse_indirect != 0;
+    out->paths.leaves_surface = plan->paths.without_diffuse_direct != 0;
+    out->paths.leaves_diffuse =
+        plan->paths.without_diffuse_indirect != 0 && !out->paths.leaves_surface;
     out->paths.leaves_glossy = plan->paths.without_glossy_indirect != 0;
     out->field = out->paths;
     out->field.field = true;
@@ -86,11 +89,11 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     out->field.listed = is_listed(scene, plan);
     out->field.mirrors = plan->lens_mirrors > 0;
     out->field.features = out->field.demodulate = out->field.leaves_diffuse =
-        out->field.leaves_glossy = false;
+        out->field.leaves_glossy = out->field.leaves_surface = false;
     out->whole = out->paths;
     out->whole.lens = true;
     out->whole.features = out->whole.demodulate = out->whole.leaves_diffuse =
-        out->whole.leaves_glossy = false;
+        out->whole.leaves_glossy = out->whole.leaves_surface = false;
     out->through_lens = out->whole;
     out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
     out->through_lens.mirrors = plan->lens_mirrors > 0;

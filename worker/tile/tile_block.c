@@ -261,6 +261,9 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     t->point.plan = plan;
     t->point.block = &t->block;
     t->point.surface = &t->centre.surface;
+    t->point.vertex = NULL;
+    if (plan->paths.without_diffuse_direct)
+        shading_point_see(stages->paths.kernels, &t->centre, &t->point);
     if (stages->lights) trace_lights(t, plan, samples, counters);
     if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
     if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);

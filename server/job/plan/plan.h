@@ -5,10 +5,12 @@
  * filter.method none means the path tracer. All others mean light fields, as far as these go. They
  * stand alone where they cover all that scene and job ask for: pure Lambert surfaces, only lights
  * of the list, a pinhole, and layers that they have. Then a shadow filter runs, the one that is
- * asked for or that auto chooses. Elsewhere whole paths bring all the light, and the residual
- * filter cleans it. Only where a job names a filter of indirect light or of lobes, has one path a
- * pixel, or asks for occlusion do light fields stand beside paths. A lens has a light field of its
- * own, paths sorted by where they pass the lens, and filter.lens chooses its filter.
+ * asked for or that auto chooses. Where some surface has other lobes besides, fields bring what
+ * diffuse lobes send on, and paths what the others do. Elsewhere whole paths bring all the light.
+ * The residual filter cleans what paths bring. Only where a job names a filter of indirect light or
+ * of lobes, has one path a pixel, or asks for occlusion do light fields stand beside paths. A lens
+ * has a light field of its own, paths sorted by where they pass the lens, and filter.lens chooses
+ * its filter.
  *
  * The path tracer also takes what no light field can do. Without a lens that is a tent and surfaces
  * that let light through by their alpha. With one it is layers besides the picture, more samples
@@ -85,6 +87,7 @@ struct plan_report {
     struct plan_emitters emitters;
     uint32_t effects;
     bool whole_paths;          /* all indirect light comes along paths, though fields might do */
+    bool by_lobe;              /* fields bring diffuse lobes' light, paths that of other lobes */
     bool soft_sky;             /* the environment has no sun: nothing far above its mean */
     uint32_t layers;           /* enum layer */
     enum filter_method method; /* that runs: not auto */

@@ -33,7 +33,9 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
     const uint64_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
     const uint64_t lobes = l * l * sizeof(uint32_t);
     const bool lens = plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;
-    if (report->integrator != INTEGRATOR_PATHS_AND_LIGHT_FIELD && !lens)
+    if (report->by_lobe)
+        snprintf(why, n, "paths bring what glossy lobes send on");
+    else if (report->integrator != INTEGRATOR_PATHS_AND_LIGHT_FIELD && !lens)
         snprintf(why, n, "glossy lobes have a field beside paths and light fields only");
     else if (!(plan->planes & PLANES_BOUNCE_LIGHT))
         snprintf(why, n, "there is no indirect light");

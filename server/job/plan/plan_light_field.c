@@ -65,13 +65,18 @@ bool plan_wants_error(const struct job *job)
     return (job->layers & LAYER_ERROR) != 0 || job->target_error > 0.0f;
 }
 
+bool plan_has_rectangle(const struct plan *plan)
+{
+    bool any = false;
+    for (uint32_t k = 0; k < plan->light_count; k++) any |= plan->lights[k].type == LIGHT_RECTANGLE;
+    return any;
+}
+
 /* Whether a rectangle's light is left as it is: then halves of pixels tell no error of it. */
 static bool has_plain_rectangle(const struct job *job, const struct plan *plan)
 {
     char why[PLAN_FILTER_WHY_BYTES];
-    bool any = false;
-    for (uint32_t k = 0; k < plan->light_count; k++) any |= plan->lights[k].type == LIGHT_RECTANGLE;
-    return any && plan_choose_filter(job, plan, why) == SHADOW_FILTER_NONE;
+    return plan_has_rectangle(plan) && plan_choose_filter(job, plan, why) == SHADOW_FILTER_NONE;
 }
 
 bool plan_light_field_covers(const struct job *job, const struct scene *scene,
@@ -123,6 +128,8 @@ void plan_direct(struct plan *plan, struct plan_report *report)
         plan->light_planes |= 1u << LIGHT_PLANE_IRRADIANCE;
     else
         plan_skip(report, "plane irradiance", "the filter makes it of visibility and slopes");
+    if (report->by_lobe && plan_has_rectangle(plan))
+        plan->light_planes |= 1u << LIGHT_PLANE_DIFFUSE_WEIGHT;
     plan->capabilities |= CAPABILITY_DIRECT;
     plan_strata_planes(plan, report);
 }
@@ -164,7 +171,7 @@ void plan_mixed(struct plan *plan, struct plan_report *report)
     static const char what[] = "mixed pixels";
     if (plan->camera.aperture_radius > 0.0f)
         plan_skip(report, what, "the camera has a lens: its samples make the picture");
-    else if (plan->paths.spp > 0)
+    else if (plan->paths.spp > 0 && !report->by_lobe)
         plan_mixed_paths(what, plan, report);
     else if (plan->sub_samples == 0)
         plan_skip(report, what, "there are no sub-samples");

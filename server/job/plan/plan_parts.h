@@ -48,6 +48,9 @@ uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
 void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_filter_none(const struct job *job, const char *why, struct plan_report *report);
 
+/* Returns whether some light of the list is a rectangle. */
+bool plan_has_rectangle(const struct plan *plan);
+
 /* Returns whether there is any source of light. */
 bool plan_is_lit(const struct plan *plan, const struct plan_report *report);
 void plan_bounces(const struct job *job, struct plan *plan, struct plan_report *report);

@@ -31,9 +31,12 @@ static const struct {
 };
 
 /* Returns whether light fields beside the paths bring a plane's light. */
-static bool is_brought(const struct plan *plan, uint32_t plane)
+static bool is_brought(const struct plan *plan, uint64_t plane)
 {
+    const uint64_t surfaces = PLANE_BIT(PATH_EMISSION) | PLANE_BIT(PATH_DIFFUSE_DIRECT) |
+                              PLANE_BIT(PATH_DIFFUSE_INDIRECT) | PLANE_BIT(PATH_ALBEDO);
     return (plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect) ||
+           ((plane & surfaces) && plan->paths.without_diffuse_direct) ||
            (plane == PLANE_BIT(PATH_OCCLUSION) && (plan->planes & PLANE_BIT(OPEN)));
 }
 
@@ -58,6 +61,7 @@ static void plan_planes(struct plan *plan, struct plan_report *report)
 
 void plan_path_lights(const struct job *job, struct plan *plan, struct plan_report *report)
 {
+    if (report->by_lobe) return;
     plan_strata_planes(plan, report);
     if (plan->light_planes) return;
     for (uint32_t k = 0; k < plan->light_count; k++) plan->lights[k].strata_per_axis = 1;
@@ -87,6 +91,7 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
         (plan->planes &
          (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
     plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
+    plan->paths.without_diffuse_direct = report->by_lobe;
     plan->capabilities |= CAPABILITY_PATHS;
     plan_residual(job, plan, report);
     plan_planes(plan, report);

@@ -9,6 +9,7 @@
 struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
     bool resolved; /* any of the above but emission alone */
+    bool adds;     /* to what paths have put into beauty, direct and indirect */
 };
 
 static void find_planes(const struct image *image, const char *const *names, int count,
@@ -44,6 +45,13 @@ static void put_run(const struct plane *plane, const struct run *run, const floa
     if (plane) memcpy(plane_at(plane, run->x, run->y), values, run->count * sizeof *values);
 }
 
+static void add_run(const struct plane *plane, const struct run *run, const float *restrict values)
+{
+    if (!plane) return;
+    float *restrict to = plane_at(plane, run->x, run->y);
+    for (uint32_t k = 0; k < run->count; k++) to[k] += values[k];
+}
+
 static void put_beauty(const struct plane *plane, const struct run *run,
                        const float *restrict light, const float *restrict emission)
 {
@@ -56,9 +64,16 @@ static void put_resolved(const struct targets *t, const struct run *run,
                          const struct resolved_run *resolved, const float *const emission[3])
 {
     for (int c = 0; c < 3; c++) {
-        put_beauty(t->beauty[c], run, resolved->total[c], emission[c]);
-        put_run(t->direct[c], run, resolved->direct[c]);
-        put_run(t->indirect[c], run, resolved->indirect[c]);
+        if (t->adds) {
+            add_run(t->beauty[c], run, resolved->total[c]);
+            if (emission[c]) add_run(t->beauty[c], run, emission[c]);
+            add_run(t->direct[c], run, resolved->direct[c]);
+            add_run(t->indirect[c], run, resolved->indirect[c]);
+        } else {
+            put_beauty(t->beauty[c], run, resolved->total[c], emission[c]);
+            put_run(t->direct[c], run, resolved->direct[c]);
+            put_run(t->indirect[c], run, resolved->indirect[c]);
+        }
         put_run(t->albedo[c], run, resolved->albedo[c]);
     }
     put_run(t->beauty[3], run, resolved->coverage);
@@ -224,7 +239,7 @@ static void compose_samples(const struct resolver *r, struct rect block, const s
     uint32_t rays = 0;
     if (!out) return;
     for (uint32_t k = 0; k < plan->light_count; k++) rays += light_strata(plan, k);
-    for (int32_t y = block.y0; y < block.y1; y++)
+    for (int32_t y = block.y0; y < block.y1 && plan->paths.spp == 0; y++)
         memset(plane_at(out, block.x0, y), 0, (size_t)rect_width(block) * sizeof(float));
     add_samples(plan, r->patch, rays, block, out);
 }
@@ -332,6 +347,7 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     struct resolver own = *resolver;
     find_targets(image, &targets);
     own.parts = targets.direct[0] || targets.indirect[0];
+    targets.adds = own.plan->paths.spp > 0;
     compose_light(&own, &targets, block, variance, statistics);
     compose_diffuse_direct(resolver, block, image);
     compose_diffuse_indirect(resolver, block, image);

@@ -127,6 +127,7 @@ static int add_error(const struct plan *plan, uint32_t k, const struct patch *pa
                      struct rect lit, const float *irradiance, const struct lighting *out)
 {
     const size_t area = (size_t)rect_area(patch->rect);
+    const float *weight = patch->lights[k].diffuse_weight;
     float *variance = scratch_take(patch->scratch, area * sizeof *variance);
     if (!variance) return ERR_MEMORY;
     memset(variance, 0, area * sizeof *variance);
@@ -136,11 +137,20 @@ static int add_error(const struct plan *plan, uint32_t k, const struct patch *pa
             const struct run run = row_of(patch, lit, y);
             const float scale = plan->lights[k].color[c] * INVERSE_PI;
             float *to = out->direct_error[c];
-            for (size_t i = run.first; i < run.first + run.count; i++)
-                to[i] = bounded(to[i] + variance[i] * scale * scale);
+            for (size_t i = run.first; i < run.first + run.count; i++) {
+                const float s = weight ? scale * weight[i] : scale;
+                to[i] = bounded(to[i] + variance[i] * s * s);
+            }
         }
     scratch_give(patch->scratch, variance);
     return error;
+}
+
+/* From irradiance to what the surfaces' diffuse lobes make of it; `weight` may be NULL. */
+static void weigh(const float *weight, struct run run, float *irradiance)
+{
+    if (!weight) return;
+    for (size_t i = run.first; i < run.first + run.count; i++) irradiance[i] *= weight[i];
 }
 
 static int filter_lights(const struct plan *plan, const struct patch *patch, struct rect lit,
@@ -156,6 +166,7 @@ static int filter_lights(const struct plan *plan, const struct patch *patch, str
         if (!error && out->direct_error[0]) error = add_error(plan, k, patch, lit, irradiance, out);
         for (int32_t y = lit.y0; !error && y < lit.y1; y++) {
             struct run run = row_of(patch, lit, y);
+            weigh(patch->lights[k].diffuse_weight, run, irradiance);
             add_light(&plan->lights[k], irradiance, run, out->direct);
             widen(width_px, run, out->width_px);
         }

@@ -52,6 +52,8 @@ static inline void samples_case_light(struct samples *s, uint32_t k, uint64_t *s
             samples_light_slope(s, k, 0)[i] = a < b ? a : b;
             samples_light_slope(s, k, 1)[i] = a < b ? b : a;
         }
+        if (planes & 1u << LIGHT_PLANE_DIFFUSE_WEIGHT)
+            samples_light_weight(s, k)[i] = samples_case_half(state);
     }
 }
 

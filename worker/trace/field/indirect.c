@@ -8,6 +8,7 @@
 #include "proto/v_plane.h"
 #include "worker/shade/lambert.h"
 #include "worker/trace/hit/block_store.h"
+#include "worker/trace/path/diffuse_weight.h"
 #include "worker/trace/path/path_kernels.h"
 
 /* Half of what floats hold. */
@@ -93,37 +94,6 @@ static void turn_directions(const struct bounce *b, const struct lanes3 *local,
     }
 }
 
-/* pi times the diffuse lobe over its albedo. It is asked for with a white one: where a texture's
- * albedo is black, filters still read what its neighbours can use. Surfaces without such a lobe
- * count as Lambert's, for the sake of other surfaces in their pixel. */
-static float diffuse_weight(const struct path_vertex *v, int i, const float d[3])
-{
-    struct bsdf white = v->bsdf[i];
-    struct bsdf_value value;
-    if (white.model == BSDF_BLACK || white.model == BSDF_MIRROR) return 1.0f;
-    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
-    float wi[3];
-    path_to_frame(v, i, d, wi);
-    white.albedo[0] = white.albedo[1] = white.albedo[2] = 1.0f;
-    bsdf_evaluate(&white, wo, wi, &value);
-    return ELEMENTARY_PI * value.diffuse;
-}
-
-/* Computes the weight of each lane; 1 for Lambert surfaces. */
-static void weigh(const struct bounce *b, const struct lanes3 *direction,
-                  const struct lanes_mask *valid, float weight[LANES])
-{
-    const struct path_vertex *v = b->from;
-    for (int i = 0; i < LANES; i++) weight[i] = 1.0f;
-    if (!v->any_general) return;
-    b->context->kernels->layers_diffuse(v, &b->layers, direction, weight);
-    for (int i = 0; b->layers.others && i < LANES; i++) {
-        const float d[3] = {direction->x[i], direction->y[i], direction->z[i]};
-        if (valid->on[i] && !v->lambert.on[i] && !b->layers.on.on[i])
-            weight[i] = diffuse_weight(v, i, d);
-    }
-}
-
 /* Makes a packet of all lanes of the block, as of Lambert surfaces, as path_pool_begin does. */
 static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
                         const struct lanes3 *direction, struct path_packet *p)
@@ -166,7 +136,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
         pool->count += LANES;
         return;
     }
-    weigh(b, &direction, &valid, weight);
+    diffuse_weigh(b->context->kernels, b->from, &b->layers, &direction, &valid, weight);
     for (int i = 0; i < LANES; i++) {
         if (!valid.on[i]) continue;
         path_pool_begin(pool,

@@ -83,6 +83,7 @@ static void trace_lights(const struct shading *l, const struct lanes_mask *lit)
                                 .lit = *lit,
                                 .counted = *lit,
                                 .lit_count = lanes_count(lit)};
+    if (l->plan->paths.without_diffuse_direct) shading_point_see(c->kernels, &s->vertex, p);
     for (uint32_t k = 0; k < s->plan.light_count && p->lit_count > 0; k++)
         shadow_trace(c->queries, &c->lights->lights[k], k, p, l->tools->shadow, s->samples,
                      c->counters);

@@ -1,7 +1,12 @@
 #include "worker/trace/field/shadow.h"
 
+#include <math.h>
+#include <string.h>
+
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/light/light_kernels.h"
+#include "worker/trace/path/diffuse_weight.h"
+#include "worker/trace/path/path.h"
 
 static void store_slopes(const struct shading_point *p, const struct shadow_sums *sums,
                          struct samples *samples, uint32_t index)
@@ -64,8 +69,21 @@ static void add_batch(uint32_t index, const struct shading_point *p,
                                          samples_light_visibility(samples, index, i >> 3));
 }
 
+/* Lanes that see nothing of the light keep 1. */
+static void store_weight(const struct shading_point *p, const struct diffuse_sums *sums,
+                         struct samples *samples, uint32_t index)
+{
+    _Alignas(LANES_ALIGN) float weight[LANES];
+    if (!(plan_light_planes(p->plan, index) >> LIGHT_PLANE_DIFFUSE_WEIGHT & 1)) return;
+    for (int i = 0; i < LANES; i++)
+        weight[i] = sums->all[i] > 0.0f ? sums->weighed[i] / sums->all[i] : 1.0f;
+    block_store_positive_half(p->block, weight, 1.0f, samples_light_weight(samples, index));
+}
+
 void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct samples *samples)
 {
+    static const struct diffuse_sums none = {.all = {0.0f}};
+    store_weight(p, &none, samples, index);
     if (!(plan_light_planes(p->plan, index) >> LIGHT_PLANE_VISIBILITY & 1)) return;
     uint32_t l = p->plan->lights[index].strata_per_axis, left = l * l;
     for (uint32_t byte = 0; left > 0; byte++) {
@@ -75,6 +93,47 @@ void shadow_store_unlit(uint32_t index, const struct shading_point *p, struct sa
             seen[i] = (uint8_t)(((1 << bits) - 1) & p->surface->hit.on[i]);
         block_store_u8(p->block, seen, samples_light_visibility(samples, index, byte));
         left -= bits;
+    }
+}
+
+void shading_point_see(const struct path_kernels *kernels, const struct path_vertex *vertex,
+                       struct shading_point *p)
+{
+    p->vertex = vertex->any_general ? vertex : NULL;
+    p->path_kernels = kernels;
+    if (p->vertex) layers_see(kernels, vertex, &p->layers);
+}
+
+/* Directions of a packet's rays, unit. */
+static void find_directions(const struct RTCRay16 *r, struct lanes3 *out)
+{
+    for (int i = 0; i < LANES; i++) {
+        const float x = r->dir_x[i], y = r->dir_y[i], z = r->dir_z[i];
+        const float squared = x * x + y * y + z * z;
+        const float share = squared > 0.0f ? 1.0f / sqrtf(squared) : 0.0f;
+        out->x[i] = x * share;
+        out->y[i] = y * share;
+        out->z[i] = z * share;
+    }
+}
+
+/* Makes of the batch's irradiance what diffuse lobes under facets make of it. */
+static void weigh_batch(const struct shading_point *p, struct light_packet *batch, uint32_t count,
+                        struct diffuse_sums *sums)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        struct light_packet *packet = &batch[k];
+        struct lanes3 direction;
+        _Alignas(LANES_ALIGN) float weight[LANES];
+        find_directions(&packet->rays.ray, &direction);
+        diffuse_weigh(p->path_kernels, p->vertex, &p->layers, &direction, &packet->traced, weight);
+        for (int i = 0; i < LANES; i++) {
+            const float e = packet->traced.on[i] ? packet->irradiance[i] : 0.0f;
+            const float weighed = packet->traced.on[i] ? e * weight[i] : 0.0f;
+            sums->all[i] += e;
+            sums->weighed[i] += weighed;
+            packet->irradiance[i] = weighed;
+        }
     }
 }
 
@@ -102,10 +161,13 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
     strata_init(&scratch->strata, kernels, &p->plan->pattern,
                 light->is_net ? NULL : &light->lattice, p->block, pattern_light_dimension(index, l),
                 l);
+    memset(&scratch->diffuse, 0, sizeof scratch->diffuse);
     for (uint32_t first = 0; first < count; first += SHADOW_BATCH) {
         uint32_t n = count - first < SHADOW_BATCH ? count - first : SHADOW_BATCH;
-        if (kernels->sample_strata(light, &scratch->strata, first, n, p->surface, &p->lit,
-                                   scratch->batch))
+        const bool whole = kernels->sample_strata(light, &scratch->strata, first, n, p->surface,
+                                                  &p->lit, scratch->batch);
+        if (p->vertex) weigh_batch(p, scratch->batch, n, &scratch->diffuse);
+        if (whole)
             trace_whole_batch(q, slopes, p, scratch->batch, n, counters);
         else
             trace_batch(q, slopes, p, scratch->batch, n, counters);
@@ -113,5 +175,6 @@ void shadow_trace(struct queries *q, const struct light *light, uint32_t index,
         for (uint32_t k = 0; slopes && k < n; k++) kernels->add_slopes(&scratch->batch[k], sums);
     }
     block_store_f32(p->block, sums->irradiance, samples_light_irradiance(samples, index));
+    store_weight(p, &scratch->diffuse, samples, index);
     if (slopes) store_slopes(p, sums, samples, index);
 }

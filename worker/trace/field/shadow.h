@@ -5,8 +5,10 @@
 #include "worker/trace/light/light.h"
 #include "worker/trace/light/shadow_sums.h"
 #include "worker/trace/light/strata.h"
+#include "worker/trace/path/layers.h"
 
 struct light_kernels;
+struct path_kernels;
 
 /* The input of one block, shared by all effects. */
 struct shading_point {
@@ -17,12 +19,25 @@ struct shading_point {
     struct lanes_mask lit;     /* lanes inside the image with a surface that reflects something */
     struct lanes_mask counted; /* of these, the tile's own */
     uint32_t lit_count;
+    const struct path_vertex *vertex; /* of the surface, where its lobes weigh light; else NULL */
+    const struct path_kernels *path_kernels; /* with it */
+    struct layers layers;                    /* of it: shading_point_see sets them */
+};
+
+/* Tells the point what its surfaces do to light. */
+void shading_point_see(const struct path_kernels *kernels, const struct path_vertex *vertex,
+                       struct shading_point *point);
+
+/* Sums over a light's strata, seen or not: of irradiance, and of what diffuse lobes make of it. */
+struct diffuse_sums {
+    _Alignas(LANES_ALIGN) float all[LANES], weighed[LANES];
 };
 
 /* Scratch; the packets' rays as queries_init_rays left them. */
 struct shadow_scratch {
     struct strata strata;
     struct shadow_sums sums;
+    struct diffuse_sums diffuse;
     struct light_packet batch[SHADOW_BATCH];
 };
 

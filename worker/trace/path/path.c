@@ -244,6 +244,44 @@ static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
     }
 }
 
+/* Light fields bring what diffuse lobes send on: none is left. */
+static void leave_surface(const struct path_context *c, struct path_vertex *v)
+{
+    struct lanes_mask ended = v->lambert;
+    for (int i = 0; v->any_general && i < LANES; i++) {
+        struct bsdf *b = &v->bsdf[i];
+        if (v->active.on[i] && !v->lambert.on[i]) b->albedo[0] = b->albedo[1] = b->albedo[2] = 0;
+    }
+    c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&ended);
+    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+}
+
+/* Paths beside light fields go on from so many times the share of light that their first surface's
+ * facets reflect, at most surely. */
+#define LOBE_CHANCE 2.0f
+
+/* Where facets reflect little few paths stand for all: their noise is as small. */
+static void thin_lobes(const struct path_context *c, struct path_packet *p, struct path_vertex *v)
+{
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    const struct layers *l = &v->layers;
+    struct lanes_mask ended = {{0}};
+    struct lanes3 *t = &p->throughput;
+    if (!v->any_general || !l->any) return;
+    c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
+    for (uint32_t i = 0; i < p->count; i++) {
+        const float stays = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]);
+        if (!(v->active.on[i] & l->on.on[i]) || !(stays < 1.0f)) continue;
+        ended.on[i] = chance[i] < stays ? 0 : -1;
+        if (ended.on[i]) continue;
+        t->x[i] /= stays;
+        t->y[i] /= stays;
+        t->z[i] /= stays;
+    }
+    c->counters->value[COUNTER_SKIPPED_ROULETTE] += lanes_count(&ended);
+    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+}
+
 /* Reflections have been scatterings, too. */
 static void end_mirrored(const struct path_context *c, const struct path_packet *p,
                          struct path_vertex *v, const struct path_harvest *h)
@@ -352,10 +390,12 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
     if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
+    if (depth == 0 && c->leaves_surface) leave_surface(c, v);
     if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
+    if (depth == 0 && c->leaves_surface) thin_lobes(c, p, v);
     if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->shines) v->last = v->active;
     end_last(c, v);

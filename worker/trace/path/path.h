@@ -54,6 +54,8 @@ struct path_context {
     bool listed;          /* lights of the plan are all that shines */
     bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light
                              field brings the rest */
+    bool leaves_surface;  /* the first surface's diffuse lobe sends on nothing, and what the camera
+                             sees shine is left out: light fields bring both */
     bool leaves_sky; /* beside leaves_diffuse: nor the soft share of the sky, where fields light the
                         surface */
     bool leaves_lobes;  /* the same holds of glossy lobes that a harvest's `lobe` tells of */

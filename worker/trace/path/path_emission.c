@@ -209,7 +209,8 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
     const struct surface *s = &v->surface;
     const uint32_t lens = c->plan->lens_light;
     if (lens == LENS_LIGHT_SKY) meet_soft_sky(c, p, v, h);
-    if (c->plan->paths.spp > 0 || lens == LENS_LIGHT_INDIRECT || lens == LENS_LIGHT_SKY) return;
+    const bool paths = c->plan->paths.spp > 0 && !c->plan->paths.without_diffuse_direct;
+    if (paths || lens == LENS_LIGHT_INDIRECT || lens == LENS_LIGHT_SKY) return;
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
         if (!s->hit.on[i] || s->light.on[i]) continue;
@@ -227,6 +228,7 @@ void path_emission_add(const struct path_context *c, const struct path_packet *p
         meet_unlisted(c, p, v, h);
         return;
     }
+    if (c->leaves_surface && v->depth == 0) return;
     if (c->sky->kind != ENVIRONMENT_NONE) meet_sky(c, p, v, h);
     if (v->depth > 0 || v->mirrors.any) meet_rectangles(c, p, v, h);
     meet_surfaces(c, p, v, h);

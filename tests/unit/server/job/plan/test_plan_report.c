@@ -12,7 +12,7 @@ TEST(names_of_materials_stay_ascii)
     memcpy(s->names + 1, "m\xc3\xa4 \xff", 6);
     s->material.specular = 1;
     assert_int_equal(make(s), 0);
-    assert_string_equal(why(s, "light fields of lights"),
+    assert_string_equal(why(s, "light fields alone"),
                         "material 0 \"m\\xc3\\xa4 \\xff\" is not Lambert");
     json_t *json = plan_report_json(&s->plan, &s->report);
     assert_non_null(json);

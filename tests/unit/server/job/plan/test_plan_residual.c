@@ -1,4 +1,5 @@
 /* When what paths bring is filtered, why, and which planes that takes. */
+#include "proto/lone.h"
 #include "proto/samples.h"
 #include "tests/unit/server/job/plan/plan_stage.h"
 #include "tests/unit/unit.h"
@@ -46,13 +47,21 @@ TEST(auto_filters_paths)
     }
 }
 
+/* Lights that paths have to find: those that no light field brings. */
+static void light_around(struct stage *s)
+{
+    s->material.metallic = 0.5f;
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    s->job.indirect_bounces = 2;
+}
+
 /* Where light fields cannot do it alone, whole paths are cheaper; a filter of theirs that is asked
  * for by name runs beside paths. */
 TEST(whole_paths_do_without_light_fields)
 {
     struct stage *s = *state;
-    s->material.metallic = 0.5f;
-    s->job.indirect_bounces = 2;
+    light_around(s);
     expect_halves(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
     assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
@@ -81,8 +90,7 @@ static bool is_mixed(struct stage *s)
 TEST(whole_paths_have_mixed_pixels)
 {
     struct stage *s = *state;
-    s->material.metallic = 0.5f;
-    s->job.indirect_bounces = 2;
+    light_around(s);
     assert_true(is_mixed(s));
     s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
     assert_true(is_mixed(s));
@@ -98,6 +106,47 @@ TEST(whole_paths_have_mixed_pixels)
     s->job.indirect = INDIRECT_AUTO;
     s->material.alpha_mode = ALPHA_BLEND;
     assert_false(is_mixed(s));
+}
+
+static void expect_lobes_divided(struct stage *s)
+{
+    expect_halves(s);
+    assert_true(s->report.by_lobe);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+    assert_true(s->plan.paths.without_diffuse_direct && s->plan.paths.spp > 1);
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, s->plan.bounces > 0);
+    assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_SHEARED);
+    assert_true(s->plan.light_planes >> LIGHT_PLANE_DIFFUSE_WEIGHT & 1u);
+    assert_true(s->plan.planes & PLANE_BIT(LONE) && s->plan.planes & PLANE_BIT(MIXED));
+    assert_true(lone_parts(&s->plan) >> LONE_DIRECT & 1u);
+}
+
+/* Where all that shines is listed, fields bring what diffuse lobes send on, whatever lobes some
+ * surfaces have besides, and whatever layers are asked for. */
+TEST(fields_and_paths_divide_lobes)
+{
+    static const uint32_t layers[] = {LAYER_BEAUTY, LAYER_BEAUTY | LAYER_ERROR,
+                                      LAYER_BEAUTY | LAYER_OCCLUSION,
+                                      LAYER_BEAUTY | LAYER_DIRECT | LAYER_EMISSION | LAYER_ALBEDO};
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.occlusion_distance = 1;
+    for (uint32_t bounces = 0; bounces <= 2; bounces += 2)
+        for (int k = 0; k < 4; k++) {
+            s->job.indirect_bounces = bounces;
+            s->job.layers = layers[k];
+            expect_lobes_divided(s);
+            assert_false(s->plan.planes & (PLANE_BIT(PATH_EMISSION) * (k == 3)) &
+                         ~PLANES_RESIDUAL_READ);
+        }
+    s->job.layers = LAYER_BEAUTY;
+    s->job.target_error = 0.1f, s->job.max_spp = 64;
+    expect_halves(s);
+    assert_false(s->report.by_lobe);
+    s->job.target_error = 0.0f, s->job.max_spp = 0;
+    light_around(s);
+    expect_halves(s);
+    assert_false(s->report.by_lobe);
 }
 
 TEST(fields_run_beside_paths_by_name)

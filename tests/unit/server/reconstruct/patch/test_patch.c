@@ -51,6 +51,7 @@ TEST(arrays_do_not_overlap)
     plan.paths.spp = 16;
     plan.target_error = 1; /* rounds */
     plan.light_count = 2;
+    plan.light_planes = (1u << LIGHT_PLANE_COUNT) - 1;
     plan.lights[1] = plan.lights[0];
     assert_int_equal(patch_create(&plan, (struct rect){3, 4, 10, 9}, &p), 0);
     for (uint32_t slot = 0; slot < samples_light_slot(2, 0); slot++)
