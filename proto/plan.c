@@ -160,7 +160,7 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
     if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_MORE;
     if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         return plan->planes &
-               (PLANES_SECOND_SET | (plan_side_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));
+               (PLANES_SECOND_SET | (plan_strata_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));
     return plan->planes & (PLANES_PATH_ALL | PLANES_BOUNCE_MORE);
 }
 
@@ -170,7 +170,7 @@ bool plan_has_rounds(const struct plan *plan)
            plan->lens_extra > 0;
 }
 
-uint32_t plan_side_maps(const struct plan *plan)
+uint32_t plan_strata_maps(const struct plan *plan)
 {
     if (plan->lens_extra > 0) return 1;
     if (plan->indirect_filter != INDIRECT_FILTER_ADAPTIVE) return 0;
@@ -183,25 +183,25 @@ static int check_second_set(const struct plan *plan, const struct plan_pass *pas
     const uint32_t l = plan->indirect_strata_per_axis;
     if (pass->number != plan_pass_count(plan) || pass->first != 0 || pass->count != 0)
         return ERR_RANGE;
-    if (pass->strata == 0 || !pass->sides) return ERR_RANGE;
-    if ((pass->lobes != NULL) != (plan_side_maps(plan) > 1)) return ERR_RANGE;
-    if (plan->lens_extra > 0) return pass->strata == PLAN_LENS_SIDE ? 0 : ERR_RANGE;
-    if (pass->strata > PLAN_SIDE_MOST) return ERR_LIMIT;
+    if (pass->strata == 0 || !pass->strata_map) return ERR_RANGE;
+    if ((pass->lobes != NULL) != (plan_strata_maps(plan) > 1)) return ERR_RANGE;
+    if (plan->lens_extra > 0) return pass->strata == PLAN_LENS_EXTRA_STRATA ? 0 : ERR_RANGE;
+    if (pass->strata > PLAN_STRATA_MOST) return ERR_LIMIT;
     return l * l + pass->strata * pass->strata > plan->adaptive.rays_most ? ERR_LIMIT : 0;
 }
 
-static uint32_t most_of(const uint8_t *sides, size_t area)
+static uint32_t most_of(const uint8_t *strata_map, size_t area)
 {
     uint32_t most = 0;
-    for (size_t i = 0; i < area; i++) most = sides[i] > most ? sides[i] : most;
+    for (size_t i = 0; i < area; i++) most = strata_map[i] > most ? strata_map[i] : most;
     return most;
 }
 
-int plan_sides_check(const struct plan_pass *pass, size_t area)
+int plan_strata_map_check(const struct plan_pass *pass, size_t area)
 {
-    const uint32_t sides = most_of(pass->sides, area);
+    const uint32_t bounces = most_of(pass->strata_map, area);
     const uint32_t lobes = pass->lobes ? most_of(pass->lobes, area) : 0;
-    return (sides > lobes ? sides : lobes) == pass->strata ? 0 : ERR_RANGE;
+    return (bounces > lobes ? bounces : lobes) == pass->strata ? 0 : ERR_RANGE;
 }
 
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
@@ -210,7 +210,7 @@ int plan_pass_check(const struct plan *plan, const struct plan_pass *pass)
     const bool second = sets && pass->number >= plan_pass_count(plan);
     if (pass->number >= LIMIT_PASSES) return ERR_LIMIT;
     if (second) return check_second_set(plan, pass);
-    if (pass->sides || pass->lobes) return ERR_RANGE;
+    if (pass->strata_map || pass->lobes) return ERR_RANGE;
     if (pass->number < plan_pass_count(plan)) {
         const struct plan_pass own = plan_scheduled_pass(plan, pass->number);
         const bool same =

@@ -206,7 +206,8 @@ struct plan {
                                           where sample row * l + column lies */
     uint32_t lens_light;               /* enum lens_light */
     uint32_t lens_extra; /* paths a pixel, in the mean at most, of second sets through the lens:
-                            PLAN_LENS_SIDE squared go to the pixels that need them most; 0: none */
+                            PLAN_LENS_EXTRA_STRATA squared go to the pixels that need them most; 0:
+                            none */
     uint32_t
         lens_mirrors; /* reflections at flat mirrors, at most, that pixel centres and lens samples
                          look through (worker/trace/path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
@@ -252,20 +253,20 @@ void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, ui
 
 /* What a pass of a tile traces. */
 struct plan_pass {
-    uint32_t number;       /* of the tile's passes */
-    uint32_t first, count; /* samples of every pixel: first .. first + count - 1 */
-    uint32_t strata;       /* l of the bounce rays, and of those of glossy lobes; 0: none */
-    const uint8_t *sides;  /* of a second set: each pixel's own l, row by row of the tile; `strata`
-                              is the largest. NULL: all pixels have l. Borrowed */
-    const uint8_t *lobes;  /* the same of rays of the pixels' glossy lobes, which `strata` is not
-                              below either; NULL unless plan_side_maps says that there are both */
+    uint32_t number;           /* of the tile's passes */
+    uint32_t first, count;     /* samples of every pixel: first .. first + count - 1 */
+    uint32_t strata;           /* l of the bounce rays, and of those of glossy lobes; 0: none */
+    const uint8_t *strata_map; /* of a second set: each pixel's own l, row by row of the tile;
+                                  `strata` is the largest. NULL: all pixels have l. Borrowed */
+    const uint8_t *lobes; /* the same of rays of the pixels' glossy lobes, which `strata` is not
+                             below either; NULL unless plan_strata_maps says that there are both */
 };
 
 /* The most that a pixel's l can be in a second set. */
-#define PLAN_SIDE_MOST UINT8_MAX
+#define PLAN_STRATA_MOST UINT8_MAX
 
 /* l of all pixels that have a second set through the lens. */
-#define PLAN_LENS_SIDE 6u
+#define PLAN_LENS_EXTRA_STRATA 6u
 
 /* The pass that the schedule has under a number below plan_pass_count. */
 struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number);
@@ -287,17 +288,17 @@ bool plan_has_rounds(const struct plan *plan);
  * differs from it; after the schedule one without samples, of more than LIMIT_PASS_SPP, of an odd
  * l, or of what the plan has no planes of. Bounce rays after the schedule are stratified anew.
  * INDIRECT_FILTER_ADAPTIVE and lens_extra have one pass after the schedule, the second set, which
- * alone has sides. */
+ * alone has strata maps. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
-/* Maps of sides that second sets have under the plan, one after the other: of bounce rays, and of
+/* Returns how many strata maps second sets have under the plan: one of bounce rays, and one of
  * rays of glossy lobes where the plan asks how far these see; or one of paths through the lens. 0
  * without INDIRECT_FILTER_ADAPTIVE and lens_extra. */
-uint32_t plan_side_maps(const struct plan *plan);
+uint32_t plan_strata_maps(const struct plan *plan);
 
-/* 0, or ERR_RANGE for maps of `area` sides that are not the pass's: above its strata, or all below.
- */
-int plan_sides_check(const struct plan_pass *pass, size_t area);
+/* 0, or ERR_RANGE for maps of `area` pixels that are not the pass's: above its strata, or all
+ * below. */
+int plan_strata_map_check(const struct plan_pass *pass, size_t area);
 
 /* Planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of paths in
  * other passes, and after the schedule what bounce rays measure, too. */

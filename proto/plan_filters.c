@@ -72,7 +72,7 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
 static int check_span(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
-    if (plan_side_maps(plan) < 2 || (plan->planes & needs) == needs) return 0;
+    if (plan_strata_maps(plan) < 2 || (plan->planes & needs) == needs) return 0;
     return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what second sets of lobes go by",
                              (double)plan->planes);
 }

@@ -61,10 +61,10 @@ struct message_tile {
     uint64_t frame_id;
     uint32_t index;
     uint32_t generation;
-    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h); sides do not
-                              travel with it, but as */
+    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h); strata maps do
+                              not travel with it, but as */
     struct rect rect;
-    const uint8_t *counts; /* count_map.h of the pass's sides; borrowed */
+    const uint8_t *counts; /* count_map.h of the pass's strata maps; borrowed */
     uint32_t counts_bytes; /* 0: the pass has none */
 };
 

@@ -35,10 +35,10 @@ int film_create(const struct plan *plan, int32_t block_px, int32_t core_px, int3
                 struct film **out);
 void film_destroy(struct film **film);
 
-/* Takes the samples of a tile's pass, which must have this pass's layout; its sides are borrowed
- * for the film's life. On an error they are not taken: ERR_EXISTS when the pass has landed before,
- * ERR_RANGE for an unknown tile or pass or one before its turn, ERR_MISMATCH for samples of another
- * size. Blocks that become ready are queued; film_next_ready takes them in order. */
+/* Takes the samples of a tile's pass, which must have this pass's layout; its strata maps are
+ * borrowed for the film's life. On an error they are not taken: ERR_EXISTS when the pass has landed
+ * before, ERR_RANGE for an unknown tile or pass or one before its turn, ERR_MISMATCH for samples of
+ * another size. Blocks that become ready are queued; film_next_ready takes them in order. */
 int film_land_pass(struct film *film, uint32_t tile, const struct plan_pass *pass,
                    struct samples *samples);
 

@@ -206,13 +206,14 @@ static void fill(const struct overlap *o, float count, float *out)
 
 /* Computes the counts of a first set and, if there is one, a second. They are at most LIMIT_SPP and
  * exact. */
-static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t *sides, float *out)
+static void gather_counts(const struct overlap *o, uint32_t first, const uint8_t *strata_map,
+                          float *out)
 {
     fill(o, (float)first, out);
-    for (size_t y = 0; y < o->height && sides; y++) {
-        const uint8_t *side = sides + from_row(o, y);
+    for (size_t y = 0; y < o->height && strata_map; y++) {
+        const uint8_t *strata = strata_map + from_row(o, y);
         float *to = out + to_row(o, y);
-        for (size_t x = 0; x < o->width; x++) to[x] += (float)side[x] * (float)side[x];
+        for (size_t x = 0; x < o->width; x++) to[x] += (float)strata[x] * (float)strata[x];
     }
 }
 
@@ -221,9 +222,9 @@ static void gather_rays(const struct overlap *o, struct pass_counts counts)
 {
     const struct patch *p = o->patch;
     if (p->bounces)
-        gather_counts(o, counts.bounces, p->lens_paths ? NULL : counts.sides, p->bounces);
+        gather_counts(o, counts.bounces, p->lens_paths ? NULL : counts.strata_map, p->bounces);
     if (p->glossy_rays) gather_counts(o, counts.bounces, counts.lobes, p->glossy_rays);
-    if (p->lens_paths) gather_counts(o, 0, counts.sides, p->lens_paths);
+    if (p->lens_paths) gather_counts(o, 0, counts.strata_map, p->lens_paths);
 }
 
 static void gather_paths(const struct overlap *o, struct pass_counts counts)

@@ -35,7 +35,7 @@ static void add(float *to, const float *from, size_t area)
 /* What two means weigh. */
 struct weights {
     float own, more;
-    const uint8_t *sides; /* squared `more` of each pixel; NULL: all have the same */
+    const uint8_t *strata_map; /* squared `more` of each pixel; NULL: all have the same */
 };
 
 #define RUN 64 /* pixels whose halves are numbers at a time */
@@ -49,7 +49,9 @@ static void merge_means(uint16_t *to, const uint16_t *from, size_t area, const s
         half_to_floats(to + done, a, n);
         half_to_floats(from + done, b, n);
         for (size_t i = 0; i < n; i++)
-            more[i] = w->sides ? (float)w->sides[done + i] * (float)w->sides[done + i] : w->more;
+            more[i] = w->strata_map
+                          ? (float)w->strata_map[done + i] * (float)w->strata_map[done + i]
+                          : w->more;
         for (size_t i = 0; i < n; i++) a[i] += more[i] / (w->own + more[i]) * (b[i] - a[i]);
         half_from_floats(a, to + done, n);
     }
@@ -76,18 +78,18 @@ static bool weigh(const struct addition *a, enum samples_merge merge, uint32_t c
     const uint32_t own = a->sum_counts.bounces, more = a->more_counts.bounces;
     switch (merge) {
     case SAMPLES_MEAN:
-        *w = (struct weights){(float)own, (float)more, a->more_counts.sides};
+        *w = (struct weights){(float)own, (float)more, a->more_counts.strata_map};
         break;
     case SAMPLES_MEAN_LOBES:
         *w = (struct weights){(float)own, (float)more, a->more_counts.lobes};
         break;
     case SAMPLES_MEAN_LENS:
-        *w = (struct weights){(float)a->sum->layout.lens_strata, 0.0f, a->more_counts.sides};
+        *w = (struct weights){(float)a->sum->layout.lens_strata, 0.0f, a->more_counts.strata_map};
         break;
     default: /* the mean over even rays, then over odd ones, of which there may be one less */
         *w = (struct weights){(float)(c < 3 ? own - own / 2 : own / 2), 0.5f * (float)more, NULL};
     }
-    return w->more > 0.0f || w->sides;
+    return w->more > 0.0f || w->strata_map;
 }
 
 static void merge_component(const struct addition *a, enum samples_merge merge, uint32_t c,
@@ -105,7 +107,7 @@ static void merge_component(const struct addition *a, enum samples_merge merge, 
         if (a->more_counts.bounces > 0) take_nearer(to, from, a->area);
         break;
     case SAMPLES_LATEST:
-        if (a->more_counts.sides) memcpy(to, from, a->area * sizeof(float));
+        if (a->more_counts.strata_map) memcpy(to, from, a->area * sizeof(float));
         break;
     default:
         if (weigh(a, merge, c, &weights)) merge_means(to, from, a->area, &weights);

@@ -5,9 +5,9 @@
 /* How many samples every pixel has. */
 struct pass_counts {
     uint32_t paths, bounces;
-    const uint8_t *sides; /* strata per axis of each pixel's second set, of bounce rays or paths
-                             through the lens; NULL: none. Borrowed */
-    const uint8_t *lobes; /* the same for rays of glossy lobes */
+    const uint8_t *strata_map; /* strata per axis of each pixel's second set, of bounce rays or
+                             paths through the lens; NULL: none. Borrowed */
+    const uint8_t *lobes;      /* the same for rays of glossy lobes */
     /* How many of the paths are in parts that PATH_SPLIT is made of, and the sum of the parts'
      * lengths over these paths. */
     uint64_t split, split_lengths;
@@ -18,8 +18,8 @@ static inline struct pass_counts pass_counts_of(const struct plan_pass *pass)
     const struct plan_split parts = plan_pass_split(pass);
     const uint64_t split = (uint64_t)parts.length * parts.count;
     return (struct pass_counts){.paths = pass->count,
-                                .bounces = pass->sides ? 0 : pass->strata * pass->strata,
-                                .sides = pass->sides,
+                                .bounces = pass->strata_map ? 0 : pass->strata * pass->strata,
+                                .strata_map = pass->strata_map,
                                 .lobes = pass->lobes,
                                 .split = split,
                                 .split_lengths = split * parts.length};
@@ -30,7 +30,7 @@ static inline void pass_counts_add(struct pass_counts *sum, const struct pass_co
 {
     sum->paths += more->paths;
     sum->bounces += more->bounces;
-    sum->sides = more->sides ? more->sides : sum->sides;
+    sum->strata_map = more->strata_map ? more->strata_map : sum->strata_map;
     sum->lobes = more->lobes ? more->lobes : sum->lobes;
     sum->split += more->split;
     sum->split_lengths += more->split_lengths;

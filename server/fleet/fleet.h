@@ -19,8 +19,8 @@ struct fleet_tile {
     struct plan_pass pass; /* first, count and strata all 0: the schedule's */
     struct rect rect;
     bool alone; /* its worker gets no other tile while it holds this one */
-    const uint8_t
-        *counts; /* the pass's sides as TILE has them; borrowed until it is sent; NULL: none */
+    const uint8_t *
+        counts; /* the pass's strata maps as TILE has them; borrowed until it is sent; NULL: none */
     uint32_t counts_bytes;
 };
 

@@ -72,7 +72,7 @@ int session_send_plan(struct session *s, const struct message_frame_plan *plan)
 int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now)
 {
     struct lease lease = {.tile = *tile, .since_ms = now, .answered_before = s->answered};
-    lease.tile.counts = lease.tile.pass.sides = lease.tile.pass.lobes =
+    lease.tile.counts = lease.tile.pass.strata_map = lease.tile.pass.lobes =
         NULL; /* not for the lease's life */
     int e = lease_add(&s->leases, &lease);
     if (e) return e;

@@ -43,7 +43,7 @@ static void make_record_head(const struct spool_key *key, const struct iovec pay
                                 key->first,
                                 key->count,
                                 key->strata,
-                                key->sides_crc,
+                                key->strata_crc,
                                 wire_frame_crc32c(crc, payload[1].iov_base, payload[1].iov_len)};
     for (int i = 0; i < 9; i++) put_u32(out + 4 * i, numbers[i]);
     put_u32(out + 36, wire_frame_crc32c(0, out + 4, 32));
@@ -61,7 +61,7 @@ static bool read_record_head(const uint8_t in[SPOOL_RECORD_HEAD_BYTES], struct s
     out->key.first = bytes_read_u32(&r);
     out->key.count = bytes_read_u32(&r);
     out->key.strata = bytes_read_u32(&r);
-    out->key.sides_crc = bytes_read_u32(&r);
+    out->key.strata_crc = bytes_read_u32(&r);
     out->payload_crc = bytes_read_u32(&r);
     const uint32_t crc = bytes_read_u32(&r);
     return magic == RECORD_MAGIC && crc == wire_frame_crc32c(0, in + 4, 32) &&

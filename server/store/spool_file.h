@@ -9,7 +9,7 @@
  *             40    4  CRC32C of what precedes
  *   record     0    4  magic "tile"
  *              4    4  payload length in bytes
- *              8   24  tile; pass: number, first, count, strata; CRC32C of its sides (plan.h)
+ *              8   24  tile; pass: number, first, count, strata; CRC32C of its strata maps (plan.h)
  *             32    4  CRC32C of the payload
  *             36    4  CRC32C of bytes 4..35
  *             40       payload
@@ -33,7 +33,7 @@
 struct spool_key {
     uint32_t tile;
     uint32_t pass, first, count, strata; /* struct plan_pass */
-    uint32_t sides_crc;                  /* 0: it has none */
+    uint32_t strata_crc;                 /* 0: it has none */
 };
 
 struct spool_record {

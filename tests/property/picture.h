@@ -35,7 +35,7 @@ struct image *picture_render(const struct property_case *c, const struct change 
 struct picture_facts {
     int integrator;                   /* enum plan_integrator */
     bool has_rounds;                  /* plan_has_rounds */
-    uint32_t most_rays, side_maps;    /* of adaptive sampling: a pixel's; plan_side_maps */
+    uint32_t most_rays, strata_maps;  /* of adaptive sampling: a pixel's; plan_strata_maps */
     uint32_t rounds;                  /* of a target, that have ended */
     uint64_t paths, bounces;          /* the same: samples of all pixels */
     uint64_t first_rays, second_rays; /* of adaptive sampling, of all pixels */

@@ -61,24 +61,24 @@ static void on_failed(void *ctx, struct frame *frame, const struct fault *fault)
 
 /* -- the worker -- */
 
-/* What a lease asks for, its sides unpacked as a worker does; these are the caller's. */
+/* What a lease asks for, its strata maps unpacked as a worker does; these are the caller's. */
 static struct plan_pass pass_of(const struct plan *plan, const struct fleet_tile *tile,
-                                uint8_t **sides)
+                                uint8_t **strata_maps)
 {
     struct plan_pass pass = tile->pass;
-    const uint32_t maps = plan_side_maps(plan);
+    const uint32_t maps = plan_strata_maps(plan);
     const int32_t width = rect_width(tile->rect), height = rect_height(tile->rect);
     const size_t area = (size_t)rect_area(tile->rect);
-    *sides = NULL;
+    *strata_maps = NULL;
     if (pass.first + pass.count + pass.strata == 0) return plan_scheduled_pass(plan, pass.number);
     if (!tile->counts) return pass;
-    *sides = malloc(maps * area);
-    if (!*sides) abort();
+    *strata_maps = malloc(maps * area);
+    if (!*strata_maps) abort();
     const int error =
-        count_map_unpack(tile->counts, tile->counts_bytes, maps, width, height, *sides);
+        count_map_unpack(tile->counts, tile->counts_bytes, maps, width, height, *strata_maps);
     if (error) die("second sets do not unpack", error);
-    pass.sides = *sides;
-    pass.lobes = maps > 1 ? *sides + area : NULL;
+    pass.strata_map = *strata_maps;
+    pass.lobes = maps > 1 ? *strata_maps + area : NULL;
     return pass;
 }
 
@@ -88,10 +88,11 @@ static void trace(struct session *s, const struct fleet_tile *tile)
         .frame_id = tile->frame_id, .index = tile->index, .generation = tile->generation};
     struct samples *samples;
     struct bytes_writer w;
-    uint8_t *sides;
-    const struct plan_pass pass = pass_of(s->plan, tile, &sides);
+    uint8_t *strata_maps;
+    const struct plan_pass pass = pass_of(s->plan, tile, &strata_maps);
     int error = plan_pass_check(s->plan, &pass);
-    if (!error && pass.sides) error = plan_sides_check(&pass, (size_t)rect_area(tile->rect));
+    if (!error && pass.strata_map)
+        error = plan_strata_map_check(&pass, (size_t)rect_area(tile->rect));
     if (error) die("a pass that no worker takes", error);
     error = tile_trace_pass(s->tracer,
                             &(struct tile_job){.scene = s->scene,
@@ -106,7 +107,7 @@ static void trace(struct session *s, const struct fleet_tile *tile)
     error = samples_pack(samples, PACKING_SMALL, &w, NULL);
     if (error) die("samples cannot be packed", error);
     samples_destroy(&samples);
-    free(sides);
+    free(strata_maps);
     result.samples = w.data;
     result.samples_bytes = (uint32_t)w.size_bytes;
     const uint32_t verdict = frame_result(s->frame, 1, &result, &w.data, (uint32_t)w.size_bytes);

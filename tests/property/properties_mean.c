@@ -181,7 +181,7 @@ static bool within(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]
              (unsigned long long)f->bounces, (unsigned long long)rays,
              (unsigned long long)f->lens_paths);
     if (c->most > 0 && (f->paths > pixels * most || f->bounces > pixels * most)) return false;
-    return rays <= pixels * f->side_maps * f->most_rays &&
+    return rays <= pixels * f->strata_maps * f->most_rays &&
            f->lens_paths <= pixels * (uint64_t)c->lens_more;
 }
 

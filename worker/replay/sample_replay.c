@@ -42,7 +42,7 @@ static void find_kind(const struct plan *plan, uint32_t sample, struct path_reco
     if (plan->lens_extra == 0 || sample < LENS_MORE_FIRST) return;
     record->kind = PATH_RECORD_LENS_MORE;
     record->first = LENS_MORE_FIRST;
-    record->last = LENS_MORE_FIRST + PLAN_LENS_SIDE * PLAN_LENS_SIDE - 1;
+    record->last = LENS_MORE_FIRST + PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA - 1;
 }
 
 static int check(const struct plan *plan, const struct environment *environment, int32_t x,

@@ -52,7 +52,7 @@ static void free_tile(struct leases *leases, struct leased_tile *t)
     unlink_tile(leases, t);
     bytes_writer_fini(&t->packed);
     shared_buffer_unref(&t->samples);
-    free(t->sides);
+    free(t->strata_maps);
     free(t);
     if (--f->tiles == 0 && f->gone) free_frame(leases, f);
 }

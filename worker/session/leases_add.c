@@ -51,16 +51,16 @@ static int check_tile(const struct leases *leases, const struct leased_frame *f,
         rect_height(r) > LIMIT_TILE_SIDE_PX)
         return ERR_RANGE;
     int e = plan_pass_check(&f->plan, pass);
-    if (!e && pass->sides) e = plan_sides_check(pass, (size_t)rect_area(r));
+    if (!e && pass->strata_map) e = plan_strata_map_check(pass, (size_t)rect_area(r));
     if (e) return e;
     return leases->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
-/* The sides of a lease's pass, map by map as the plan has them; NULL where it has none. */
-static int unpack_sides(const struct plan *plan, const struct message_tile *m, uint8_t **out)
+/* The strata maps of a lease's pass, map by map as the plan has them; NULL where it has none. */
+static int unpack_strata_maps(const struct plan *plan, const struct message_tile *m, uint8_t **out)
 {
     const int32_t width = rect_width(m->rect), height = rect_height(m->rect);
-    const uint32_t maps = plan_side_maps(plan);
+    const uint32_t maps = plan_strata_maps(plan);
     if (m->counts_bytes == 0) return 0;
     if (maps == 0) return ERR_RANGE;
     if (width < 1 || height < 1 || width > LIMIT_TILE_SIDE_PX || height > LIMIT_TILE_SIDE_PX)
@@ -71,7 +71,8 @@ static int unpack_sides(const struct plan *plan, const struct message_tile *m, u
 }
 
 static int begin_tile(struct leases *leases, struct leased_frame *f, uint64_t request_id,
-                      const struct message_tile *m, const struct plan_pass *pass, uint8_t *sides)
+                      const struct message_tile *m, const struct plan_pass *pass,
+                      uint8_t *strata_maps)
 {
     const bool held = frame_blobs_take(&f->blobs, leases->cache, &f->plan);
     struct leased_tile *t = held ? calloc(1, sizeof *t) : NULL;
@@ -81,7 +82,7 @@ static int begin_tile(struct leases *leases, struct leased_frame *f, uint64_t re
     t->lease = *m;
     t->lease.pass = *pass;
     t->lease.counts = NULL; /* borrowed from the message */
-    t->sides = sides;
+    t->strata_maps = strata_maps;
     t->request_id = request_id;
     t->state = TILE_WAITING;
     bytes_writer_init(&t->packed);
@@ -97,13 +98,14 @@ int leases_add_tile(struct leases *leases, uint64_t request_id, const struct mes
 {
     struct leased_frame *f = leases_find_frame(leases, m->frame_id);
     struct plan_pass pass = {0};
-    uint8_t *sides = NULL;
-    int e = f ? unpack_sides(&f->plan, m, &sides) : ERR_STATE;
+    uint8_t *strata_maps = NULL;
+    int e = f ? unpack_strata_maps(&f->plan, m, &strata_maps) : ERR_STATE;
     if (!e) pass = pass_of(&f->plan, m);
-    pass.sides = sides;
-    if (!e && sides && plan_side_maps(&f->plan) > 1) pass.lobes = sides + rect_area(m->rect);
+    pass.strata_map = strata_maps;
+    if (!e && strata_maps && plan_strata_maps(&f->plan) > 1)
+        pass.lobes = strata_maps + rect_area(m->rect);
     if (!e) e = check_tile(leases, f, m, &pass);
-    if (!e) e = begin_tile(leases, f, request_id, m, &pass, sides);
-    if (e) free(sides);
+    if (!e) e = begin_tile(leases, f, request_id, m, &pass, strata_maps);
+    if (e) free(strata_maps);
     return e;
 }

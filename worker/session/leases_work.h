@@ -26,7 +26,7 @@ struct leased_tile {
     enum tile_state state;
     uint64_t request_id;
     struct message_tile lease;
-    uint8_t *sides; /* owned; of a pass that has them, map after map */
+    uint8_t *strata_maps; /* owned; of a pass that has them, map after map */
     _Atomic bool stop;
     const void *scene, *environment;
     struct bytes_writer packed;

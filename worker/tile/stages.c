@@ -44,7 +44,7 @@ static bool is_listed(const struct render_scene *scene, const struct plan *plan)
 /* With bounce rays, but those of second sets. */
 static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
 {
-    return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->sides;
+    return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->strata_map;
 }
 
 void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,
@@ -59,7 +59,7 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
                     plan->light_planes != 0),
         .lights = first,
         .lens = first && plan->lens_strata_per_axis > 0,
-        .more = pass->sides && plan->lens_extra > 0,
+        .more = pass->strata_map && plan->lens_extra > 0,
         .pass = *pass,
         .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
         .glossy = traces_lobes(plan, pass),
@@ -67,7 +67,7 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
         .count = plan->paths.spp > 0 ? pass->count : 0};
     out->centres = out->centres || out->bounces;
     out->vertices = out->bounces || plan->paths.without_diffuse_direct || out->glossy ||
-                    pass->sides || plan->lens_mirrors > 0 ||
+                    pass->strata_map || plan->lens_mirrors > 0 ||
                     (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     out->albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0;
     out->paths = *parts;
@@ -83,7 +83,7 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     out->field = out->paths;
     out->field.field = true;
     out->field.strata = pass->strata;
-    out->field.sides = pass->sides;
+    out->field.strata_map = pass->strata_map;
     out->field.lobes = pass->lobes;
     out->field.pass = pass->number;
     out->field.listed = is_listed(scene, plan);

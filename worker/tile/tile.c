@@ -108,7 +108,8 @@ static int check_job(const struct tile_job *job)
     const int e = rect_fits(plan, job->rect) ? plan_pass_check(plan, job->pass) : ERR_RANGE;
     if (e) return e;
     if (plan->environment.kind == ENVIRONMENT_MAP && !job->environment) return ERR_MISSING;
-    return job->pass->sides ? plan_sides_check(job->pass, (size_t)rect_area(job->rect)) : 0;
+    return job->pass->strata_map ? plan_strata_map_check(job->pass, (size_t)rect_area(job->rect))
+                                 : 0;
 }
 
 static int create_samples(const struct tile_job *job, struct samples **out)

@@ -219,11 +219,11 @@ static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
         glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
 }
 
-/* Which of the kept lanes have a side in the pass's map; the map may be NULL. */
-static void find_asked(const struct block *b, const uint8_t *sides, struct lanes_mask *asked)
+/* Which of the kept lanes have strata in the pass's map; the map may be NULL. */
+static void find_asked(const struct block *b, const uint8_t *strata_map, struct lanes_mask *asked)
 {
     for (int i = 0; i < LANES; i++)
-        asked->on[i] = sides && b->kept.on[i] && sides[b->element[i]] > 0 ? -1 : 0;
+        asked->on[i] = strata_map && b->kept.on[i] && strata_map[b->element[i]] > 0 ? -1 : 0;
 }
 
 /* A second set of bounce rays, from pixels that reflect something, and of rays of glossy lobes:
@@ -234,7 +234,7 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
 {
     const struct block *b = &t->block;
     struct lanes_mask asked, lobed, either;
-    find_asked(b, stages->pass.sides, &asked);
+    find_asked(b, stages->pass.strata_map, &asked);
     find_asked(b, stages->pass.lobes, &lobed);
     for (int i = 0; i < LANES; i++) either.on[i] = asked.on[i] | lobed.on[i];
     const uint32_t pixels = lanes_count(&either);
@@ -285,7 +285,7 @@ static void trace_paths(struct tile_tracer *t, const struct stages *stages, stru
 
 bool tile_sees_centres(const struct stages *stages)
 {
-    return stages->centres && !stages->more && !stages->pass.sides;
+    return stages->centres && !stages->more && !stages->pass.strata_map;
 }
 
 void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const struct plan *plan,
@@ -293,8 +293,9 @@ void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const 
                       struct counters *counters)
 {
     if (stages->more)
-        lens_more_trace(&stages->whole, &t->block, stages->pass.sides, &t->more, &t->path, samples);
-    else if (stages->pass.sides)
+        lens_more_trace(&stages->whole, &t->block, stages->pass.strata_map, &t->more, &t->path,
+                        samples);
+    else if (stages->pass.strata_map)
         trace_second_set(t, stages, plan, samples, counters);
     else if (tile_sees_centres(stages))
         trace_centres(t, stages, plan, camera, samples, counters);

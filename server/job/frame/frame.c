@@ -210,9 +210,9 @@ uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, 
     const uint32_t lens = pass->number == 0 ? plan->lens_strata_per_axis : 0;
     const uint32_t field = pass->count + pass->strata * pass->strata;
     uint64_t rays = 0;
-    if (!pass->sides)
+    if (!pass->strata_map)
         return (uint64_t)(lens > 0 ? field + lens * lens : frame_pass_samples(pass)) * area;
-    for (uint32_t i = 0; i < area; i++) rays += (uint64_t)pass->sides[i] * pass->sides[i];
+    for (uint32_t i = 0; i < area; i++) rays += (uint64_t)pass->strata_map[i] * pass->strata_map[i];
     for (uint32_t i = 0; i < area && pass->lobes; i++)
         rays += (uint64_t)pass->lobes[i] * pass->lobes[i];
     return rays;
@@ -254,7 +254,7 @@ static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct
                                .rect = tile_grid_rect(&f->grid, tile)};
     out->pass.number = number;
     if (number >= plan_pass_count(&f->plan)) out->pass = frame_pass(f, tile, number);
-    if (out->pass.sides) {
+    if (out->pass.strata_map) {
         out->counts = f->adaptive.packed.data + f->adaptive.tiles[tile].packed;
         out->counts_bytes = f->adaptive.tiles[tile].packed_bytes;
     }

@@ -20,7 +20,7 @@ struct block_task {
                                      these are added to, or NULL */
     bool drawn;                   /* the former */
     struct block_measure measure; /* of a frame with a target */
-    uint8_t *sides;               /* owned; of a frame that wants them, map by map */
+    uint8_t *strata_maps;         /* owned; of a frame that wants them, map by map */
     uint32_t measured;            /* with them: pixels that bounce rays left, and lobes' rays */
     struct block_statistics statistics;
     int error;
@@ -43,14 +43,14 @@ static void make_view(const struct image *image, struct rect rect, float *pixels
     }
 }
 
-static int find_sides(struct block_task *t, const struct patch *patch)
+static int find_strata_maps(struct block_task *t, const struct patch *patch)
 {
     const struct plan *plan = &t->frame->plan;
-    const int error = indirect_adaptive_find(plan, patch, t->rect, t->sides);
+    const int error = indirect_adaptive_find(plan, patch, t->rect, t->strata_maps);
     t->measured = (uint32_t)patch_count_measured(patch, t->rect);
     if (error || t->frame->adaptive.maps < 2) return error;
     t->measured += (uint32_t)patch_count_glossy(patch, t->rect);
-    return indirect_adaptive_find_lobes(plan, patch, t->rect, t->sides + rect_area(t->rect));
+    return indirect_adaptive_find_lobes(plan, patch, t->rect, t->strata_maps + rect_area(t->rect));
 }
 
 static int reconstruct(struct block_task *t)
@@ -71,15 +71,15 @@ static int reconstruct(struct block_task *t)
         t->measure.variance[k] = t->pixels + area * (measured ? channels + k : 0);
     t->measure.luminance = t->pixels + area * (measured ? channels + ERROR_SOURCE_COUNT : 0);
     int error = film_gather(f->film, t->block, &patch);
-    if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->sides;
+    if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
     if (!error) patch->lens_drawn = t->drawn;
     if (!error && measured)
         error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->sides && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
-        error = find_sides(t, patch);
+    if (!error && t->strata_maps && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
+        error = find_strata_maps(t, patch);
     patch_destroy(&patch);
     return error;
 }
@@ -154,7 +154,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     copy_pixels(t, f->image);
     f->blocks_drawn++;
     if (frame_has_target(f)) frame_target_keep(f, t->rect, &t->measure);
-    if (t->sides) frame_adaptive_keep(f, t->block, t->sides, t->measured);
+    if (t->strata_maps) frame_adaptive_keep(f, t->block, t->strata_maps, t->measured);
     if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
     if (film_block_done(f->film, t->block) && !frame_has_rounds(f)) {
@@ -185,7 +185,7 @@ static void block_done(struct pool_task *task)
     if (frame_task_over(f)) block_over(f, t);
     scratch_give(f->scratch, t->pixels);
     (void)frame_task_over(f);
-    free(t->sides);
+    free(t->strata_maps);
     free(t);
 }
 
@@ -198,9 +198,10 @@ static int submit_block(struct frame *f, uint32_t block)
     t->frame = f;
     t->block = block;
     int error = 0;
-    if (frame_wants_sides(f)) {
-        t->sides = calloc(f->adaptive.maps * (size_t)rect_area(t->rect), sizeof *t->sides);
-        if (!t->sides) error = ERR_MEMORY;
+    if (frame_wants_strata_maps(f)) {
+        t->strata_maps =
+            calloc(f->adaptive.maps * (size_t)rect_area(t->rect), sizeof *t->strata_maps);
+        if (!t->strata_maps) error = ERR_MEMORY;
     } else if (f->plan.lens_extra > 0) {
         error = take_pixels(f->scratch, t, f->image);
     }

@@ -32,7 +32,8 @@ static struct spool_key key_of(const struct frame *f, uint32_t tile, const struc
                             .count = pass->count,
                             .strata = pass->strata};
     const size_t area = (size_t)rect_area(tile_grid_rect(&f->grid, tile));
-    if (pass->sides) key.sides_crc = wire_frame_crc32c(0, pass->sides, area * f->adaptive.maps);
+    if (pass->strata_map)
+        key.strata_crc = wire_frame_crc32c(0, pass->strata_map, area * f->adaptive.maps);
     return key;
 }
 

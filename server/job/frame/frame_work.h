@@ -31,9 +31,9 @@ struct frame_target {
 
 /* The second set of rays, or of paths through the lens, of a tile. */
 struct frame_adaptive_tile {
-    const uint8_t *sides; /* of its pixels, row by row, map after map; in frame_adaptive */
-    uint32_t most;        /* of these */
-    size_t packed;        /* where its count maps begin in `packed` */
+    const uint8_t *strata_maps; /* of its pixels, row by row, map after map; in frame_adaptive */
+    uint32_t most;              /* of these */
+    size_t packed;              /* where its count maps begin in `packed` */
     uint32_t packed_bytes;
     uint64_t rays;
 };
@@ -41,11 +41,11 @@ struct frame_adaptive_tile {
 /* The second sets of a frame that has some. They are of bounce rays (plan_adaptive), with rays of
  * glossy lobes where the plan has a second map, or of paths through the lens. */
 struct frame_adaptive {
-    uint32_t maps;      /* plan_side_maps */
-    uint8_t *pixels;    /* owned; l of the second set, map by map of the whole image as blocks are
-                           drawn; of lenses levels of lens_extra.h until it is decided */
-    uint8_t *sides;     /* owned; the same, tile by tile */
-    uint32_t *measured; /* owned; first sets of each block's pixels */
+    uint32_t maps;        /* plan_strata_maps */
+    uint8_t *pixels;      /* owned; l of the second set, map by map of the whole image as blocks are
+                             drawn; of lenses levels of lens_extra.h until it is decided */
+    uint8_t *strata_maps; /* owned; the same, tile by tile */
+    uint32_t *measured;   /* owned; first sets of each block's pixels */
     struct frame_adaptive_tile *tiles; /* owned */
     struct bytes_writer packed;        /* count_map.h, tile by tile */
     uint64_t rays;                     /* of all second sets; once decided */
@@ -194,12 +194,13 @@ static inline bool frame_is_adaptive(const struct frame *f)
     return f->adaptive.pixels != NULL;
 }
 /* Returns whether a block that is drawn now has to choose its pixels' second sets. */
-static inline bool frame_wants_sides(const struct frame *f)
+static inline bool frame_wants_strata_maps(const struct frame *f)
 {
     return frame_is_adaptive(f) && !f->adaptive.decided;
 }
 /* Keeps a block's second sets, map by map, row by row. */
-void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *sides, uint32_t measured);
+void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *strata_maps,
+                         uint32_t measured);
 /* Decides as frame_target_decide does. *error: ERR_MEMORY. */
 bool frame_adaptive_decide(struct frame *f, int *error);
 void frame_adaptive_count(struct frame *f);

@@ -231,7 +231,7 @@ static uint32_t bounces_of(double more)
     return whole * CHUNK + l * l;
 }
 
-static uint32_t side_of(uint32_t bounces)
+static uint32_t strata_of(uint32_t bounces)
 {
     uint32_t l = 0;
     while (l * l < bounces) l += 2;
@@ -252,7 +252,7 @@ static uint32_t more_of(const struct rounds *r, const struct kind *k, int kind, 
     }
     uint32_t bounces = bounces_of((wanted - 1.0) * k->n);
     while (bounces > left) { /* the next less that passes can have */
-        const uint32_t rest = bounces % CHUNK, l = side_of(rest ? rest : CHUNK);
+        const uint32_t rest = bounces % CHUNK, l = strata_of(rest ? rest : CHUNK);
         bounces -= rest ? rest : CHUNK;
         bounces += (l - 2) * (l - 2);
     }
@@ -382,7 +382,7 @@ struct plan_pass rounds_pass(const struct rounds *r, uint32_t tile, uint32_t num
     const uint32_t paths_left = paths->more > before ? paths->more - before : 0;
     const uint32_t bounces_left = bounces->more > before ? bounces->more - before : 0;
     pass.count = paths_left < CHUNK ? paths_left : CHUNK;
-    pass.strata = side_of(bounces_left < CHUNK ? bounces_left : CHUNK);
+    pass.strata = strata_of(bounces_left < CHUNK ? bounces_left : CHUNK);
     if (pass.count == 0) pass.first = 0;
     return pass;
 }

@@ -87,12 +87,12 @@ float indirect_adaptive_least(float mu, uint32_t first)
     return (float)first * (by * by * by);
 }
 
-uint32_t indirect_adaptive_side(float rays, uint32_t first, uint32_t most)
+uint32_t indirect_adaptive_strata(float rays, uint32_t first, uint32_t most)
 {
     if (!(rays > (float)first) || most <= first) return 0;
     const float asked = fminf(rays, (float)most) - (float)first;
     uint32_t l = (uint32_t)(sqrtf(asked) + 0.5f);
-    while (l > PLAN_SIDE_MOST || l * l > most - first) l--;
+    while (l > PLAN_STRATA_MOST || l * l > most - first) l--;
     return l;
 }
 
@@ -122,20 +122,20 @@ static void load_far(const struct adaptive *a)
     }
 }
 
-static uint32_t side_of(const struct adaptive *a, const struct indirect_bandlimit *band, float near,
-                        float far, float pixel)
+static uint32_t strata_of(const struct adaptive *a, const struct indirect_bandlimit *band,
+                          float near, float far, float pixel)
 {
     const uint32_t l = a->plan->indirect_strata_per_axis;
     if (!(pixel > 0.0f && near > 0.0f && far > 0.0f)) return 0;
     const float least = a->near_px * pixel;
     const struct indirect_span span = {fmaxf(1.0f / near, least), fmaxf(far, least), pixel};
     const float mu = a->plan->adaptive.mu, rays = indirect_adaptive_rays(band, mu, &span);
-    return indirect_adaptive_side(fmaxf(rays, indirect_adaptive_least(mu, l * l)), l * l,
-                                  a->plan->adaptive.rays_most);
+    return indirect_adaptive_strata(fmaxf(rays, indirect_adaptive_least(mu, l * l)), l * l,
+                                    a->plan->adaptive.rays_most);
 }
 
 static void find_row(const struct adaptive *a, const struct indirect_kernels *kernels, int32_t y,
-                     uint8_t *sides)
+                     uint8_t *strata_map)
 {
     const struct indirect_run run =
         indirect_neighbourhood_run(a->around, a->inner, y, false, INDIRECT_NEAR_PX);
@@ -149,13 +149,13 @@ static void find_row(const struct adaptive *a, const struct indirect_kernels *ke
     for (size_t i = 0; i < (size_t)rect_width(a->inner); i++) {
         if (a->alpha && a->alpha[from + i] != of)
             band = indirect_bandlimit_facets(of = a->alpha[from + i]);
-        sides[i] = (uint8_t)side_of(a, &band, near[run.first + i], far[run.first + i],
-                                    a->around->pixel[run.first + i]);
+        strata_map[i] = (uint8_t)strata_of(a, &band, near[run.first + i], far[run.first + i],
+                                           a->around->pixel[run.first + i]);
     }
 }
 
 static int find(const struct plan *plan, const struct patch *patch, const float *alpha,
-                struct rect inner, uint8_t *sides)
+                struct rect inner, uint8_t *strata_map)
 {
     struct indirect_neighbourhood around;
     const struct rect common = rect_intersect(inner, patch->rect);
@@ -174,24 +174,24 @@ static int find(const struct plan *plan, const struct patch *patch, const float 
                                .alpha = alpha,
                                .near_px = INDIRECT_ADAPTIVE_NEAR_PX * lines};
     load_far(&a);
-    for (int32_t y = inner.y0; y < inner.y1; y++, sides += rect_width(inner))
-        find_row(&a, KERNELS_BEST(indirect_kernels), y, sides);
+    for (int32_t y = inner.y0; y < inner.y1; y++, strata_map += rect_width(inner))
+        find_row(&a, KERNELS_BEST(indirect_kernels), y, strata_map);
     indirect_neighbourhood_fini(&around);
     return 0;
 }
 
 int indirect_adaptive_find(const struct plan *plan, const struct patch *patch, struct rect inner,
-                           uint8_t *sides)
+                           uint8_t *strata_map)
 {
-    return find(plan, patch, NULL, inner, sides);
+    return find(plan, patch, NULL, inner, strata_map);
 }
 
 int indirect_adaptive_find_lobes(const struct plan *plan, const struct patch *patch,
-                                 struct rect inner, uint8_t *sides)
+                                 struct rect inner, uint8_t *strata_map)
 {
     struct patch lobes = *patch;
     if (!patch->glossy_alpha) return ERR_RANGE;
     lobes.bounce_distance_min = patch->glossy_near;
     lobes.bounce_distance_max = patch->glossy_far;
-    return find(plan, &lobes, patch->glossy_alpha, inner, sides);
+    return find(plan, &lobes, patch->glossy_alpha, inner, strata_map);
 }

@@ -69,16 +69,16 @@ float indirect_adaptive_least(float mu, uint32_t first);
 
 /* Returns the strata per axis of a pixel's second set: n - first, rounded to a square. The pixel
  * asks for `rays` in all, has `first` and may get `most`. */
-uint32_t indirect_adaptive_side(float rays, uint32_t first, uint32_t most);
+uint32_t indirect_adaptive_strata(float rays, uint32_t first, uint32_t most);
 
 /* Computes the strata per axis of every pixel's second set over `inner`, row by row; 0 where the
  * first set is enough or met nothing. Receivers are Lambertian, and the plan is of
  * INDIRECT_FILTER_ADAPTIVE. The patch holds the first set of `inner` and INDIRECT_NEAR_PX around.
  * ERR_MEMORY; ERR_RANGE without such planes. */
 int indirect_adaptive_find(const struct plan *plan, const struct patch *patch, struct rect inner,
-                           uint8_t *sides);
+                           uint8_t *strata_map);
 
 /* Does the same for rays of glossy lobes, by their distances and their facets' bandlimits. The plan
- * has two maps of sides. */
+ * has two strata maps. */
 int indirect_adaptive_find_lobes(const struct plan *plan, const struct patch *patch,
-                                 struct rect inner, uint8_t *sides);
+                                 struct rect inner, uint8_t *strata_map);

@@ -47,7 +47,7 @@ struct patch {
      * under which pixels may differ. */
     float *bounces;
     float *glossy_rays;       /* of the lobe */
-    float *lens_paths;        /* of lens_more: 0 or PLAN_LENS_SIDE squared */
+    float *lens_paths;        /* of lens_more: 0 or PLAN_LENS_EXTRA_STRATA squared */
     struct patch_paths paths; /* also without rounds */
     struct patch_light lights[LIMIT_LIGHTS];
     bool lens_drawn;      /* whether the picture holds the filtered first sets */

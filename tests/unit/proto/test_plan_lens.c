@@ -116,25 +116,27 @@ TEST(lens_extra_is_checked)
 TEST(second_sets_through_the_lens_are_checked)
 {
     static struct plan plan;
-    static const uint8_t sides[] = {0, 6, 0, 6};
+    static const uint8_t strata_map[] = {0, 6, 0, 6};
     plan_case(&plan);
     EXTRA;
     const uint32_t last = plan_pass_count(&plan);
-    struct plan_pass pass = {.number = last, .strata = PLAN_LENS_SIDE, .sides = sides};
+    struct plan_pass pass = {
+        .number = last, .strata = PLAN_LENS_EXTRA_STRATA, .strata_map = strata_map};
     assert_true(plan_has_rounds(&plan));
-    assert_int_equal(plan_side_maps(&plan), 1); /* though it asks how far lobes see */
+    assert_int_equal(plan_strata_maps(&plan), 1); /* though it asks how far lobes see */
     assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_MORE);
     assert_int_equal(plan_pass_check(&plan, &pass), 0);
-    assert_int_equal(plan_sides_check(&pass, 4), 0);
-    pass.lobes = sides;
+    assert_int_equal(plan_strata_map_check(&pass, 4), 0);
+    pass.lobes = strata_map;
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
     pass.lobes = NULL;
     pass.strata = 5;
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
     pass.strata = 7;
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
-    pass = (struct plan_pass){.number = last + 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    pass = (struct plan_pass){
+        .number = last + 1, .strata = PLAN_LENS_EXTRA_STRATA, .strata_map = strata_map};
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
-    pass = (struct plan_pass){.number = last, .strata = PLAN_LENS_SIDE};
+    pass = (struct plan_pass){.number = last, .strata = PLAN_LENS_EXTRA_STRATA};
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
 }

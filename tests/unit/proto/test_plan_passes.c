@@ -6,22 +6,22 @@
 #include "tests/unit/proto/plan_wire.h"
 #include "tests/unit/unit.h"
 
-/* The second set follows the schedule, once, with sides. */
+/* The second set follows the schedule, once, with a strata map. */
 TEST(second_sets_are_checked)
 {
     static struct plan plan;
-    static const uint8_t sides[] = {0, 3, 9, 1};
+    static const uint8_t strata_map[] = {0, 3, 9, 1};
     plan_case(&plan);
     ADAPTIVE;
     plan.planes &= ~PLANE_BIT(GLOSSY_SPAN);
     const uint32_t last = plan_pass_count(&plan);
     struct plan_pass pass;
     assert_true(plan_has_rounds(&plan));
-    assert_int_equal(plan_side_maps(&plan), 1);
+    assert_int_equal(plan_strata_maps(&plan), 1);
     assert_int_equal(plan_pass_planes(&plan, last), PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
 #define SECOND(change, code)                                                                       \
     do {                                                                                           \
-        pass = (struct plan_pass){.number = last, .strata = 9, .sides = sides};                    \
+        pass = (struct plan_pass){.number = last, .strata = 9, .strata_map = strata_map};          \
         change;                                                                                    \
         assert_int_equal(plan_pass_check(&plan, &pass), code);                                     \
     } while (0)
@@ -34,27 +34,27 @@ TEST(second_sets_are_checked)
     SECOND(pass.number = LIMIT_PASSES, ERR_LIMIT);
     SECOND(pass.count = 1, ERR_RANGE);
     SECOND(pass.first = 1, ERR_RANGE);
-    SECOND(pass.sides = NULL, ERR_RANGE);
-    SECOND(pass.lobes = sides, ERR_RANGE); /* the plan does not ask how far they see */
+    SECOND(pass.strata_map = NULL, ERR_RANGE);
+    SECOND(pass.lobes = strata_map, ERR_RANGE); /* the plan does not ask how far they see */
     plan.adaptive.rays_most = LIMIT_SPP;
-    SECOND(pass.strata = PLAN_SIDE_MOST, 0);
-    SECOND(pass.strata = PLAN_SIDE_MOST + 1, ERR_LIMIT);
+    SECOND(pass.strata = PLAN_STRATA_MOST, 0);
+    SECOND(pass.strata = PLAN_STRATA_MOST + 1, ERR_LIMIT);
     SECOND(pass.strata = UINT32_MAX, ERR_LIMIT);
     SECOND((void)0, 0);
-    assert_int_equal(plan_sides_check(&pass, 4), 0);
-    assert_int_equal(plan_sides_check(&pass, 2), ERR_RANGE); /* none of them is the largest */
+    assert_int_equal(plan_strata_map_check(&pass, 4), 0);
+    assert_int_equal(plan_strata_map_check(&pass, 2), ERR_RANGE); /* none of them is the largest */
     pass.strata = 8;
-    assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* one of them is above it */
+    assert_int_equal(plan_strata_map_check(&pass, 4), ERR_RANGE); /* one of them is above it */
     struct plan_pass first = plan_scheduled_pass(&plan, 0);
     assert_int_equal(plan_pass_check(&plan, &first), 0);
-    first.sides = sides;
+    first.strata_map = strata_map;
     assert_int_equal(plan_pass_check(&plan, &first), ERR_RANGE);
-    first.sides = NULL;
-    first.lobes = sides;
+    first.strata_map = NULL;
+    first.lobes = strata_map;
     assert_int_equal(plan_pass_check(&plan, &first), ERR_RANGE);
     plan.indirect_filter = INDIRECT_FILTER_LINEAR;
     SECOND((void)0, ERR_RANGE);
-    assert_int_equal(plan_side_maps(&plan), 0);
+    assert_int_equal(plan_strata_maps(&plan), 0);
     assert_false(plan_has_rounds(&plan));
 #undef SECOND
 }
@@ -65,23 +65,23 @@ TEST(second_sets_of_lobes_are_checked)
     static struct plan plan;
     static const uint8_t few[] = {0, 3, 1, 2}, many[] = {9, 0, 0, 1};
     plan_case(&plan);
-    assert_int_equal(plan_side_maps(&plan), 0);
+    assert_int_equal(plan_strata_maps(&plan), 0);
     ADAPTIVE;
     const uint32_t last = plan_pass_count(&plan);
-    assert_int_equal(plan_side_maps(&plan), 2);
+    assert_int_equal(plan_strata_maps(&plan), 2);
     assert_int_equal(plan_pass_planes(&plan, last),
                      PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN) | PLANE_BIT(GLOSSY_MEAN));
-    struct plan_pass pass = {.number = last, .strata = 9, .sides = few, .lobes = many};
+    struct plan_pass pass = {.number = last, .strata = 9, .strata_map = few, .lobes = many};
     assert_int_equal(plan_pass_check(&plan, &pass), 0);
-    assert_int_equal(plan_sides_check(&pass, 4), 0);
-    pass.sides = many;
+    assert_int_equal(plan_strata_map_check(&pass, 4), 0);
+    pass.strata_map = many;
     pass.lobes = few;
-    assert_int_equal(plan_sides_check(&pass, 4), 0);
-    pass.sides = few;
-    assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* none of them is the largest */
+    assert_int_equal(plan_strata_map_check(&pass, 4), 0);
+    pass.strata_map = few;
+    assert_int_equal(plan_strata_map_check(&pass, 4), ERR_RANGE); /* none of them is the largest */
     pass.lobes = many;
     pass.strata = 8;
-    assert_int_equal(plan_sides_check(&pass, 4), ERR_RANGE); /* one of them is above it */
+    assert_int_equal(plan_strata_map_check(&pass, 4), ERR_RANGE); /* one of them is above it */
     pass.lobes = NULL;
     assert_int_equal(plan_pass_check(&plan, &pass), ERR_RANGE);
 }

@@ -279,16 +279,16 @@ static void strata_of_plane(struct indirect_scratch *s)
 static void deal_rays(struct bounce *b, const struct pattern *pattern, struct strata *strata)
 {
     const struct path_context *c = b->context;
-    uint32_t side[LANES];
+    uint32_t l[LANES];
     b->most = 0;
     for (int i = 0; i < LANES; i++) {
-        side[i] = c->strata;
-        if (c->sides) side[i] = b->block->kept.on[i] ? c->sides[b->block->element[i]] : 0;
-        b->rays[i] = side[i] * side[i];
+        l[i] = c->strata;
+        if (c->strata_map) l[i] = b->block->kept.on[i] ? c->strata_map[b->block->element[i]] : 0;
+        b->rays[i] = l[i] * l[i];
         if (b->counted.on[i] && b->rays[i] > b->most) b->most = b->rays[i];
     }
-    if (c->sides)
-        strata_init_sides(strata, pattern, b->block, PATTERN_INDIRECT, side);
+    if (c->strata_map)
+        strata_init_per_pixel(strata, pattern, b->block, PATTERN_INDIRECT, l);
     else
         strata_init(strata, c->light_kernels, pattern, NULL, b->block, PATTERN_INDIRECT, c->strata);
 }

@@ -5,13 +5,14 @@
 
 #include "worker/trace/hit/block_store.h"
 
-static bool choose(const struct path_context *c, const struct block *block, const uint8_t *sides,
-                   struct lens_more *m)
+static bool choose(const struct path_context *c, const struct block *block,
+                   const uint8_t *strata_map, struct lens_more *m)
 {
     m->block = *block;
     m->block.whole = false;
     for (int i = 0; i < LANES; i++) {
-        const bool asks = block->kept.on[i] && sides[block->element[i]] == PLAN_LENS_SIDE;
+        const bool asks =
+            block->kept.on[i] && strata_map[block->element[i]] == PLAN_LENS_EXTRA_STRATA;
         m->block.kept.on[i] = asks ? -1 : 0;
     }
     const uint32_t pixels = lanes_count(&m->block.kept);
@@ -43,7 +44,7 @@ static void add(const struct path_context *c, const struct path_harvest *h, uint
 
 static void store(const struct lens_more *m, struct samples *samples)
 {
-    const double count = PLAN_LENS_SIDE * PLAN_LENS_SIDE;
+    const double count = PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA;
     for (uint32_t k = 0; k < 4; k++) {
         _Alignas(LANES_ALIGN) float value[LANES];
         for (int i = 0; i < LANES; i++) {
@@ -56,11 +57,12 @@ static void store(const struct lens_more *m, struct samples *samples)
                      samples_u16(samples, PLANE_LENS_COVERAGE, 0));
 }
 
-void lens_more_trace(const struct path_context *c, const struct block *block, const uint8_t *sides,
-                     struct lens_more *m, struct path_scratch *paths, struct samples *samples)
+void lens_more_trace(const struct path_context *c, const struct block *block,
+                     const uint8_t *strata_map, struct lens_more *m, struct path_scratch *paths,
+                     struct samples *samples)
 {
-    const uint32_t count = PLAN_LENS_SIDE * PLAN_LENS_SIDE;
-    if (!choose(c, block, sides, m)) return;
+    const uint32_t count = PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA;
+    if (!choose(c, block, strata_map, m)) return;
     memset(m->sum, 0, sizeof m->sum);
     memset(m->seen, 0, sizeof m->seen);
     for (uint32_t done = 0; done < count;) {

@@ -1,6 +1,7 @@
 #pragma once
-/* Second sets of paths through the lens: PLAN_LENS_SIDE^2 more for selected pixels. They use the
- * path tracer's own points of the lens, which are spread more evenly than a pattern for filters. */
+/* Second sets of paths through the lens: PLAN_LENS_EXTRA_STRATA^2 more for selected pixels. They
+ * use the path tracer's own points of the lens, which are spread more evenly than a pattern for
+ * filters. */
 #include "proto/samples.h"
 #include "worker/trace/path/path.h"
 
@@ -14,7 +15,8 @@ struct lens_more {
     _Alignas(LANES_ALIGN) float seen[LANES];
 };
 
-/* Traces the pixels of the block to which the tile's `sides` give PLAN_LENS_SIDE, into
- * PLANES_LENS_MORE as far as `samples` has them. paths->harvest is overwritten. */
-void lens_more_trace(const struct path_context *c, const struct block *block, const uint8_t *sides,
-                     struct lens_more *m, struct path_scratch *paths, struct samples *samples);
+/* Traces the pixels of the block to which the tile's `strata_map` gives PLAN_LENS_EXTRA_STRATA,
+ * into PLANES_LENS_MORE as far as `samples` has them. paths->harvest is overwritten. */
+void lens_more_trace(const struct path_context *c, const struct block *block,
+                     const uint8_t *strata_map, struct lens_more *m, struct path_scratch *paths,
+                     struct samples *samples);

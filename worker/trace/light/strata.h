@@ -7,8 +7,8 @@
 #include "worker/trace/hit/block.h"
 
 struct strata {
-    uint32_t l; /* of all pixels; 0: each has its own */
-    uint32_t side[LANES];
+    uint32_t l;                /* of all pixels; 0: each has its own */
+    uint32_t per_pixel[LANES]; /* the l of each, when l is 0 */
     _Alignas(LANES_ALIGN) float column[LIMIT_STRATA_PER_AXIS][LANES]; /* u of sample i: i % l */
     _Alignas(LANES_ALIGN) float row[LIMIT_STRATA_PER_AXIS][LANES];    /* v of sample i: i / l */
 };
@@ -21,8 +21,8 @@ void strata_init(struct strata *s, const struct light_kernels *kernels, const st
                  uint32_t l);
 
 /* The same where each pixel has its own l, 0 for none. */
-void strata_init_sides(struct strata *s, const struct pattern *p, const struct block *b,
-                       uint32_t dimension, const uint32_t side[LANES]);
+void strata_init_per_pixel(struct strata *s, const struct pattern *p, const struct block *b,
+                           uint32_t dimension, const uint32_t l[LANES]);
 
 /* Sample i of pixels that each have their own l; anything in lanes that have no such sample. */
 void strata_at(const struct strata *s, uint32_t i, float u[LANES], float v[LANES]);

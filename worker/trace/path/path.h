@@ -47,8 +47,9 @@ struct path_context {
     struct centre_gbuffer *centres; /* of the lens's: what light fields light; NULL: nothing */
     bool features; /* harvests tell how far what the camera sees is, and how it faces */
     bool field;    /* paths begin on surfaces, scattered once: the light field of indirect light */
-    uint32_t strata;      /* l of the field's bounce rays */
-    const uint8_t *sides; /* where each of the tile's pixels has its own (plan_pass); else NULL */
+    uint32_t strata; /* l of the field's bounce rays */
+    const uint8_t
+        *strata_map;      /* where each of the tile's pixels has its own (plan_pass); else NULL */
     const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
     uint32_t pass;        /* that they belong to: each has random numbers of its own */
     bool listed;          /* lights of the plan are all that shines */

@@ -31,7 +31,7 @@ TEST(patches_tell_of_second_sets)
     struct film *film;
     struct patch *patch;
     uint32_t block, more[4] = {0, 1, 0, 0};
-    uint8_t sides[32 * 32] = {0};
+    uint8_t strata_map[32 * 32] = {0};
     synthetic_rate_plan(&plan, 64, 64, 32, 0);
     assert_int_equal(film_create(&plan, 64, 1, 1, &film), 0);
     const struct plan_pass first = plan_scheduled_pass(&plan, 0);
@@ -43,9 +43,9 @@ TEST(patches_tell_of_second_sets)
                 patch->bounce_distance_max[1] >= patch->bounce_distance_min[1]);
     patch_destroy(&patch);
     assert_true(film_block_done(film, block) && film_complete(film));
-    sides[5] = 3;
-    sides[31 * 32 + 31] = 7;
-    const struct plan_pass second = {.number = 1, .strata = 7, .sides = sides};
+    strata_map[5] = 3;
+    strata_map[31 * 32 + 31] = 7;
+    const struct plan_pass second = {.number = 1, .strata = 7, .strata_map = strata_map};
     film_begin_round(film, more);
     land_pass(film, &plan, 1, &second);
     assert_true(film_next_ready(film, &block));

@@ -153,7 +153,7 @@ TEST(bounces_are_weighted_by_their_number)
 /* Of a second set each pixel counts by its own rays. */
 TEST(second_sets_are_weighted_pixel_by_pixel)
 {
-    static const uint8_t sides[] = {0, 3, 255, 1};
+    static const uint8_t strata_map[] = {0, 3, 255, 1};
     struct plan plan;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
@@ -161,20 +161,21 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
     for (int i = 0; i < 4; i++) {
         for (uint32_t c = 0; c < 3; c++) {
             samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(1.0f);
-            samples_u16(more, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(sides[i] ? 4.0f : 0.0f);
+            samples_u16(more, PLANE_INDIRECT_MEAN, c)[i] =
+                half_from_float(strata_map[i] ? 4.0f : 0.0f);
         }
         samples_u16(sum, PLANE_OPEN, 0)[i] = half_from_float(1.0f);
         samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[i] = half_from_float(2.0f);
         samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] = 5.0f;
     }
-    const struct plan_pass pass = {.number = 1, .strata = 255, .sides = sides};
+    const struct plan_pass pass = {.number = 1, .strata = 255, .strata_map = strata_map};
     struct pass_counts counts = {.paths = 9, .bounces = 16}, second = pass_counts_of(&pass);
     assert_true(second.bounces == 0 && second.paths == 0);
     passes_add(sum, counts, more, second);
     pass_counts_add(&counts, &second);
-    assert_true(counts.bounces == 16 && counts.paths == 9 && counts.sides == sides);
+    assert_true(counts.bounces == 16 && counts.paths == 9 && counts.strata_map == strata_map);
     for (int i = 0; i < 4; i++) {
-        const double n = sides[i] * sides[i];
+        const double n = strata_map[i] * strata_map[i];
         for (uint32_t c = 0; c < 3; c++)
             assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i]),
                              (16.0 + 4.0 * n) / (16.0 + n), 1e-3));
@@ -190,7 +191,7 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
 /* Those of glossy lobes by theirs, light and weights alike. */
 TEST(second_sets_of_lobes_are_weighted_by_their_own)
 {
-    static const uint8_t sides[] = {9, 0, 2, 0}, lobes[] = {0, 3, 255, 1};
+    static const uint8_t strata_map[] = {9, 0, 2, 0}, lobes[] = {0, 3, 255, 1};
     struct plan plan;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
@@ -204,11 +205,12 @@ TEST(second_sets_of_lobes_are_weighted_by_their_own)
         }
         samples_u16(sum, PLANE_GLOSSY_NEARNESS, 0)[i] = half_from_float(0.5f);
     }
-    const struct plan_pass pass = {.number = 1, .strata = 255, .sides = sides, .lobes = lobes};
+    const struct plan_pass pass = {
+        .number = 1, .strata = 255, .strata_map = strata_map, .lobes = lobes};
     struct pass_counts counts = {.paths = 9, .bounces = 16}, second = pass_counts_of(&pass);
     passes_add(sum, counts, more, second);
     pass_counts_add(&counts, &second);
-    assert_true(counts.bounces == 16 && counts.sides == sides && counts.lobes == lobes);
+    assert_true(counts.bounces == 16 && counts.strata_map == strata_map && counts.lobes == lobes);
     for (int i = 0; i < 4; i++) {
         const double n = lobes[i] * lobes[i];
         for (uint32_t c = 0; c < 4; c++)
@@ -224,7 +226,7 @@ TEST(second_sets_of_lobes_are_weighted_by_their_own)
  * surface are weighted. */
 TEST(second_sets_through_the_lens_land)
 {
-    static const uint8_t sides[] = {0, 6, 0, 6};
+    static const uint8_t strata_map[] = {0, 6, 0, 6};
     const struct plan plan = {.width_px = 4,
                               .height_px = 1,
                               .tile_px = 32,
@@ -237,17 +239,17 @@ TEST(second_sets_through_the_lens_land)
         samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] = 3.0f;
         samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i] = half_from_float(1.0f);
         for (uint32_t c = 0; c < 4; c++)
-            samples_f32(more, PLANE_LENS_MORE, c)[i] = sides[i] ? (float)c + 1.0f : 0.0f;
+            samples_f32(more, PLANE_LENS_MORE, c)[i] = strata_map[i] ? (float)c + 1.0f : 0.0f;
     }
-    const struct plan_pass pass = {.number = 1, .strata = 6, .sides = sides};
+    const struct plan_pass pass = {.number = 1, .strata = 6, .strata_map = strata_map};
     passes_add(sum, (struct pass_counts){0}, more, pass_counts_of(&pass));
     for (int i = 0; i < 4; i++) {
         const float seen = half_to_float(samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i]);
         for (uint32_t c = 0; c < 4; c++)
             assert_true(samples_f32(sum, PLANE_LENS_MORE, c)[i] ==
-                        (sides[i] ? (float)c + 1.0f : 0.0f));
+                        (strata_map[i] ? (float)c + 1.0f : 0.0f));
         assert_true(samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] == 3.0f);
-        assert_true(near(seen, sides[i] ? 4.0 / 40.0 : 1.0, 1e-3));
+        assert_true(near(seen, strata_map[i] ? 4.0 / 40.0 : 1.0, 1e-3));
     }
     samples_destroy(&sum);
     samples_destroy(&more);

@@ -143,11 +143,11 @@ static uint16_t synthetic_half(const struct plan *plan, uint32_t pass, int32_t x
 static void synthetic_put_second(struct samples *s, const struct plan *plan,
                                  const struct plan_pass *pass, size_t i, int32_t x, int32_t y)
 {
-    const float noise = synthetic_random(x, y, pass->sides[i], 950);
-    for (uint32_t c = 0; c < 3 && pass->sides[i] > 0; c++)
+    const float noise = synthetic_random(x, y, pass->strata_map[i], 950);
+    for (uint32_t c = 0; c < 3 && pass->strata_map[i] > 0; c++)
         samples_u16(s, PLANE_INDIRECT_MEAN, c)[i] =
             half_from_float((0.5f + noise) * plan->radiance_scale);
-    if (samples_u16(s, PLANE_OPEN, 0) && pass->sides[i] > 0)
+    if (samples_u16(s, PLANE_OPEN, 0) && pass->strata_map[i] > 0)
         samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(0.5f * noise);
 }
 
@@ -165,7 +165,7 @@ static void synthetic_put_more(struct samples *s, const struct plan *plan,
     if (pass->strata == 0) return;
     for (uint32_t c = 0; c < 6 && samples_u16(s, PLANE_INDIRECT_HALVES, c); c++)
         samples_u16(s, PLANE_INDIRECT_HALVES, c)[i] = synthetic_half(plan, pass->number, x, y, c);
-    if (pass->sides)
+    if (pass->strata_map)
         synthetic_put_second(s, plan, pass, i, x, y);
     else
         synthetic_put_bounces(s, plan, i, &pixel);

@@ -33,7 +33,7 @@ EACH_TEST(set_up, tear_down);
 static struct spool_key key_of(uint32_t i)
 {
     return (struct spool_key){
-        .tile = 7 * (RECORDS - i), .pass = i % 2, .first = 16 * i, .count = 16, .sides_crc = i};
+        .tile = 7 * (RECORDS - i), .pass = i % 2, .first = 16 * i, .count = 16, .strata_crc = i};
 }
 
 /* Payloads of 0, 37, 74... bytes that tell of themselves. */

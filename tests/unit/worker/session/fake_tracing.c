@@ -8,7 +8,7 @@
 
 _Atomic bool hold, load_hangs, load_spins, traced_map;
 _Atomic unsigned tracing, loads, unloads;
-_Atomic uint32_t traced_pass, traced_sides, traced_lobes, load_steps;
+_Atomic uint32_t traced_pass, traced_strata, traced_lobes, load_steps;
 
 static const char *embree_version(void *ctx)
 {
@@ -76,12 +76,12 @@ static int trace(void *ctx, void *tracer, const struct tracing_job *job,
     assert_int_equal(environment != NULL, job->plan->environment.kind == ENVIRONMENT_MAP);
     if (environment) assert_int_equal(*(const enum tracing_kind *)environment, TRACING_ENVIRONMENT);
     traced_pass = pass->number;
-    uint32_t sides = 0;
-    for (int64_t i = 0; pass->sides && i < rect_area(rect); i++) sides += pass->sides[i];
-    traced_sides = sides;
-    sides = 0;
-    for (int64_t i = 0; pass->lobes && i < rect_area(rect); i++) sides += pass->lobes[i];
-    traced_lobes = sides;
+    uint32_t strata = 0;
+    for (int64_t i = 0; pass->strata_map && i < rect_area(rect); i++) strata += pass->strata_map[i];
+    traced_strata = strata;
+    strata = 0;
+    for (int64_t i = 0; pass->lobes && i < rect_area(rect); i++) strata += pass->lobes[i];
+    traced_lobes = strata;
     traced_map = environment != NULL;
     tracing++;
     while (hold && !*job->stop) usleep(1000);

@@ -13,7 +13,7 @@ extern _Atomic bool hold;        /* tiles wait, and end when they are stopped */
 extern _Atomic unsigned tracing; /* tiles that a thread has begun */
 extern _Atomic unsigned loads, unloads;
 extern _Atomic uint32_t traced_pass;
-extern _Atomic uint32_t traced_sides; /* their sum; 0: the last tile had none */
+extern _Atomic uint32_t traced_strata; /* their sum; 0: the last tile had none */
 extern _Atomic uint32_t traced_lobes;
 extern _Atomic uint32_t load_steps; /* that the next load makes, one each LOAD_STEP_MS */
 extern _Atomic bool load_hangs;     /* until it is set to false */

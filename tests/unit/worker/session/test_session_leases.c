@@ -110,17 +110,17 @@ TEST(a_lease_names_its_pass)
 }
 
 /* A second set for a tile of 32 x 32, `damage` of its bytes spoilt. */
-static void send_sides(struct world *w, uint64_t frame_id, uint32_t index, uint32_t strata,
-                       uint8_t side, size_t damage)
+static void send_strata_maps(struct world *w, uint64_t frame_id, uint32_t index, uint32_t strata,
+                             uint8_t largest, size_t damage)
 {
     const int32_t x = (int32_t)(index % 20) * 32;
-    const uint32_t maps = plan_side_maps(&w->plan) > 1 ? 2 : 1;
-    uint8_t sides[2 * 32 * 32] = {0};
+    const uint32_t maps = plan_strata_maps(&w->plan) > 1 ? 2 : 1;
+    uint8_t strata_maps[2 * 32 * 32] = {0};
     struct bytes_writer packed;
     bytes_writer_init(&packed);
-    for (int i = 0; i < 32; i++) sides[i * 32] = side;
-    if (maps > 1) sides[2 * 32 * 32 - 1] = 1;
-    assert_int_equal(count_map_pack(&packed, sides, maps, 32, 32), 0);
+    for (int i = 0; i < 32; i++) strata_maps[i * 32] = largest;
+    if (maps > 1) strata_maps[2 * 32 * 32 - 1] = 1;
+    assert_int_equal(count_map_pack(&packed, strata_maps, maps, 32, 32), 0);
     memset(packed.data, 0xa5, damage);
     const struct message_tile m = {
         .frame_id = frame_id,
@@ -144,36 +144,36 @@ static void rate_plan(struct world *w)
         ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
 }
 
-TEST(a_lease_has_its_pixels_sides)
+TEST(a_lease_has_its_pixels_strata_map)
 {
     struct world *w = world_open(1, false);
     rate_plan(w);
     warm_up(w);
-    send_sides(w, 9, 1, 7, 7, 0);
+    send_strata_maps(w, 9, 1, 7, 7, 0);
     assert_int_equal(expect_result(w), 1);
-    assert_int_equal(traced_sides, 7 * 32);
+    assert_int_equal(traced_strata, 7 * 32);
     send_ack(w, 9, 1);
     send_pass(w, 9, 2, 1);
     assert_int_equal(expect_result(w), 2);
-    assert_int_equal(traced_sides, 0);
+    assert_int_equal(traced_strata, 0);
     world_close(w);
 }
 
 /* And those of its glossy lobes, where the plan has them. */
-TEST(a_lease_has_its_lobes_sides)
+TEST(a_lease_has_its_lobes_strata_map)
 {
     struct world *w = world_open(1, false);
     rate_plan(w);
     w->plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
     warm_up(w);
-    send_sides(w, 9, 1, 7, 7, 0);
+    send_strata_maps(w, 9, 1, 7, 7, 0);
     assert_int_equal(expect_result(w), 1);
-    assert_true(traced_sides == 7 * 32 && traced_lobes == 1);
+    assert_true(traced_strata == 7 * 32 && traced_lobes == 1);
     world_close(w);
 }
 
-/* Sides that are none, too many, none of the plan's, or for a plan without. */
-TEST(sides_that_do_not_fit_break_the_link)
+/* Strata maps that are none, too many, none of the plan's, or for a plan without. */
+TEST(strata_maps_that_do_not_fit_break_the_link)
 {
     struct world *w = world_open(1, false);
     struct wire_frame_view f;
@@ -185,22 +185,22 @@ TEST(sides_that_do_not_fit_break_the_link)
         send_frame(w, 9);
         switch (i) {
         case 0:
-            send_sides(w, 9, 1, 7, 7, 12);
+            send_strata_maps(w, 9, 1, 7, 7, 12);
             break;
         case 1: /* the largest is not what the lease says */
-            send_sides(w, 9, 1, 8, 7, 0);
+            send_strata_maps(w, 9, 1, 8, 7, 0);
             break;
         case 2: /* more rays than the plan has: 9 and 100 */
-            send_sides(w, 9, 1, 10, 10, 0);
+            send_strata_maps(w, 9, 1, 10, 10, 0);
             break;
         case 3: /* no pixel gets any */
-            send_sides(w, 9, 1, 0, 0, 0);
+            send_strata_maps(w, 9, 1, 0, 0, 0);
             break;
-        case 4: /* the pass without its sides */
+        case 4: /* the pass without its strata map */
             send_pass(w, 9, 1, plan_pass_count(&w->plan));
             break;
         default:
-            send_sides(w, 9, 1, 7, 7, 0);
+            send_strata_maps(w, 9, 1, 7, 7, 0);
         }
         while (next(w, &f, PATIENCE_MS)) {
         }

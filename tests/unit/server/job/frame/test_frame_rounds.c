@@ -91,19 +91,19 @@ TEST(second_sets_give_the_same_files)
 static void check_second_lease(struct bench *b, uint32_t maps)
 {
     struct fleet_tile tile, again;
-    uint8_t sides[2 * 32 * 32];
+    uint8_t strata_maps[2 * 32 * 32];
     assert_true(lease(b, 1, ~0u, &tile));
     assert_int_equal(plan_pass_check(&b->plan, &tile.pass), 0);
     const int32_t width = rect_width(tile.rect), height = rect_height(tile.rect);
     const size_t area = (size_t)width * (size_t)height;
-    assert_int_equal(count_map_unpack(tile.counts, tile.counts_bytes, maps, width, height, sides),
-                     0);
-    assert_memory_equal(sides, tile.pass.sides, area);
+    assert_int_equal(
+        count_map_unpack(tile.counts, tile.counts_bytes, maps, width, height, strata_maps), 0);
+    assert_memory_equal(strata_maps, tile.pass.strata_map, area);
     if (maps > 1)
-        assert_memory_equal(sides + area, tile.pass.lobes, area);
+        assert_memory_equal(strata_maps + area, tile.pass.lobes, area);
     else
         assert_null(tile.pass.lobes);
-    assert_int_equal(plan_sides_check(&tile.pass, area), 0);
+    assert_int_equal(plan_strata_map_check(&tile.pass, area), 0);
     frame_returned(b->frame, 1, &tile, FLEET_GIVEN_BACK);
     assert_true(lease(b, 2, ~0u, &again));
     assert_true(again.index == tile.index && again.generation == tile.generation + 1);
@@ -122,7 +122,7 @@ TEST(leases_carry_second_sets)
         begin(b, 32);
         while (b->extended == 0) {
             while (lease(b, 1, ~0u, &tile)) {
-                assert_true(tile.counts == NULL && tile.pass.sides == NULL);
+                assert_true(tile.counts == NULL && tile.pass.strata_map == NULL);
                 send_tile(b, 1, &tile, 0);
             }
             uv_run(&b->loop, UV_RUN_ONCE);

@@ -86,11 +86,12 @@ TEST(spans_are_for_adaptive_sampling)
     must_make(s);
     assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_ADAPTIVE);
     assert_true(s->plan.planes & PLANE_BIT(GLOSSY_SPAN));
-    assert_int_equal(plan_side_maps(&s->plan), 2);
+    assert_int_equal(plan_strata_maps(&s->plan), 2);
     s->material.specular = s->material.metallic = 0;
     must_make(s);
     assert_int_equal(s->plan.planes & PLANE_BIT(GLOSSY_SPAN), 0);
-    assert_int_equal(plan_side_maps(&s->plan), s->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE);
+    assert_int_equal(plan_strata_maps(&s->plan),
+                     s->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE);
 }
 
 /* Nothing is traced or sent for lobes that no surface has. */

@@ -93,11 +93,11 @@ TEST(facets_have_exponents)
     assert_true(indirect_bandlimit_facets(0.0f).omega < INFINITY);
 }
 
-TEST(sides_are_what_is_left_in_squares)
+TEST(strata_are_what_is_left_in_squares)
 {
     static const struct {
         float rays;
-        uint32_t most, side;
+        uint32_t most, strata;
     } cases[] = {
         {0, 100, 0},     {16, 100, 0},        {16.2f, 100, 0},        {16.3f, 100, 1},
         {18.3f, 100, 2}, {22.3f, 100, 3},     {32, 100, 4},           {80, 100, 8},
@@ -106,7 +106,8 @@ TEST(sides_are_what_is_left_in_squares)
         {NAN, 100, 0},   {INFINITY, 116, 10}, {-5, 100, 0},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
-        assert_int_equal(indirect_adaptive_side(cases[k].rays, 16, cases[k].most), cases[k].side);
+        assert_int_equal(indirect_adaptive_strata(cases[k].rays, 16, cases[k].most),
+                         cases[k].strata);
 }
 
 #define SIDE 16
@@ -148,9 +149,9 @@ static void floor_patch(const struct plan *plan, float near_z, float far_z, stru
     }
 }
 
-static uint8_t side_at(const uint8_t *sides, int x, int y)
+static uint8_t strata_at(const uint8_t *strata_map, int x, int y)
 {
-    return sides[y * SIDE + x];
+    return strata_map[y * SIDE + x];
 }
 
 /* 8 px at 512 lines are 0.25 px of 0.125 here: far below these distances. */
@@ -160,27 +161,27 @@ TEST(patches_ask_for_rays)
     for (int k = 0; k < 3; k++) {
         struct plan plan;
         struct patch *patch;
-        uint8_t sides[SIDE * SIDE];
+        uint8_t strata_map[SIDE * SIDE];
         const struct rect all = {0, 0, SIDE, SIDE}, part = {5, 3, 12, 9};
         floor_plan(&plan, units[k]);
         floor_patch(&plan, 1.0f, 4.0f, &patch);
         /* 0.4 (0.35 + 0.3)^2 7.84 25 = 33.1: 17 more, 4 x 4 */
-        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-        for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 4);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+        for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(strata_map[i], 4);
         /* one near thing counts for the pixels around, as a harmonic mean, and for no others */
         patch->bounce_distance_min[8 * SIDE + 8] = 0.01f * units[k];
-        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-        assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
-        assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+        assert_true(strata_at(strata_map, 6, 6) == 9 && strata_at(strata_map, 10, 10) == 9);
+        assert_true(strata_at(strata_map, 5, 8) == 4 && strata_at(strata_map, 8, 11) == 4);
         /* a pixel in a crack sees nothing but it */
         patch->bounce_distance_max[8 * SIDE + 8] = 0.01f * units[k];
-        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-        assert_true(side_at(sides, 6, 6) == 9 && side_at(sides, 10, 10) == 9);
-        assert_true(side_at(sides, 5, 8) == 4 && side_at(sides, 8, 11) == 4);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+        assert_true(strata_at(strata_map, 6, 6) == 9 && strata_at(strata_map, 10, 10) == 9);
+        assert_true(strata_at(strata_map, 5, 8) == 4 && strata_at(strata_map, 8, 11) == 4);
         uint8_t cut[7 * 6];
         assert_int_equal(indirect_adaptive_find(&plan, patch, part, cut), 0);
         for (int y = part.y0; y < part.y1; y++)
-            assert_memory_equal(cut + (y - part.y0) * 7, sides + y * SIDE + part.x0, 7);
+            assert_memory_equal(cut + (y - part.y0) * 7, strata_map + y * SIDE + part.x0, 7);
         patch_destroy(&patch);
     }
 }
@@ -191,7 +192,7 @@ TEST(lobes_ask_for_rays)
 {
     struct plan plan;
     struct patch *patch;
-    uint8_t sides[SIDE * SIDE];
+    uint8_t strata_map[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
@@ -203,28 +204,29 @@ TEST(lobes_ask_for_rays)
         patch->glossy_near[i] = x < 10 ? 10.0f : 0.0f;
         patch->glossy_far[i] = x < 10 ? 60.0f : 0.0f;
     }
-    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), 0);
+    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, strata_map), 0);
     for (int i = 0; i < SIDE * SIDE; i++) {
         const int x = i % SIDE;
         const struct indirect_span span = {10.0f, 60.0f, 0.125f};
         const struct indirect_bandlimit band = indirect_bandlimit_facets(x < 5 ? 0.2f : 0.04f);
         const uint32_t asked =
-            indirect_adaptive_side(indirect_adaptive_rays(&band, 1.0f, &span), 16, 4096);
-        assert_int_equal(sides[i], x < 10 ? asked : 0);
+            indirect_adaptive_strata(indirect_adaptive_rays(&band, 1.0f, &span), 16, 4096);
+        assert_int_equal(strata_map[i], x < 10 ? asked : 0);
     }
-    assert_true(side_at(sides, 2, 2) > 0 && side_at(sides, 7, 7) > side_at(sides, 2, 2));
+    assert_true(strata_at(strata_map, 2, 2) > 0 &&
+                strata_at(strata_map, 7, 7) > strata_at(strata_map, 2, 2));
     /* bounce rays ask by what they met */
-    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-    assert_true(side_at(sides, 2, 2) == 63 && side_at(sides, 12, 2) == 63);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+    assert_true(strata_at(strata_map, 2, 2) == 63 && strata_at(strata_map, 12, 2) == 63);
     /* a lobe that sees nothing has enough */
     for (int i = 0; i < SIDE * SIDE; i++) {
         patch->glossy_near[i] = patch->glossy_near[i] > 0.0f ? BOUNCE_DISTANCE_NONE : 0.0f;
         patch->glossy_far[i] = 0.0f;
     }
-    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), 0);
-    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0);
+    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, strata_map), 0);
+    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(strata_map[i], 0);
     patch->glossy_far = NULL;
-    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, sides), ERR_RANGE);
+    assert_int_equal(indirect_adaptive_find_lobes(&plan, patch, all, strata_map), ERR_RANGE);
     patch_destroy(&patch);
 }
 
@@ -234,19 +236,19 @@ TEST(rays_grow_with_mu_everywhere)
 {
     static const struct {
         float mu;
-        uint32_t side;
+        uint32_t strata;
     } cases[] = {{0.5f, 0}, {1, 0}, {1.5f, 6}, {2, 11}, {3, 20}};
     struct plan plan;
     struct patch *patch;
-    uint8_t sides[SIDE * SIDE];
+    uint8_t strata_map[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1e4f, 1e4f, &patch);
     plan.adaptive.rays_most = 4096;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         plan.adaptive.mu = cases[k].mu; /* 16 mu^3: 54, 128, 432 */
-        assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-        for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], cases[k].side);
+        assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+        for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(strata_map[i], cases[k].strata);
     }
     patch_destroy(&patch);
 }
@@ -255,32 +257,33 @@ TEST(what_meets_nothing_asks_for_nothing)
 {
     struct plan plan;
     struct patch *patch;
-    uint8_t sides[SIDE * SIDE];
+    uint8_t strata_map[SIDE * SIDE];
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, BOUNCE_DISTANCE_NONE, 0.0f, &patch);
-    memset(sides, 7, sizeof sides);
-    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0);
+    memset(strata_map, 7, sizeof strata_map);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(strata_map[i], 0);
     /* all hits at distance 0, as the tracer tells of them: as many as there may be, and no more */
     for (int i = 0; i < SIDE * SIDE; i++)
         patch->bounce_distance_min[i] = patch->bounce_distance_max[i] = 6e-8f;
-    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 9);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(strata_map[i], 9);
     for (int i = 0; i < SIDE * SIDE; i++)
         patch->bounce_distance_min[i] = patch->bounce_distance_max[i] = 0.0f;
-    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), 0);
-    for (int i = 0; i < SIDE * SIDE; i++) assert_int_equal(sides[i], 0); /* black, or background */
-    assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){0, 0, 0, 1}, sides),
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);
+    for (int i = 0; i < SIDE * SIDE; i++)
+        assert_int_equal(strata_map[i], 0); /* black, or background */
+    assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){0, 0, 0, 1}, strata_map),
                      ERR_RANGE);
-    assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){9, 9, 17, 17}, sides),
+    assert_int_equal(indirect_adaptive_find(&plan, patch, (struct rect){9, 9, 17, 17}, strata_map),
                      ERR_RANGE);
     patch_destroy(&patch);
     plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MAX);
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1.0f, 4.0f, &patch);
     patch->bounce_distance_max = NULL;
-    assert_int_equal(indirect_adaptive_find(&plan, patch, all, sides), ERR_RANGE);
+    assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), ERR_RANGE);
     patch_destroy(&patch);
 }
 

@@ -6,7 +6,7 @@
 #include "tests/unit/unit.h"
 
 #define AREA  ((size_t)LENS_SIDE * LENS_SIDE)
-#define PATHS (PLAN_LENS_SIDE * PLAN_LENS_SIDE)
+#define PATHS (PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA)
 
 static const struct rect all = {0, 0, LENS_SIDE, LENS_SIDE};
 
@@ -38,7 +38,7 @@ static void trace_second(enum lens_scene scene, const uint8_t *levels, uint8_t l
                          struct extra_picture *p)
 {
     struct lens_picture second;
-    lens_picture_create_seeded(scene, PLAN_LENS_SIDE, 0, 77, &second);
+    lens_picture_create_seeded(scene, PLAN_LENS_EXTRA_STRATA, 0, 77, &second);
     for (size_t i = 0; i < AREA; i++) {
         if (levels[i] < least) continue;
         double square = 0.0;

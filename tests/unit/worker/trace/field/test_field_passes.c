@@ -97,22 +97,22 @@ TEST(second_sets_are_of_each_pixel)
     struct counters counters = {0}, alike = {0};
     const uint32_t last = plan_pass_count(&p);
     const struct rect all = {0, 0, SIDE_PX, SIDE_PX}, part = {3, 1, SIDE_PX - 2, SIDE_PX};
-    uint8_t mixed[AREA], equal[AREA], cut_sides[AREA], wrong[AREA];
+    uint8_t mixed[AREA], equal[AREA], cut_map[AREA], wrong[AREA];
     for (int i = 0; i < AREA; i++) {
         equal[i] = 7;
         wrong[i] = 6;
         mixed[i] = (uint8_t)(i % 3 == 0 ? 7 : i % 3 == 1 ? 5 : 0);
     }
     for (int32_t y = part.y0, k = 0; y < part.y1; y++)
-        for (int32_t x = part.x0; x < part.x1; x++) cut_sides[k++] = mixed[y * SIDE_PX + x];
+        for (int32_t x = part.x0; x < part.x1; x++) cut_map[k++] = mixed[y * SIDE_PX + x];
     assert_int_equal(render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault), 0);
     assert_int_equal(tile_tracer_create(&tracer), 0);
     struct samples *first, *more, *cut, *whole;
     const struct plan_pass start = plan_scheduled_pass(&p, 0);
-    const struct plan_pass second = {.number = last, .strata = 7, .sides = mixed},
-                           same = {.number = last, .strata = 7, .sides = equal},
-                           in_part = {.number = last, .strata = 7, .sides = cut_sides},
-                           bad = {.number = last, .strata = 7, .sides = wrong};
+    const struct plan_pass second = {.number = last, .strata = 7, .strata_map = mixed},
+                           same = {.number = last, .strata = 7, .strata_map = equal},
+                           in_part = {.number = last, .strata = 7, .strata_map = cut_map},
+                           bad = {.number = last, .strata = 7, .strata_map = wrong};
 #define TRACE(its_pass, its_rect, out, count)                                                      \
     tile_trace_pass(                                                                               \
         tracer,                                                                                    \

@@ -262,18 +262,22 @@ TEST(second_sets_are_of_pixels_that_ask)
     p.lens_extra = 9;
     struct traced t = trace_all(f, &p);
     const struct rect all = {0, 0, SIDE, SIDE}, part = {3, 5, 14, 12};
-    uint8_t sides[SIDE * SIDE], cut[SIDE * SIDE];
-    for (int i = 0; i < SIDE * SIDE; i++) sides[i] = i % 3 == 0 ? PLAN_LENS_SIDE : 0;
+    uint8_t strata_map[SIDE * SIDE], cut[SIDE * SIDE];
+    for (int i = 0; i < SIDE * SIDE; i++) strata_map[i] = i % 3 == 0 ? PLAN_LENS_EXTRA_STRATA : 0;
     for (int32_t y = part.y0, k = 0; y < part.y1; y++)
-        for (int32_t x = part.x0; x < part.x1; x++) cut[k++] = sides[y * SIDE + x];
+        for (int32_t x = part.x0; x < part.x1; x++) cut[k++] = strata_map[y * SIDE + x];
     double first = 0.0, second = 0.0;
     for (uint64_t seed = 1; seed <= SEEDS; seed++) {
         struct samples *more, *some, *own;
         struct counters counters = {0};
         p.pattern.seed = seed;
         const struct plan_pass start = plan_scheduled_pass(&p, 0),
-                               pass = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = sides},
-                               of_part = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = cut};
+                               pass = {.number = 1,
+                                       .strata = PLAN_LENS_EXTRA_STRATA,
+                                       .strata_map = strata_map},
+                               of_part = {.number = 1,
+                                          .strata = PLAN_LENS_EXTRA_STRATA,
+                                          .strata_map = cut};
 #define TRACE(its_pass, its_rect, out, count)                                                      \
     assert_int_equal(tile_trace_pass(t.tracer,                                                     \
                                      &(struct tile_job){.scene = t.scene,                          \
@@ -295,10 +299,10 @@ TEST(second_sets_are_of_pixels_that_ask)
                 const double mean = (double)samples_f32(more, PLANE_LENS_MORE, c)[i];
                 square += mean * mean;
                 second += mean;
-                for (uint32_t k = 0; k < 9 && sides[i]; k++)
+                for (uint32_t k = 0; k < 9 && strata_map[i]; k++)
                     first += (double)samples_f32(own, PLANE_LENS_RADIANCE, k * 3 + c)[i] / 9;
             }
-            assert_true(sides[i] ? root * root > 0.999 * square : root == 0.0);
+            assert_true(strata_map[i] ? root * root > 0.999 * square : root == 0.0);
         }
         for (int32_t y = part.y0; y < part.y1; y++)
             for (int32_t x = part.x0; x < part.x1; x++)

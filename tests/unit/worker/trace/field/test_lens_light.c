@@ -253,13 +253,14 @@ static struct samples *second_set(uint32_t light, struct counters *counters)
 {
     struct scene_fixture *f = fixture_new();
     struct plan p = board_plan(f, light);
-    uint8_t sides[SIDE * SIDE];
+    uint8_t strata_map[SIDE * SIDE];
     struct samples *out;
     p.planes |= PLANE_BIT(LENS_MORE);
     p.lens_filter = LENS_FILTER_SHEARED;
     p.lens_extra = 9;
-    for (int i = 0; i < SIDE * SIDE; i++) sides[i] = i % 5 == 0 ? PLAN_LENS_SIDE : 0;
-    const struct plan_pass pass = {.number = 1, .strata = PLAN_LENS_SIDE, .sides = sides};
+    for (int i = 0; i < SIDE * SIDE; i++) strata_map[i] = i % 5 == 0 ? PLAN_LENS_EXTRA_STRATA : 0;
+    const struct plan_pass pass = {
+        .number = 1, .strata = PLAN_LENS_EXTRA_STRATA, .strata_map = strata_map};
     struct traced t = trace_all(f, &p);
     const struct rect all = {0, 0, SIDE, SIDE};
     assert_int_equal(
