@@ -73,7 +73,7 @@ check "samples that fields light cost one shadow ray a light and pixel, not one 
 # The picture is that of paths, with less error the more samples there are.
 render_reference() {
     jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/s1-i1-o0-g0-l1.json" >"$tmp/paths.json"
-    render paths paths --spp 2048
+    render paths paths --spp 512
 }
 check "paths" render_reference
 for spp in 4 9 16 36; do check "$spp samples" render s1-i1-o0-g0-l1 n$spp --spp $spp; done
@@ -125,7 +125,7 @@ for sky in soft sun; do for surface in lambert glossy; do
     jq --arg sky "$tmp/$sky.hdr" --arg scene "$tmp/$surface.glb" '.environment = {file: $sky} | .lights = [] | .scene.file = $scene
         | .effects.indirect_bounces = 2 | .lens = {aperture_radius: 0.05, focus_distance: 3.1}' "$tmp/all.json" >"$tmp/$name.json"
     jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/$name.json" >"$tmp/$name-none.json"
-    check "$sky sky, $surface surfaces: paths" render $name-none $name-paths --spp 2048
+    check "$sky sky, $surface surfaces: paths" render $name-none $name-paths --spp 512
     for spp in 4 9 16 36; do check "... $spp samples that fields light" render $name $name-n$spp --spp $spp; done
     check "... most of them" counts $name-n9 '.lens.samples_lit > 8 * .lens.samples_own'
     check "... the error falls with every step" falling_sky $name
@@ -192,7 +192,7 @@ for bounces in 1 2 4; do
     jq --arg sky "$tmp/soft.hdr" --arg scene "$tmp/mirror.glb" --argjson n $bounces '.environment = {file: $sky} | .lights = []
         | .scene.file = $scene | .effects.indirect_bounces = $n | .lens = {aperture_radius: 0.05, focus_distance: 3.1}' "$tmp/all.json" >"$tmp/$name.json"
     jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/$name.json" >"$tmp/$name-none.json"
-    check "mirrors, $bounces bounces: paths" render $name-none $name-paths --spp 2048
+    check "mirrors, $bounces bounces: paths" render $name-none $name-paths --spp 512
     for spp in 4 9 16 36; do check "... $spp samples that fields light" render $name $name-n$spp --spp $spp; done
     check "... through mirrors, too" counts $name-n9 '.rays.lens_mirrors > 0 and .lens.samples_lit > 8 * .lens.samples_own'
     check "... the error falls with every step" falling_sky $name
@@ -210,7 +210,7 @@ cleaner() {
 check "... with more than 1.8 times the error" cleaner
 jq '.lights = [{type: "rectangle", center: [0, 1.9, 0.2], half_u: [0.25, 0, 0], half_v: [0, 0, 0.25], radiance: [12, 11, 9]}]' "$tmp/mirror-2.json" >"$tmp/mirror-light.json"
 jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/mirror-light.json" >"$tmp/mirror-light-none.json"
-check "a light that mirrors show: paths" render mirror-light-none mirror-light-paths --spp 2048
+check "a light that mirrors show: paths" render mirror-light-none mirror-light-paths --spp 512
 check "... 36 samples that fields light" render mirror-light mirror-light-n36 --spp 36
 check "... the light is that of paths within 0.5 %" lit_like_paths mirror-light-paths mirror-light-n36 0.5
 check "one worker" render mirror-light a --workers 1 --worker-threads 1 --tile 32
