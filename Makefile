@@ -38,7 +38,7 @@ import_src := $(filter-out server/import/main.c,$(sort $(shell find server/impor
 worker_src := $(filter-out worker/main.c,$(sort $(shell find worker -name '*.c')))
 unit_src   := $(sort $(shell find tests/unit -name 'test_*.c'))
 unit_main  := tests/unit/unit.c
-unit_rooms := proto server import worker
+unit_rooms := proto server import worker bench
 # What several tests of a room share.
 fixture_src = $(sort $(shell find tests/unit/$(1) -name '*.c' -not -name 'test_*.c'))
 fixtures    = $(call obj,$(unit_main)) $(patsubst %,$(B)/libfixtures_%.a,$(1) proto)
@@ -49,18 +49,19 @@ fake_worker_src := $(wildcard tests/fake/worker/*.c)
 load_src   := $(wildcard tests/load/*.c)
 bench_src  := $(wildcard tests/bench/bench_*.c)
 picture_src := $(wildcard tests/bench/exr_*.c)
+unet_src   := $(wildcard tests/bench/unet/*.c)
 check_src  := $(wildcard tests/kernel/check_*.c)
 reference_src := $(wildcard tests/kernel/reference_*.c tests/kernel/kernel_*.c)
 analytic_src := $(wildcard tests/golden/analytic*.c)
 property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(foreach room,$(unit_rooms),$(call fixture_src,$(room))) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(foreach room,$(unit_rooms),$(call fixture_src,$(room))) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(unet_src) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 # Kernels (proto/runtime/kernels.h) are compiled once for each instruction set.
 isas     := sse42 avx2 avx512
-kernels  := $(filter %_kernels.c,$(server_src) $(worker_src))
+kernels  := $(filter %_kernels.c,$(server_src) $(worker_src) $(unet_src))
 obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B)/obj/$(f).%.o),$(B)/obj/$(f).o))
 
 proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
@@ -252,7 +253,7 @@ $(B)/obj/%.avx2.o: MARCH := -march=x86-64-v3 $(call known,-mmove-max=256 -mstore
 $(B)/obj/%.avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512 $(clocked)
 
 # Flags by room.
-fast_rooms := server/film server/reconstruct worker/scene worker/shade worker/trace
+fast_rooms := server/film server/reconstruct worker/scene worker/shade worker/trace tests/bench/unet
 fast_files := proto/half proto/octahedron proto/plane_filter proto/samples% proto/v_plane server/image/exr_zip
 rooms = $(patsubst %,$(B)/obj/%.o,$(addsuffix /%,$(1)) $(2))
 $(call rooms,$(fast_rooms),$(fast_files)): OPT := $(FAST)
@@ -274,6 +275,7 @@ $(B)/libproto.a: $(call obj,$(proto_src))
 $(B)/libserver.a: $(call obj,$(server_src))
 $(B)/libimport.a: $(call obj,$(import_src))
 $(B)/libworker.a: $(call obj,$(worker_src))
+$(B)/libunet.a: $(call obj,$(unet_src))
 $(B)/libreference.a: $(call obj,$(reference_src))
 $(foreach room,$(unit_rooms),$(eval $(B)/libfixtures_$(room).a: $(call obj,$(call fixture_src,$(room)))))
 $(B)/lib%.a:
@@ -318,6 +320,9 @@ $(B)/tests/unit/import/%: $(B)/obj/tests/unit/import/%.o $(call fixtures,import)
 $(B)/tests/unit/worker/%: $(B)/obj/tests/unit/worker/%.o $(call fixtures,worker) $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(worker_libs)
+$(B)/tests/unit/bench/%: $(B)/obj/tests/unit/bench/%.o $(call fixtures,bench) $(B)/libunet.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(proto_libs)
 $(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
@@ -333,6 +338,9 @@ $(B)/tests/fake/%: $(B)/obj/tests/fake/%.o $(B)/libproto.a
 $(B)/tests/bench/bench_brute $(B)/tests/bench/bench_lens_brute $(B)/tests/bench/bench_v_plane: $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libfixtures_server.a $(B)/libserver.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ -lcmocka $(server_libs)
+$(B)/tests/bench/exr_unet: $(B)/obj/tests/bench/exr_unet.o $(B)/libunet.a $(B)/libserver.a $(B)/libproto.a
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $^ -o $@ $(server_libs)
 $(B)/tests/bench/exr_%: $(B)/obj/tests/bench/exr_%.o $(B)/libserver.a $(B)/libworker.a $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(server_libs) -lembree3
