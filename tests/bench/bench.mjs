@@ -2,17 +2,17 @@
 // runs of the same build measured on the same machine is joined with it.
 //   bench.mjs BUILD [quick|smoke] [report|accept|results] [part=NAME,...] [effect=NAME,...] [scene=NAME,...]
 //     [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [seed=N] [workers=N,...]
-//     [heights=PX,...] [kinds=NAME,...] [steps=N,...] [peers=DIR] [out=DIR] [figures=FILE] [runs=N]
+//     [heights=PX,...] [kinds=NAME,...] [steps=N,...] [peers=DIR] [weights=FILE] [out=DIR] [figures=FILE] [runs=N]
 // report: nothing is measured, the report is made of the lines there are. accept: measures `runs` times, with
 // other seeds, and writes the figures that the gate holds later runs to; with part= those of some parts alone.
 // results: writes RESULTS.md and its part of README.md. peers: the folder of part=real's scenes, $SHEARWATER_PEERS
-// unless said. Status 1 when a skip does not hold or a figure got worse than the gate allows.
+// unless said. weights: the denoiser's, $SHEARWATER_PEER_WEIGHTS unless said; quick and smoke do without. Status 1 when a skip does not hold or a figure got worse than the gate allows.
 import { mkdirSync, readFileSync } from "node:fs";
 import { availableParallelism } from "node:os";
 import { resolve } from "node:path";
 import { sentence } from "./accuracy/bounds.mjs";
 import { effects } from "./accuracy/effects.mjs";
-import { peersFolder } from "./folders.mjs";
+import { peersFolder, weightsFile } from "./folders.mjs";
 import { accept, judge, read } from "./gate.mjs";
 import { effectBounds, rowsOf } from "./judged.mjs";
 import { Lines } from "./lines.mjs";
@@ -42,7 +42,7 @@ const SMOKE_SLACK = Infinity;
 const SMOKE = { ...QUICK, mode: "smoke", scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96, overlapSizes: [[192, 192]] };
 const ACTIONS = ["report", "accept", "results"];
 const PASSED_ON = ["effect", "method", "spp", "mu", "side", "reference", "repeat", "seed"];
-const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "peers", "out", "figures", "runs"];
+const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "peers", "weights", "out", "figures", "runs"];
 
 process.chdir(new URL("../..", import.meta.url).pathname);
 
@@ -86,11 +86,12 @@ function parse([build, ...words]) {
   const numbers = (name, other) => list(given[name])?.map(Number) ?? other;
   // A choice of what pictures are compared is a choice of that part, and a folder of scenes of its own.
   const parts = known("part", list(given.part), FULL.parts) ?? (given.peers ? ["real"] : PASSED_ON.some((w) => w !== "repeat" && w !== "seed" && given[w]) || given.scene ? ["accuracy"] : base.parts);
-  const o = { ...base, action, parts, scenes: chosen(base, given, parts), realNames: list(given.scene), peers: peersFolder(given.peers), build: resolve(build), cores, given,
+  const o = { ...base, action, parts, scenes: chosen(base, given, parts), realNames: list(given.scene), peers: peersFolder(given.peers), weights: base === FULL || given.weights ? weightsFile(build, given.weights) : null, build: resolve(build), cores, given,
     out: resolve(given.out ?? (base === FULL ? `${build}/bench` : `${build}/bench/${base.mode}`)), figures: resolve(given.figures ?? "tests/bench/figures.json"),
     workers: numbers("workers", base.workers), heights: numbers("heights", base.heights), hillSteps: numbers("steps", base.hillSteps),
     kinds: list(given.kinds) ?? base.kinds, runs: Number(given.runs ?? base.runs), repeat: Number(given.repeat ?? base.repeat) };
   o.accuracy = [...base.accuracy.filter((w) => !given[w.split("=")[0]]), ...PASSED_ON.filter((w) => w !== "effect" && given[w]).map((w) => `${w}=${given[w]}`)];
+  if (given.weights && !o.weights) usage(`there are no weights at ${given.weights}`);
   const real = parts.every((name) => name === "real") ? absentScenes(o) : null;
   if (real) usage(`there is no real scene "${real.absent[0]}": ${real.names.join(" ")}`);
   // All that the mode measures; and whether what is measured is measured as the committed figures were.

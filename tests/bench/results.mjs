@@ -32,6 +32,7 @@ export function figuresOf(lines) {
       ...(l.apart ? { apart_build_s: three(l.apart.cpu_s.build), apart_wall: three(l.apart.wall.total / l.wall.total), apart_cpu: three(l.apart.cpu_s.total / l.cpu_s.total), apart_mb: three(l.apart.workers * l.apart.peak_rss_bytes.worker / 1e6) } : {}) })),
     ...ofPart(lines, "links").map((l) => ({ is: "link", kind: l.kind, link: l.link_kind, width: l.width, height: l.height, bytes: l.link.received_bytes + l.link.sent_bytes, cpu: three(l.over_unix.cpu), loop: three(l.over_unix.coordinate) })),
     ...ofPart(lines, "real").map((l) => ({ is: "real", scene: l.scene, method: l.method, spp: l.spp, psnr_db: three(l.psnr_db), rmse01: three(l.rmse01), relmse999: three(l.relmse999), flip: three(l.flip),
+      ...(l.paths === "older" ? { paths: l.paths } : {}), ...(l.denoiser_s ? { denoiser_s: three(l.denoiser_s), picture_s: three(l.picture_s) } : {}),
       ...(l.runs ? { trace_over_none: three(l.trace_over_none), filters_s_per_megapixel: three(l.filters_s_per_megapixel), trace_s: three(l.cpu_least_s.trace), cpu_s: three(l.cpu_least_s.total) } : {}) })),
     ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
 }
@@ -85,7 +86,7 @@ function realScenes(figures) {
   if (rows.length === 0) return "";
   const known = (step) => rows.filter((r) => `${r.scene}, ${r.spp}` === step), said = (v) => v === undefined ? "–" : v === null ? "hidden" : v;
   const held = (step, unit) => judged.filter((r) => r.figure.startsWith(`${step} spp: `) && r.unit === unit).map((r) => `${signs(r.bound)}: ${verdict(r)}`)[0] ?? "";
-  return `PSNR in dB as a screen shows the picture, the noise of the references taken out ("hidden": below what that lets one tell); OIDN: Intel Open Image Denoise on as many paths.
+  return `PSNR in dB as a screen shows the picture, the noise of the references taken out ("hidden": below what that lets one tell); OIDN: Intel Open Image Denoise on ${rows.some((r) => r.paths === "older") ? "as many paths of an older build" : "the same paths"}.
 
 ${table(["scene, samples", "none", "auto", "OIDN", "bound on auto", "tracing of auto over that of none", "", "filters, CPU s a megapixel", ""], steps.map((step) => {
     const here = known(step), of = (method, what) => said(here.find((r) => r.method === method)?.[what]);

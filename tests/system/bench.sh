@@ -83,6 +83,7 @@ peers_folder() {
     done
     cp "$folder/reference-a.exr" "$folder/oidn-4.exr" && cp "$folder/reference-b.exr" "$folder/oidn-9.exr" && mkdir "$tmp/peers/no-scene"
 }
+export SHEARWATER_PEER_WEIGHTS=$tmp/no-weights.tza
 real() { node tests/bench/bench.mjs "$build" part=real repeat=1 "out=$tmp/real" "$@" >"$tmp/real.printed" 2>"$tmp/said"; }
 real_lines() { jq -es "$1" "$tmp/real/lines.jsonl"; }
 check "a peers folder" peers_folder
@@ -90,12 +91,38 @@ check "its scenes are measured" real "peers=$tmp/peers" spp=1,4
 check "... by paths, by filters, and by the denoiser that has that count" real_lines '[.[] | select(.part == "real") | [.scene, .method, .spp]] | sort ==
     [["cornell", "auto", 1], ["cornell", "auto", 4], ["cornell", "none", 1], ["cornell", "none", 4], ["cornell", "oidn", 4]]'
 check "... whose error is null where the references cannot tell it" real_lines '.[] | select(.method == "oidn") | .psnr_db == null and .rmse01 == null and .relmse999 == 0'
+check "... which is said to have had an older build's paths" bash -c "jq -es '.[] | select(.method == \"oidn\") | .paths == \"older\" and .picture_s == null' '$tmp/real/lines.jsonl' &&
+    grep -q 'no weights of the denoiser' '$tmp/said' && grep -q 'OIDN (older paths)' '$tmp/real/report/index.html' && ! grep -q 'At equal CPU time' '$tmp/real/report/index.html'"
 check "... beside bounds, of which the costs are of four samples and more" real_lines '[.[] | select(.from == "real")] | ([.[] | .figure] | sort) ==
     ["cornell, 4 spp: filters'"'"' CPU time per megapixel", "cornell, 4 spp: psnr_db of auto", "cornell, 4 spp: tracing of auto over that of none"]
     and (.[] | select(.unit == "dB") | .ok == false and .bound == ">= 48")'
 check "... which are said" grep -q '^cornell, 4 spp: psnr_db of auto .* MISSED$' "$tmp/said"
 check "the report shows its pictures side by side" bash -c "cd '$tmp/real/report' && grep -oE '(src|href)=\"views/[^\"]+\"' index.html | sed 's/.*=\"//; s/\"//' | sort -u >../shown &&
     [ \$(wc -l <../shown) -eq 7 ] && xargs -n 1 test -s <../shown && xmllint --noout plots/cornell-real-samples.svg plots/cornell-real-seconds.svg"
+# A denoiser that gives its paths back: its errors are theirs, its time is theirs and a scaled one.
+denoised() {
+    node tests/system/pass_weights.mjs 0 "$tmp/pass.tza" && real "peers=$tmp/peers" spp=1,4 weights="$tmp/pass.tza" &&
+        real_lines '[.[] | select(.part == "real")] | (map(select(.method == "none")) | INDEX(.spp)) as $none | map(select(.method == "oidn")) | length == 2 and
+            all(.[]; $none[.spp | tostring] as $n | .paths == "own" and .seed == 1 and (.psnr_db - $n.psnr_db | fabs) < 0.01 and .program_s >= 0
+                and .denoiser_s > 0 and (.picture_s - $n.picture_s - .denoiser_s | fabs) < 1e-6)'
+}
+check "with weights the denoiser has this build's own paths" denoised
+check "... which is said, as is what filters do in as much time" bash -c "! grep -q 'no weights' '$tmp/said' && [ \$(grep -c '^cornell: in .* CPU s .* OIDN of [14] paths .* dB, FLIP .*; auto of .* dB' '$tmp/said') -eq 2 ] &&
+    grep -q 'At equal CPU time' '$tmp/real/report/index.html' && grep -q 'very paths' '$tmp/real/report/index.html' && ! grep -q 'older paths' '$tmp/real/report/index.html'"
+no_weights() { real "peers=$tmp/peers" weights="$tmp/no-weights.tza"; [ $? -eq 2 ] && grep -q "no weights at $tmp/no-weights.tza" "$tmp/said"; }
+check "weights that are named and not there are refused" no_weights
+check "equal CPU time by hand" node --input-type=module -e '
+    import assert from "node:assert/strict";
+    import { equalCpu } from "./tests/bench/real/equal_cpu.mjs";
+    const row = (method, spp, picture_s, psnr_db, flip = 0.1) => ({ scene: "s", method, spp, picture_s, psnr_db, flip });
+    const auto = [row("auto", 16, 4, 40, 0.025), row("auto", 4, 1, 30)], near = (a, b) => assert.ok(Math.abs(a - b) < 1e-9, `${a}, not ${b}`);
+    const [e] = equalCpu([...auto, row("oidn", 4, 2, 33)]);
+    near(e.auto.psnr_db, 35), near(e.auto.spp, 8), near(e.auto.flip, 0.05), near(e.oidn.psnr_db, 33), assert.equal(e.outside, false);
+    const [beyond] = equalCpu([...auto, row("oidn", 64, 8, 41)]);
+    near(beyond.auto.psnr_db, 45), near(beyond.auto.spp, 32), assert.equal(beyond.outside, true);
+    assert.deepEqual(equalCpu([auto[0], row("oidn", 4, 2, 33)]), []);
+    assert.deepEqual(equalCpu([...auto, row("oidn", 4, null, 33), row("oidn", 4, 2, null), { ...row("oidn", 4, 2, 33), scene: "t" }]), []);
+    assert.equal(equalCpu([...auto, row("auto", 64, 5, null), row("oidn", 64, 8, 41)])[0].auto.psnr_db, beyond.auto.psnr_db);'
 check "a scene and a method are picked" bash -c "$(declare -f real real_lines); build='$build' tmp='$tmp'; rm -r '$tmp/real'; real peers='$tmp/peers' scene=cornell method=none spp=4 && real_lines '[.[] | select(.part == \"real\")] | length == 2'"
 no_scene() { real "peers=$tmp/peers" scene=nowhere; [ $? -eq 2 ] && grep -q 'no real scene "nowhere": cornell$' "$tmp/said"; }
 check "a scene that is not there is refused" no_scene

@@ -22,12 +22,19 @@ export function reach(points, error) {
 export const curve = (rows, scene, method, x, part = "judged") => rows.filter((r) => r.scene === scene && r.method === method)
   .sort((a, b) => a.spp - b.spp).map((r) => [x(r), r[part].rmse]);
 
+// The y of a curve of [x, y] at x, beyond its ends along its last leg: {y, outside}; null of less than two points.
+export function along(points, x) {
+  if (points.length < 2) return null;
+  const inside = points.findIndex(([x1], i) => i > 0 && points[i - 1][0] <= x && x <= x1), outside = inside < 0;
+  const leg = !outside ? inside : x < points[0][0] ? 1 : points.length - 1;
+  const [[x0, y0], [x1, y1]] = [points[leg - 1], points[leg]].map((p) => p.map(Math.log));
+  return { y: Math.exp(y0 + (y1 - y0) * (Math.log(x) - x0) / (x1 - x0)), outside };
+}
+
 // The error of a curve of [x, error] at x; NaN beyond its ends.
 export function errorAt(points, x) {
-  const leg = points.findIndex(([x1], i) => i > 0 && points[i - 1][0] <= x && x <= x1);
-  if (leg < 0) return NaN;
-  const [[x0, y0], [x1, y1]] = [points[leg - 1], points[leg]].map((p) => p.map(Math.log));
-  return Math.exp(y0 + (y1 - y0) * (Math.log(x) - x0) / (x1 - x0));
+  const found = along(points, x);
+  return found && !found.outside ? found.y : NaN;
 }
 
 // CPU seconds of the filter itself, of a row or of what it cost with another instruction set.

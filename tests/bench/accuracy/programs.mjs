@@ -52,6 +52,8 @@ export function programs(build, folder) {
       writeFileSync(path, JSON.stringify(job));
       run("tests/bench/exr_reference", [blob, path, String(strata), String(seed), out]);
     },
+    // What Open Image Denoise's network makes of a picture with albedo and normal; its CPU seconds.
+    denoise: (weights, picture, out) => JSON.parse(run("tests/bench/exr_unet", [weights, picture, out])).cpu_s,
     mean: (out, inputs) => run("tests/bench/exr_mean", [out, ...inputs]),
     // 1 in the layer visibility where the slopes of a job's lens samples are alike.
     away: (blob, jobPath, out) => run("tests/bench/exr_away", [blob, jobPath, out]),

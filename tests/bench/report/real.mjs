@@ -5,6 +5,7 @@ import { programs } from "../accuracy/programs.mjs";
 import { ofPart } from "../judged.mjs";
 import { lines } from "../plot/lines.mjs";
 import { realBounds } from "../real/bounds.mjs";
+import { equalCpu, shownError } from "../real/equal_cpu.mjs";
 import { details, escape, number, plots, table, times, verdict } from "./html.mjs";
 
 const NAMES = { none: "none", auto: "auto", oidn: "OIDN" }, ORDER = ["none", "auto", "oidn"];
@@ -12,8 +13,8 @@ const SHOWN_SPP = [4, 16], TIMES = 5;
 
 const methodsOf = (rows) => [...new Set(rows.map((r) => r.method))].sort((a, b) => ORDER.indexOf(a) - ORDER.indexOf(b));
 const nameOf = (method) => NAMES[method] ?? method;
-// Root mean square error as a screen shows it, in which psnr_db is a logarithm.
-const shownError = (r) => r.psnr_db === null ? NaN : 10 ** (-r.psnr_db / 20);
+// Of one picture: which paths a denoiser had, if they are not this build's.
+const rowName = (r) => r.paths === "older" ? `${nameOf(r.method)} (older paths)` : nameOf(r.method);
 const decibels = (v) => v === null ? "hidden" : v.toFixed(2);
 
 function plotsOf(scene, rows) {
@@ -46,7 +47,7 @@ function views(o, tools, scene, rows, spp) {
   const figure = (words, ...images) => `<figure>${images.join("")}<figcaption>${words}</figcaption></figure>`;
   return `<h4>${spp} samples a pixel</h4><div class="views">${[
     figure(`reference; below the others: ${TIMES} times what they are off`, image("reference", `${scene}: the reference`, 1, reference)),
-    ...shown.map((r) => figure(`<strong>${escape(nameOf(r.method))}</strong><br>${decibels(r.psnr_db)} dB, FLIP ${number(r.flip)}`,
+    ...shown.map((r) => figure(`<strong>${escape(rowName(r))}</strong><br>${decibels(r.psnr_db)} dB, FLIP ${number(r.flip)}`,
       image(`${r.method}-${spp}`, `${scene} by ${nameOf(r.method)} at ${spp} samples a pixel`, 1, r.picture),
       image(`${r.method}-${spp}-error`, `${TIMES} times the absolute error of ${nameOf(r.method)}`, TIMES, r.picture, reference)))].join("\n")}</div>`;
 }
@@ -56,10 +57,10 @@ const judged = (words, b) => b ? `${words} ${verdict(b.ok, `${b.relation === ">=
 const boundOf = (bounds, row, unit) => row.method === "auto" ? bounds.find((b) => b.scene === row.scene && b.spp === row.spp && b.unit === unit) : undefined;
 
 function figures(rows, bounds) {
-  const cost = (r, of) => r.cpu_least_s ? number(of(r)) : "–";
+  const cost = (r, of) => r.cpu_least_s ? number(of(r)) : "–", scaled = (r) => r.denoiser_s ? `${number(r.denoiser_s)} (scaled)` : "–";
   return table("Errors without the references' own noise, and the least CPU seconds of the runs", ["method, samples", "psnr_db", "rmse01", "relmse999", "FLIP", "CPU s: tracing", "filters", "from samples to picture", "tracing over none's", "filters, s a megapixel"],
-    rows.map((r) => [`${escape(nameOf(r.method))}, ${r.spp} spp`, judged(decibels(r.psnr_db), boundOf(bounds, r, "dB")), number(r.rmse01), number(r.relmse999), number(r.flip),
-      cost(r, () => r.cpu_least_s.trace), cost(r, () => r.filters_s_per_megapixel * r.megapixels), cost(r, () => r.picture_s),
+    rows.map((r) => [`${escape(rowName(r))}, ${r.spp} spp`, judged(decibels(r.psnr_db), boundOf(bounds, r, "dB")), number(r.rmse01), number(r.relmse999), number(r.flip),
+      cost(r, () => r.cpu_least_s.trace), r.method === "oidn" ? scaled(r) : cost(r, () => r.filters_s_per_megapixel * r.megapixels), number(r.picture_s),
       judged(times(r.trace_over_none), boundOf(bounds, r, "times")), judged(cost(r, () => r.filters_s_per_megapixel), boundOf(bounds, r, "s"))]));
 }
 
@@ -70,6 +71,22 @@ function overview(rows, bounds) {
     const row = rows.find((r) => r.scene === scene && r.spp === spp && r.method === method);
     return row ? judged(decibels(row.psnr_db), boundOf(bounds, row, "dB")) : "–";
   })]));
+}
+
+// What both give for as much CPU time.
+function equalTable(rows) {
+  return table("At equal CPU time: the denoiser on paths, and auto with the samples that it has in that time; * extrapolated", ["scene, samples of OIDN", "CPU s, from samples to picture", "of these OIDN's, scaled", "OIDN, dB", "auto, dB", "auto's samples", "OIDN, FLIP", "auto, FLIP"],
+    equalCpu(rows).map((e) => [`${escape(e.scene)}, ${e.spp} spp`, number(e.seconds), number(e.denoiser_s), decibels(e.oidn.psnr_db), `${decibels(e.auto.psnr_db)}${e.outside ? " *" : ""}`,
+      number(e.auto.spp), number(e.oidn.flip), number(e.auto.flip)]));
+}
+
+// Whose paths the denoiser had, and what is known of its time.
+function denoiserWords(rows) {
+  const denoised = rows.filter((r) => r.method === "oidn"), own = denoised.filter((r) => r.paths !== "older"), program = own.filter((r) => r.program_s).map((r) => r.program_s / r.megapixels);
+  if (denoised.length === 0) return "";
+  const older = own.length < denoised.length ? "<strong>Its pictures named “older paths” are of an older build's paths, whose light samples were worse</strong>: the weights were not there when this was measured (<code>make peer-weights</code>)." : "";
+  if (own.length === 0) return older;
+  return `It had the very paths of <em>none</em>: Intel's trained weights in a program of ours that computes the same network. Its CPU time is not measured but <strong>scaled</strong> from another machine's: 2.6 CPU seconds a megapixel, as this machine's tracing of the Cornell box is to that one's. Our program took ${number(Math.min(...program))} to ${number(Math.max(...program))} here. ${older}`;
 }
 
 function stageTable(rows) {
@@ -92,6 +109,6 @@ export function realSection(o, all) {
   mkdirSync(`${o.out}/real`, { recursive: true });
   // Bounds are about the scenes of the peers folder.
   const tools = programs(o.build, `${o.out}/real`), bounds = o.mode === "full" ? realBounds(rows) : [], scenes = [...new Set(rows.map((r) => r.scene))];
-  return { id: "real", title: "Real scenes", html: `<p>Pictures beside two independent references each: the product of what they are off beside the one and beside the other has no share of the references' own noise in its mean (<code>shearwater compare --reference-pair</code>). "Hidden" is an error that is below what that noise lets one tell. <em>none</em> are paths without a filter, <em>auto</em> is what the service does by itself, <em>OIDN</em> what a neural denoiser (Intel Open Image Denoise with albedo and normal) makes of the paths of <em>none</em>; its own time is not measured here, so that it has no place over CPU time.</p>
-${overview(rows, bounds)}${scenes.map((scene) => article(o, tools, scene, rows.filter((r) => r.scene === scene), bounds)).join("\n")}` };
+  return { id: "real", title: "Real scenes", html: `<p>Pictures beside two independent references each: the product of what they are off beside the one and beside the other has no share of the references' own noise in its mean (<code>shearwater compare --reference-pair</code>). "Hidden" is an error that is below what that noise lets one tell. <em>none</em> are paths without a filter, <em>auto</em> is what the service does by itself, <em>OIDN</em> what a neural denoiser (Intel Open Image Denoise with albedo and normal) makes of paths. ${denoiserWords(rows)}</p>
+${overview(rows, bounds)}${equalTable(rows)}${scenes.map((scene) => article(o, tools, scene, rows.filter((r) => r.scene === scene), bounds)).join("\n")}` };
 }
