@@ -54,7 +54,7 @@ static uint32_t components_of(const char *type)
     static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
     for (uint32_t i = 0; i < 4; i++)
         if (strcmp(type, names[i]) == 0) return i + 1;
-    return 0; /* matrices are not used by anything that is drawn */
+    return strcmp(type, "MAT4") == 0 ? 16 : 0; /* smaller matrices are used by nothing */
 }
 
 /* Points `e` into a buffer view at byteOffset of `json`, checking that all elements fit. */

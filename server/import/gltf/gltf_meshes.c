@@ -13,9 +13,17 @@
 
 enum side { SIDE_PLAIN, SIDE_MIRRORED, SIDE_FLAT, SIDES };
 
+/* A mesh in one pose, at all nodes where it stands so. The first stands are the document's meshes,
+ * each in its own pose. */
+struct stand {
+    uint32_t mesh;
+    uint32_t poser; /* the node whose skin or weights pose it; SCENE_NONE: its own weights do */
+};
+
 /* A primitive that is drawn. */
 struct use {
     struct gltf_geometry geometry;
+    uint32_t stand;
     uint32_t mesh, primitive, material;
     uint32_t next; /* the next use of the same geometry; SCENE_NONE: the last */
     bool leads;    /* the first of its geometry */
@@ -25,8 +33,11 @@ struct meshes {
     struct gltf *g;
     struct use *uses; /* owned */
     uint32_t use_count, use_capacity;
-    uint32_t *first_node; /* owned; by document mesh: where its nodes begin in `nodes` */
-    uint32_t *nodes;      /* owned; indexes into g->nodes.list, ordered by mesh */
+    struct stand *stands; /* owned */
+    uint32_t stand_count;
+    uint32_t *stand_of;   /* owned; parallel to g->nodes.list; SCENE_NONE: it bears no mesh */
+    uint32_t *first_node; /* owned; by stand: where its nodes begin in `nodes` */
+    uint32_t *nodes;      /* owned; indexes into g->nodes.list, ordered by stand */
     uint8_t *sides;       /* owned; enum side, parallel to g->nodes.list */
 };
 
@@ -41,23 +52,44 @@ static enum side side_of(const struct affine *to_world)
     return affine_determinant(to_world) < 0 ? SIDE_MIRRORED : SIDE_PLAIN;
 }
 
-/* Sorts the nodes by mesh, keeping their order. */
+/* Lists the stands. The copies of an instanced node share one. */
+static int list_stands(struct meshes *m, struct fault *fault)
+{
+    const struct gltf_nodes *nodes = &m->g->nodes;
+    const uint32_t meshes = (uint32_t)gltf_count(m->g->root, "meshes");
+    m->stands = malloc(((size_t)meshes + nodes->count + 1) * sizeof *m->stands);
+    m->stand_of = malloc(((size_t)nodes->count + 1) * sizeof *m->stand_of);
+    if (m->stands == NULL || m->stand_of == NULL) return out_of_memory(fault);
+    for (uint32_t i = 0; i < meshes; i++) m->stands[i] = (struct stand){i, SCENE_NONE};
+    uint32_t count = meshes;
+    for (uint32_t i = 0; i < nodes->count; i++) {
+        const struct gltf_node *node = &nodes->list[i];
+        m->stand_of[i] = node->mesh;
+        if (node->mesh == SCENE_NONE || (node->skin == SCENE_NONE && !node->weighted)) continue;
+        if (count == meshes || m->stands[count - 1].poser != node->index)
+            m->stands[count++] = (struct stand){node->mesh, node->index};
+        m->stand_of[i] = count - 1;
+    }
+    m->stand_count = count;
+    return 0;
+}
+
+/* Sorts the nodes by stand, keeping their order. */
 static int list_placements(struct meshes *m, struct fault *fault)
 {
     const struct gltf_nodes *nodes = &m->g->nodes;
-    size_t mesh_count = gltf_count(m->g->root, "meshes");
-    m->first_node = calloc(mesh_count + 2, sizeof *m->first_node);
+    m->first_node = calloc((size_t)m->stand_count + 2, sizeof *m->first_node);
     m->nodes = malloc(((size_t)nodes->count + 1) * sizeof *m->nodes);
     m->sides = malloc((size_t)nodes->count + 1);
     if (m->first_node == NULL || m->nodes == NULL || m->sides == NULL) return out_of_memory(fault);
     for (uint32_t i = 0; i < nodes->count; i++) {
         m->sides[i] = (uint8_t)side_of(&nodes->list[i].to_world);
-        if (nodes->list[i].mesh != SCENE_NONE) m->first_node[nodes->list[i].mesh + 2]++;
+        if (m->stand_of[i] != SCENE_NONE) m->first_node[m->stand_of[i] + 2]++;
     }
-    for (size_t i = 2; i < mesh_count + 2; i++) m->first_node[i] += m->first_node[i - 1];
+    for (size_t i = 2; i < (size_t)m->stand_count + 2; i++)
+        m->first_node[i] += m->first_node[i - 1];
     for (uint32_t i = 0; i < nodes->count; i++)
-        if (nodes->list[i].mesh != SCENE_NONE)
-            m->nodes[m->first_node[nodes->list[i].mesh + 1]++] = i;
+        if (m->stand_of[i] != SCENE_NONE) m->nodes[m->first_node[m->stand_of[i] + 1]++] = i;
     return 0;
 }
 
@@ -78,17 +110,19 @@ static int append_use(struct meshes *m, const struct use *use, struct fault *fau
 }
 
 /* Lists the primitives of a mesh that stands somewhere. */
-static int list_primitives(struct meshes *m, uint32_t mesh, struct fault *fault)
+static int list_primitives(struct meshes *m, uint32_t stand, struct fault *fault)
 {
+    const uint32_t mesh = m->stands[stand].mesh;
     const json_t *json, *primitives;
     gltf_place place;
     int rc = gltf_item(m->g->root, "meshes", mesh, &json, place, fault);
     if (rc == 0) rc = gltf_array(json, place, "primitives", &primitives, fault);
     for (uint32_t p = 0; rc == 0 && p < json_array_size(primitives); p++) {
         struct gltf_primitive primitive;
-        rc = gltf_primitive_read(m->g, mesh, p, &primitive, fault);
+        rc = gltf_primitive_read(m->g, mesh, p, m->stands[stand].poser, &primitive, fault);
         if (rc != 0 || !primitive.drawn) continue;
         struct use use = {.geometry = primitive.geometry,
+                          .stand = stand,
                           .mesh = mesh,
                           .primitive = p,
                           .material = primitive.material,
@@ -189,7 +223,7 @@ static int bake(struct gltf *g, const struct mesh *local, const struct use *use,
 static uint64_t count_side(const struct meshes *m, const struct use *use, enum side side)
 {
     uint64_t count = 0;
-    for (uint32_t i = m->first_node[use->mesh]; i < m->first_node[use->mesh + 1]; i++)
+    for (uint32_t i = m->first_node[use->stand]; i < m->first_node[use->stand + 1]; i++)
         count += m->sides[m->nodes[i]] == side;
     return count;
 }
@@ -200,7 +234,7 @@ static int bake_side(struct meshes *m, const struct mesh *local, uint32_t leader
     int rc = 0;
     for (uint32_t u = leader; rc == 0 && u != SCENE_NONE; u = m->uses[u].next) {
         const struct use *use = &m->uses[u];
-        for (uint32_t i = m->first_node[use->mesh]; rc == 0 && i < m->first_node[use->mesh + 1];
+        for (uint32_t i = m->first_node[use->stand]; rc == 0 && i < m->first_node[use->stand + 1];
              i++)
             if (m->sides[m->nodes[i]] == side)
                 rc = bake(m->g, local, use, &m->g->nodes.list[m->nodes[i]], fault);
@@ -218,7 +252,7 @@ static int instance_side(struct meshes *m, const struct mesh *geometry, uint32_t
         const struct use *use = &m->uses[u];
         if (count_side(m, use, side) == 0) continue;
         rc = append_mesh(m->g, &record, use, fault);
-        for (uint32_t i = m->first_node[use->mesh]; rc == 0 && i < m->first_node[use->mesh + 1];
+        for (uint32_t i = m->first_node[use->stand]; rc == 0 && i < m->first_node[use->stand + 1];
              i++) {
             if (m->sides[m->nodes[i]] != side) continue;
             const struct gltf_node *node = &m->g->nodes.list[m->nodes[i]];
@@ -266,14 +300,16 @@ static int place_geometry(struct meshes *m, uint32_t leader, struct fault *fault
 int gltf_meshes_read(struct gltf *g, struct fault *fault)
 {
     struct meshes m = {.g = g};
-    size_t mesh_count = gltf_count(g->root, "meshes");
-    int rc = list_placements(&m, fault);
-    for (uint32_t i = 0; rc == 0 && i < mesh_count; i++)
+    int rc = list_stands(&m, fault);
+    if (rc == 0) rc = list_placements(&m, fault);
+    for (uint32_t i = 0; rc == 0 && i < m.stand_count; i++)
         if (m.first_node[i] < m.first_node[i + 1]) rc = list_primitives(&m, i, fault);
     if (rc == 0) rc = chain_uses(&m, fault);
     for (uint32_t u = 0; rc == 0 && u < m.use_count; u++)
         if (m.uses[u].leads) rc = place_geometry(&m, u, fault);
     free(m.uses);
+    free(m.stands);
+    free(m.stand_of);
     free(m.first_node);
     free(m.nodes);
     free(m.sides);

@@ -13,6 +13,7 @@ void gltf_nodes_fini(struct gltf_nodes *nodes)
 {
     free(nodes->list);
     free(nodes->visited);
+    free(nodes->world);
     memset(nodes, 0, sizeof *nodes);
 }
 
@@ -94,10 +95,25 @@ static int read_bearings(struct gltf *g, const json_t *json, const char *place,
         rc =
             gltf_index(json, place, "camera", gltf_count(g->root, "cameras"), &node->camera, fault);
     if (rc == 0) rc = read_light(g, json, place, &node->light, fault);
-    if (rc == 0 && json_object_get(json, "skin") != NULL && node->mesh != SCENE_NONE)
-        warnings_add(&g->builder->warnings, place,
-                     "skins are ignored: the mesh stands in its rest pose");
+    if (rc == 0)
+        rc = gltf_index(json, place, "skin", gltf_count(g->root, "skins"), &node->skin, fault);
+    if (node->mesh == SCENE_NONE) node->skin = SCENE_NONE;
+    node->weighted = json_object_get(json, "weights") != NULL;
     return rc;
+}
+
+/* Keeps a node; with a skin as two, since a skin's mesh does not stand where its node does (glTF
+ * 2.0, section 3.7.3.3). */
+static int keep_bearings(struct gltf_nodes *nodes, const struct gltf_node *node,
+                         struct fault *fault)
+{
+    struct gltf_node rest = *node, skinned = *node;
+    if (node->skin == SCENE_NONE) return keep_node(nodes, node, fault);
+    rest.mesh = rest.skin = SCENE_NONE;
+    skinned.camera = skinned.light = SCENE_NONE;
+    skinned.to_world = affine_identity();
+    int rc = keep_node(nodes, &rest, fault);
+    return rc == 0 ? keep_node(nodes, &skinned, fault) : rc;
 }
 
 static int visit(struct gltf *g, size_t index, const struct affine *parent, uint32_t depth,
@@ -141,8 +157,9 @@ static int visit(struct gltf *g, size_t index, const struct affine *parent, uint
     node.to_world = affine_multiply(parent, &local);
     if (!affine_is_finite(&node.to_world))
         return fault_set(fault, ERR_NOT_FINITE, place, "its place in the world is not finite");
+    if (g->nodes.world != NULL) g->nodes.world[index] = node.to_world;
     rc = read_bearings(g, json, place, &node, fault);
-    if (rc == 0) rc = keep_node(&g->nodes, &node, fault);
+    if (rc == 0) rc = keep_bearings(&g->nodes, &node, fault);
     if (rc == 0) rc = visit_children(g, json, "children", place, &node.to_world, depth, fault);
     return rc;
 }
@@ -174,7 +191,9 @@ int gltf_nodes_read(struct gltf *g, struct fault *fault)
     size_t scenes = gltf_count(g->root, "scenes");
     uint32_t chosen;
     g->nodes.visited = calloc(gltf_count(g->root, "nodes") + 1, 1);
-    if (g->nodes.visited == NULL)
+    if (gltf_count(g->root, "skins") > 0)
+        g->nodes.world = calloc(gltf_count(g->root, "nodes") + 1, sizeof *g->nodes.world);
+    if (g->nodes.visited == NULL || (g->nodes.world == NULL && gltf_count(g->root, "skins") > 0))
         return fault_set(fault, ERR_MEMORY, "nodes", "no memory for the nodes");
     int rc = gltf_index(g->root, "", "scene", scenes, &chosen, fault);
     if (rc != 0) return rc;

@@ -8,15 +8,17 @@
 struct gltf;
 
 struct gltf_node {
-    uint32_t index;               /* in the document */
-    uint32_t mesh, camera, light; /* SCENE_NONE: none */
-    struct affine to_world;
+    uint32_t index;                     /* in the document */
+    uint32_t mesh, skin, camera, light; /* SCENE_NONE: none */
+    bool weighted;                      /* morph weights of its own, in place of the mesh's */
+    struct affine to_world;             /* the identity with a skin: joints place its vertices */
 };
 
 struct gltf_nodes {
     struct gltf_node *list; /* owned; depth first; only nodes with a mesh, camera or light */
     uint32_t count, capacity;
-    uint8_t *visited; /* owned; by document index */
+    uint8_t *visited;     /* owned; by document index */
+    struct affine *world; /* owned; by document index, where visited; NULL: no skin needs it */
 };
 
 /* Reads the nodes. ERR_LIMIT for deep nesting, ERR_CORRUPT for loops and nodes with two parents. */

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "server/import/gltf/gltf_accessor.h"
+#include "server/import/gltf/gltf_pose.h"
 #include "server/import/scene/tangents.h"
 
 enum { MODE_TRIANGLES = 4, MODE_STRIP = 5, MODE_FAN = 6 };
@@ -32,8 +33,6 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
     if (rc == 0) rc = gltf_index(json, place, "indices", count, &out->indices, fault);
     if (rc == 0 && json_object_get(attributes, "COLOR_0") != NULL)
         warnings_add(&g->builder->warnings, place, "vertex colours are ignored");
-    if (rc == 0 && json_object_get(json, "targets") != NULL)
-        warnings_add(&g->builder->warnings, place, "morph targets are ignored");
     return rc;
 }
 
@@ -96,7 +95,7 @@ static int read_material(struct gltf *g, const json_t *json, const char *place,
     return 0;
 }
 
-int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
+int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive, uint32_t poser,
                         struct gltf_primitive *out, struct fault *fault)
 {
     gltf_place mesh_place, place;
@@ -123,7 +122,14 @@ int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
         return 0;
     }
     out->drawn = true;
-    return read_material(g, json, place, out, fault);
+    bool posed = false;
+    rc = gltf_pose_moves(g, mesh, primitive, poser, &posed, fault);
+    if (posed) {
+        out->geometry.posed_mesh = mesh;
+        out->geometry.posed_primitive = primitive;
+        out->geometry.posed_node = poser;
+    }
+    return rc == 0 ? read_material(g, json, place, out, fault) : rc;
 }
 
 /* Loads an optional attribute, which must have as many elements as there are vertices. */
@@ -204,6 +210,8 @@ int gltf_geometry_load(struct gltf *g, const struct gltf_geometry *geometry, con
     *out = (struct mesh){0};
     int rc = load_vertices(g, geometry, out, fault);
     if (rc == 0) rc = load_triangles(g, geometry, place, out, fault);
+    if (rc == 0 && geometry->posed_mesh != SCENE_NONE)
+        rc = gltf_pose_apply(g, geometry, place, out, fault);
     if (rc == 0) rc = mesh_check(out, place, &g->builder->warnings, fault);
     if (rc == 0) rc = mesh_compact(out, fault);
     if (rc == 0) rc = complete_tangents(geometry, place, out, fault);

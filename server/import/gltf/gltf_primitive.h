@@ -9,6 +9,9 @@ struct gltf_geometry {
     uint32_t position, normal, tangent, uv[2], indices; /* accessors; SCENE_NONE: none */
     uint32_t mode;                                      /* 4 triangles, 5 strip, 6 fan */
     uint32_t tangent_set; /* the UV set that tangents are made from; SCENE_NONE: none are */
+    /* Where the vertices move (gltf_pose.h): which primitive, by which node. SCENE_NONE: they rest;
+     * of the node alone: by the mesh's own weights. */
+    uint32_t posed_mesh, posed_primitive, posed_node;
 };
 
 struct gltf_primitive {
@@ -17,8 +20,9 @@ struct gltf_primitive {
     bool drawn;        /* false for points, lines and primitives without positions */
 };
 
-/* Reads the description, and warns of what is ignored. */
-int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive,
+/* Reads the description, and warns of what is ignored. `poser`: a node with a skin or with weights
+ * of its own; SCENE_NONE: none. */
+int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive, uint32_t poser,
                         struct gltf_primitive *out, struct fault *fault);
 
 /* Reads, checks and compacts the triangles. The caller owns *out; empty on failure. */

@@ -307,6 +307,15 @@ static void transform_tangents(struct mesh *mesh, const struct affine *to_world,
     }
 }
 
+void mesh_turn_over(struct mesh *mesh)
+{
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        uint32_t *triangle = mesh->triangles + 3 * t, second = triangle[1];
+        triangle[1] = triangle[2];
+        triangle[2] = second;
+    }
+}
+
 int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char *place,
                    struct fault *fault)
 {
@@ -319,11 +328,7 @@ int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char 
     }
     if (mesh->normals != NULL) transform_normals(mesh, to_world, turn);
     if (mesh->normals != NULL && mesh->tangents != NULL) transform_tangents(mesh, to_world, turn);
-    for (size_t t = 0; turn < 0 && t < mesh->triangle_count; t++) {
-        uint32_t *triangle = mesh->triangles + 3 * t, second = triangle[1];
-        triangle[1] = triangle[2];
-        triangle[2] = second;
-    }
+    if (turn < 0) mesh_turn_over(mesh);
     return check_array(mesh->positions, mesh->vertex_count, 3, LIMIT_COORDINATE, place,
                        "positions in the world", fault);
 }

@@ -38,6 +38,9 @@ int mesh_unweld(struct mesh *mesh, const char *place, struct fault *fault);
 /* Unwelds and sets the triangles' own normals. */
 int mesh_flatten(struct mesh *mesh, const char *place, struct fault *fault);
 
+/* Turns the winding of all triangles over. */
+void mesh_turn_over(struct mesh *mesh);
+
 /* Applies a transform to positions, normals and tangents. When it mirrors, the winding is turned
  * over, so that the front side stays the front side (glTF 2.0, section 3.7.4). */
 int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char *place,
