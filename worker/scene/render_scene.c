@@ -83,6 +83,8 @@ static uint32_t traits_of(const struct mesh_view *v)
     if (!m->lambert && !m->unlit) traits |= MESH_REFLECTS;
     if (m->lambert) traits |= MESH_LAMBERT;
     if (v->normals || v->tangents) traits |= MESH_BENT;
+    /* Lamps' densities are their facets', and rays through glass start at the facet's far side. */
+    if (v->normals && !m->emissive && !m->transmissive) traits |= MESH_ROUND;
     return m->textured ? traits | MESH_TEXTURED : traits;
 }
 

@@ -17,7 +17,8 @@ enum mesh_trait {
     MESH_REFLECTS = 2, /* otherwise than by Lambert's law */
     MESH_BENT = 4,     /* it has normals other than its facets' */
     MESH_TEXTURED = 8,
-    MESH_LAMBERT = 16
+    MESH_LAMBERT = 16,
+    MESH_ROUND = 32 /* rays start from the surface that its normals describe (lift_lanes.h) */
 };
 
 /* Where one mesh lies in the blob: all that a hit or an alpha test needs. */

@@ -126,7 +126,7 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
     sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
     if (lobe->above.on[i])
         path_pool_begin(pool,
-                        &(struct path_start){.origin = &g->from->surface.origin,
+                        &(struct path_start){.surface = &g->from->surface,
                                              .direction = &lobe->direction,
                                              .weight = {weight[0], weight[1], weight[2]},
                                              .reach = INFINITY,

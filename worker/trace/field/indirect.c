@@ -100,9 +100,13 @@ static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
 {
     const struct surface *s = &b->from->surface;
     struct RTCRay16 *r = &p->rays.ray;
-    memcpy(r->org_x, s->origin.x, sizeof r->org_x);
-    memcpy(r->org_y, s->origin.y, sizeof r->org_y);
-    memcpy(r->org_z, s->origin.z, sizeof r->org_z);
+    for (int i = 0; i < LANES; i++) {
+        const struct vector start =
+            surface_start(s, i, direction->x[i], direction->y[i], direction->z[i]);
+        r->org_x[i] = start.x;
+        r->org_y[i] = start.y;
+        r->org_z[i] = start.z;
+    }
     memcpy(r->dir_x, direction->x, sizeof r->dir_x);
     memcpy(r->dir_y, direction->y, sizeof r->dir_y);
     memcpy(r->dir_z, direction->z, sizeof r->dir_z);
@@ -140,7 +144,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
     for (int i = 0; i < LANES; i++) {
         if (!valid.on[i]) continue;
         path_pool_begin(pool,
-                        &(struct path_start){.origin = &b->from->surface.origin,
+                        &(struct path_start){.surface = &b->from->surface,
                                              .direction = &direction,
                                              .weight = {weight[i], weight[i], weight[i]},
                                              .reach = b->reach,

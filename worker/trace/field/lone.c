@@ -183,6 +183,8 @@ static void take_surface(const struct surface *from, int i, struct surface *to, 
 {
     take3(&from->position, i, &to->position, n);
     take3(&from->origin, i, &to->origin, n);
+    take3(&from->plane, i, &to->plane, n);
+    take3(&from->lift, i, &to->lift, n);
     take3(&from->facet, i, &to->facet, n);
     take3(&from->normal, i, &to->normal, n);
     take3(&from->albedo, i, &to->albedo, n);

@@ -66,14 +66,30 @@ static void transform_position(const float m[12], float *magnitude, struct lanes
     *magnitude = most;
 }
 
-void hit_to_world(const float m[12], int i, float *magnitude, struct surface *out)
+/* Fills the cofactors of a transform; returns the sign of its determinant. */
+static float find_cofactors(const float m[12], float cofactors[9])
 {
-    float cofactors[9];
     cross(m + 4, m + 8, cofactors);
     cross(m + 8, m, cofactors + 3);
     cross(m, m + 4, cofactors + 6);
     float det = m[0] * cofactors[0] + m[1] * cofactors[1] + m[2] * cofactors[2];
-    float sign = det < 0.0f ? -1.0f : 1.0f;
+    return det < 0.0f ? -1.0f : 1.0f;
+}
+
+void hit_lift_to_world(const float m[12], int i, struct lanes3 *lift, struct lanes3 *round)
+{
+    float cofactors[9], v[3], out[3];
+    float sign = find_cofactors(m, cofactors);
+    transform_normal(cofactors, sign, round, i);
+    get(lift, i, v);
+    for (int k = 0; k < 3; k++, m += 4) out[k] = m[0] * v[0] + m[1] * v[1] + m[2] * v[2];
+    put(lift, i, out);
+}
+
+void hit_to_world(const float m[12], int i, float *magnitude, struct surface *out)
+{
+    float cofactors[9];
+    float sign = find_cofactors(m, cofactors);
     transform_position(m, magnitude, &out->position, i);
     transform_normal(cofactors, sign, &out->facet, i);
     transform_normal(cofactors, sign, &out->normal, i);

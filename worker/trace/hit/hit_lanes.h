@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "worker/trace/hit/hit.h"
+#include "worker/trace/hit/lift_lanes.h"
 #include "worker/trace/hit/surface_lanes.h"
 #include "worker/trace/hit/textured.h"
 
@@ -254,6 +255,19 @@ static bool place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *re
     return true;
 }
 
+/* Lifts what is round, once vectors and sides are final. */
+static void lift(const struct hit_lanes *lanes, const struct RTCRayHit16 *rays, struct surface *s)
+{
+    struct lift_lanes l;
+    if (!(lanes->traits & MESH_ROUND)) return;
+    find_round_corners(lanes->mesh, &rays->hit, &l);
+    find_lifts(s, &rays->hit, &l);
+    for (int i = 0; lanes->any_placed && i < LANES; i++)
+        if (lanes->mesh[i] && lanes->placed.on[i])
+            hit_lift_to_world(lanes->instance[i]->to_world, i, &l.lift, &l.round);
+    lift_origins(&rays->ray, &l, s);
+}
+
 static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask *valid,
                                 const struct RTCRayHit16 *rays, struct surface *out)
 {
@@ -275,6 +289,7 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
         place_one(lanes.mesh[0], rays, out)) {
         shade(q, &lanes, &rays->hit, out);
         if (lanes.traits & MESH_SHINES) hide_emission(out);
+        lift(&lanes, rays, out);
         return;
     }
     gather_surface(lanes.mesh, one_triangle, bent, &rays->hit, magnitude, out);
@@ -285,4 +300,5 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
     find_sides(&rays->ray, out);
     if (lanes.traits & MESH_SHINES) hide_emission(out);
     kernel_finish_surface(&rays->ray, magnitude, !bent, out);
+    lift(&lanes, rays, out);
 }

@@ -204,6 +204,8 @@ LANE_INLINE void finish_vectors(struct vector direction, struct vector position,
     else
         normal = turned(normalised(normal, facet, 1.0f), facet, 1.0f);
     lane_put(facet, i, &s->facet);
+    lane_put(facet, i, &s->plane);
+    lane_put((struct vector){0.0f, 0.0f, 0.0f}, i, &s->lift);
     lane_put(bent_to_viewer(normal, direction), i, &s->normal);
     s->origin.x[i] = position.x + off * facet.x;
     s->origin.y[i] = position.y + off * facet.y;

@@ -3,10 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include "worker/shade/lanes.h"
-
-struct vector {
-    float x, y, z;
-};
+#include "worker/trace/hit/vector.h"
 
 LANE_INLINE struct vector lane_get(const struct lanes3 *from, int i)
 {

@@ -18,7 +18,8 @@ LANE_INLINE int32_t judge_origin(const struct surface *r, int i)
     return fit ? LIGHT_TRACED : LIGHT_NOT_FINITE;
 }
 
-/* Whether lane i goes to Embree, its ray from the receiver's origin, and why not. Comparisons are
+/* Whether lane i goes to Embree, its ray along (dx, dy, dz), from the receiver's origin up to a
+ * point unless it goes on without end, and why not. Comparisons are
  * false for NaN. Choices follow each other and masks are numbers: of truths that hang on each other
  * the compiler makes branches, or scalar code. */
 LANE_INLINE void finish_lane(const struct surface *r, const struct lanes_mask *lanes, int i,
@@ -33,12 +34,14 @@ LANE_INLINE void finish_lane(const struct surface *r, const struct lanes_mask *l
     out->skip[i] = skip;
     out->traced.on[i] = lanes->on[i] & -(skip == LIGHT_TRACED);
     out->irradiance[i] = irradiance;
-    ray->org_x[i] = r->origin.x[i];
-    ray->org_y[i] = r->origin.y[i];
-    ray->org_z[i] = r->origin.z[i];
-    ray->dir_x[i] = dx;
-    ray->dir_y[i] = dy;
-    ray->dir_z[i] = dz;
+    const struct vector start = surface_start(r, i, dx, dy, dz);
+    const bool ends = out->end < INFINITY;
+    ray->org_x[i] = start.x;
+    ray->org_y[i] = start.y;
+    ray->org_z[i] = start.z;
+    ray->dir_x[i] = dx - (ends ? start.x - r->origin.x[i] : 0.0f);
+    ray->dir_y[i] = dy - (ends ? start.y - r->origin.y[i] : 0.0f);
+    ray->dir_z[i] = dz - (ends ? start.z - r->origin.z[i] : 0.0f);
     ray->tfar[i] = out->end;
 }
 

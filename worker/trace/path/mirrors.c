@@ -132,9 +132,10 @@ static bool reflect(const struct path_vertex *v, int i, struct path_record_scatt
 
 static void aim(const struct surface *s, int i, const float d[3], struct RTCRay16 *r)
 {
-    r->org_x[i] = s->origin.x[i];
-    r->org_y[i] = s->origin.y[i];
-    r->org_z[i] = s->origin.z[i];
+    const struct vector start = surface_start(s, i, d[0], d[1], d[2]);
+    r->org_x[i] = start.x;
+    r->org_y[i] = start.y;
+    r->org_z[i] = start.z;
     r->dir_x[i] = d[0];
     r->dir_y[i] = d[1];
     r->dir_z[i] = d[2];

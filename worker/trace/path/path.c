@@ -170,9 +170,11 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
     c->kernels->path_pairs(p, PATH_OCCLUSION, u, w);
     c->kernels->lambert_scatter(&v->surface, u, w, &valid, &direction, pdf);
     for (int i = 0; i < LANES; i++) {
-        r->org_x[i] = v->surface.origin.x[i];
-        r->org_y[i] = v->surface.origin.y[i];
-        r->org_z[i] = v->surface.origin.z[i];
+        const struct vector start =
+            surface_start(&v->surface, i, direction.x[i], direction.y[i], direction.z[i]);
+        r->org_x[i] = start.x;
+        r->org_y[i] = start.y;
+        r->org_z[i] = start.z;
         r->dir_x[i] = direction.x[i];
         r->dir_y[i] = direction.y[i];
         r->dir_z[i] = direction.z[i];

@@ -121,9 +121,10 @@ static void sample_emitter(const struct path_context *c, const struct path_verte
     p->density[i] = chance * e.pdf_area * squared * sqrtf(squared) / fabsf(front);
     p->irradiance[i] /= p->density[i];
     float clear = side * fminf(e.offset, 0.5f * fabsf(front));
-    r->dir_x[i] = e.position[0] + clear * e.normal[0] - s->origin.x[i];
-    r->dir_y[i] = e.position[1] + clear * e.normal[1] - s->origin.y[i];
-    r->dir_z[i] = e.position[2] + clear * e.normal[2] - s->origin.z[i];
+    const struct vector start = surface_start(s, i, way[0], way[1], way[2]);
+    r->dir_x[i] = e.position[0] + clear * e.normal[0] - start.x;
+    r->dir_y[i] = e.position[1] + clear * e.normal[1] - start.y;
+    r->dir_z[i] = e.position[2] + clear * e.normal[2] - start.z;
     r->tfar[i] = EMITTER_END;
     out->color.x[i] = e.radiance[0];
     out->color.y[i] = e.radiance[1];
@@ -162,9 +163,13 @@ static void finish_colors(const struct path_context *c, const struct light_selec
 /* Sets the rays' origins. */
 static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
 {
-    memcpy(r->org_x, v->surface.origin.x, sizeof r->org_x);
-    memcpy(r->org_y, v->surface.origin.y, sizeof r->org_y);
-    memcpy(r->org_z, v->surface.origin.z, sizeof r->org_z);
+    for (int i = 0; i < LANES; i++) {
+        const struct vector start =
+            surface_start(&v->surface, i, r->dir_x[i], r->dir_y[i], r->dir_z[i]);
+        r->org_x[i] = start.x;
+        r->org_y[i] = start.y;
+        r->org_z[i] = start.z;
+    }
 }
 
 /* Samples the only light of a plan, without a choice. */

@@ -5,6 +5,7 @@
  * paths that go on are packed together, in their order, so that packets stay full while paths end.
  * A path's numbers do not depend on which packet it travels in. */
 #include "worker/trace/hit/block.h"
+#include "worker/trace/hit/hit.h"
 #include "worker/trace/hit/queries.h"
 
 #define PATH_SAMPLES 16
@@ -77,7 +78,8 @@ static inline struct path_packet *path_pool_add(struct path_pool *pool, uint32_t
 /* A path that begins on one of sixteen surfaces. Its pdf is 0, since no light sample was taken that
  * could have found the same direction. */
 struct path_start {
-    const struct lanes3 *origin, *direction;
+    const struct surface *surface;
+    const struct lanes3 *direction;
     float weight[3]; /* of what it brings */
     float reach;
     uint32_t key, sample, slot;
@@ -89,9 +91,11 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     uint32_t lane;
     struct path_packet *p = path_pool_add(pool, &lane);
     struct RTCRay16 *r = &p->rays.ray;
-    r->org_x[lane] = s->origin->x[i];
-    r->org_y[lane] = s->origin->y[i];
-    r->org_z[lane] = s->origin->z[i];
+    const struct vector start =
+        surface_start(s->surface, i, s->direction->x[i], s->direction->y[i], s->direction->z[i]);
+    r->org_x[lane] = start.x;
+    r->org_y[lane] = start.y;
+    r->org_z[lane] = start.z;
     r->dir_x[lane] = s->direction->x[i];
     r->dir_y[lane] = s->direction->y[i];
     r->dir_z[lane] = s->direction->z[i];

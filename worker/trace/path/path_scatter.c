@@ -130,10 +130,12 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     const struct surface *from = &v->surface;
     struct RTCRay16 *r = &next->rays.ray;
     bool through = s->through.on[i];
+    const struct vector start =
+        surface_start(from, (int)i, s->direction.x[i], s->direction.y[i], s->direction.z[i]);
     /* The other side's origin lies as far behind the position as this side's before it. */
-    r->org_x[lane] = through ? 2.0f * from->position.x[i] - from->origin.x[i] : from->origin.x[i];
-    r->org_y[lane] = through ? 2.0f * from->position.y[i] - from->origin.y[i] : from->origin.y[i];
-    r->org_z[lane] = through ? 2.0f * from->position.z[i] - from->origin.z[i] : from->origin.z[i];
+    r->org_x[lane] = through ? 2.0f * from->position.x[i] - from->origin.x[i] : start.x;
+    r->org_y[lane] = through ? 2.0f * from->position.y[i] - from->origin.y[i] : start.y;
+    r->org_z[lane] = through ? 2.0f * from->position.z[i] - from->origin.z[i] : start.z;
     r->dir_x[lane] = s->direction.x[i];
     r->dir_y[lane] = s->direction.y[i];
     r->dir_z[lane] = s->direction.z[i];

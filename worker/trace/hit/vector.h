@@ -1,0 +1,4 @@
+#pragma once
+struct vector {
+    float x, y, z;
+};
