@@ -36,6 +36,7 @@ static const struct section_kind kinds[SCENE_SECTION_COUNT] = {
     [SCENE_CAMERAS] = {"cameras", sizeof(struct scene_camera), LIMIT_CAMERAS},
     [SCENE_NAMES] = {"names", 1, UINT32_MAX},
     [SCENE_WARNINGS] = {"warnings", 1, LIMIT_WARNINGS * 4096ull},
+    [SCENE_COLORS] = {"colors", 16, LIMIT_VERTICES},
 };
 
 /* A stretch of the blob that something occupies. */
@@ -157,6 +158,7 @@ static void view_sections(struct scene *s, const struct scene_section_entry *tab
     s->positions = at[SCENE_POSITIONS];
     s->normals = at[SCENE_NORMALS];
     s->tangents = at[SCENE_TANGENTS];
+    s->colors = at[SCENE_COLORS];
     s->uvs = at[SCENE_UVS];
     s->triangles = at[SCENE_TRIANGLES];
     s->meshes = at[SCENE_MESHES];

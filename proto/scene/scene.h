@@ -14,7 +14,7 @@
 #include "proto/error.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     2u
+#define SCENE_VERSION     3u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
 
@@ -36,7 +36,8 @@ enum scene_section {
     SCENE_NAMES = 14,    /* char: NUL-terminated strings that records refer to by offset; byte 0 is
                             NUL, so that offset 0 is the empty name */
     SCENE_WARNINGS = 15, /* char: NUL-terminated sentences, one after the other */
-    SCENE_SECTION_COUNT = 16
+    SCENE_COLORS = 16,   /* float[4]: factors of the base colour, linear, and of alpha */
+    SCENE_SECTION_COUNT = 17
 };
 
 struct scene_header {
@@ -61,7 +62,7 @@ struct scene_info {
     uint32_t reserved;
 };
 
-enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u };
+enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u, MESH_HAS_COLORS = 8u };
 
 /* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
  * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
@@ -77,7 +78,7 @@ struct scene_mesh {
     uint32_t material;
     uint32_t flags;
     uint32_t name;
-    uint32_t reserved;
+    uint32_t first_color;
 };
 
 /* A placed mesh. Meshes placed once have the transform baked in and an identity here (flag). The
@@ -93,7 +94,8 @@ struct scene_instance {
 };
 
 enum alpha_mode { ALPHA_OPAQUE = 0, ALPHA_MASK = 1, ALPHA_BLEND = 2 };
-enum { MATERIAL_DOUBLE_SIDED = 1u, MATERIAL_UNLIT = 2u };
+/* MATERIAL_COLORED: the colours of vertices multiply base_color, where a mesh has them. */
+enum { MATERIAL_DOUBLE_SIDED = 1u, MATERIAL_UNLIT = 2u, MATERIAL_COLORED = 4u };
 
 struct scene_texture_ref {
     uint32_t texture;   /* SCENE_NONE: none */
@@ -212,7 +214,7 @@ struct scene {
     size_t blob_bytes;
     uint64_t count[SCENE_SECTION_COUNT];
     const struct scene_info *info;
-    const float *positions, *normals, *tangents, *uvs;
+    const float *positions, *normals, *tangents, *uvs, *colors;
     const uint32_t *triangles;
     const struct scene_mesh *meshes;
     const struct scene_instance *instances;

@@ -14,7 +14,7 @@
 #define VOLUME_MIN 1e-9
 
 #define ASPECT_MAX 1e6f /* of a camera */
-#define MESH_FLAGS (MESH_HAS_NORMALS | MESH_HAS_TANGENTS | MESH_IS_LIGHT)
+#define MESH_FLAGS (MESH_HAS_NORMALS | MESH_HAS_TANGENTS | MESH_IS_LIGHT | MESH_HAS_COLORS)
 
 /* Arrays of floats: a branchless pass, and a search only after a fault. */
 static int check_floats(const struct scene *s, uint32_t section, const float *v,
@@ -50,6 +50,19 @@ static int check_units(const struct scene *s, uint32_t section, const float *v, 
                                  "begins a vector that is not unit");
         if (per_record == 4 && fabsf(record[3]) != 1.0f)
             return record_refuse(&at, "w", ERR_RANGE, (double)record[3], "is neither 1 nor -1");
+    }
+    return 0;
+}
+
+static int check_colors(const struct scene *s, struct fault *fault)
+{
+    bool good = true;
+    for (uint64_t i = 0; i < 4 * s->count[SCENE_COLORS]; i++)
+        good &= s->colors[i] >= 0.0f && s->colors[i] <= 1.0f;
+    for (uint64_t i = 0; !good && i < s->count[SCENE_COLORS]; i++) {
+        const struct scene_record at = {s, SCENE_COLORS, i, fault};
+        const int error = record_numbers(&at, "", s->colors + 4 * i, 4, 0.0f, 1.0f);
+        if (error) return error;
     }
     return 0;
 }
@@ -119,7 +132,9 @@ static int check_mesh(const struct scene_record *at, const struct scene_mesh *m)
             error = record_range(at, "first_uv", m->first_uv[set], n, SCENE_UVS);
     if (!error) error = record_index(at, "material", m->material, SCENE_MATERIALS);
     if (!error) error = record_name(at, m->name);
-    if (!error) error = record_reserved(at, m->reserved);
+    if (!error)
+        error = check_parallel(at, "first_color", m->flags & MESH_HAS_COLORS, m->first_color, n,
+                               SCENE_COLORS);
     return error ? error : check_triangles(at, m);
 }
 
@@ -264,6 +279,7 @@ int scene_check(const struct scene *s, struct fault *fault)
     if (!error) error = check_units(s, SCENE_NORMALS, s->normals, 3, fault);
     if (!error) error = check_units(s, SCENE_TANGENTS, s->tangents, 4, fault);
     if (!error) error = check_floats(s, SCENE_UVS, s->uvs, 2, fault);
+    if (!error) error = check_colors(s, fault);
     if (!error) error = check_shares(s, fault);
     if (!error) error = check_records(s, fault);
     if (!error) error = check_placed(s, fault);

@@ -6,7 +6,7 @@
 #define IOR_MAX        1e3f /* of real materials below 5 */
 #define EXPONENT_MAX   1e5f /* as struct bsdf takes them */
 #define TURN_MAX       6.2832f
-#define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT)
+#define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT | MATERIAL_COLORED)
 
 static int check_texture_ref(const struct scene_record *at, const char *field,
                              const struct scene_texture_ref *ref)

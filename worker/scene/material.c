@@ -16,9 +16,10 @@ static float unit_interval(float v)
     return v < 0.0f ? 0.0f : v > 1.0f ? 1.0f : v;
 }
 
-/* The lowest opacity anywhere. */
+/* The lowest opacity anywhere; that of vertices may be any. */
 static float least_alpha(const struct material *m)
 {
+    if (m->colored) return 0.0f;
     const struct texture *t = &m->base_color_texture;
     return m->base_color[3] * (t->texels ? texture_least_alpha(t) : 1.0f);
 }
@@ -107,6 +108,7 @@ static void sample_at(const struct texture *t, const struct material_uv *uv, flo
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4])
 {
     memcpy(out, m->base_color, 4 * sizeof out[0]);
+    for (int i = 0; m->colored && i < 4; i++) out[i] *= uv->color[i];
     if (!m->base_color_texture.texels) return;
     float texel[4];
     sample_at(&m->base_color_texture, uv, texel);
@@ -209,6 +211,7 @@ static void material_init(struct material *m, const struct scene *blob,
     m->emissive =
         m->unlit || s->emission[0] > 0.0f || s->emission[1] > 0.0f || s->emission[2] > 0.0f;
     m->model = s->model;
+    m->colored = m->textured = s->flags & MATERIAL_COLORED;
     init_textures(m, blob, s, decoding);
     init_alpha(m, s);
     init_gltf(m, s);

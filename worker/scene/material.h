@@ -17,7 +17,8 @@ struct material {
     float normal_scale;
     float alpha_cutoff; /* surfaces with less alpha are not there; 0: opaque */
     bool emissive, double_sided, unlit;
-    bool textured;     /* reads UVs at all */
+    bool textured;     /* reads UVs or vertex colours at all */
+    bool colored;      /* vertex colours multiply its base colour */
     bool lambert;      /* its BSDF is a Lambertian one wherever it is hit */
     bool anisotropic;  /* its BSDF depends on material_tangent_angle */
     bool transmissive; /* may send paths through */
@@ -50,10 +51,11 @@ struct material_table {
 int material_table_create(const struct scene *blob, struct material_table **out);
 void material_table_destroy(struct material_table **table);
 
-/* Where on a mesh: both UV sets at the hit. Materials that are not `textured` read none: NULL will
- * do. */
+/* Where on a mesh: both UV sets and the vertex colour at the hit. Materials that are not `textured`
+ * read none: NULL will do. */
 struct material_uv {
     float set[2][2];
+    float color[4];
 };
 
 /* Base colour, linear, alpha last. */

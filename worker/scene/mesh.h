@@ -28,11 +28,13 @@ static inline float mesh_interpolate(const struct mesh_point *p, const float *at
            p->weights[2] * attribute[p->corners[2] * stride + component];
 }
 
-/* Both UV sets; zeros for a set that the mesh lacks. */
+/* Both UV sets, zeros for a set that the mesh lacks, and the colour, ones where it has none. */
 static inline void mesh_uv(const struct mesh_point *p, struct material_uv *out)
 {
     for (int set = 0; set < 2; set++)
         for (size_t c = 0; c < 2; c++)
             out->set[set][c] =
                 p->mesh->uvs[set] ? mesh_interpolate(p, p->mesh->uvs[set], 2, c) : 0.0f;
+    for (size_t c = 0; c < 4; c++)
+        out->color[c] = p->mesh->colors ? mesh_interpolate(p, p->mesh->colors, 4, c) : 1.0f;
 }

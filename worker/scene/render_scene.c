@@ -103,6 +103,7 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
     for (int set = 0; set < 2; set++)
         v->uvs[set] =
             mesh->first_uv[set] == SCENE_NONE ? NULL : blob->uvs + (size_t)2 * mesh->first_uv[set];
+    v->colors = mesh->flags & MESH_HAS_COLORS ? blob->colors + (size_t)4 * mesh->first_color : NULL;
     v->triangle_count = mesh->triangle_count;
     v->flags = mesh->flags;
     v->traits = traits_of(v);

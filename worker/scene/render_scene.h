@@ -28,6 +28,7 @@ struct mesh_view {
     const float *normals;      /* float[3] a vertex; NULL: flat */
     const float *tangents;     /* float[4] a vertex; NULL: none, or nothing needs them */
     const float *uvs[2];       /* float[2] a vertex; NULL: no such set */
+    const float *colors;       /* float[4] a vertex; NULL: none */
     const struct material *material;
     uint32_t triangle_count;
     uint32_t flags;  /* MESH_ of proto/scene/scene.h */

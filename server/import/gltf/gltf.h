@@ -8,6 +8,7 @@
 #include "server/import/gltf/gltf_json.h"
 #include "server/import/gltf/gltf_nodes.h"
 #include "server/import/scene/builder.h"
+#include "server/import/scene/colored_materials.h"
 
 struct gltf_buffer; /* gltf_buffers.c */
 struct gltf_images; /* gltf_textures.c */
@@ -24,6 +25,7 @@ struct gltf {
     struct gltf_images *images; /* owned */
     struct gltf_nodes nodes;
     uint32_t default_material; /* SCENE_NONE until a primitive without material needs it */
+    struct colored_materials colored;
 };
 
 /* Imports a .glb or .gltf. The call borrows `name` and `main`. */

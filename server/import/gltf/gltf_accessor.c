@@ -135,6 +135,14 @@ static int open_accessor(struct gltf *g, uint32_t index, struct accessor *out, s
     return bind_elements(g, out->json, out->place, view, &out->base, fault);
 }
 
+int gltf_accessor_components(struct gltf *g, uint32_t accessor, uint32_t *out, struct fault *fault)
+{
+    struct accessor a;
+    int rc = open_accessor(g, accessor, &a, fault);
+    *out = rc == 0 ? a.base.components : 0;
+    return rc;
+}
+
 static uint32_t load_unsigned(const struct elements *e, size_t i, size_t c)
 {
     const uint8_t *at = e->data + i * e->stride_bytes + c * component_bytes(e->type);

@@ -8,6 +8,9 @@
 int gltf_read_floats(struct gltf *g, uint32_t accessor, uint32_t components, uint32_t *count,
                      float **out, struct fault *fault);
 
+/* Returns how many components the type of an accessor has. */
+int gltf_accessor_components(struct gltf *g, uint32_t accessor, uint32_t *out, struct fault *fault);
+
 /* Reads unsigned integers. The caller frees *out. */
 int gltf_read_indices(struct gltf *g, uint32_t accessor, uint32_t *count, uint32_t **out,
                       struct fault *fault);

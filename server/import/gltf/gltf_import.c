@@ -23,6 +23,7 @@ int gltf_import(struct files *files, const char *name, const struct file_view *m
     struct gltf g = {
         .files = files, .builder = builder, .name = name, .default_material = SCENE_NONE};
     int rc = import_document(&g, main, fault);
+    colored_materials_fini(&g.colored);
     gltf_nodes_fini(&g.nodes);
     gltf_textures_fini(&g);
     gltf_buffers_fini(&g);

@@ -111,6 +111,18 @@ static int add_deltas(struct gltf *g, const json_t *target, const char *place,
     return rc;
 }
 
+/* Colours move by three components or four, as the target has them. */
+static uint32_t color_components(struct gltf *g, const json_t *target)
+{
+    uint32_t accessor, components = 4;
+    struct fault fault; /* of the accessor: add_deltas names it */
+    if (gltf_index(target, "", "COLOR_0", gltf_count(g->root, "accessors"), &accessor, &fault) ==
+            0 &&
+        accessor != SCENE_NONE)
+        gltf_accessor_components(g, accessor, &components, &fault);
+    return components == 3 ? 3 : 4;
+}
+
 static int apply_target(struct gltf *g, const json_t *target, const char *place, double weight,
                         struct mesh *mesh, struct fault *fault)
 {
@@ -118,7 +130,8 @@ static int apply_target(struct gltf *g, const json_t *target, const char *place,
                                  {"NORMAL", mesh->normals, 3, 3},
                                  {"TANGENT", mesh->tangents, 4, 3},
                                  {"TEXCOORD_0", mesh->uvs[0], 2, 2},
-                                 {"TEXCOORD_1", mesh->uvs[1], 2, 2}};
+                                 {"TEXCOORD_1", mesh->uvs[1], 2, 2},
+                                 {"COLOR_0", mesh->colors, 4, color_components(g, target)}};
     int rc = 0;
     if (!json_is_object(target)) return fault_set(fault, ERR_TYPE, place, "it is not an object");
     for (size_t i = 0; rc == 0 && i < sizeof rows / sizeof *rows; i++)

@@ -19,11 +19,9 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
     const struct {
         const char *key;
         uint32_t *index;
-    } rows[] = {{"POSITION", &out->position},
-                {"NORMAL", &out->normal},
-                {"TANGENT", &out->tangent},
-                {"TEXCOORD_0", &out->uv[0]},
-                {"TEXCOORD_1", &out->uv[1]}};
+    } rows[] = {{"POSITION", &out->position}, {"NORMAL", &out->normal},
+                {"TANGENT", &out->tangent},   {"TEXCOORD_0", &out->uv[0]},
+                {"TEXCOORD_1", &out->uv[1]},  {"COLOR_0", &out->color}};
     gltf_place_set(at, "%s.attributes", place);
     int rc = gltf_object(json, place, "attributes", &attributes, fault);
     if (rc == 0 && attributes == NULL)
@@ -31,8 +29,6 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
     for (size_t i = 0; rc == 0 && i < sizeof rows / sizeof *rows; i++)
         rc = gltf_index(attributes, at, rows[i].key, count, rows[i].index, fault);
     if (rc == 0) rc = gltf_index(json, place, "indices", count, &out->indices, fault);
-    if (rc == 0 && json_object_get(attributes, "COLOR_0") != NULL)
-        warnings_add(&g->builder->warnings, place, "vertex colours are ignored");
     return rc;
 }
 
@@ -92,7 +88,8 @@ static int read_material(struct gltf *g, const json_t *json, const char *place,
     const struct scene_material *m = &builder_materials(g->builder)[out->material];
     check_uvs(g, m, &out->geometry, place);
     choose_tangents(g, m, &out->geometry, place);
-    return 0;
+    if (out->geometry.color == SCENE_NONE) return 0;
+    return colored_material_get(&g->colored, g->builder, out->material, &out->material, fault);
 }
 
 int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive, uint32_t poser,
@@ -146,6 +143,29 @@ static int load_attribute(struct gltf *g, uint32_t accessor, uint32_t components
                      count, vertices);
 }
 
+/* Colours have three components or four; alpha is 1 where they have three. */
+static int load_colors(struct gltf *g, uint32_t accessor, uint32_t vertices, float **out,
+                       struct fault *fault)
+{
+    uint32_t components = 4;
+    float *colors = NULL;
+    int rc = 0;
+    if (accessor != SCENE_NONE) rc = gltf_accessor_components(g, accessor, &components, fault);
+    if (rc == 0)
+        rc = load_attribute(g, accessor, components == 3 ? 3 : 4, vertices, &colors, fault);
+    if (rc != 0 || components != 3) {
+        *out = colors;
+        return rc;
+    }
+    *out = malloc(((size_t)vertices * 4 + 1) * sizeof **out);
+    for (size_t v = 0; *out != NULL && v < vertices; v++) {
+        memcpy(*out + 4 * v, colors + 3 * v, 3 * sizeof **out);
+        (*out)[4 * v + 3] = 1;
+    }
+    free(colors);
+    return *out != NULL ? 0 : fault_set(fault, ERR_MEMORY, "meshes", "no memory for a mesh");
+}
+
 static int load_vertices(struct gltf *g, const struct gltf_geometry *geometry, struct mesh *out,
                          struct fault *fault)
 {
@@ -155,7 +175,7 @@ static int load_vertices(struct gltf *g, const struct gltf_geometry *geometry, s
     if (rc == 0) rc = load_attribute(g, geometry->tangent, 4, n, &out->tangents, fault);
     for (int set = 0; rc == 0 && set < 2; set++)
         rc = load_attribute(g, geometry->uv[set], 2, n, &out->uvs[set], fault);
-    return rc;
+    return rc == 0 ? load_colors(g, geometry->color, n, &out->colors, fault) : rc;
 }
 
 /* Corner k of triangle t in an index list of the given mode (glTF 2.0, section 3.7.2.1). */

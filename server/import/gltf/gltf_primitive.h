@@ -6,8 +6,8 @@
 /* All that the triangles depend on. Primitives with equal keys share one geometry; keys are
  * compared as bytes. */
 struct gltf_geometry {
-    uint32_t position, normal, tangent, uv[2], indices; /* accessors; SCENE_NONE: none */
-    uint32_t mode;                                      /* 4 triangles, 5 strip, 6 fan */
+    uint32_t position, normal, tangent, uv[2], color, indices; /* accessors; SCENE_NONE: none */
+    uint32_t mode;                                             /* 4 triangles, 5 strip, 6 fan */
     uint32_t tangent_set; /* the UV set that tangents are made from; SCENE_NONE: none are */
     /* Where the vertices move (gltf_pose.h): which primitive, by which node. SCENE_NONE: they rest;
      * of the node alone: by the mesh's own weights. */

@@ -4,6 +4,7 @@
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,6 +51,29 @@ static int copy_uvs(const struct aiVector3D *from, uint32_t count, float **out, 
     return 0;
 }
 
+/* Colours of vertices are meant as they look on a screen: they are sRGB. */
+static float linear_of(float srgb)
+{
+    const float v = fminf(fmaxf(srgb, 0), 1);
+    return v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f);
+}
+
+static int copy_colors(const struct aiColor4D *from, uint32_t count, float **out,
+                       struct fault *fault)
+{
+    if (from == NULL) return 0;
+    float *to = malloc(((size_t)count * 4 + 1) * sizeof *to);
+    if (to == NULL) return fault_set(fault, ERR_MEMORY, "meshes", "no memory for vertices");
+    for (size_t v = 0; v < count; v++) {
+        to[4 * v] = linear_of(from[v].r);
+        to[4 * v + 1] = linear_of(from[v].g);
+        to[4 * v + 2] = linear_of(from[v].b);
+        to[4 * v + 3] = 1;
+    }
+    *out = to;
+    return 0;
+}
+
 static int copy_triangles(const struct aiMesh *from, struct mesh *out, struct fault *fault)
 {
     out->triangles = malloc(((size_t)from->mNumFaces * 3 + 1) * sizeof *out->triangles);
@@ -77,8 +101,7 @@ static int copy_mesh(const struct aiMesh *from, const char *place, struct warnin
     if (rc == 0) rc = copy_vectors(from->mNormals, n, &out->normals, fault);
     if (rc == 0) rc = copy_uvs(from->mTextureCoords[0], n, &out->uvs[0], fault);
     if (rc == 0) rc = copy_triangles(from, out, fault);
-    if (rc == 0 && from->mColors[0] != NULL)
-        warnings_add(warnings, place, "vertex colours are ignored");
+    if (rc == 0) rc = copy_colors(from->mColors[0], n, &out->colors, fault);
     if (rc == 0) rc = mesh_check(out, place, warnings, fault);
     if (rc == 0) rc = mesh_compact(out, fault);
     if (rc != 0) mesh_fini(out);
@@ -116,6 +139,8 @@ static int append_mesh(struct obj_materials *materials, const struct aiMesh *fro
         return 0;
     }
     int rc = obj_material_get(materials, from->mMaterialIndex, &material, fault);
+    if (rc == 0 && from->mColors[0] != NULL)
+        rc = colored_material_get(&materials->colored, b, material, &material, fault);
     if (rc == 0) rc = copy_mesh(from, place, &b->warnings, &mesh, fault);
     if (rc != 0) return rc;
     rc = mesh_append(&mesh, b, &record, fault);

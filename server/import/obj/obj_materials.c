@@ -26,6 +26,7 @@ void obj_materials_fini(struct obj_materials *m)
 {
     free(m->records);
     free(m->paths);
+    colored_materials_fini(&m->colored);
     *m = (struct obj_materials){0};
 }
 

@@ -4,6 +4,7 @@
 
 #include "server/import/fence/files.h"
 #include "server/import/scene/builder.h"
+#include "server/import/scene/colored_materials.h"
 
 struct obj_materials {
     struct files *files;     /* borrowed */
@@ -12,6 +13,7 @@ struct obj_materials {
     const struct aiScene *scene;
     uint32_t *records;               /* owned; assimp's material -> scene_material or SCENE_NONE */
     char (*paths)[LIMIT_PATH_BYTES]; /* owned; parallel to SCENE_IMAGES */
+    struct colored_materials colored;
 };
 
 int obj_materials_init(struct obj_materials *m, struct files *files, struct builder *builder,

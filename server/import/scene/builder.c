@@ -27,6 +27,7 @@ static const struct {
     [SCENE_CAMERAS] = {"cameras", LIMIT_CAMERAS},
     [SCENE_NAMES] = {"bytes of names", 1u << 30},
     [SCENE_WARNINGS] = {"bytes of warnings", LIMIT_WARNINGS *WARNING_TEXT_BYTES},
+    [SCENE_COLORS] = {"vertex colours", LIMIT_VERTICES},
 };
 
 int builder_init(struct builder *b, struct fault *fault)

@@ -18,13 +18,14 @@ void mesh_fini(struct mesh *mesh)
     free(mesh->tangents);
     free(mesh->uvs[0]);
     free(mesh->uvs[1]);
+    free(mesh->colors);
     free(mesh->triangles);
     memset(mesh, 0, sizeof *mesh);
 }
 
 /* The vertex arrays and how many floats of each belong to a vertex. */
-enum { VERTEX_ARRAYS = 5 };
-static const size_t array_width[VERTEX_ARRAYS] = {3, 3, 4, 2, 2};
+enum { VERTEX_ARRAYS = 6 };
+static const size_t array_width[VERTEX_ARRAYS] = {3, 3, 4, 2, 2, 4};
 
 static void list_arrays(struct mesh *mesh, float **arrays[VERTEX_ARRAYS])
 {
@@ -33,6 +34,7 @@ static void list_arrays(struct mesh *mesh, float **arrays[VERTEX_ARRAYS])
     arrays[2] = &mesh->tangents;
     arrays[3] = &mesh->uvs[0];
     arrays[4] = &mesh->uvs[1];
+    arrays[5] = &mesh->colors;
 }
 
 int mesh_gather(struct mesh *mesh, const uint32_t *source, uint32_t count, struct fault *fault)
@@ -196,6 +198,12 @@ static void normalize_tangents(struct mesh *mesh)
     }
 }
 
+static void clamp_colors(struct mesh *mesh)
+{
+    for (size_t i = 0; i < 4 * (size_t)mesh->vertex_count; i++)
+        mesh->colors[i] = fminf(fmaxf(mesh->colors[i], 0), 1);
+}
+
 int mesh_check(struct mesh *mesh, const char *place, struct warnings *warnings, struct fault *fault)
 {
     const struct {
@@ -209,6 +217,7 @@ int mesh_check(struct mesh *mesh, const char *place, struct warnings *warnings, 
         {mesh->tangents, 4, LIMIT_COORDINATE, "tangents"},
         {mesh->uvs[0], 2, LIMIT_COORDINATE, "uvs"},
         {mesh->uvs[1], 2, LIMIT_COORDINATE, "uvs"},
+        {mesh->colors, 4, LIMIT_COORDINATE, "colours"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         int rc = check_array(rows[i].values, mesh->vertex_count, rows[i].width, rows[i].limit,
@@ -223,6 +232,7 @@ int mesh_check(struct mesh *mesh, const char *place, struct warnings *warnings, 
         mesh->tangents = NULL;
     }
     if (rc == 0 && mesh->tangents != NULL) normalize_tangents(mesh);
+    if (mesh->colors != NULL) clamp_colors(mesh);
     return rc;
 }
 
@@ -365,6 +375,11 @@ int mesh_append(const struct mesh *mesh, struct builder *b, struct scene_mesh *o
         out->flags |= MESH_HAS_TANGENTS;
         rc = append_array(b, SCENE_TANGENTS, mesh->tangents, mesh->vertex_count,
                           &out->first_tangent, fault);
+    }
+    if (rc == 0 && mesh->colors != NULL) {
+        out->flags |= MESH_HAS_COLORS;
+        rc = append_array(b, SCENE_COLORS, mesh->colors, mesh->vertex_count, &out->first_color,
+                          fault);
     }
     for (int set = 0; rc == 0 && set < 2; set++) {
         if (mesh->uvs[set] != NULL)

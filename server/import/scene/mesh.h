@@ -11,6 +11,7 @@ struct mesh {
     float *normals;      /* float[3] */
     float *tangents;     /* float[4], w the bitangent's sign */
     float *uvs[2];       /* float[2] */
+    float *colors;       /* float[4] */
     uint32_t *triangles; /* uint32_t[3] */
 };
 
@@ -19,8 +20,9 @@ void mesh_fini(struct mesh *mesh);
 /* Makes a copy that the caller owns; on failure *out is empty. ERR_MEMORY. */
 int mesh_copy(const struct mesh *mesh, struct mesh *out, struct fault *fault);
 
-/* Checks every number and index and makes normals and tangents unit vectors; those of length zero
- * are replaced, with a warning. ERR_NOT_FINITE, ERR_LIMIT, ERR_RANGE with the vertex at fault. */
+/* Checks every number and index, makes normals and tangents unit vectors and brings colours into
+ * [0, 1]; vectors of length zero are replaced, with a warning. ERR_NOT_FINITE, ERR_LIMIT, ERR_RANGE
+ * with the vertex at fault. */
 int mesh_check(struct mesh *mesh, const char *place, struct warnings *warnings,
                struct fault *fault);
 
@@ -46,7 +48,7 @@ void mesh_turn_over(struct mesh *mesh);
 int mesh_transform(struct mesh *mesh, const struct affine *to_world, const char *place,
                    struct fault *fault);
 
-/* Appends the arrays to the builder. *out gets the ranges and the flags of normals and tangents;
+/* Appends the arrays to the builder. *out gets the ranges and the flags of what the mesh has;
  * material and name are the caller's. Stores no scene_mesh record. */
 int mesh_append(const struct mesh *mesh, struct builder *b, struct scene_mesh *out,
                 struct fault *fault);

@@ -13,6 +13,7 @@ const struct scene *fixture_scene(struct scene_fixture *f)
     s->normals = f->normals;
     s->tangents = f->tangents;
     s->uvs = f->uvs;
+    s->colors = f->colors;
     s->triangles = f->triangles;
     s->meshes = f->meshes;
     s->instances = f->instances;
@@ -64,6 +65,7 @@ uint32_t fixture_mesh(struct scene_fixture *f, uint32_t material, uint32_t flags
     f->meshes[f->mesh_count] = (struct scene_mesh){.first_vertex = f->vertex_count,
                                                    .first_normal = f->vertex_count,
                                                    .first_tangent = f->vertex_count,
+                                                   .first_color = f->vertex_count,
                                                    .first_uv = {f->vertex_count, SCENE_NONE},
                                                    .first_triangle = f->triangle_count,
                                                    .material = material,

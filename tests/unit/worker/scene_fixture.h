@@ -14,6 +14,7 @@ struct scene_fixture {
     float normals[3 * FIXTURE_VERTICES + 4];
     float tangents[4 * FIXTURE_VERTICES + 4];
     float uvs[2 * FIXTURE_VERTICES + 4];
+    float colors[4 * FIXTURE_VERTICES + 4];
     uint32_t triangles[3 * FIXTURE_VERTICES + 4];
     struct scene_mesh meshes[FIXTURE_MESHES];
     struct scene_instance instances[FIXTURE_MESHES];

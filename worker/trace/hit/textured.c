@@ -87,6 +87,20 @@ static void color_lanes(const struct hit_kernels *kernels, const struct texture 
     }
 }
 
+/* Multiplies by the colours of vertices, which are those of base colours. */
+static void tint(const struct mesh_view *mesh, const struct lanes_mask *on,
+                 const struct RTCHit16 *hit, struct lanes3 *out)
+{
+    if (!mesh->material->colored || !mesh->colors) return;
+    for (int i = 0; i < LANES; i++) {
+        if (!on->on[i]) continue;
+        const struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
+        out->x[i] *= mesh_interpolate(&at, mesh->colors, 4, 0);
+        out->y[i] *= mesh_interpolate(&at, mesh->colors, 4, 1);
+        out->z[i] *= mesh_interpolate(&at, mesh->colors, 4, 2);
+    }
+}
+
 void textured_shade(const struct hit_kernels *kernels, const struct mesh_view *mesh,
                     const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out)
 {
@@ -102,9 +116,11 @@ void textured_shade(const struct hit_kernels *kernels, const struct mesh_view *m
     if (mesh->tangents) map_normals(kernels, mesh, on, hit, uvs, out);
     if (m->lambert)
         color_lanes(kernels, &m->base_color_texture, m->base_color, on, uvs, &out->albedo);
+    if (m->lambert) tint(mesh, on, hit, &out->albedo);
     if (m->emissive)
         color_lanes(kernels, shine, m->unlit ? m->base_color : m->emission, on, uvs,
                     &out->emission);
+    if (m->unlit) tint(mesh, on, hit, &out->emission);
 }
 
 bool textured_albedo(const struct hit_kernels *kernels, const struct mesh_view *mesh,
@@ -117,6 +133,7 @@ bool textured_albedo(const struct hit_kernels *kernels, const struct mesh_view *
     if (!material_is_metallic_only(m)) return false;
     find_sets(mesh, on, hit, all, 2, uvs);
     color_lanes(kernels, all[0], m->base_color, on, uvs, &out->albedo);
+    tint(mesh, on, hit, &out->albedo);
     place(kernels, all[1], uvs, &rough_at);
     for (int i = 0; i < LANES; i++) {
         float rough[4];

@@ -27,6 +27,10 @@ static const struct square square = {
 #define ACCESSORS                                                                                  \
     "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 4, \"type\": "        \
     "\"VEC3\"}, {\"bufferView\": 1, \"componentType\": 5123, \"count\": 6, \"type\": \"SCALAR\"}]"
+#define ACCESSORS_AND(more)                                                                        \
+    "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 4, \"type\": "        \
+    "\"VEC3\"}, {\"bufferView\": 1, \"componentType\": 5123, \"count\": 6, \"type\": "             \
+    "\"SCALAR\"}," more "]"
 #define MESH "{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1}]}"
 #define LAMP                                                                                       \
     "{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": 1, \"material\": 0}]}"
@@ -246,19 +250,49 @@ TEST(reads_strips_and_fans)
 TEST(warns_of_what_it_ignores)
 {
     struct scene s;
-    const char *text = DOCUMENT(
-        "\"extensionsUsed\": [\"KHR_materials_sheen\", \"KHR_materials_ior\"],"
-        "\"animations\": [{}], \"materials\": [{}],"
-        "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"mode\": 1},"
-        "{\"attributes\": {\"POSITION\": 0, \"COLOR_0\": 0}, \"indices\": 1, \"targets\": []}]}],"
-        "\"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": 0}]");
+    const char *text =
+        DOCUMENT("\"extensionsUsed\": [\"KHR_materials_sheen\", \"KHR_materials_ior\"],"
+                 "\"animations\": [{}], \"materials\": [{}],"
+                 "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"mode\": 1},"
+                 "{\"attributes\": {\"POSITION\": 0}, \"indices\": 1, \"targets\": []}]}],"
+                 "\"scenes\": [{\"nodes\": [0]}], \"nodes\": [{\"mesh\": 0}]");
     assert_int_equal(room_import_text("a.gltf", text, &s), 0);
     assert_true(room_warned("KHR_materials_sheen"));
     assert_false(room_warned("KHR_materials_ior"));
     assert_true(room_warned("animations"));
     assert_true(room_warned("points and lines"));
-    assert_true(room_warned("vertex colours"));
     assert_true(strstr(s.warnings, "KHR_materials_sheen") != NULL);
+    scene_unmap(&s);
+}
+
+TEST(reads_vertex_colours)
+{
+    /* Three components as floats, and the positions' first bytes as four normalised ones. */
+    struct scene s;
+    const char *text = "{" BUFFERS ", " ACCESSORS_AND(
+        "{\"bufferView\": 0, \"componentType\": 5121, \"normalized\": true, \"count\": 4,"
+        "\"byteOffset\": 12, \"type\": \"VEC4\"}") ", \"meshes\": [{\"primitives\": ["
+                                                   "{\"attributes\": {\"POSITION\": 0, "
+                                                   "\"COLOR_0\": 0}, \"indices\": 1},"
+                                                   "{\"attributes\": {\"POSITION\": 0, "
+                                                   "\"COLOR_0\": 2}, \"indices\": 1},"
+                                                   "{\"attributes\": {\"POSITION\": 0}, "
+                                                   "\"indices\": 1}]}]," ONE_NODE "}";
+    assert_int_equal(room_import_text("a.gltf", text, &s), 0);
+    assert_int_equal(s.count[SCENE_MATERIALS], 2); /* the default one, and its coloured copy */
+    for (uint32_t i = 0; i < 3; i++) {
+        const struct scene_mesh *m = &s.meshes[i];
+        const bool colored = s.materials[m->material].flags & MATERIAL_COLORED;
+        assert_int_equal(colored, i < 2);
+        assert_int_equal((m->flags & MESH_HAS_COLORS) != 0, i < 2);
+    }
+    const float *c = s.colors + 4 * (size_t)s.meshes[0].first_color;
+    for (int v = 0; v < 4; v++) {
+        assert_true(c[4 * v] == square.positions[3 * v] && c[4 * v + 3] == 1);
+        assert_true(c[4 * v + 1] == square.positions[3 * v + 1]);
+    }
+    c = s.colors + 4 * (size_t)s.meshes[1].first_color; /* of 1.0f: 00 00 80 3f */
+    assert_true(c[0] == 0 && c[2] == 128 / 255.0f && c[3] == 63 / 255.0f);
     scene_unmap(&s);
 }
 

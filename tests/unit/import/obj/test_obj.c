@@ -1,4 +1,5 @@
 /* OBJ with MTL, through assimp and our own file access. */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -119,6 +120,19 @@ TEST(turns_v_over)
     assert_int_equal(room_import_text("a.obj", text, &s), 0);
     assert_int_equal(s.meshes[0].flags, MESH_HAS_NORMALS);
     assert_true(s.uvs[1] == 1 && s.uvs[3] == 0.75f && s.uvs[5] == 0);
+    scene_unmap(&s);
+}
+
+TEST(vertex_colours_are_srgb)
+{
+    struct scene s;
+    const char *text = "v 0 0 0 1 0 0\nv 1 0 0 0 0.5 0\nv 1 1 0 0 0 1\nf 1 2 3\n";
+    assert_int_equal(room_import_text("a.obj", text, &s), 0);
+    assert_int_equal(s.meshes[0].flags, MESH_HAS_COLORS);
+    assert_true(s.materials[s.meshes[0].material].flags & MATERIAL_COLORED);
+    const float *c = s.colors + 4 * (size_t)s.meshes[0].first_color;
+    assert_true(c[0] == 1 && c[1] == 0 && c[3] == 1);
+    assert_true(fabsf(c[5] - 0.214041f) < 1e-6f && c[10] == 1); /* IEC 61966-2-1 */
     scene_unmap(&s);
 }
 

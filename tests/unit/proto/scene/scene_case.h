@@ -13,6 +13,7 @@ struct scene_case {
     float normals[4][3];
     float tangents[4][4];
     float uvs[4][2];
+    float colors[4][4];
     uint32_t triangles[3][3];
     struct scene_mesh meshes[2];
     struct scene_instance instances[3];
@@ -39,12 +40,14 @@ static inline void scene_case_geometry(struct scene_case *c)
         c->normals[i][1] = 1;
         c->tangents[i][0] = 1;
         c->tangents[i][3] = i & 1 ? -1 : 1;
+        c->colors[i][i] = 1;
     }
-    c->meshes[0] = (struct scene_mesh){.vertex_count = 4,
-                                       .triangle_count = 2,
-                                       .first_uv = {0, SCENE_NONE},
-                                       .flags = MESH_HAS_NORMALS | MESH_HAS_TANGENTS,
-                                       .name = 1};
+    c->meshes[0] =
+        (struct scene_mesh){.vertex_count = 4,
+                            .triangle_count = 2,
+                            .first_uv = {0, SCENE_NONE},
+                            .flags = MESH_HAS_NORMALS | MESH_HAS_TANGENTS | MESH_HAS_COLORS,
+                            .name = 1};
     c->meshes[1] = (struct scene_mesh){.first_vertex = 4,
                                        .vertex_count = 3,
                                        .first_triangle = 2,
@@ -157,7 +160,8 @@ static inline size_t scene_case_lay_out(const struct scene_case *c, uint8_t *blo
         SCENE_CASE_ARRAY(c->materials), SCENE_CASE_ARRAY(c->textures),
         SCENE_CASE_ARRAY(c->images),    SCENE_CASE_ARRAY(c->pixels),
         SCENE_CASE_ARRAY(c->lights),    SCENE_CASE_ARRAY(c->cameras),
-        SCENE_CASE_ARRAY(c->names),     SCENE_CASE_ARRAY(c->warnings)};
+        SCENE_CASE_ARRAY(c->names),     SCENE_CASE_ARRAY(c->warnings),
+        SCENE_CASE_ARRAY(c->colors)};
     struct scene_header *header = (void *)blob;
     struct scene_section_entry *table = (void *)(header + 1);
     size_t at = sizeof *header + SCENE_SECTION_COUNT * sizeof *table;

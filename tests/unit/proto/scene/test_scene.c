@@ -134,7 +134,7 @@ TEST(tables_are_checked)
     EXPECT_HEAD(table[1].count = UINT64_MAX / 12 + 2, ERR_LIMIT, "sections[positions].count");
     EXPECT_HEAD(table[1].count = LIMIT_VERTICES, ERR_TRUNCATED, "sections[positions].offset");
     EXPECT_HEAD(table[11].count = LIMIT_BLOB_BYTES + 1, ERR_LIMIT, "sections[pixels].count");
-    EXPECT_HEAD(table[15].count += 1, ERR_TRUNCATED, "sections[warnings].offset");
+    EXPECT_HEAD(table[16].count += 1, ERR_TRUNCATED, "sections[colors].offset");
     EXPECT_HEAD(table[5].offset = 0, ERR_CORRUPT, "sections");
     EXPECT_HEAD(table[5].offset = 384, ERR_CORRUPT, "sections");
     EXPECT_HEAD(table[5].offset = table[6].offset, ERR_CORRUPT, "sections");
@@ -196,9 +196,13 @@ TEST(meshes_are_checked)
     EXPECT(c.meshes[0].first_uv[1] = UINT32_MAX - 1, ERR_RANGE, "meshes[0].first_uv");
     EXPECT(c.meshes[1].material = 2, ERR_RANGE, "meshes[1].material");
     EXPECT(c.meshes[1].material = SCENE_NONE, ERR_RANGE, "meshes[1].material");
-    EXPECT(c.meshes[1].flags = 8, ERR_RANGE, "meshes[1].flags");
+    EXPECT(c.meshes[1].flags = 16, ERR_RANGE, "meshes[1].flags");
     EXPECT(c.meshes[1].name = 16, ERR_RANGE, "meshes[1].name");
-    EXPECT(c.meshes[1].reserved = 1, ERR_RANGE, "meshes[1].reserved");
+    EXPECT(c.meshes[1].first_color = 1, ERR_RANGE, "meshes[1].first_color");
+    EXPECT(c.meshes[0].first_color = 1, ERR_RANGE, "meshes[0].first_color");
+    EXPECT(c.colors[2][1] = 1.5f, ERR_RANGE, "colors[2]");
+    EXPECT(c.colors[1][3] = -0.5f, ERR_RANGE, "colors[1]");
+    EXPECT(c.colors[0][0] = NAN, ERR_NOT_FINITE, "colors[0]");
 }
 
 TEST(instances_are_checked)
@@ -230,7 +234,7 @@ TEST(materials_are_checked)
     EXPECT(c.materials[1].ior = -1, ERR_RANGE, "materials[1].ior");
     EXPECT(c.materials[1].transmission = NAN, ERR_NOT_FINITE, "materials[1].transmission");
     EXPECT(c.materials[1].alpha_mode = 3, ERR_RANGE, "materials[1].alpha_mode");
-    EXPECT(c.materials[1].flags = 4, ERR_RANGE, "materials[1].flags");
+    EXPECT(c.materials[1].flags = 8, ERR_RANGE, "materials[1].flags");
     EXPECT(c.materials[1].name = 16, ERR_RANGE, "materials[1].name");
     EXPECT(c.materials[1].reserved[0] = 1, ERR_RANGE, "materials[1].reserved");
     EXPECT(c.materials[1].reserved[1] = 1, ERR_RANGE, "materials[1].reserved");

@@ -1,0 +1,14 @@
+#pragma once
+/* Materials whose base colour is multiplied by the colours of vertices: copies of those of the
+ * file, which meshes without colours keep. */
+#include "server/import/scene/builder.h"
+
+struct colored_materials {
+    uint32_t *copies; /* owned; by material; SCENE_NONE: none yet */
+    uint32_t count;
+};
+
+/* Returns the coloured copy of a material, which is appended at its first use. */
+int colored_material_get(struct colored_materials *c, struct builder *b, uint32_t material,
+                         uint32_t *out, struct fault *fault);
+void colored_materials_fini(struct colored_materials *c);
