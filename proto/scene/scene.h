@@ -5,8 +5,8 @@
  * sections, each aligned to 64 bytes and followed by at least 16 readable bytes, as Embree reads
  * past the last vertex. A section is an array of one record type below. All cross references are
  * indexes, which scene_open checks once, so that every later access is safe. Coordinates are in
- * world units, with y up or not as in the source. Angles are in radians, and colours linear with
- * Rec. 709 primaries. */
+ * world units, from the origin in scene_info, with y up or not as in the source. Angles are in
+ * radians, and colours linear with Rec. 709 primaries. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -60,6 +60,7 @@ struct scene_info {
     uint64_t placed_triangles;          /* after instancing */
     uint32_t default_camera;            /* index; there is always one camera */
     uint32_t reserved;
+    double origin[3]; /* what the importer took from all positions: 0 unless they were far away */
 };
 
 enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u, MESH_HAS_COLORS = 8u };

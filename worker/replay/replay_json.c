@@ -18,6 +18,18 @@ static json_t *vector(const float v[3])
     return json_pack("[o, o, o]", number(v[0]), number(v[1]), number(v[2]));
 }
 
+/* In the scene's own coordinates. */
+static json_t *position(const struct replay_sheet *s, const float v[3])
+{
+    const double *origin = s->scene->info->origin;
+    json_t *all = json_array();
+    for (int i = 0; all && i < 3; i++) {
+        const double at = origin[i] + (double)v[i];
+        json_array_append_new(all, isfinite(at) ? json_real(at) : json_null());
+    }
+    return all;
+}
+
 static json_t *text_or_null(const char *text)
 {
     return text[0] ? json_string(text) : json_null();
@@ -59,9 +71,9 @@ static json_t *light_sample(const struct replay_sheet *s, const struct path_reco
                             text_or_null(replay_skip(l)), "adds", vector(l->value));
     if (!l->skip)
         json_object_update_new(out, json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "origin",
-                                              vector(l->origin), "direction", vector(l->direction),
-                                              "distance", number(l->distance), "density",
-                                              number(l->density), "scattering_density",
+                                              position(s, l->origin), "direction",
+                                              vector(l->direction), "distance", number(l->distance),
+                                              "density", number(l->density), "scattering_density",
                                               number(l->scattered), "weight", number(l->weight),
                                               "sends_on", vector(l->reflected)));
     if (l->traced) json_object_set_new(out, "visible", json_boolean(!l->blocked));
@@ -112,7 +124,7 @@ static json_t *surface(const struct replay_sheet *s, const struct path_record_ve
     return json_pack("{s:o, s:I, s:[o, o], s:o, s:o, s:o, s:o, s:b, s:o}", "instance",
                      instance(s, v->instance), "triangle", (json_int_t)v->triangle, "barycentric",
                      number(v->u), number(v->v), "distance", number(v->distance), "position",
-                     vector(v->position), "normal", vector(v->normal), "geometric_normal",
+                     position(s, v->position), "normal", vector(v->normal), "geometric_normal",
                      vector(v->facet), "from_behind", (int)v->behind, "bsdf", bsdf(v));
 }
 
@@ -123,7 +135,7 @@ static json_t *vertices(const struct replay_sheet *s)
         const struct path_record_vertex *v = &s->record->vertices[k];
         json_array_append_new(
             all, json_pack("{s:{s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o}", "ray", "origin",
-                           vector(v->origin), "direction", vector(v->direction), "density",
+                           position(s, v->origin), "direction", vector(v->direction), "density",
                            number(v->pdf), "throughput", vector(v->throughput), "hits",
                            surface(s, v), "meets", mets(s, v), "left_to_light_fields",
                            v->left      ? json_string("all")
@@ -145,7 +157,7 @@ int replay_print_json(const struct replay_sheet *s, FILE *out)
         replay_kind(r), "sample", (json_int_t)s->sample, "samples", (json_int_t)r->first,
         (json_int_t)r->last, "frame", (json_int_t)p->pattern.frame, "seed",
         (json_int_t)p->pattern.seed, "kernels", s->isa, "image_point", number(r->pixel[0]),
-        number(r->pixel[1]), "lens_point", lens ? vector(r->vertices[0].origin) : json_null());
+        number(r->pixel[1]), "lens_point", lens ? position(s, r->vertices[0].origin) : json_null());
     json_t *rest =
         json_pack("{s:o, s:s, s:o, s:o, s:o, s:o, s:o, s:b}", "path", vertices(s), "ends",
                   replay_end(s), "emission", vector(r->emission), "direct", vector(r->direct),

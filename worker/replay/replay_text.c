@@ -9,6 +9,14 @@ static void vector(FILE *out, const char *before, const float v[3])
     fprintf(out, "%s(%.9g, %.9g, %.9g)", before, (double)v[0], (double)v[1], (double)v[2]);
 }
 
+/* In the scene's own coordinates. */
+static void position(FILE *out, const struct replay_sheet *s, const char *before, const float v[3])
+{
+    const double *origin = s->scene->info->origin;
+    fprintf(out, "%s(%.9g, %.9g, %.9g)", before, origin[0] + (double)v[0], origin[1] + (double)v[1],
+            origin[2] + (double)v[2]);
+}
+
 /* Names come out of scene files: terminals do not get their control characters. */
 static void name(FILE *out, const char *before, const char *text)
 {
@@ -50,7 +58,7 @@ static void head(FILE *out, const struct replay_sheet *s)
             s->y, p->width_px, p->height_px, replay_kind(r), s->sample, r->first, r->last,
             p->pattern.frame, (unsigned long long)p->pattern.seed, s->isa);
     fprintf(out, "through image point %.9g, %.9g", (double)r->pixel[0], (double)r->pixel[1]);
-    if (c->aperture_radius > 0.0f) vector(out, ", lens point ", r->vertices[0].origin);
+    if (c->aperture_radius > 0.0f) position(out, s, ", lens point ", r->vertices[0].origin);
     fputc('\n', out);
     if (p->paths.without_diffuse_indirect)
         fprintf(out,
@@ -59,10 +67,10 @@ static void head(FILE *out, const struct replay_sheet *s)
                 p->paths.without_glossy_indirect ? " and glossy" : "");
 }
 
-static void surface(FILE *out, const struct path_record_vertex *v)
+static void surface(FILE *out, const struct replay_sheet *s, const struct path_record_vertex *v)
 {
     const struct bsdf *b = &v->bsdf;
-    vector(out, "    position ", v->position);
+    position(out, s, "    position ", v->position);
     vector(out, ", normal ", v->normal);
     vector(out, ", geometric ", v->facet);
     fprintf(out, "%s\n    %s, albedo ", v->behind ? ", from behind" : "", replay_model(v));
@@ -138,7 +146,7 @@ static void vertex(FILE *out, const struct replay_sheet *s, uint32_t k)
 {
     const struct path_record_vertex *v = &s->record->vertices[k];
     fprintf(out, "%u: from ", k);
-    vector(out, "", v->origin);
+    position(out, s, "", v->origin);
     vector(out, " towards ", v->direction);
     vector(out, ", throughput ", v->throughput);
     fputs(v->hit ? "\n    hits " : "\n    hits nothing\n", out);
@@ -146,7 +154,7 @@ static void vertex(FILE *out, const struct replay_sheet *s, uint32_t k)
         instance(out, s, v->instance);
         fprintf(out, ", triangle %u at (%.9g, %.9g), distance %.9g\n", v->triangle, (double)v->u,
                 (double)v->v, (double)v->distance);
-        surface(out, v);
+        surface(out, s, v);
     }
     for (uint32_t i = 0; i < v->met_count; i++) met(out, s, &v->met[i]);
     if (v->is_kept && !v->left) {

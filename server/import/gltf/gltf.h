@@ -73,6 +73,9 @@ int gltf_textures_init(struct gltf *g, struct fault *fault);
 void gltf_textures_fini(struct gltf *g);
 int gltf_images_decode(struct gltf *g, struct fault *fault);
 
+/* Moves the nodes of a scene that is far from the origin to its middle, and notes by how much. */
+void gltf_origin_move(struct gltf *g);
+
 /* Read geometry, and place it. */
 int gltf_meshes_read(struct gltf *g, struct fault *fault);
 

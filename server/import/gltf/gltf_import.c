@@ -7,6 +7,7 @@ static int import_document(struct gltf *g, const struct file_view *main, struct 
     if (rc == 0) rc = gltf_buffers_init(g, fault);
     if (rc == 0) rc = gltf_textures_init(g, fault);
     if (rc == 0) rc = gltf_nodes_read(g, fault);
+    if (rc == 0) gltf_origin_move(g);
     if (rc == 0) rc = gltf_materials_read(g, fault);
     if (rc == 0) rc = gltf_meshes_read(g, fault);
     if (rc == 0 && builder_count(g->builder, SCENE_TRIANGLES) == 0)

@@ -10,6 +10,7 @@
 
 #include "server/import/gltf/gltf.h"
 #include "server/import/gltf/gltf_primitive.h"
+#include "server/import/scene/origin.h"
 
 enum side { SIDE_PLAIN, SIDE_MIRRORED, SIDE_FLAT, SIDES };
 
@@ -39,6 +40,7 @@ struct meshes {
     uint32_t *first_node; /* owned; by stand: where its nodes begin in `nodes` */
     uint32_t *nodes;      /* owned; indexes into g->nodes.list, ordered by stand */
     uint8_t *sides;       /* owned; enum side, parallel to g->nodes.list */
+    struct affine back;   /* undoes what was taken from the present geometry's positions */
 };
 
 static int out_of_memory(struct fault *fault)
@@ -201,17 +203,19 @@ static int append_instance(struct gltf *g, const struct gltf_node *node,
 }
 
 /* Bakes one placement: a mesh of its own, in world coordinates. */
-static int bake(struct gltf *g, const struct mesh *local, const struct use *use,
+static int bake(struct meshes *m, const struct mesh *local, const struct use *use,
                 const struct gltf_node *node, struct fault *fault)
 {
+    struct gltf *g = m->g;
     struct mesh baked;
     struct scene_mesh record;
     gltf_place place;
     const struct affine identity = affine_identity();
+    const struct affine to_world = affine_multiply(&node->to_world, &m->back);
     gltf_place_set(place, "meshes[%" PRIu32 "].primitives[%" PRIu32 "]", use->mesh, use->primitive);
     int rc = mesh_copy(local, &baked, fault);
     if (rc != 0) return rc;
-    rc = mesh_transform(&baked, &node->to_world, place, fault);
+    rc = mesh_transform(&baked, &to_world, place, fault);
     if (rc == 0) rc = mesh_append(&baked, g->builder, &record, fault);
     if (rc == 0) rc = append_mesh(g, &record, use, fault);
     if (rc == 0) rc = append_instance(g, node, &identity, fault);
@@ -237,7 +241,7 @@ static int bake_side(struct meshes *m, const struct mesh *local, uint32_t leader
         for (uint32_t i = m->first_node[use->stand]; rc == 0 && i < m->first_node[use->stand + 1];
              i++)
             if (m->sides[m->nodes[i]] == side)
-                rc = bake(m->g, local, use, &m->g->nodes.list[m->nodes[i]], fault);
+                rc = bake(m, local, use, &m->g->nodes.list[m->nodes[i]], fault);
     }
     return rc;
 }
@@ -256,7 +260,7 @@ static int instance_side(struct meshes *m, const struct mesh *geometry, uint32_t
              i++) {
             if (m->sides[m->nodes[i]] != side) continue;
             const struct gltf_node *node = &m->g->nodes.list[m->nodes[i]];
-            struct affine to_world = node->to_world;
+            struct affine to_world = affine_multiply(&node->to_world, &m->back);
             if (side == SIDE_MIRRORED) to_world = affine_mirrored(&to_world);
             rc = append_instance(m->g, node, &to_world, fault);
         }
@@ -289,8 +293,11 @@ static int place_geometry(struct meshes *m, uint32_t leader, struct fault *fault
     struct mesh local;
     gltf_place place;
     gltf_place_set(place, "meshes[%" PRIu32 "].primitives[%" PRIu32 "]", use->mesh, use->primitive);
+    double origin[3];
     int rc = gltf_geometry_load(m->g, &use->geometry, place, &local, fault);
     if (rc != 0) return rc;
+    origin_move_mesh(&local, place, &m->g->builder->warnings, origin);
+    m->back = affine_translation(origin);
     for (int side = 0; rc == 0 && local.triangle_count > 0 && side < SIDES; side++)
         rc = place_side(m, &local, leader, (enum side)side, place, fault);
     mesh_fini(&local);

@@ -13,6 +13,7 @@
 #include "server/import/obj/obj_io.h"
 #include "server/import/obj/obj_materials.h"
 #include "server/import/scene/mesh.h"
+#include "server/import/scene/origin.h"
 
 #define STEPS                                                                                      \
     (aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_JoinIdenticalVertices |             \
@@ -158,6 +159,7 @@ static int convert(const struct aiScene *scene, struct files *files, const char 
     for (unsigned i = 0; rc == 0 && i < scene->mNumMeshes; i++)
         rc = append_mesh(&materials, scene->mMeshes[i], i, fault);
     obj_materials_fini(&materials);
+    if (rc == 0) origin_move_scene(b, name);
     if (rc == 0 && builder_count(b, SCENE_TRIANGLES) == 0)
         rc = fault_set(fault, ERR_MISSING, "scene", "the scene has no triangles");
     return rc;

@@ -240,6 +240,7 @@ int builder_finish(struct builder *b, struct fault *fault)
     struct scene_info *info = at;
     memcpy(info->bounds_min, lowest, sizeof lowest);
     memcpy(info->bounds_max, highest, sizeof highest);
+    memcpy(info->origin, b->origin, sizeof b->origin);
     info->placed_triangles = placed;
     info->default_camera = 0;
     return append_warnings(b, fault);

@@ -18,6 +18,7 @@ struct builder_array {
 struct builder {
     struct builder_array sections[SCENE_SECTION_COUNT];
     struct warnings warnings;
+    double origin[3]; /* of the scene in the file's coordinates */
 };
 
 int builder_init(struct builder *b, struct fault *fault);

@@ -14,6 +14,11 @@ struct affine affine_identity(void)
     return (struct affine){{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
 }
 
+struct affine affine_translation(const double by[3])
+{
+    return (struct affine){{1, 0, 0, by[0], 0, 1, 0, by[1], 0, 0, 1, by[2]}};
+}
+
 struct affine affine_multiply(const struct affine *a, const struct affine *b)
 {
     struct affine out;

@@ -8,6 +8,7 @@ struct affine {
 };
 
 struct affine affine_identity(void);
+struct affine affine_translation(const double by[3]);
 
 /* Returns the transform x' = a (b x). */
 struct affine affine_multiply(const struct affine *a, const struct affine *b);

@@ -330,6 +330,7 @@ static int gather(const struct job *job, const struct plan_source *source, struc
                   struct plan_report *report, float environment_mean[3], struct fault *fault)
 {
     copy_warnings(source->scene, report);
+    memcpy(report->origin, source->scene->info->origin, sizeof report->origin);
     int error = plan_resolve_camera(job, source->scene, &plan->camera, report, fault);
     if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);
     if (!error) error = plan_set_environment(job, source, plan, report, environment_mean, fault);

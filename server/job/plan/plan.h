@@ -102,6 +102,7 @@ struct plan_report {
     uint32_t warning_count;
     char warnings[LIMIT_WARNINGS][LIMIT_DETAIL_BYTES];
     struct plan_light_source lights[LIMIT_LIGHTS]; /* of the plan's lights, in order */
+    double origin[3]; /* of the plan's positions, in the scene's coordinates */
     char camera_name[64];
     uint32_t camera_count; /* of the scene's, listed */
     char cameras[LIMIT_CAMERAS_LISTED][64];

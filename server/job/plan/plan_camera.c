@@ -30,11 +30,12 @@ static void fit(struct plan_camera *c, double half_height, const struct job *job
     c->half_width = (float)(half_height * (double)job->width_px / (double)job->height_px);
 }
 
-static int look_at(const struct job *job, struct plan_camera *out, struct fault *fault)
+static int look_at(const struct job *job, const double origin[3], struct plan_camera *out,
+                   struct fault *fault)
 {
     const struct job_camera *c = &job->camera;
     out->type = CAMERA_PERSPECTIVE;
-    memcpy(out->eye, c->eye, sizeof out->eye);
+    for (int i = 0; i < 3; i++) out->eye[i] = (float)((double)c->eye[i] - origin[i]);
     for (int i = 0; i < 3; i++) out->forward[i] = c->target[i] - c->eye[i];
     float up[3] = {c->up[0], c->up[1], c->up[2]};
     if (!normalize(out->forward))
@@ -133,7 +134,7 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
     *out = (struct plan_camera){0};
     list_cameras(scene, report);
     if (job->camera.kind == JOB_CAMERA_LOOK_AT) {
-        int error = look_at(job, out, fault);
+        int error = look_at(job, scene->info->origin, out, fault);
         if (error) return error;
     } else {
         int error = find(job, scene, &index, fault);

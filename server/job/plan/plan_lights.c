@@ -177,6 +177,8 @@ int plan_gather_lights(const struct job *job, const struct scene *scene, struct 
         plan_skip(report, "scene lights", "scene.lights is false");
     for (uint32_t i = 0; !error && i < job->light_count; i++) {
         struct plan_light light = job->lights[i];
+        for (int c = 0; c < 3; c++)
+            light.position[c] = (float)((double)light.position[c] - scene->info->origin[c]);
         struct plan_light_source source = {.index = i};
         error = add(&light, &source, scene, plan, report, fault);
     }

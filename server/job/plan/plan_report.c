@@ -85,14 +85,21 @@ static json_t *vector_of(const float v[3])
     return json_pack("[f,f,f]", (double)v[0], (double)v[1], (double)v[2]);
 }
 
+/* In the scene's coordinates; without an origin to its last bit. */
+static json_t *position_of(const float v[3], const double origin[3])
+{
+    return json_pack("[f,f,f]", origin[0] + (double)v[0], origin[1] + (double)v[1],
+                     origin[2] + (double)v[2]);
+}
+
 static json_t *camera_of(const struct plan *plan, const struct plan_report *report)
 {
     const struct plan_camera *c = &plan->camera;
     bool perspective = c->type == CAMERA_PERSPECTIVE;
     json_t *camera =
         json_pack("{s:s,s:o,s:o,s:o,s:b}", "type", perspective ? "perspective" : "orthographic",
-                  "eye", vector_of(c->eye), "forward", vector_of(c->forward), "up",
-                  vector_of(c->up), "made_by_importer", (int)report->camera_is_default);
+                  "eye", position_of(c->eye, report->origin), "forward", vector_of(c->forward),
+                  "up", vector_of(c->up), "made_by_importer", (int)report->camera_is_default);
     if (perspective)
         json_object_set_new(camera, "yfov_deg",
                             json_real(360 / M_PI * atan((double)c->half_height)));

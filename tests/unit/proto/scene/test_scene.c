@@ -158,6 +158,8 @@ TEST(info_and_strings_are_checked)
     EXPECT(c.info.default_camera = 2, ERR_RANGE, "info[0].default_camera");
     EXPECT(c.info.placed_triangles = 5, ERR_MISMATCH, "info[0].placed_triangles");
     EXPECT(c.info.reserved = 1, ERR_RANGE, "info[0].reserved");
+    EXPECT(c.info.origin[1] = NAN, ERR_NOT_FINITE, "info[0].origin");
+    EXPECT(c.info.origin[2] = -1e16, ERR_RANGE, "info[0].origin");
     EXPECT(c.names[0] = 'x', ERR_CORRUPT, "names");
     EXPECT(c.names[15] = 'x', ERR_CORRUPT, "names");
     EXPECT(c.warnings[23] = 'x', ERR_CORRUPT, "warnings");

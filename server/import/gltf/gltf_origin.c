@@ -1,0 +1,96 @@
+/* Moves a scene that lies far away to its own middle, before anything is rounded to floats. */
+#include <math.h>
+#include <string.h>
+
+#include "server/import/gltf/gltf.h"
+#include "server/import/scene/origin.h"
+
+/* A box that grows; hints only, so that what a file leaves out is passed over. */
+struct box {
+    double lowest[3], highest[3];
+};
+
+static void add_point(struct box *box, const struct affine *to_world, const double p[3])
+{
+    double at[3];
+    affine_direction(to_world, p, at);
+    for (int i = 0; i < 3; i++) {
+        at[i] += to_world->m[4 * i + 3];
+        box->lowest[i] = fmin(box->lowest[i], at[i]);
+        box->highest[i] = fmax(box->highest[i], at[i]);
+    }
+}
+
+/* Reads an accessor's min or max. */
+static bool read_bound(const json_t *accessor, const char *key, double out[3])
+{
+    const json_t *bound = json_object_get(accessor, key);
+    for (size_t i = 0; i < 3; i++) {
+        out[i] = json_number_value(json_array_get(bound, i));
+        if (!(fabs(out[i]) <= (double)LIMIT_COORDINATE)) return false;
+    }
+    return json_array_size(bound) == 3;
+}
+
+static void add_primitive(struct box *box, const struct gltf *g, const json_t *primitive,
+                          const struct affine *to_world)
+{
+    double bounds[2][3];
+    const json_t *position = json_object_get(json_object_get(primitive, "attributes"), "POSITION");
+    const json_t *accessor = NULL;
+    if (json_is_integer(position) && json_integer_value(position) >= 0)
+        accessor = json_array_get(json_object_get(g->root, "accessors"),
+                                  (size_t)json_integer_value(position));
+    if (!read_bound(accessor, "min", bounds[0]) || !read_bound(accessor, "max", bounds[1])) return;
+    for (unsigned corner = 0; corner < 8; corner++)
+        add_point(box, to_world,
+                  (double[3]){bounds[corner & 1][0], bounds[corner >> 1 & 1][1],
+                              bounds[corner >> 2 & 1][2]});
+}
+
+static void add_mesh(struct box *box, const struct gltf *g, const struct gltf_node *node)
+{
+    size_t i;
+    json_t *primitive;
+    const json_t *mesh = json_array_get(json_object_get(g->root, "meshes"), node->mesh);
+    json_array_foreach (json_object_get(mesh, "primitives"), i, primitive)
+        add_primitive(box, g, primitive, &node->to_world);
+}
+
+/* A skin's vertices are somewhere about its joints. */
+static void add_joints(struct box *box, const struct gltf *g, uint32_t skin)
+{
+    size_t i;
+    json_t *joint;
+    const json_t *json = json_array_get(json_object_get(g->root, "skins"), skin);
+    json_array_foreach (json_object_get(json, "joints"), i, joint) {
+        const json_int_t node = json_is_integer(joint) ? json_integer_value(joint) : -1;
+        if (node >= 0 && (size_t)node < gltf_count(g->root, "nodes") && g->nodes.visited[node])
+            add_point(box, &g->nodes.world[node], (const double[3]){0, 0, 0});
+    }
+}
+
+static void move(struct affine *to_world, const double origin[3])
+{
+    for (int i = 0; i < 3; i++) to_world->m[4 * i + 3] -= origin[i];
+}
+
+void gltf_origin_move(struct gltf *g)
+{
+    struct box box;
+    double *origin = g->builder->origin;
+    for (int i = 0; i < 3; i++) box.lowest[i] = INFINITY, box.highest[i] = -INFINITY;
+    for (uint32_t i = 0; i < g->nodes.count; i++) {
+        const struct gltf_node *node = &g->nodes.list[i];
+        if (node->mesh == SCENE_NONE) continue;
+        if (node->skin == SCENE_NONE)
+            add_mesh(&box, g, node);
+        else
+            add_joints(&box, g, node->skin);
+    }
+    if (!origin_choose(box.lowest, box.highest, origin)) return;
+    for (uint32_t i = 0; i < g->nodes.count; i++)
+        if (g->nodes.list[i].skin == SCENE_NONE) move(&g->nodes.list[i].to_world, origin);
+    for (size_t i = 0; g->nodes.world != NULL && i < gltf_count(g->root, "nodes"); i++)
+        if (g->nodes.visited[i]) move(&g->nodes.world[i], origin);
+}
