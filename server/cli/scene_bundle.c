@@ -5,9 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #include "proto/job/job.h"
 #include "proto/json.h"
+#include "proto/scene/mtl_map.h"
 
 #define SCENE_TEXT_LIMIT_BYTES (256u << 20)
 
@@ -155,27 +157,16 @@ static int add_glb(struct bundle *b, const char *data, size_t size_bytes)
     return length <= size_bytes - 20 ? add_gltf(b, data + 20, length) : 0;
 }
 
-static int add_mtl(struct bundle *b, const char *name);
-
-/* Calls `add` with the argument of every line that starts with a keyword for which `wanted` holds.
- */
-static int each_reference(struct bundle *b, char *text, bool (*wanted)(const char *keyword),
-                          int (*add)(struct bundle *b, const char *name))
+/* Calls `add` with the rest of every line whose first word is `wanted`'s. */
+static int each_line(struct bundle *b, char *text, bool (*wanted)(const char *keyword),
+                     int (*add)(struct bundle *b, char *rest))
 {
     char *save_line = NULL;
     int error = 0;
     for (char *line = strtok_r(text, "\r\n", &save_line); line && !error;
          line = strtok_r(NULL, "\r\n", &save_line)) {
         char *save = NULL, *keyword = strtok_r(line, " \t", &save);
-        if (!keyword || !wanted(keyword) || !save) continue;
-        char *name = save + strspn(save, " \t");
-        size_t n = strlen(name);
-        while (n > 0 && (name[n - 1] == ' ' || name[n - 1] == '\t')) name[--n] = '\0';
-        /* Options such as "-s 1 1 1" come before the name, which then is the last word. */
-        if (name[0] == '-' && strrchr(name, ' ')) name = strrchr(name, ' ') + 1;
-        for (char *c = name; *c; c++)
-            if (*c == '\\') *c = '/'; /* as written on Windows */
-        if (*name) error = add(b, name);
+        if (keyword && wanted(keyword) && save) error = add(b, save);
     }
     return error;
 }
@@ -185,10 +176,18 @@ static bool is_mtllib(const char *keyword)
     return strcmp(keyword, "mtllib") == 0;
 }
 
+/* The maps that the importer reads: others may be missing. */
 static bool is_map(const char *keyword)
 {
-    return strncasecmp(keyword, "map_", 4) == 0 || strcasecmp(keyword, "bump") == 0 ||
-           strcasecmp(keyword, "norm") == 0;
+    return strcasecmp(keyword, "map_Kd") == 0 || strcasecmp(keyword, "map_Ke") == 0 ||
+           strcasecmp(keyword, "map_emissive") == 0;
+}
+
+static int add_map(struct bundle *b, char *rest)
+{
+    struct mtl_map map;
+    mtl_map_read(rest, &map);
+    return map.name[0] ? add_file(b, map.name) : 0;
 }
 
 static int add_mtl(struct bundle *b, const char *name)
@@ -200,8 +199,36 @@ static int add_mtl(struct bundle *b, const char *name)
     snprintf(path, sizeof path, "%s%s", b->folder, name);
     char *text = read_text(path, &size_bytes, b->fault);
     if (!text) return b->fault->code;
-    error = each_reference(b, text, is_map, add_file);
+    error = each_line(b, text, is_map, add_map);
     free(text);
+    return error;
+}
+
+static bool is_there(const struct bundle *b, const char *name)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s%s", b->folder, name);
+    return access(path, F_OK) == 0;
+}
+
+/* A name with spaces, or where no file is called so, several names. */
+static int add_libraries(struct bundle *b, char *rest)
+{
+    char *save = NULL, *name = mtl_name_clean(rest);
+    int error = 0;
+    if (!name[0]) return 0;
+    if (is_there(b, name) || !strpbrk(name, " \t")) return add_mtl(b, name);
+    char *words = strdup(name);
+    if (!words) return ERR_MEMORY;
+    bool all = true;
+    for (char *one = strtok_r(words, " \t", &save); one; one = strtok_r(NULL, " \t", &save))
+        all &= is_there(b, one);
+    strcpy(words, name);
+    for (char *one = strtok_r(words, " \t", &save); all && one && !error;
+         one = strtok_r(NULL, " \t", &save))
+        error = add_mtl(b, one);
+    if (!all) error = add_mtl(b, name); /* which is missing as a whole */
+    free(words);
     return error;
 }
 
@@ -216,7 +243,7 @@ static int add_references(struct bundle *b, const char *path)
     else if (text[strspn(text, " \t\r\n\xef\xbb\xbf")] == '{')
         error = add_gltf(b, text, size_bytes);
     else
-        error = each_reference(b, text, is_mtllib, add_mtl);
+        error = each_line(b, text, is_mtllib, add_libraries);
     free(text);
     return error;
 }

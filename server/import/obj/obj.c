@@ -151,11 +151,11 @@ static int append_mesh(struct obj_materials *materials, const struct aiMesh *fro
     return rc;
 }
 
-static int convert(const struct aiScene *scene, struct files *files, const char *name,
-                   struct builder *b, struct fault *fault)
+static int convert(const struct aiScene *scene, const struct mtl *mtl, struct files *files,
+                   const char *name, struct builder *b, struct fault *fault)
 {
     struct obj_materials materials;
-    int rc = obj_materials_init(&materials, files, b, name, scene, fault);
+    int rc = obj_materials_init(&materials, files, b, name, mtl, scene, fault);
     for (unsigned i = 0; rc == 0 && i < scene->mNumMeshes; i++)
         rc = append_mesh(&materials, scene->mMeshes[i], i, fault);
     obj_materials_fini(&materials);
@@ -181,27 +181,34 @@ static int refuse(const char *name, const char *why, struct fault *fault)
     return fault_set(fault, ERR_SYNTAX, name, "assimp cannot read it: %.300s", why);
 }
 
-int obj_import(struct files *files, const char *name, const struct file_view *main,
-               struct builder *builder, struct fault *fault)
+static int parse(const char *name, const struct file_view *main, struct aiPropertyStore *settings,
+                 const struct aiScene **out, struct fault *fault)
 {
     char alias[LIMIT_PATH_BYTES];
     struct obj_io io;
+    set_alias(name, alias);
+    obj_io_init(&io, alias, main);
+    *out = aiImportFileExWithProperties(alias, STEPS, &io.callbacks, settings);
+    return *out != NULL ? 0 : refuse(name, aiGetErrorString(), fault);
+}
+
+int obj_import(struct files *files, const char *name, const struct file_view *main,
+               struct builder *builder, struct fault *fault)
+{
+    struct mtl mtl;
+    const struct aiScene *scene = NULL;
     if (main->size_bytes < LEAST_BYTES)
         return fault_set(fault, ERR_TRUNCATED, name, "%zu bytes are no scene", main->size_bytes);
+    int rc = mtl_read(&mtl, files, name, main, &builder->warnings, fault);
+    if (rc != 0) return rc;
     struct aiPropertyStore *settings = aiCreatePropertyStore();
-    if (settings == NULL) return fault_set(fault, ERR_MEMORY, name, "no memory for assimp");
-    set_alias(name, alias);
-    obj_io_init(&io, files, alias, main);
-    const struct aiScene *scene =
-        aiImportFileExWithProperties(alias, STEPS, &io.callbacks, settings);
-    int rc;
-    if (io.failed)
-        rc = fault_set(fault, io.fault.code, io.fault.pointer, "%s", io.fault.detail);
-    else if (scene == NULL)
-        rc = refuse(name, aiGetErrorString(), fault);
+    if (settings == NULL)
+        rc = fault_set(fault, ERR_MEMORY, name, "no memory for assimp");
     else
-        rc = convert(scene, files, name, builder, fault);
+        rc = parse(name, main, settings, &scene, fault);
+    if (rc == 0) rc = convert(scene, &mtl, files, name, builder, fault);
     aiReleaseImport(scene);
-    aiReleasePropertyStore(settings);
+    if (settings != NULL) aiReleasePropertyStore(settings);
+    mtl_fini(&mtl);
     return rc;
 }

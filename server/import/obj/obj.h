@@ -1,9 +1,9 @@
 #pragma once
 /* Imports OBJ with MTL by assimp.
  *
- * assimp parses the text and joins the vertices. It opens every file through `files`, so that a
- * hostile mtllib line reaches no file outside the scene's folder. Textures, limits and numbers that
- * are not finite are checked here. */
+ * assimp parses the text and joins the vertices. It opens no other file: mtl.h reads the libraries
+ * through `files`, so that a hostile mtllib line reaches nothing outside the scene's folder.
+ * Textures, limits and numbers that are not finite are checked here. */
 #include "server/import/fence/files.h"
 #include "server/import/scene/builder.h"
 

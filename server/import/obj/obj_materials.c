@@ -9,12 +9,15 @@
 #include "server/import/obj/obj_shading.h"
 #include "server/import/scene/surface.h"
 
+#define SCALE_MAX 1e6f /* as the blob takes them */
 #define ABSENT_KD 0.6f /* grey of a material that names no colour, as assimp has it */
 
 int obj_materials_init(struct obj_materials *m, struct files *files, struct builder *builder,
-                       const char *name, const struct aiScene *scene, struct fault *fault)
+                       const char *name, const struct mtl *mtl, const struct aiScene *scene,
+                       struct fault *fault)
 {
-    *m = (struct obj_materials){.files = files, .builder = builder, .name = name, .scene = scene};
+    *m = (struct obj_materials){
+        .files = files, .builder = builder, .name = name, .mtl = mtl, .scene = scene};
     m->records = malloc((scene->mNumMaterials + 1) * sizeof *m->records);
     if (m->records == NULL)
         return fault_set(fault, ERR_MEMORY, "materials", "no memory for materials");
@@ -30,16 +33,13 @@ void obj_materials_fini(struct obj_materials *m)
     *m = (struct obj_materials){0};
 }
 
-/* Reads a colour in 0 .. highest; absent colours keep their default. key, type, index: AI_MATKEY_.
- *  */
-static int read_color(const struct aiMaterial *from, const char *key, unsigned type, unsigned index,
+/* Takes a colour in 0 .. highest; absent colours keep their default. */
+static int take_color(const struct mtl_material *from, uint32_t given, const float rgb[3],
                       float highest, float inout[3], const char *place, const char *name,
                       struct fault *fault)
 {
-    struct aiColor4D color;
-    if (aiGetMaterialColor(from, key, type, index, &color) != aiReturn_SUCCESS) return 0;
-    const float rgb[3] = {color.r, color.g, color.b};
     char at[LIMIT_POINTER_BYTES];
+    if (!(from->given & given)) return 0;
     snprintf(at, sizeof at, "%.200s.%s", place, name);
     for (int i = 0; i < 3; i++) {
         if (!(rgb[i] >= 0 && rgb[i] <= highest))
@@ -89,31 +89,35 @@ static int get_image(struct obj_materials *m, const char *path, const char *plac
     return 0;
 }
 
-static uint32_t wrap_of(enum aiTextureMapMode mode)
+/* u' = s u + o in OBJ's coordinates, whose v grows upwards while the blob's grows downwards. */
+static void set_transform(const struct mtl_image *image, struct scene_texture_ref *out)
 {
-    return mode == aiTextureMapMode_Clamp    ? WRAP_CLAMP
-           : mode == aiTextureMapMode_Mirror ? WRAP_MIRROR
-                                             : WRAP_REPEAT;
+    out->transform[0] = image->scale[0];
+    out->transform[2] = image->offset[0];
+    out->transform[4] = image->scale[1];
+    out->transform[5] = 1 - image->scale[1] - image->offset[1];
 }
 
-static int read_texture(struct obj_materials *m, const struct aiMaterial *from,
-                        enum aiTextureType type, const char *place, struct scene_texture_ref *out,
-                        struct fault *fault)
+static bool is_within(const struct scene_texture_ref *ref, float limit)
 {
-    struct aiString name;
-    enum aiTextureMapMode modes[3] = {aiTextureMapMode_Wrap, aiTextureMapMode_Wrap,
-                                      aiTextureMapMode_Wrap};
+    for (int i = 0; i < 6; i++)
+        if (!(ref->transform[i] >= -limit && ref->transform[i] <= limit)) return false;
+    return true;
+}
+
+static int read_texture(struct obj_materials *m, const struct mtl_image *image, const char *place,
+                        struct scene_texture_ref *out, struct fault *fault)
+{
     char path[LIMIT_PATH_BYTES];
     *out = (struct scene_texture_ref){.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
-    if (aiGetMaterialTexture(from, type, 0, &name, NULL, NULL, NULL, NULL, modes, NULL) !=
-            aiReturn_SUCCESS ||
-        name.length == 0)
-        return 0;
-    for (char *c = name.data; *c != 0; c++)
-        if (*c == '\\') *c = '/';
-    struct scene_texture record = {.wrap_u = wrap_of(modes[0]), .wrap_v = wrap_of(modes[1])};
+    if (image->name == NULL) return 0;
+    set_transform(image, out);
+    if (!is_within(out, SCALE_MAX))
+        return fault_set(fault, ERR_RANGE, place, "its -s or -o is beyond %g", (double)SCALE_MAX);
+    const uint32_t wrap = image->clamp ? WRAP_CLAMP : WRAP_REPEAT;
+    struct scene_texture record = {.wrap_u = wrap, .wrap_v = wrap};
     void *at;
-    int rc = files_resolve(m->name, name.data, false, path, place, fault);
+    int rc = files_resolve(m->name, image->name, false, path, place, fault);
     if (rc == 0) rc = get_image(m, path, place, &record.image, fault);
     out->texture = (uint32_t)builder_count(m->builder, SCENE_TEXTURES);
     if (rc == 0) rc = builder_append(m->builder, SCENE_TEXTURES, 1, &at, fault);
@@ -126,20 +130,17 @@ static bool is_black(const float rgb[3])
     return !(rgb[0] > 0 || rgb[1] > 0 || rgb[2] > 0);
 }
 
-static int read_colors(struct obj_materials *m, const struct aiMaterial *from, const char *place,
+static int read_colors(struct obj_materials *m, const struct mtl_material *from, const char *place,
                        struct scene_material *out, struct fault *fault)
 {
     char at[LIMIT_POINTER_BYTES];
-    int rc = read_color(from, AI_MATKEY_COLOR_DIFFUSE, 1, out->base_color, place, "Kd", fault);
+    int rc = take_color(from, MTL_KD, from->kd, 1, out->base_color, place, "Kd", fault);
     if (rc == 0)
-        rc = read_color(from, AI_MATKEY_COLOR_EMISSIVE, LIMIT_RADIANCE, out->emission, place, "Ke",
-                        fault);
+        rc = take_color(from, MTL_KE, from->ke, LIMIT_RADIANCE, out->emission, place, "Ke", fault);
     snprintf(at, sizeof at, "%.200s.map_Kd", place);
-    if (rc == 0)
-        rc = read_texture(m, from, aiTextureType_DIFFUSE, at, &out->base_color_texture, fault);
+    if (rc == 0) rc = read_texture(m, &from->map_kd, at, &out->base_color_texture, fault);
     snprintf(at, sizeof at, "%.200s.map_Ke", place);
-    if (rc == 0)
-        rc = read_texture(m, from, aiTextureType_EMISSIVE, at, &out->emission_texture, fault);
+    if (rc == 0) rc = read_texture(m, &from->map_ke, at, &out->emission_texture, fault);
     /* A map stands alone when its colour is left out or black, as most writers mean it. */
     if (out->base_color_texture.texture != SCENE_NONE && is_black(out->base_color))
         for (int i = 0; i < 3; i++) out->base_color[i] = 1;
@@ -148,9 +149,19 @@ static int read_colors(struct obj_materials *m, const struct aiMaterial *from, c
     return rc;
 }
 
+/* The material of a name; where no library has it, one without members, with a warning. */
+static const struct mtl_material *find_material(struct obj_materials *m, const char *name,
+                                                const char *place)
+{
+    static const struct mtl_material nothing = {0};
+    const struct mtl_material *found = mtl_find(m->mtl, name);
+    if (found == NULL && strcmp(name, AI_DEFAULT_MATERIAL_NAME) != 0)
+        warnings_add(&m->builder->warnings, place, "no mtllib has this material: it is grey");
+    return found != NULL ? found : &nothing;
+}
+
 static int append_material(struct obj_materials *m, unsigned index, struct fault *fault)
 {
-    const struct aiMaterial *from = m->scene->mMaterials[index];
     struct scene_material material;
     struct aiString name = {0};
     char place[LIMIT_POINTER_BYTES];
@@ -159,9 +170,10 @@ static int append_material(struct obj_materials *m, unsigned index, struct fault
     material.metallic = 0;
     material.specular = 0;
     for (int i = 0; i < 3; i++) material.base_color[i] = ABSENT_KD;
-    aiGetMaterialString(from, AI_MATKEY_NAME, &name);
+    aiGetMaterialString(m->scene->mMaterials[index], AI_MATKEY_NAME, &name);
     snprintf(place, sizeof place, "newmtl %.150s", name.data);
     text_make_printable(place);
+    const struct mtl_material *from = find_material(m, name.data, place);
     int rc = read_colors(m, from, place, &material, fault);
     obj_shading_read(from, place, &material, &m->builder->warnings);
     /* OBJ surfaces are seen from both sides; they emit from the front. */

@@ -6,9 +6,6 @@
 
 #include "server/import/scene/surface.h"
 
-/* assimp keeps the number under a name without a macro. */
-#define MATKEY_ILLUM "$mat.illum", 0, 0
-
 /* Highlights of greater exponents, less than 8 degrees wide, are taken for a sharp mirror's. */
 #define MIRROR_EXPONENT 200.0f
 #define EXPONENT_MAX    1e5f
@@ -18,7 +15,7 @@
 #define SOLID           1.0f /* any thickness says that there is an inside */
 
 struct shading {
-    const struct aiMaterial *from;
+    const struct mtl_material *from;
     const char *place;
     struct scene_material *m;
     struct warnings *warnings;
@@ -32,27 +29,23 @@ static float clamp(float v, float lowest, float highest)
     return v >= lowest ? v <= highest ? v : highest : lowest; /* NaN is the lowest */
 }
 
-/* A number in range; false when it is absent. */
-static bool get_number(const struct shading *s, const char *key, unsigned type, unsigned index,
-                       float lowest, float highest, const char *name, float *inout)
+/* Returns a number brought into range; `absent` where the material does not give it. */
+static float get_number(const struct shading *s, uint32_t given, float value, float lowest,
+                        float highest, const char *name, float absent)
 {
-    ai_real value;
-    if (aiGetMaterialFloatArray(s->from, key, type, index, &value, NULL) != aiReturn_SUCCESS)
-        return false;
-    *inout = clamp(value, lowest, highest);
+    if (!(s->from->given & given)) return absent;
+    const float inside = clamp(value, lowest, highest);
     if (!(value >= lowest && value <= highest))
         warnings_add(s->warnings, s->place, "%s is out of range and taken as %g", name,
-                     (double)*inout);
-    return true;
+                     (double)inside);
+    return inside;
 }
 
-static void get_color(const struct shading *s, const char *key, unsigned type, unsigned index,
-                      const char *name, float inout[3])
+static void get_color(const struct shading *s, uint32_t given, const float rgb[3], const char *name,
+                      float inout[3])
 {
-    struct aiColor4D color;
-    if (aiGetMaterialColor(s->from, key, type, index, &color) != aiReturn_SUCCESS) return;
-    const float rgb[3] = {color.r, color.g, color.b};
     bool inside = true;
+    if (!(s->from->given & given)) return;
     for (int i = 0; i < 3; i++) {
         inout[i] = clamp(rgb[i], 0, 1);
         inside &= rgb[i] == inout[i];
@@ -60,23 +53,16 @@ static void get_color(const struct shading *s, const char *key, unsigned type, u
     if (!inside) warnings_add(s->warnings, s->place, "%s is brought into [0, 1]", name);
 }
 
-static bool has_texture(const struct shading *s, enum aiTextureType type)
-{
-    return aiGetMaterialTextureCount(s->from, type) > 0;
-}
-
 static void get_all(struct shading *s)
 {
-    unsigned one = 1;
-    s->illum = 1;
-    aiGetMaterialIntegerArray(s->from, MATKEY_ILLUM, &s->illum, &one);
+    const struct mtl_material *m = s->from;
+    s->illum = m->given & MTL_ILLUM ? (int)clamp(m->illum, 0, 100) : 1;
     for (int i = 0; i < 3; i++) s->tf[i] = 1;
-    get_color(s, AI_MATKEY_COLOR_SPECULAR, "Ks", s->ks);
-    get_color(s, AI_MATKEY_COLOR_TRANSPARENT, "Tf", s->tf);
-    s->d = s->ni = 1;
-    get_number(s, AI_MATKEY_SHININESS, 0, EXPONENT_MAX, "Ns", &s->ns);
-    get_number(s, AI_MATKEY_REFRACTI, 0, IOR_MAX, "Ni", &s->ni);
-    get_number(s, AI_MATKEY_OPACITY, 0, 1, "d", &s->d);
+    get_color(s, MTL_KS, m->ks, "Ks", s->ks);
+    get_color(s, MTL_TF, m->tf, "Tf", s->tf);
+    s->ns = get_number(s, MTL_NS, m->ns, 0, EXPONENT_MAX, "Ns", 0);
+    s->ni = get_number(s, MTL_NI, m->ni, 0, IOR_MAX, "Ni", 1);
+    s->d = get_number(s, MTL_D, m->d, 0, 1, "d", 1);
 }
 
 static bool is_black(const float rgb[3])
@@ -153,9 +139,9 @@ static bool shade(const struct shading *s)
 static bool make_metallic(const struct shading *s)
 {
     struct scene_material *m = s->m;
-    bool metal = get_number(s, AI_MATKEY_METALLIC_FACTOR, 0, 1, "Pm", &m->metallic);
-    bool rough = get_number(s, AI_MATKEY_ROUGHNESS_FACTOR, 0, 1, "Pr", &m->roughness);
-    if (!metal && !rough) return false;
+    if (!(s->from->given & (MTL_PM | MTL_PR))) return false;
+    m->metallic = get_number(s, MTL_PM, s->from->pm, 0, 1, "Pm", m->metallic);
+    m->roughness = get_number(s, MTL_PR, s->from->pr, 0, 1, "Pr", m->roughness);
     m->specular = 1;
     if (s->ni > 1) m->ior = s->ni;
     return true;
@@ -164,13 +150,9 @@ static bool make_metallic(const struct shading *s)
 /* The opacity map, which is the colour texture's alpha where both name one file. */
 static bool has_alpha_map(const struct shading *s)
 {
-    struct aiString color = {0}, opacity = {0};
-    if (!has_texture(s, aiTextureType_OPACITY)) return false;
-    aiGetMaterialTexture(s->from, aiTextureType_DIFFUSE, 0, &color, NULL, NULL, NULL, NULL, NULL,
-                         NULL);
-    aiGetMaterialTexture(s->from, aiTextureType_OPACITY, 0, &opacity, NULL, NULL, NULL, NULL, NULL,
-                         NULL);
-    if (color.length > 0 && strcmp(color.data, opacity.data) == 0) return true;
+    const char *color = s->from->map_kd.name, *opacity = s->from->map_d.name;
+    if (opacity == NULL) return false;
+    if (color != NULL && strcmp(color, opacity) == 0) return true;
     warnings_add(s->warnings, s->place, "map_d is ignored, as it is not the image of map_Kd");
     return false;
 }
@@ -184,16 +166,14 @@ static void blend(const struct shading *s)
 
 static void warn_of_maps(const struct shading *s)
 {
-    if (has_texture(s, aiTextureType_SPECULAR))
-        warnings_add(s->warnings, s->place, "map_Ks is ignored");
-    if (has_texture(s, aiTextureType_METALNESS) || has_texture(s, aiTextureType_DIFFUSE_ROUGHNESS))
-        warnings_add(s->warnings, s->place, "map_Pm and map_Pr are ignored");
-    if (has_texture(s, aiTextureType_HEIGHT) || has_texture(s, aiTextureType_NORMALS) ||
-        has_texture(s, aiTextureType_DISPLACEMENT))
+    const uint32_t given = s->from->given;
+    if (given & MTL_MAP_KS) warnings_add(s->warnings, s->place, "map_Ks and map_Ns are ignored");
+    if (given & MTL_MAP_METAL) warnings_add(s->warnings, s->place, "map_Pm and map_Pr are ignored");
+    if (given & MTL_MAP_BUMP)
         warnings_add(s->warnings, s->place, "bump, normal and displacement maps are ignored");
 }
 
-void obj_shading_read(const struct aiMaterial *from, const char *place, struct scene_material *m,
+void obj_shading_read(const struct mtl_material *from, const char *place, struct scene_material *m,
                       struct warnings *warnings)
 {
     struct shading s = {.from = from, .place = place, .m = m, .warnings = warnings};

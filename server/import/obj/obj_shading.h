@@ -10,12 +10,11 @@
  *
  * Pm or Pr (Exocortex' extension) make it glTF's metallic-roughness. d or Tr below 1 blends what is
  * no glass. */
-#include <assimp/material.h>
-
 #include "proto/scene/scene.h"
+#include "server/import/obj/mtl.h"
 #include "server/import/scene/warnings.h"
 
 /* Reads into *m, whose colours and textures have been read and which is a Lambert surface so far;
  * warns of what is ignored or changed. Numbers out of range are clamped. */
-void obj_shading_read(const struct aiMaterial *from, const char *place, struct scene_material *m,
+void obj_shading_read(const struct mtl_material *from, const char *place, struct scene_material *m,
                       struct warnings *warnings);

@@ -154,6 +154,79 @@ TEST(names_missing_and_forbidden_libraries)
     room_write("t.mtl", mtl, strlen(mtl));
     room_refuses("a.obj", "mtllib t.mtl\n" QUAD "usemtl red\nf 1 2 3\n", ERR_NOT_FOUND,
                  "newmtl red.map_Kd");
+    const char spaced[] = "newmtl my red\nmap_Kd -s 2 2 my tex.png\n";
+    room_write("t.mtl", spaced, strlen(spaced));
+    room_refuses("a.obj", "mtllib t.mtl\n" QUAD "usemtl my red\nf 1 2 3\n", ERR_NOT_FOUND,
+                 "newmtl my red.map_Kd");
+    assert_non_null(strstr(room_fault.detail, "\"my tex.png\""));
+    room_refuses("a.obj", "mtllib my gone.mtl\n" QUAD "f 1 2 3\n", ERR_NOT_FOUND, "mtllib");
+    assert_non_null(strstr(room_fault.detail, "\"my gone.mtl\""));
+}
+
+/* A PNG of 2 x 2 grey pixels, 0, 85, 170, 255. */
+static const uint8_t png[] = {
+    0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48, 0x44,
+    0x52, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x02, 0x08, 0x00, 0x00, 0x00, 0x00, 0x57,
+    0xdd, 0x52, 0xf8, 0x00, 0x00, 0x00, 0x0e, 0x49, 0x44, 0x41, 0x54, 0x78, 0x9c, 0x63, 0x60,
+    0x08, 0x65, 0x58, 0xf5, 0x1f, 0x00, 0x03, 0xad, 0x01, 0xff, 0x67, 0xfb, 0xca, 0x09, 0x00,
+    0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
+
+TEST(names_have_spaces_and_lines_end_as_on_windows)
+{
+    struct scene s;
+    const char mtl[] = "newmtl m one\r\nKd 1 1 1\r\nmap_Kd -s 4 2 1 -o 0.5 0.25 -boost 2 my "
+                       "tex.png\r\n\r\nnewmtl other\r\nKd 0 0 1\r\n";
+    room_write("my mat.mtl", mtl, strlen(mtl));
+    room_write("my tex.png", png, sizeof png);
+    const char *text = "mtllib my mat.mtl\r\n" QUAD "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 1\n"
+                       "usemtl m one\nf -4/-4/-1 -3/-3/-1 -2/-2/-1 -1/-1/-1\n";
+    assert_int_equal(room_import_text("a b.obj", text, &s), 0);
+    const struct scene_material *m = &s.materials[s.meshes[0].material];
+    assert_string_equal(scene_name(&s, m->name), "m one");
+    assert_true(m->base_color[0] == 1 && m->base_color_texture.texture == 0);
+    /* u' = 4 u + 0.5; v, which grows downwards, is 1 - (2 (1 - v) + 0.25) = 2 v - 1.25 */
+    static const float expected[6] = {4, 0, 0.5f, 0, 2, -1.25f};
+    assert_memory_equal(m->base_color_texture.transform, expected, sizeof expected);
+    assert_int_equal(s.images[0].width_px, 2);
+    assert_true(room_warned("the option -boost of map_Kd is ignored"));
+    assert_string_equal(room_warnings.list[0].place, "my mat.mtl:3");
+    assert_int_equal(s.count[SCENE_TRIANGLES], 2);
+    scene_unmap(&s);
+}
+
+TEST(several_libraries_and_missing_materials)
+{
+    struct scene s;
+    room_write("a.mtl", "newmtl a\nKd 1 0 0\n", 18);
+    room_write("b.mtl", "newmtl a\nKd 0 1 0\nnewmtl b\nKd 0 0 1\n", 36);
+    const char *text = "mtllib a.mtl b.mtl\n" QUAD "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\nusemtl "
+                       "gone\nf 1 2 4\n";
+    assert_int_equal(room_import_text("a.obj", text, &s), 0);
+    assert_true(s.materials[s.meshes[0].material].base_color[0] == 1); /* of one name the first */
+    assert_true(s.materials[s.meshes[1].material].base_color[2] == 1);
+    assert_true(s.materials[s.meshes[2].material].base_color[2] == 0.6f);
+    assert_true(room_warned("no mtllib has this material"));
+    assert_string_equal(room_warnings.list[0].place, "newmtl gone");
+    scene_unmap(&s);
+}
+
+TEST(many_cornered_faces_may_be_concave)
+{
+    /* An arrow head, whose corners' fan would leave it. */
+    struct scene s;
+    const char *text = "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 1 1 0\nf 1 2 4 3\n";
+    double area = 0;
+    assert_int_equal(room_import_text("a.obj", text, &s), 0);
+    for (uint64_t t = 0; t < s.count[SCENE_TRIANGLES]; t++) {
+        const float *p[3];
+        for (int k = 0; k < 3; k++) p[k] = s.positions + 3 * s.triangles[3 * t + (size_t)k];
+        const double twice = (double)((p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) -
+                                      (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]));
+        assert_true(twice > 0);
+        area += twice / 2;
+    }
+    assert_true(area == 4);
+    scene_unmap(&s);
 }
 
 TEST(refuses_what_is_no_geometry)
