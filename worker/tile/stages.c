@@ -47,61 +47,85 @@ static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
     return (plan->planes & PLANES_GLOSSY) != 0 && pass->strata > 0 && !pass->strata_map;
 }
 
-void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,
-                 const struct plan_pass *pass, struct stages *out)
+static struct stages choose(const struct plan *plan, const struct plan_pass *pass)
+{
+    const bool first = pass->number == 0;
+    struct stages s = {.centres = first && ((plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL |
+                                                              PLANES_LENS_MORE)) != 0 ||
+                                            plan->light_planes != 0),
+                       .lights = first,
+                       .lens = first && plan->lens_strata_per_axis > 0,
+                       .more = pass->strata_map && plan->lens_extra > 0,
+                       .pass = *pass,
+                       .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+                       .glossy = traces_lobes(plan, pass),
+                       .albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0,
+                       .first = pass->first,
+                       .count = plan->paths.spp > 0 ? pass->count : 0};
+    s.centres = s.centres || s.bounces;
+    s.vertices = s.bounces || s.glossy || pass->strata_map || plan->lens_mirrors > 0 ||
+                 (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
+    return s;
+}
+
+static void init_paths(const struct path_context *parts, struct path_context *out)
 {
     const struct plan *plan = parts->plan;
     const struct render_scene *scene = parts->queries->scene;
-    const bool first = pass->number == 0;
-    *out = (struct stages){
-        .centres = first &&
-                   ((plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_MORE)) != 0 ||
-                    plan->light_planes != 0),
-        .lights = first,
-        .lens = first && plan->lens_strata_per_axis > 0,
-        .more = pass->strata_map && plan->lens_extra > 0,
-        .pass = *pass,
-        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-        .glossy = traces_lobes(plan, pass),
-        .first = pass->first,
-        .count = plan->paths.spp > 0 ? pass->count : 0};
-    out->centres = out->centres || out->bounces;
-    out->vertices = out->bounces || plan->paths.without_diffuse_direct || out->glossy ||
-                    pass->strata_map || plan->lens_mirrors > 0 ||
-                    (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
-    out->albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0;
-    out->paths = *parts;
-    out->paths.demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
-    out->paths.features = (plan->planes & PLANES_RESIDUAL) != 0;
-    out->paths.blended = has_blended(scene->materials);
-    out->paths.shines = out->paths.shines_beside =
+    *out = *parts;
+    out->demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
+    out->features = (plan->planes & PLANES_RESIDUAL) != 0;
+    out->blended = has_blended(scene->materials);
+    out->shines = out->shines_beside =
         plan->environment.kind != ENVIRONMENT_NONE || shines_beside(scene, plan);
-    out->paths.leaves_surface = plan->paths.without_diffuse_direct != 0;
-    out->paths.leaves_diffuse =
-        plan->paths.without_diffuse_indirect != 0 && !out->paths.leaves_surface;
-    out->paths.leaves_glossy = plan->paths.without_glossy_indirect != 0;
-    out->field = out->paths;
-    out->field.field = true;
-    out->field.strata = pass->strata;
-    out->field.strata_map = pass->strata_map;
-    out->field.lobes = pass->lobes;
-    out->field.pass = pass->number;
-    out->field.listed = is_listed(scene, plan);
-    out->field.mirrors = plan->lens_mirrors > 0;
-    out->field.features = out->field.demodulate = out->field.leaves_diffuse =
-        out->field.leaves_glossy = out->field.leaves_surface = false;
-    out->whole = out->paths;
-    out->whole.lens = true;
-    out->whole.features = out->whole.demodulate = out->whole.leaves_diffuse =
-        out->whole.leaves_glossy = out->whole.leaves_surface = false;
-    out->through_lens = out->whole;
-    out->through_lens.demodulate = plan->lens_light != LENS_LIGHT_OWN;
-    out->through_lens.mirrors = plan->lens_mirrors > 0;
-    out->through_lens.leaves_lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
-    out->through_lens.leaves_sky = plan->lens_light == LENS_LIGHT_SKY;
-    out->through_lens.leaves_diffuse =
+    out->leaves_surface = plan->paths.without_diffuse_direct != 0;
+    out->leaves_diffuse = plan->paths.without_diffuse_indirect != 0 && !out->leaves_surface;
+    out->leaves_glossy = plan->paths.without_glossy_indirect != 0;
+}
+
+/* Begins another kind of path. It leaves no light out and keeps it in one sum. */
+static void init_whole(const struct path_context *paths, struct path_context *out)
+{
+    *out = *paths;
+    out->features = out->demodulate = out->leaves_diffuse = out->leaves_glossy =
+        out->leaves_surface = false;
+}
+
+static void init_field(const struct path_context *paths, const struct plan_pass *pass,
+                       struct path_context *out)
+{
+    init_whole(paths, out);
+    out->field = true;
+    out->strata = pass->strata;
+    out->strata_map = pass->strata_map;
+    out->lobes = pass->lobes;
+    out->pass = pass->number;
+    out->listed = is_listed(paths->queries->scene, paths->plan);
+    out->mirrors = paths->plan->lens_mirrors > 0;
+}
+
+static void init_through_lens(const struct path_context *whole, struct path_context *out)
+{
+    const struct plan *plan = whole->plan;
+    *out = *whole;
+    out->demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->mirrors = plan->lens_mirrors > 0;
+    out->leaves_lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
+    out->leaves_sky = plan->lens_light == LENS_LIGHT_SKY;
+    out->leaves_diffuse =
         plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;
-    if (out->through_lens.leaves_sky)
-        out->through_lens.shines_beside = shines_beside(scene, plan) || parts->sky->hard;
-    if (plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = centres;
+    if (out->leaves_sky)
+        out->shines_beside = shines_beside(whole->queries->scene, plan) || whole->sky->hard;
+}
+
+void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,
+                 const struct plan_pass *pass, struct stages *out)
+{
+    *out = choose(parts->plan, pass);
+    init_paths(parts, &out->paths);
+    init_field(&out->paths, pass, &out->field);
+    init_whole(&out->paths, &out->whole);
+    out->whole.lens = true;
+    init_through_lens(&out->whole, &out->through_lens);
+    if (parts->plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = centres;
 }
