@@ -256,6 +256,27 @@ static void close_guards(struct http *http)
     tls_fini(&http->tls);
 }
 
+static void init_clocks(struct http *http)
+{
+    http->started_s = (uint64_t)time(NULL);
+    http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
+    http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
+    http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
+    http->pending.answer_ms = ms_from_env("SHEARWATER_ANSWER_MS", LIMIT_ANSWER_MS);
+}
+
+static void join_streams(struct http *http)
+{
+    const struct http_options *options = &http->options;
+    const struct streams_limits limits = {.feed_bytes_per_s = options->feed_bytes_per_s,
+                                          .cpu_us_per_s = options->stream_us_per_s,
+                                          .stuck_ms =
+                                              ms_from_env("SHEARWATER_STUCK_MS", LIMIT_STUCK_MS)};
+    streams_set_kick(options->streams, on_kick, http);
+    streams_set_told_cut(options->streams, on_cut);
+    streams_limit(options->streams, &limits);
+}
+
 int http_create(const struct http_options *options, struct http **out, struct fault *fault)
 {
     int fd = -1, error;
@@ -263,11 +284,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
     if (!http) return fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
     http->options = *options;
     trace_context_source_init(&http->traces);
-    http->started_s = (uint64_t)time(NULL);
-    http->start_ns = uv_hrtime() ^ ((uint64_t)getpid() << 48);
-    http->request_ms = ms_from_env("SHEARWATER_REQUEST_MS", LIMIT_REQUEST_MS);
-    http->upload_ms = ms_from_env("SHEARWATER_UPLOAD_MS", LIMIT_UPLOAD_MS);
-    http->pending.answer_ms = ms_from_env("SHEARWATER_ANSWER_MS", LIMIT_ANSWER_MS);
+    init_clocks(http);
     error = static_files_load(options->web_dir, options->openapi_path, &http->files, fault);
     if (!error) error = open_guards(http, fault);
     if (!error) error = open_socket(http, &fd, fault);
@@ -284,13 +301,7 @@ int http_create(const struct http_options *options, struct http **out, struct fa
         fault_set(fault, error, "", "the HTTP server could not join the loop");
         goto fail;
     }
-    streams_set_kick(options->streams, on_kick, http);
-    streams_set_told_cut(options->streams, on_cut);
-    const struct streams_limits limits = {.feed_bytes_per_s = options->feed_bytes_per_s,
-                                          .cpu_us_per_s = options->stream_us_per_s,
-                                          .stuck_ms =
-                                              ms_from_env("SHEARWATER_STUCK_MS", LIMIT_STUCK_MS)};
-    streams_limit(options->streams, &limits);
+    join_streams(http);
     *out = http;
     return 0;
 fail:
