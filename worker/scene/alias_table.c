@@ -2,7 +2,7 @@
 
 #include <stdbool.h>
 
-/* Walks over the items that weigh at least as much as the average (heavy), or less (light). */
+/* Walks over the items whose weight is at least the average (heavy), or below it (light). */
 struct walk {
     alias_weight *weight;
     const void *items;
@@ -10,7 +10,7 @@ struct walk {
     uint32_t count;
 };
 
-/* The first item from i on that is heavy or light, and its weight; count if there is none. */
+/* Returns the first heavy or light item from i on, or count without one. *found is its weight. */
 static uint32_t next_item(const struct walk *w, uint32_t i, bool heavy, double *found)
 {
     for (; i < w->count; i++) {
@@ -46,7 +46,8 @@ void alias_build(alias_weight *weight, const void *items, uint32_t count, double
         left += more - 1.0;
         heavy = next;
     }
-    /* What rounding has left over: the last heavy item takes it, since a light one may weigh 0. */
+    /* Rounding leaves some cells over. They go to the last heavy item, since a light one may weigh
+     * 0. */
     for (; light < count; light = next_item(&w, light + 1, false, &light_weight))
         cells[light] = (struct alias_cell){(float)light_weight, last};
     for (; heavy < count; heavy = next_item(&w, heavy + 1, true, &left))

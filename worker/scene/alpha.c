@@ -4,8 +4,8 @@
 
 #include "worker/scene/mesh.h"
 
-/* A bijection of 64 bits in which every input bit moves every output bit: two rounds of multiply
- * and xor-shift, constants of Stafford's variant 13. */
+/* Mixes 64 bits by a bijection in which every input bit moves every output bit: two rounds of
+ * multiply and xor-shift with the constants of Stafford's variant 13. */
 static uint64_t mix(uint64_t v)
 {
     v = (v ^ v >> 30) * UINT64_C(0xbf58476d1ce4e5b9);
@@ -13,8 +13,8 @@ static uint64_t mix(uint64_t v)
     return v ^ v >> 31;
 }
 
-/* A number in [0, 1) for a ray and a surface, of 24 bits: 1 is never reached, so that opacity 1
- * always stays. */
+/* Draws a number of 24 bits for a ray and a surface. It stays below 1, so that a surface of opacity
+ * 1 is always met. */
 static float draw(const struct alpha_hit *hit)
 {
     uint64_t surface = (uint64_t)hit->instance << 32 | hit->geometry;
@@ -32,8 +32,8 @@ bool alpha_covers(const struct mesh_view *mesh, const struct alpha_hit *hit)
     return m->blend && hit->ray ? draw(hit) < opacity : opacity >= 0.5f;
 }
 
-/* Embree's C headers leave the N-wide accessors to C++: fields follow each other, N values each, in
- * the order of struct RTCRay and struct RTCHit. */
+/* Embree has accessors of N-wide rays for C++ only. Fields follow each other, N values each, in the
+ * order of struct RTCRay and struct RTCHit. */
 enum { RAY_ID = 10 };
 enum { HIT_U = 3, HIT_V = 4, HIT_PRIMITIVE = 5, HIT_GEOMETRY = 6, HIT_INSTANCE = 7 };
 

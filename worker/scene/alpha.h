@@ -19,8 +19,8 @@
 
 struct RTCFilterFunctionNArguments;
 
-/* For rtcSetGeometryIntersectFilterFunction and its occluded twin; the geometry's user data is its
- * struct mesh_view. */
+/* Drops hits, as rtcSetGeometryIntersectFilterFunction and its occluded twin want. The geometry's
+ * user data is its struct mesh_view. */
 void alpha_filter(const struct RTCFilterFunctionNArguments *args);
 
 /* A hit as the filter meets it. */
@@ -30,5 +30,5 @@ struct alpha_hit {
     float u, v; /* barycentric */
 };
 
-/* Whether the surface is there. */
+/* Returns whether the hit's surface is there for its ray. */
 bool alpha_covers(const struct mesh_view *mesh, const struct alpha_hit *hit);

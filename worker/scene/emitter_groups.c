@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What facing apart counts beside lying apart: a sphere's halves against the whole extent. */
+/* The weight of a group's normals beside its radius, both squared: normals in all directions count
+ * as half of the whole extent does. */
 #define FACING 0.25
 
 /* Ten digits of each of six coordinates. */
@@ -57,8 +58,8 @@ static uint64_t digits_of(double part)
     return scaled > 0.0 ? (uint64_t)(scaled < most ? scaled : most) : 0;
 }
 
-/* Digits of place and normal in turn, so that what lies and faces alike comes together (Morton's
- * order in six dimensions). */
+/* Interleaves the digits of place and normal (Morton's order in six dimensions), so that triangles
+ * that lie and face alike follow each other. */
 static uint64_t key_of(const struct emitter_shape *s, const struct box *all, double extent)
 {
     uint64_t part[COORDINATES], key = 0;
@@ -143,7 +144,7 @@ static void set_cone(struct finder *f, uint32_t g)
     o->sine[g] = least > -1.0 ? sqrtf(fmaxf(1.0f - o->cosine[g] * o->cosine[g], 0.0f)) : 0.0f;
 }
 
-/* Bounds a group, and says what splitting it would be worth. */
+/* Bounds a group and computes how much a split of it would gain. */
 static void bound(struct finder *f, uint32_t g)
 {
     struct emitter_groups *o = f->groups;
@@ -158,7 +159,7 @@ static void bound(struct finder *f, uint32_t g)
 
 /* ---- splits ---- */
 
-/* Where the highest digit in which a group's keys differ becomes one. */
+/* Returns the first item of a group at which the highest digit that differs in its keys is one. */
 static uint32_t find_split(const struct finder *f, uint32_t first, uint32_t end)
 {
     const uint64_t differ = f->keys[first].key ^ f->keys[end - 1].key;
@@ -185,8 +186,8 @@ static void split(struct finder *f, uint32_t g)
     for (uint32_t k = o->count - 1; k > g; k--) f->cost[k] = f->cost[k - 1];
 }
 
-/* The dearest group is split until there are enough. Groups keep the order of keys, so what is
- * known of those behind moves with them: bounds are set once at the end. */
+/* Splits the group that gains most until there are enough. Groups keep the order of keys, so the
+ * values of those behind move with them. Bounds are set once, at the end. */
 static void split_all(struct finder *f)
 {
     struct emitter_groups *o = f->groups;

@@ -1,15 +1,15 @@
 #pragma once
-/* Emitting triangles in groups that lie and face alike, so that a surface can tell which of them
- * may light it before it samples one (Estevez and Kulla 2018, "Importance Sampling of Many Lights
- * with Adaptive Tree Splitting", whose bounds these are; here a flat list of them, which all lanes
- * walk side by side). */
+/* Groups of emitting triangles that lie and face alike. A surface bounds what each group may send
+ * to it before it samples one. The bounds are those of Estevez and Kulla 2018, "Importance Sampling
+ * of Many Lights with Adaptive Tree Splitting", but in a flat list instead of a tree, which all
+ * lanes walk together. */
 #include <stdint.h>
 
 #include "proto/error.h"
 
 #define EMITTER_GROUPS 32u
 
-/* What bounds each group: a sphere around its triangles, and a cone around their normals. */
+/* The bounds of each group: a sphere around its triangles and a cone around their normals. */
 struct emitter_groups {
     uint32_t count;
     double sum[EMITTER_GROUPS];  /* of its triangles' power: area times luminance */
@@ -28,7 +28,7 @@ struct emitter_shape {
     uint32_t both_sides; /* 1: shines on both */
 };
 
-/* Puts `count` > 0 shapes in groups: group g is of shapes order[first[g]] .. order[first[g + 1] -
- * 1]. The same for any order of calls; ERR_MEMORY. */
+/* Puts `count` > 0 shapes into groups. Group g has the shapes order[first[g]] .. order[first[g + 1]
+ * - 1]. ERR_MEMORY. */
 int emitter_groups_find(const struct emitter_shape *shapes, uint32_t count, uint32_t *order,
                         struct emitter_groups *out);

@@ -8,14 +8,15 @@
 #include "worker/scene/mesh.h"
 #include "worker/scene/offset.h"
 
-/* Smaller triangles, in scene units squared, count as none: their density would leave a float. */
+/* Triangles below this area, in scene units squared, are left out, since their density would
+ * overflow a float. */
 #define AREA_MIN 1e-30
 
 struct emitter_triangle {
     uint32_t instance, triangle;
 };
 
-/* One an instance of the scene. */
+/* What emitters know of an instance of the scene. */
 struct emitter_instance {
     double luminance;
     uint64_t first; /* of its triangles' groups */
@@ -67,7 +68,8 @@ static void place_triangle(const struct render_scene *s, uint32_t instance, uint
                      out->at[i], &out->magnitude);
 }
 
-/* Twice the area along the normal of the winding; in double, which no square leaves. */
+/* Computes the normal of the winding times twice the area, in double, since squares of floats may
+ * overflow a float. */
 static void cross_edges(const struct corners *c, double out[3])
 {
     double a[3], b[3];
@@ -85,7 +87,7 @@ static double length(const double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-/* Mean luminance that an instance emits and that nothing else samples. */
+/* Returns the mean luminance that an instance emits: 0 if a light stands for it or it is unlit. */
 static double luminance_of(const struct render_scene *s, uint32_t instance)
 {
     const struct mesh_view *mesh = mesh_of(s, instance);
@@ -96,7 +98,7 @@ static double luminance_of(const struct render_scene *s, uint32_t instance)
     return 0.2126 * (double)mean[0] + 0.7152 * (double)mean[1] + 0.0722 * (double)mean[2];
 }
 
-/* Of each instance; sums up the triangles of those that shine. */
+/* Measures each instance. Returns the number of triangles of those that shine. */
 static uint64_t measure(const struct render_scene *s, struct emitter_instance *instances)
 {
     uint64_t triangles = 0;
@@ -108,7 +110,8 @@ static uint64_t measure(const struct render_scene *s, struct emitter_instance *i
     return triangles;
 }
 
-/* A transform that mirrors turns the winding over, but not the front. */
+/* Returns whether the instance's transform mirrors. The winding is then turned over, but not the
+ * front. */
 static bool mirrors(const struct scene_instance *instance)
 {
     const float *m = instance->to_world;
@@ -118,7 +121,7 @@ static bool mirrors(const struct scene_instance *instance)
     return (double)m[0] * d[0] + (double)m[1] * d[1] + (double)m[2] * d[2] < 0.0;
 }
 
-/* The shape of a triangle. False: it has hardly any area. */
+/* Computes the shape of a triangle. Returns false if it has hardly any area. */
 static bool shape_of(const struct emitters *e, uint32_t instance, uint32_t triangle,
                      struct emitter_shape *out)
 {
@@ -177,7 +180,8 @@ static void fill_groups(struct emitters *e, const struct emitter_triangle *trian
     }
 }
 
-/* Lists, groups and builds tables. e->count stays 0 where no triangle has an area. */
+/* Lists the triangles, groups them and builds the tables. e->count stays 0 if no triangle has an
+ * area. */
 static int fill(struct emitters *e, uint64_t most)
 {
     struct emitter_triangle *triangles = malloc(most * sizeof *triangles);
@@ -240,8 +244,8 @@ const struct emitter_groups *emitters_groups(const struct emitters *e)
     return &e->groups;
 }
 
-/* From the unit square to barycentric coordinates: Heitz's map (2019, "A low-distortion map between
- * triangle and square"), which keeps strata in shape. */
+/* Maps the unit square to barycentric coordinates by Heitz's map (2019, "A low-distortion map
+ * between triangle and square"), which keeps strata in shape. */
 static void square_to_triangle(const float square[2], float *u, float *v)
 {
     *u = square[0];
@@ -255,7 +259,7 @@ static void square_to_triangle(const float square[2], float *u, float *v)
     }
 }
 
-/* What leaves the point, weakened where the surface is only partly there. */
+/* Computes the radiance that leaves the point, times the surface's opacity. */
 static void emit(const struct mesh_view *mesh, uint32_t triangle, float u, float v,
                  float radiance[3])
 {
@@ -267,7 +271,7 @@ static void emit(const struct mesh_view *mesh, uint32_t triangle, float u, float
     for (int i = 0; i < 3; i++) radiance[i] *= opacity;
 }
 
-/* Density per area within its group of an instance's points. */
+/* Returns the density per area of an instance's points within a group. */
 static float density_of(const struct emitters *e, uint32_t instance, uint32_t group)
 {
     return (float)(e->instances[instance].luminance / e->groups.sum[group]);

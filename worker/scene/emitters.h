@@ -1,11 +1,11 @@
 #pragma once
-/* Meshes that shine and that no light of the plan stands for: points on their triangles, of which
- * a group (emitter_groups.h) is chosen first, then one in proportion to area times emitted
- * luminance, with an alias table.
+/* Samples points on meshes that shine and that no light of the plan stands for. A group of
+ * triangles (emitter_groups.h) is chosen first, then a triangle in proportion to its area times
+ * its emitted luminance, with an alias table.
  *
- * Built once per scene, shared read-only. Meshes with MESH_IS_LIGHT (recognised rectangles) and
- * unlit materials are not among them. Emission by texture counts with the texture's mean, so that
- * the density is one number an instance. */
+ * The tables are built once per scene and shared read-only. Meshes with MESH_IS_LIGHT (recognised
+ * rectangles) and unlit materials are not among them. Emission by texture counts with the
+ * texture's mean, so that the density is one number an instance. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -15,8 +15,9 @@
 struct render_scene;
 struct emitters;
 
-/* ERR_MEMORY; ERR_LIMIT beyond LIMIT_TRIANGLES placed triangles that shine. *out is NULL when
- * nothing shines. `scene` has its meshes and materials and must outlive the result. */
+/* Creates the emitters of a scene, which has its meshes and materials and must outlive the result.
+ * *out is NULL if nothing shines. ERR_MEMORY; ERR_LIMIT beyond LIMIT_TRIANGLES placed triangles
+ * that shine. */
 int emitters_create(const struct render_scene *scene, struct emitters **out);
 void emitters_destroy(struct emitters **emitters);
 
@@ -31,12 +32,12 @@ struct emitter_point {
 
 const struct emitter_groups *emitters_groups(const struct emitters *e);
 
-/* A point of a group by three uniform numbers in [0, 1): `choice` picks the triangle, u the place
- * on it; the last of the 24 digits of u lend the choice more digits than a float has. */
+/* Samples a point of a group by three uniform numbers in [0, 1). `choice` picks the triangle and u
+ * the place on it. The last digits of u refine the choice (alias_refine). */
 void emitters_sample(const struct emitters *e, uint32_t group, float choice, const float u[2],
                      struct emitter_point *out);
 
-/* pdf_area of any point of the triangle, and its group; 0 for an instance that is no emitter. NULL
- * e: 0. */
+/* Returns pdf_area of any point of the triangle and sets its group. It is 0 for an instance that is
+ * no emitter, and without emitters (NULL). */
 float emitters_pdf_area(const struct emitters *e, uint32_t instance, uint32_t triangle,
                         uint32_t *group);

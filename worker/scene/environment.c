@@ -7,14 +7,14 @@
 #include "worker/scene/alias_table.h"
 #include "worker/shade/elementary.h"
 
-/* Of a weight, what is left to directions that scattering finds as well: this part of the mean
- * (Karlik et al. 2019, "MIS compensation"); this part of the weight stays. psnr_db at 4 samples of
- * blocks under the sky, helmet in the park, helmet in the studio: 0: 43.4, 36.6, 33.4; half:
- * 43.5, 36.9, 33.5; all: 43.3, 36.8, 33.4. */
+/* Weights are lowered by this part of the map's mean, because scattering finds such light as well
+ * (Karlik et al. 2019, "MIS compensation"), but at least KEPT_LEAST of each stays. With none, half
+ * and all of the mean, psnr_db at 4 samples of blocks under the sky, helmet in the park and helmet
+ * in the studio is 43.4, 36.6, 33.4; 43.5, 36.9, 33.5; 43.3, 36.8, 33.4. */
 #define LEFT_OF_MEAN 0.5f
 #define KEPT_LEAST   0.1f
 
-/* A map whose luminance integrates to less is black: densities would leave the range of floats. */
+/* A map whose luminance integrates to less counts as black: densities would overflow a float. */
 #define TOTAL_MIN 1e-30
 
 struct bin {
@@ -48,14 +48,14 @@ static const float *texel_at(const struct environment *e, uint32_t x, uint32_t y
 
 /* ---- the table ---- */
 
-/* The solid angle of a row's texels in units of 2 pi / width. */
+/* Returns the solid angle of a row's texels in units of 2 pi / width. */
 static double row_share(const struct environment *e, uint32_t y)
 {
     return e->edges[y + 1] - e->edges[y];
 }
 
-/* The mean over a texel of a row's lookups along u: three quarters its own, an eighth each
- * neighbour's. */
+/* Returns the mean of a row's lookups along u over a texel: three quarters of its own value and an
+ * eighth of each neighbour's. */
 static float mean_along(const struct environment *e, uint32_t x, uint32_t y)
 {
     const float *before = texel_at(e, x > 0 ? x - 1 : e->width - 1, y);
@@ -63,8 +63,8 @@ static float mean_along(const struct environment *e, uint32_t x, uint32_t y)
     return 0.75f * luminance(texel_at(e, x, y)) + 0.125f * (luminance(before) + luminance(after));
 }
 
-/* Weighed by its own luminance alone, a dark texel beside a sun would rarely be sampled, and its
- * lookups, which the sun shines into, count for all the more then. */
+/* Sets each texel's weight to the mean of the lookups inside it. By its own luminance alone a dark
+ * texel beside a sun would rarely be sampled, though the sun shines into its lookups. */
 static void fill_weights(struct environment *e)
 {
     const uint32_t last = e->height - 1;
@@ -96,7 +96,7 @@ static void leave_to_scattering(struct environment *e)
         e->weights[i] = fmaxf(e->weights[i] - LEFT_OF_MEAN * e->mean, KEPT_LEAST * e->weights[i]);
 }
 
-/* Lookups are means of texels. */
+/* Finds the largest luminance of texels. Lookups are means of texels, so none is above it. */
 static void find_most(struct environment *e)
 {
     const size_t count = (size_t)e->width * e->height;
@@ -115,7 +115,7 @@ float environment_most(const struct environment *e)
 
 /* ---- bins ---- */
 
-/* A Hilbert curve's number of a place among 16 x 16. */
+/* Returns the number of a place among 16 x 16 along a Hilbert curve. */
 static uint32_t along_curve(uint32_t x, uint32_t y)
 {
     uint32_t d = 0;
@@ -135,8 +135,8 @@ uint32_t environment_bin_at(uint32_t u, uint32_t v)
     return u / 16 * 256 + along_curve(u % 16, v);
 }
 
-/* The first texel of a bin, of so many texels along an axis: it has those up to the next bin's
- * first, perhaps none. */
+/* Returns the first texel of a bin along an axis of so many texels. The bin ends before the next
+ * bin's first texel and may be empty. */
 static uint32_t first_of(uint32_t bin, uint32_t texels, uint32_t bins)
 {
     return (uint32_t)(((uint64_t)bin * texels + bins - 1) / bins);
@@ -147,7 +147,7 @@ struct bin_texels {
     const struct bin *bin;
 };
 
-/* What a bin's texel sends, in units of 2 pi / width: an alias_weight. */
+/* Returns what a bin's texel sends, in units of 2 pi / width (an alias_weight). */
 static double weigh_texel(const void *texels, uint32_t i)
 {
     const struct bin_texels *t = texels;
@@ -156,7 +156,8 @@ static double weigh_texel(const void *texels, uint32_t i)
     return (double)t->e->weights[(size_t)y * t->e->width + x] * row_share(t->e, y);
 }
 
-/* `first` is of the cells; `total` is the map's. Returns the cells that the bin takes. */
+/* Fills a bin from cell `first` on. `total` is the sum over the map. Returns the number of cells
+ * that the bin takes. */
 static uint32_t fill_bin(struct environment *e, uint32_t u, uint32_t v, uint32_t first,
                          double total)
 {
@@ -256,7 +257,7 @@ uint64_t environment_bytes(const struct environment *e)
 
 /* ---- from directions to texels ---- */
 
-/* Four texels side by side and one above the other, and how far a lookup is from the first. */
+/* The 2 x 2 texels of a lookup, and how far it is from the first. */
 struct corners {
     const float *at[2][2];
     float s, t;
@@ -315,7 +316,7 @@ void environment_read(const struct environment *e, struct environment_spot spot,
     }
 }
 
-/* The row as sampling means it: by where 1 - cos lies between the edges. */
+/* Finds the row of a direction by the edges between which its 1 - cos lies, as sampling has it. */
 static uint32_t row_of(const struct environment *e, const float d[3], struct environment_spot spot)
 {
     const uint32_t last = e->height - 1;

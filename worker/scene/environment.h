@@ -24,17 +24,17 @@ struct environment;
 #define ENVIRONMENT_BINS_V 16u
 #define ENVIRONMENT_BINS   (ENVIRONMENT_BINS_U * ENVIRONMENT_BINS_V)
 
-/* `blob` is borrowed and must outlive the result. ERR_MEMORY. */
+/* Creates the tables of a map. `blob` is borrowed and must outlive the result. ERR_MEMORY. */
 int environment_create(const struct environment_blob *blob, struct environment **out);
 void environment_destroy(struct environment **environment);
 
 uint64_t environment_bytes(const struct environment *e); /* held beside the blob */
 
-/* Luminance of lookups: their mean over the sphere, and what none is above. */
+/* Return the mean luminance of lookups over the sphere, and a bound of all of them. */
 float environment_mean(const struct environment *e);
 float environment_most(const struct environment *e);
 
-/* Texels along u and v. */
+/* Return the texels along u and v. */
 void environment_size(const struct environment *e, float *width, float *height);
 
 /* Lookups and samples are done in steps. Maps are larger than caches, so each step prefetches what
@@ -46,9 +46,9 @@ struct environment_spot {
     float u, v;
 };
 
-/* A lookup begins with where a unit direction is on a map of width x height texels: u in [0,
- * width], v in [0, height]; 0 for what is no direction. The angle from a pole is taken by its sine,
- * too: the cosine alone knows little of it there. */
+/* Finds the place of a unit direction on a map of width x height texels: u in [0, width], v in [0,
+ * height], and 0 for NaN. Near a pole the angle comes from its sine, since the cosine loses its
+ * digits there. */
 static inline struct environment_spot environment_find(const float d[3], float width, float height)
 {
     const float around = 0.5f + 0.5f * ELEMENTARY_INV_PI * elementary_atan2(d[2], d[0]);
@@ -57,12 +57,12 @@ static inline struct environment_spot environment_find(const float d[3], float w
                                      down > 0.0f ? down * height : 0.0f};
 }
 
-/* Asks for what is there, and reads its radiance. */
+/* Prefetch the texels of a lookup, and read its radiance. */
 void environment_ask(const struct environment *e, struct environment_spot spot);
 void environment_read(const struct environment *e, struct environment_spot spot, float radiance[3]);
 
-/* A direction's bin, and the density per solid angle with which it is sampled once its bin is
- * chosen. */
+/* Return a direction's bin, and the density per solid angle with which it is sampled once its bin
+ * is chosen. */
 struct environment_density {
     uint32_t bin;
     float within;
@@ -71,16 +71,16 @@ struct environment_density environment_density(const struct environment *e,
                                                const float direction[3],
                                                struct environment_spot spot);
 
-/* Share of the map's luminance that comes from a bin; all are 0 of a black map. */
+/* Returns the share of the map's luminance that comes from a bin. All are 0 for a black map. */
 double environment_bin_share(const struct environment *e, uint32_t bin);
 
-/* A bin's texels; none where a map has few. */
+/* Finds a bin's texels. It has none where a map has few. */
 struct environment_rect {
     uint32_t x, y, width, height;
 };
 struct environment_rect environment_bin_texels(const struct environment *e, uint32_t bin);
 
-/* The bin in column u and row v, from the top. */
+/* Returns the bin in column u and row v, from the top. */
 uint32_t environment_bin_at(uint32_t u, uint32_t v);
 
 /* A texel that was chosen. Rows below the equator are the upper ones' mirror image: 1 - cos is
@@ -92,16 +92,15 @@ struct environment_texel {
     float density; /* per solid angle, within its bin; 0: a black map, there is no direction */
 };
 
-/* A sample is of a bin that sends light and three uniform numbers in [0, 1): `choice` picks the
- * texel, u the place in it; the last of the 24 digits of u lend the choice more digits than a float
- * has, since maps may have 2^25 texels. Asks for the table alone; chooses a texel; looks where it
- * is. */
+/* Sample a bin that sends light by three uniform numbers in [0, 1). `choice` picks the texel and u
+ * the place in it. The last digits of u refine the choice, since maps may have 2^25 texels and a
+ * float has 24 digits. The steps prefetch the table, choose a texel, and look up where it is. */
 void environment_expect(const struct environment *e, uint32_t bin, float choice, const float u[2]);
 uint32_t environment_choose(const struct environment *e, uint32_t bin, float choice,
                             const float u[2]);
 struct environment_texel environment_texel_of(const struct environment *e, uint32_t texel);
 
-/* And places a unit direction within it. */
+/* Computes a unit direction within a texel. */
 static inline void environment_place(struct environment_texel t, float width, const float u[2],
                                      float direction[3])
 {

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-/* How far a recognised emitter's triangles may lie from the rectangle that stands for them: a part
- * of its shorter half side, and the rounding of its coordinates. */
+/* A recognised emitter's triangles lie this far at most from the rectangle that stands for them: a
+ * part of its shorter half side, and the rounding of its coordinates. */
 #define CLEARANCE_PART (1.0f / 8192)
 #define CLEARANCE_ULPS 0x1p-20f
 

@@ -1,5 +1,5 @@
 #pragma once
-/* The plan's lights, prepared for tracing: areas, clearances, probabilities. */
+/* The plan's lights, prepared for tracing with their areas, clearances and probabilities. */
 #include <stdbool.h>
 
 #include "proto/plan.h"
@@ -17,7 +17,7 @@ struct light {
     float probability_upto; /* sum of this light's and all before it */
 };
 
-/* What light_table_choose may answer besides the number of a light. */
+/* The results of light_table_choose besides the numbers of lights. */
 #define LIGHT_CHOICE_EMITTERS    LIMIT_LIGHTS
 #define LIGHT_CHOICE_ENVIRONMENT (LIMIT_LIGHTS + 1)
 
@@ -29,13 +29,13 @@ struct light_table {
                                       never chosen: scattering finds it better */
 };
 
-/* `plan` must outlive the table. Without `emitters` the scene has none that could be chosen,
- * whatever the plan says of their power. */
+/* Prepares the lights of a plan, which must outlive the table. Without `emitters` no mesh is
+ * chosen, whatever its power in the plan. */
 void light_table_init(struct light_table *t, const struct plan *plan, bool emitters);
 
-/* Whether there is anything to choose. */
+/* Returns whether there is anything to choose. */
 bool light_table_is_empty(const struct light_table *t);
 
-/* The light that x in [0, 1) chooses, each with its probability, or LIGHT_CHOICE_EMITTERS or
- * _ENVIRONMENT. The table must not be empty. */
+/* Returns the light that x in [0, 1) chooses, each with its probability, or LIGHT_CHOICE_EMITTERS
+ * or _ENVIRONMENT. The table must not be empty. */
 uint32_t light_table_choose(const struct light_table *t, float x);

@@ -11,13 +11,13 @@
 #include "worker/scene/render_scene.h"
 #include "worker/shade/elementary.h"
 
-/* Rays a bin. Sixteen neighbouring bins share a place. */
+/* The rays of a bin. Sixteen neighbouring bins share the place that these start from. */
 #define RAYS 3u
 
-/* Of a cell's side: what is nearer than this to a place is not in the way. */
+/* Surfaces nearer to a place than this part of a cell's side do not count as in the way. */
 #define NEAR_SHARE 1e-3f
 
-/* More of the sky than this is seen by chance often enough. */
+/* A cell that sees more of the sky than this counts as open: chance finds the sky often enough. */
 #define OPEN_SHARE 0.3f
 
 struct openness {
@@ -72,7 +72,7 @@ static float next_random(struct probe *p)
     return (float)(path_mix(p->random) >> 8) * 0x1p-24f;
 }
 
-/* Goes to a place in the cell. */
+/* Chooses a random place in the cell. */
 static void go(struct probe *p)
 {
     const struct openness_grid *g = &p->openness->grid;
@@ -89,7 +89,7 @@ static void go(struct probe *p)
     p->near = isfinite(shortest) ? NEAR_SHARE * shortest : 0.0f;
 }
 
-/* Whether nothing is in the way into a random direction of a bin. */
+/* Returns whether nothing is in the way in a random direction of a bin. */
 static bool sees(struct probe *p, uint32_t u, uint32_t v)
 {
     const float around = ((float)u + next_random(p)) / (float)OPENNESS_U;
@@ -112,7 +112,7 @@ static bool sees(struct probe *p, uint32_t u, uint32_t v)
     return ray.tfar > 0.0f;
 }
 
-/* Some rays all over the sphere, from four places: whether to look closer. */
+/* Traces some rays over the whole sphere from four places, to see if a closer look is needed. */
 static bool is_open(struct probe *p)
 {
     uint32_t open = 0;
@@ -124,7 +124,7 @@ static bool is_open(struct probe *p)
     return (float)open > OPEN_SHARE * 4 * 16;
 }
 
-/* Rays from one place into 4 x 4 bins. */
+/* Traces rays from one place into 4 x 4 bins. */
 static void look(struct probe *p, uint32_t u, uint32_t v, float *counts)
 {
     go(p);
@@ -132,7 +132,7 @@ static void look(struct probe *p, uint32_t u, uint32_t v, float *counts)
         if (sees(p, u + i % 4, v + i / 4)) counts[(v + i / 4) * OPENNESS_U + u + i % 4] += 1.0f;
 }
 
-/* Neighbours know something of each other: weights 1 2 1 both ways. */
+/* Smooths the bins with weights 1 2 1 both ways, since neighbours see much the same. */
 static void blur(const float *counts, float *open)
 {
     static const float weight[3] = {0.25f, 0.5f, 0.25f};
@@ -161,7 +161,7 @@ static void learn_cell(struct openness *o, uint32_t cell)
     blur(counts, o->open + (size_t)cell * OPENNESS_BINS);
 }
 
-/* Numbers the cells that count and moves what is known of them together. */
+/* Numbers the cells that count and packs their bins. */
 static void number_cells(struct openness *o)
 {
     for (uint32_t k = 0; k < o->grid.cells; k++) {

@@ -9,15 +9,15 @@
 
 #define SIDE_MOST 32u
 
-/* Triangles that are asked where they are, of all instances alike. */
+/* The number of triangles whose places are taken, with the same share for each instance. */
 #define ASKED_MOST 1024u
 
 /* The second box is around a cube that holds this share of the corners and is a quarter as long as
- * the whole; if it has such a cube itself, around that. More than half of the corners may be a
- * dome's or a terrain's. */
+ * the whole, or, if it has such a cube itself, around that one. More than half of the corners may
+ * belong to a dome or a terrain. */
 #define SHARE 0.4f
 
-/* Corners are counted in so many cells along a box's longest side. */
+/* The number of cells along a box's longest side in which corners are counted. */
 #define SIDE 8u
 
 struct counts {
@@ -40,7 +40,7 @@ static uint32_t box_cells(const struct openness_box *b)
     return b->size[0] * b->size[1] * b->size[2];
 }
 
-/* Cells that are about as long each way, as many as `most` allows. */
+/* Divides the box into cells about as long each way, as many as `most` allows. */
 static void box_set(struct openness_box *b, const struct extent *e, uint32_t most)
 {
     const float longest = longest_of(e);
@@ -58,7 +58,7 @@ static void box_set(struct openness_box *b, const struct extent *e, uint32_t mos
     }
 }
 
-/* A scene without triangles has a point. */
+/* Returns the box around the scene; a point without triangles. */
 static struct extent extent_of(const struct render_scene *scene)
 {
     struct RTCBounds b;
@@ -91,7 +91,8 @@ static void add_triangle(struct places *p, const struct mesh_view *mesh, uint32_
     }
 }
 
-/* Each instance has the same share, as one of many small triangles is not the scene. */
+/* Takes places of triangles, the same number of each instance, because one of many small triangles
+ * is not the whole scene. */
 static void find_places(const struct render_scene *scene, struct places *p)
 {
     const uint64_t instances = scene->blob->count[SCENE_INSTANCES];
@@ -142,7 +143,7 @@ static uint32_t count_cube(const struct counts *counts, uint32_t x, uint32_t y, 
     return sum;
 }
 
-/* The cube of 2 x 2 x 2 cells that holds most. Returns how many. */
+/* Finds the cube of 2 x 2 x 2 cells that holds most places. Returns how many. */
 static uint32_t fullest(const struct counts *counts, uint32_t cube[3])
 {
     uint32_t most = 0;
@@ -157,7 +158,7 @@ static uint32_t fullest(const struct counts *counts, uint32_t cube[3])
     return most;
 }
 
-/* Of the places in a cube of cells of `e`. */
+/* Returns the bounds of the places in a cube of cells of `e`. */
 static struct extent bounds_in(const struct places *p, const struct extent *e,
                                const uint32_t cube[3])
 {
@@ -175,7 +176,7 @@ static struct extent bounds_in(const struct places *p, const struct extent *e,
     return inner;
 }
 
-/* Makes `e` the extent of what is close together in it. False: nothing is. */
+/* Shrinks `e` to the extent of what is close together in it. Returns false if nothing is. */
 static bool go_inside(const struct places *p, struct extent *e)
 {
     struct counts counts;

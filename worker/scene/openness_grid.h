@@ -1,11 +1,12 @@
 #pragma once
-/* Cells of a scene, for what is learned of its places: a box of them over the whole scene, and a
- * second one where most of its triangles are much closer together than that. So a room keeps its
- * cells though a wide plane or a dome is around it. Places beyond a box have its rim's cells. */
+/* A grid of cells over a scene, for what is learned of its places. One box of cells covers the
+ * whole scene, and a second one the part where most of its triangles lie close together, so that a
+ * room keeps its cells though a wide plane or a dome is around it. Places beyond a box belong to
+ * the cells of its rim. */
 #include <stdbool.h>
 #include <stdint.h>
 
-/* A room is some six cells long, which windows look different from. */
+/* A room is some six cells long, so that windows look different from cell to cell. */
 #define OPENNESS_CELLS_MOST 256u
 
 struct render_scene;
@@ -20,7 +21,7 @@ struct openness_grid {
     uint32_t cells;                   /* of both boxes */
 };
 
-/* Depends on nothing but the scene. */
+/* Places the boxes. They depend on nothing but the scene. */
 void openness_grid_init(struct openness_grid *g, const struct render_scene *scene);
 
 static inline bool openness_box_holds(const struct openness_box *b, const float place[3])
@@ -33,7 +34,7 @@ static inline bool openness_box_holds(const struct openness_box *b, const float 
     return holds;
 }
 
-/* The cell of a place. */
+/* Returns the cell of a place. */
 static inline uint32_t openness_grid_cell(const struct openness_grid *g, const float place[3])
 {
     const struct openness_box *b = openness_box_holds(&g->dense, place) ? &g->dense : &g->whole;

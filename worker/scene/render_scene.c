@@ -67,7 +67,7 @@ static int device_create(struct render_scene *s, uint32_t threads, struct fault 
     return 0;
 }
 
-/* Embree reports through its device: the first error since the last question. */
+/* Returns Embree's first error since the last call; it reports errors through its device. */
 static int device_status(const struct render_scene *s, const char *place, struct fault *fault)
 {
     enum RTCError error = rtcGetDeviceError(s->device);
@@ -119,7 +119,7 @@ static RTCScene scene_new(const struct render_scene *s)
     return scene;
 }
 
-/* The mesh's triangles as geometry `id` of `scene`, read in place from the blob. */
+/* Attaches the mesh's triangles as geometry `id` of `scene`. The blob keeps them. */
 static void mesh_attach(const struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id)
 {
     const struct scene_mesh *mesh = &s->blob->meshes[index];
@@ -163,7 +163,7 @@ static void instance_attach(struct render_scene *s, uint32_t index)
     s->has_instances = true;
 }
 
-/* Attaches instance `index`; a mesh that stands there once and untransformed needs no instance. */
+/* Attaches instance `index`. A mesh placed once and untransformed needs no Embree instance. */
 static int place(struct render_scene *s, uint32_t index, uint32_t uses, struct fault *fault)
 {
     const struct scene_instance *instance = &s->blob->instances[index];

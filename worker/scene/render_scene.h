@@ -1,9 +1,9 @@
 #pragma once
-/* A scene ready to trace: the blob's arrays, a BVH over them, materials with their textures looked
- * up. Built once, then shared read-only by all tracing threads.
+/* A scene ready to trace consists of the blob's arrays, a BVH over them, and materials with their
+ * textures looked up. It is built once and then shared read-only by all tracing threads.
  *
- * Every placed mesh keeps the number of its instance: a mesh that is placed once, untransformed, is
- * a geometry of the top scene with geomID = instance index; every other mesh has a scene of its
+ * Every placed mesh keeps the number of its instance. A mesh that is placed once, untransformed,
+ * is a geometry of the top scene with geomID = instance index. Every other mesh has a scene of its
  * own, placed by an Embree instance whose instID is the instance index. */
 #include <stdbool.h>
 
@@ -11,7 +11,7 @@
 #include "proto/scene/scene.h"
 #include "worker/scene/material.h"
 
-/* What shading sixteen surfaces asks about all of them first. */
+/* Traits that the shading of sixteen surfaces asks of all of them first. */
 enum mesh_trait {
     MESH_SHINES = 1,   /* its material is emissive */
     MESH_REFLECTS = 2, /* otherwise than by Lambert's law */
@@ -21,7 +21,7 @@ enum mesh_trait {
     MESH_ROUND = 32 /* rays start from the surface that its normals describe (lift_lanes.h) */
 };
 
-/* Where one mesh lies in the blob: all that a hit or an alpha test needs. */
+/* One mesh as it lies in the blob, with all that a hit or an alpha test needs. */
 struct mesh_view {
     const float *positions;    /* float[3] a vertex */
     const uint32_t *triangles; /* uint32_t[3] a triangle */
@@ -63,5 +63,6 @@ int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint
                         struct render_scene **out, struct fault *fault);
 void render_scene_destroy(struct render_scene **scene);
 
-/* Embree's version as it runs, "3.13.5". Static storage; NULL when it gave no device to ask. */
+/* Returns the version of Embree that runs, such as "3.13.5", in static storage. NULL without a
+ * device. */
 const char *render_embree_version(void);

@@ -6,7 +6,7 @@
 
 #include "worker/shade/elementary.h"
 
-/* Of a place that is open whatever lies around it. */
+/* The grid of a scene that is open everywhere. */
 static const struct openness_grid everywhere = {
     {.size = {1, 1, 1}}, {.size = {1, 1, 1}}, .cells = 1};
 static const uint16_t open_number = 0;
@@ -52,7 +52,7 @@ void sky_guide_destroy(struct sky_guide **guide)
 
 /* ---- what a scene keeps ---- */
 
-/* Guides that no tile uses are kept up to so many: pictures of a scene come with few skies. */
+/* The number of guides kept although no tile uses them. Pictures of a scene have few skies. */
 #define KEPT 3
 
 struct kept {
@@ -105,7 +105,7 @@ static struct kept *find(const struct sky_guides *g, const struct plan_environme
     return NULL;
 }
 
-/* Of those that no tile uses, the one that was taken longest ago. */
+/* Returns the guide that was taken longest ago among those that no tile uses. */
 static struct kept *oldest_idle(const struct sky_guides *g)
 {
     struct kept *oldest = NULL;
@@ -115,7 +115,7 @@ static struct kept *oldest_idle(const struct sky_guides *g)
     return oldest;
 }
 
-/* A new place, after so many old guides have gone that there is room for it. */
+/* Returns room for a new guide, after it has dropped old ones if need be. */
 static struct kept *make_room(struct sky_guides *g)
 {
     for (struct kept *k; g->count >= KEPT && (k = oldest_idle(g)) != NULL;) {

@@ -1,7 +1,7 @@
 #pragma once
-/* Where light samples of an environment map go: a table of the map's bins (sky_tables.h) for each
- * of 26 normals and each cell of the scene's openness. The tables are part of the samples' density,
- * so that pictures do not depend on them in the mean.
+/* Guides light samples of an environment map by a table of the map's bins (sky_tables.h) for each
+ * of 26 normals and each cell of the scene's openness. The tables are part of the samples'
+ * density, so the mean of pictures does not depend on them.
  *
  * Normals, places and directions are the world's. */
 #include "proto/plan.h"
@@ -15,28 +15,29 @@ struct sky_guide {
     const struct sky_table *tables; /* SKY_TABLE_NORMALS a number */
 };
 
-/* What a scene knows of its skies. Threads share it. */
+/* The guides of a scene's skies. Threads share them. */
 struct sky_guides;
 
-/* `scene` is borrowed. NULL: out of memory. */
+/* Creates an empty set of guides. `scene` is borrowed. Returns NULL without memory. */
 struct sky_guides *sky_guides_create(const struct render_scene *scene);
 void sky_guides_destroy(struct sky_guides **guides);
 
-/* Returns the guide of a map turned as the plan says, learns and makes it where it is not there
- * yet; sky_guides_give gives it back. NULL: out of memory. */
+/* Returns the guide of a map turned as the plan says, and learns and makes it if it is not there
+ * yet. sky_guides_give gives it back. Returns NULL without memory. */
 const struct sky_guide *sky_guides_take(struct sky_guides *guides, const struct environment *map,
                                         const struct plan_environment *plan);
 void sky_guides_give(struct sky_guides *guides, const struct sky_guide *guide);
 
-/* How many guides it has, taken or not. */
+/* Returns the number of guides, taken or not. */
 uint32_t sky_guides_count(struct sky_guides *guides);
 
-/* `o` has learned, and must outlive the guide; NULL: all is open. NULL: out of memory. */
+/* Creates a guide. `o` has learned and must outlive it; NULL means that all is open. Returns NULL
+ * without memory. */
 struct sky_guide *sky_guide_create(const struct environment *map,
                                    const struct plan_environment *plan, const struct openness *o);
 void sky_guide_destroy(struct sky_guide **guide);
 
-/* The number of the table for a surface, which it asks for. */
+/* Returns the number of a surface's table and prefetches the table. */
 static inline uint32_t sky_guide_table(const struct sky_guide *g, float x, float y, float z,
                                        const float normal[3])
 {

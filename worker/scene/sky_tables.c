@@ -5,17 +5,17 @@
 
 #include "worker/shade/elementary.h"
 
-/* What every bin keeps of its weight where the scene seems closed to it: windows are learned by few
- * rays. */
+/* The part of its weight that a bin keeps where the scene seems closed to it, since few rays learn
+ * the windows. */
 #define CLOSED_LEAST 0.02f
 
-/* Of bins below the horizon, too: a table is for many normals. */
+/* The least cosine of a bin, even below the horizon, since a table serves many normals. */
 #define COSINE_LEAST 0.02f
 
-/* No bin that sends light is lost to rounding. */
+/* The least weight of a bin that sends light, so that rounding loses none. */
 #define WEIGHT_LEAST 1e-30f
 
-/* Directions in a cell of openness, where the map's own bins have the same angles. */
+/* The number of directions in a cell of openness, which has the angles of the map's own bins. */
 #define WAYS 4u
 
 struct sky_tables {
@@ -36,7 +36,7 @@ static void direction_of(float u, float v, float out[3])
     out[2] = -down_sine * around_sine;
 }
 
-/* Five normals that share a table: the middle one and those between it and its neighbours. */
+/* Lists five normals that share a table: the middle one and those between it and its neighbours. */
 static void normals_of(uint32_t facing, float out[5][3])
 {
     const uint32_t sign[3] = {facing / 9, facing / 3 % 3, facing % 3};
@@ -76,8 +76,8 @@ static float mean_cosine(float normals[5][3], float directions[WAYS][3])
 
 /* ---- bins ---- */
 
-/* The cells of openness that texels `first` and on are nearest to, of `texels` along an axis: one
- * where a map has many texels, more of a map that has few. */
+/* Finds the cells of openness that texels from `first` on are nearest to, of `texels` along an
+ * axis. It is one cell where a map has many texels and more where it has few. */
 static void find_span(uint32_t first, uint32_t count, uint32_t texels, uint32_t cells, uint8_t *at,
                       uint8_t *length)
 {
@@ -101,7 +101,7 @@ static void find_spans(struct sky_tables *t, const struct environment *map)
     }
 }
 
-/* The mean over a bin of what is known of cells, row by row. */
+/* Returns the mean of the cells' values over a bin. They lie row by row. */
 static float mean_over(const struct span *s, const float *of)
 {
     float sum = 0.0f;
@@ -123,7 +123,7 @@ static void find_weights(struct sky_tables *t, const struct environment *map, ui
     }
 }
 
-/* WAYS of each cell of openness. */
+/* Computes WAYS directions of each cell of openness. */
 static void find_directions(float directions[OPENNESS_BINS][WAYS][3])
 {
     for (uint32_t i = 0; i < OPENNESS_BINS * WAYS; i++) {
@@ -160,7 +160,7 @@ void sky_tables_destroy(struct sky_tables **tables)
 
 /* ---- tables ---- */
 
-/* Openness in the map's frame: a column lies between two of the world's. */
+/* Turns openness into the map's frame, where a column lies between two of the world's. */
 static void turn(const struct sky_tables *t, const float *open, float *out)
 {
     const float whole = floorf(t->shift), part = t->shift - whole;
@@ -173,7 +173,7 @@ static void turn(const struct sky_tables *t, const float *open, float *out)
         }
 }
 
-/* In eight sums, which need not wait for each other. */
+/* Returns the sum of the weights. It adds up eight sums, which need not wait for each other. */
 static float sum_of(const float *weights)
 {
     float sums[8] = {0};
@@ -183,7 +183,7 @@ static float sum_of(const float *weights)
            ((sums[2] + sums[6]) + (sums[3] + sums[7]));
 }
 
-/* The largest take what units are left, or give what there are too many. */
+/* Adds units that are left over to the largest shares, or takes what is too much from them. */
 static void settle(int32_t *units, int32_t left)
 {
     while (left != 0) {
@@ -198,7 +198,7 @@ static void settle(int32_t *units, int32_t left)
     }
 }
 
-/* Units that are nearest to the weights, at least one where there is any weight. */
+/* Rounds the weights to units, at least one where there is any weight. */
 static void share_units(const float *weights, struct sky_table *table)
 {
     int32_t units[ENVIRONMENT_BINS], sum = 0, before = 0;

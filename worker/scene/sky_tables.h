@@ -1,8 +1,8 @@
 #pragma once
-/* How often each bin of an environment map is sampled: for each of 26 normals, and for what a place
- * sees of the sky, a table of the bins. A bin's weight is what it sends, times the mean cosine with
- * which surfaces of about such a normal receive it, times how open the scene is towards it. No bin
- * that sends light is left out, so that what a table holds changes noise, never the mean. */
+/* Tables tell how often each bin of an environment map is sampled, for each of 26 normals and for
+ * what a place sees of the sky. A bin's weight is what it sends, times the mean cosine with which
+ * surfaces of about such a normal receive it, times how open the scene is towards it. No bin that
+ * sends light is left out, so tables change noise, never the mean. */
 #include "worker/scene/environment.h"
 #include "worker/scene/openness.h"
 
@@ -11,8 +11,8 @@
 /* Probabilities are whole multiples of 1 / SKY_TABLE_UNITS. */
 #define SKY_TABLE_UNITS 32768u
 
-/* What a table holds, in ascending order: how many units the bins before each one have. A choice
- * reads one line of `heads` and one of `before`, whatever it is. */
+/* A table holds how many units the bins before each one have, in ascending order. A choice reads
+ * one cache line of `heads` and one of `before`. */
 #define SKY_TABLE_STRIDE 32u
 #define SKY_TABLE_HEADS  (ENVIRONMENT_BINS / SKY_TABLE_STRIDE)
 
@@ -23,14 +23,14 @@ struct sky_table {
 
 struct sky_tables;
 
-/* Of a map that the plan turns by so much. NULL: out of memory. */
+/* Creates the tables of a map that the plan turns by `rotation_rad`. NULL: out of memory. */
 struct sky_tables *sky_tables_create(const struct environment *map, float rotation_rad);
 void sky_tables_destroy(struct sky_tables **tables);
 
 /* Fills SKY_TABLE_NORMALS tables. `open` is what openness_of returns; NULL: all is open. */
 void sky_tables_fill(const struct sky_tables *t, const float *open, struct sky_table *out);
 
-/* The table for a normal in the map's frame. */
+/* Returns the table for a normal in the map's frame. */
 static inline uint32_t sky_table_of(const float normal[3])
 {
     uint32_t facing = 0;
@@ -39,19 +39,19 @@ static inline uint32_t sky_table_of(const float normal[3])
     return facing;
 }
 
-/* Where a bin's units end. */
+/* Returns where a bin's units end. */
 static inline uint32_t sky_table_end(const struct sky_table *t, uint32_t bin)
 {
     return bin + 1 < ENVIRONMENT_BINS ? t->before[bin + 1] : SKY_TABLE_UNITS;
 }
 
-/* The probability of a bin. */
+/* Returns the probability of a bin. */
 static inline float sky_table_probability(const struct sky_table *t, uint32_t bin)
 {
     return (float)(sky_table_end(t, bin) - t->before[bin]) * (1.0f / (float)SKY_TABLE_UNITS);
 }
 
-/* How many of `count` ascending numbers are at most `whole`. */
+/* Returns how many of `count` ascending numbers are at most `whole`. */
 static inline uint32_t sky_table_count(const uint16_t *ascending, uint32_t count, uint16_t whole)
 {
     uint16_t sum = 0;
@@ -59,7 +59,7 @@ static inline uint32_t sky_table_count(const uint16_t *ascending, uint32_t count
     return sum;
 }
 
-/* The bin that `choice` in [0, 1) takes, which becomes the place in it. */
+/* Returns the bin that `choice` in [0, 1) takes. *choice becomes the place within the bin. */
 static inline uint32_t sky_table_choose(const struct sky_table *t, float *choice)
 {
     const float units = *choice * (float)SKY_TABLE_UNITS;

@@ -32,7 +32,7 @@ void texture_init(struct texture *out, const struct scene *blob,
     memcpy(out->transform, ref->transform, sizeof out->transform);
 }
 
-/* The coordinate in [0, 1] that a wrap mode maps c to. */
+/* Maps a coordinate into [0, 1] by a wrap mode. */
 static float wrap(float c, uint32_t mode)
 {
     if (!(fabsf(c) < TEXTURE_COORDINATE_MAX)) return 0.0f; /* NaN too */
@@ -45,8 +45,8 @@ static float wrap(float c, uint32_t mode)
     return c - floorf(c);
 }
 
-/* Texel index i in [-1, size] brought inside: around the edge when repeating; else the edge texel,
- * which is also what a mirror shows there. */
+/* Brings a texel index from [-1, size] inside. Repetition goes around the edge; the other modes
+ * take the edge texel, which is also what a mirror shows there. */
 static int32_t inside(int32_t i, int32_t size, uint32_t mode)
 {
     if (i < 0) return mode == WRAP_REPEAT ? size - 1 : 0;

@@ -1,13 +1,13 @@
 #pragma once
-/* A texture as shading reads it: texels in the blob, wrap modes, filter, decoding.
+/* A texture as shading reads it has texels in the blob, wrap modes, a filter and a decoding.
  *
- * (0, 0) is the top left corner of the image; u runs right, v down, as in glTF. */
+ * (0, 0) is the top left corner of the image; u runs right and v down, as in glTF. */
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "proto/scene/scene.h"
 
-/* Byte to linear value: one table for sRGB-encoded channels, one for plain ones. */
+/* Tables from bytes to linear values, one for sRGB-encoded channels and one for plain ones. */
 struct texture_decoding {
     float srgb[256];
     float linear[256];
@@ -26,12 +26,13 @@ struct texture {
     float transform[6]; /* as scene_texture_ref */
 };
 
-/* A material's reference made readable; ref->texture may be SCENE_NONE. `blob` and `decoding` must
+/* Makes a material's reference readable. ref->texture may be SCENE_NONE. `blob` and `decoding` must
  * outlive *out. */
 void texture_init(struct texture *out, const struct scene *blob,
                   const struct scene_texture_ref *ref, const struct texture_decoding *decoding);
 
-/* Beyond this a coordinate has no fraction left to speak of, and int conversions stay defined. */
+/* Coordinates are cut here. Beyond it they have hardly any fraction left, and conversions to int
+ * stay defined. */
 #define TEXTURE_COORDINATE_MAX 1e6f
 
 static inline void texture_decode(const struct texture *t, size_t texel, float out[4])
@@ -43,7 +44,8 @@ static inline void texture_decode(const struct texture *t, size_t texel, float o
     out[3] = t->decode_alpha[from[3]];
 }
 
-/* Between four texels, upper ones first: `across` to the right ones, `down` to the lower ones. */
+/* Interpolates between four texels, the upper ones first. `across` leads to the right ones and
+ * `down` to the lower ones. */
 static inline void texture_blend(const struct texture *t, const size_t at[4], float across,
                                  float down, float out[4])
 {
@@ -58,12 +60,12 @@ static inline void texture_blend(const struct texture *t, const size_t at[4], fl
     }
 }
 
-/* Linear RGBA at the mesh's (u, v), transformed, wrapped and filtered. t->texels must not be NULL.
- */
+/* Computes linear RGBA at the mesh's (u, v), transformed, wrapped and filtered. t->texels must not
+ * be NULL. */
 void texture_sample(const struct texture *t, float u, float v, float out[4]);
 
-/* The least alpha of all texels, in [0, 1]. */
+/* Returns the least alpha of all texels, in [0, 1]. */
 float texture_least_alpha(const struct texture *t);
 
-/* The mean colour of all texels, linear, wherever UVs may lead. */
+/* Computes the mean linear colour of all texels, whatever part of them UVs use. */
 void texture_mean(const struct texture *t, float out[3]);
