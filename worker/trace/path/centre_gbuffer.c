@@ -11,8 +11,8 @@
 #include "worker/trace/path/glossy_lobes.h"
 #include "worker/trace/path/lens_slope.h"
 
-/* Normals up to about 8 degrees apart; points off each other's tangent planes by three quarters of
- * a pixel and so much of their distance. */
+/* Two points match if their normals are up to about 8 degrees apart and if they are off each
+ * other's tangent planes by three quarters of a pixel and SLACK of their distance at most. */
 #define COSINE_LEAST 0.99f
 #define PLANE_PX     0.75f
 #define SLACK        0.015f
@@ -20,7 +20,7 @@
 /* Bounce rays leave surfaces that reflect this much of some colour (ALBEDO_BLACK), by a margin. */
 #define ALBEDO_LEAST (1.0f / 65535.0f)
 
-/* The lens may be seen in so much of the spread of what a lobe reflects. */
+/* The lens as the surface sees it may take this part of the spread of what a lobe reflects. */
 #define LOBE_SHARE 0.5f
 #define REFLECTED  1.330380f /* 2 / sqrt(2.26) */
 
@@ -59,7 +59,7 @@ void centre_gbuffer_fini(struct centre_gbuffer *centres)
     centres->memory = NULL;
 }
 
-/* Whether the light field of a plan has light of this lane's surface. */
+/* Returns whether a plan's light field has light of this lane's surface. */
 static bool is_lit(const struct plan *plan, const struct surface *s, int i)
 {
     if (!s->hit.on[i]) return false;
@@ -93,7 +93,7 @@ static void trace_cell(struct centre_gbuffer *l, int32_t column, int32_t row, si
     c->counters->value[COUNTER_RAYS_LENS_CENTRES] += lanes_count(&l->block.inside);
 }
 
-/* The pixel's centre; NULL outside the image and out of reach. */
+/* Returns the pixel's centre, or NULL outside the image and out of reach. */
 static const struct gbuffer_pixel *centre_at(struct centre_gbuffer *l, float x, float y)
 {
     const struct plan *plan = l->context.plan;
@@ -115,7 +115,7 @@ static float dot(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* As far ahead as a sample's depth says where it is read. */
+/* Returns the depth as a sample sends it. */
 static float travelled(const struct plan *plan, float z)
 {
     return half_to_float(half_from_float(z / plan->length_unit)) * plan->length_unit;
@@ -131,15 +131,14 @@ static bool is_same(const struct plan *plan, const float point[3], const float n
            fabsf(dot(d, centre->normal)) <= allowed && fabsf(dot(d, normal)) <= allowed;
 }
 
-/* Whether fields light a sample that far ahead: its slope as it travels says so where it is read.
- */
+/* Returns whether fields light a sample that far ahead. Its slope as it is sent decides. */
 static bool is_near_focus(const struct plan *plan, float ahead)
 {
     const float slope = half_to_float(half_from_float(lens_slope(lens_sloper_of(plan), ahead)));
     return fabsf(slope) < LENS_LIGHT_SLOPE_MOST;
 }
 
-/* The centre that shows lane i's point; NULL: none. */
+/* Returns the centre that shows lane i's point, or NULL. */
 static const struct gbuffer_pixel *find_centre(struct centre_gbuffer *l,
                                                const struct path_vertex *v, int i)
 {
@@ -162,8 +161,8 @@ static const struct gbuffer_pixel *find_centre(struct centre_gbuffer *l,
     return is_same(plan, point, normal, distance, centre) ? centre : NULL;
 }
 
-/* Are a sample's lobe and the centre's alike, and wide beside the lens? A GGX lobe's facets are
- * spread by alpha / sqrt(2.26), what it reflects by twice that. */
+/* Returns whether a sample's lobe and the centre's are alike, and wide beside the lens. A GGX
+ * lobe's facets are spread by alpha / sqrt(2.26), and what it reflects by twice that. */
 static bool is_same_lobe(const struct plan *plan, float ahead, float alpha,
                          const struct gbuffer_pixel *centre)
 {

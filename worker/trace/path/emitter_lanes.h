@@ -1,5 +1,5 @@
 #pragma once
-/* The inner loop of path_kernels over groups of emitters: how much each may light a surface. */
+/* The inner loop of path_kernels that bounds how much each group of emitters lights a surface. */
 #include <math.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 /* Larger ones would not add up. */
 #define EMITTER_LIGHT_MOST 1e30f
 
-/* The cosine of an angle less another; 1 where nothing is left. */
+/* Returns the cosine of the difference of two angles, or 1 where it is below 0. */
 LANE_INLINE float cosine_less(float cosine, float sine, float by_cosine, float by_sine)
 {
     const float less = cosine * by_cosine + sine * by_sine;
@@ -27,8 +27,8 @@ LANE_INLINE float positive(float x)
     return x > 0.0f ? x : 0.0f;
 }
 
-/* Bounds the irradiance, up to what is in between, that each group may send to surfaces at `origin`
- * that face along `normal`; and sums up. */
+/* Bounds the irradiance that each group may send to surfaces at `origin` that face along `normal`,
+ * whatever is in between, and sums the bounds up. */
 static void kernel_group_light(const struct emitter_groups *restrict e,
                                const struct lanes3 *restrict origin,
                                const struct lanes3 *restrict normal,

@@ -8,7 +8,7 @@
 #include "worker/trace/hit/vector_lanes.h"
 #include "worker/trace/path/path.h"
 
-/* Both lobes' values for a pair of directions. */
+/* The values of both lobes for a pair of directions. */
 struct layer_value {
     float diffuse, pdf;
     struct vector specular;
@@ -175,7 +175,7 @@ static void kernel_layers_light(const struct nee_sample *restrict light,
     }
 }
 
-/* Directions, and whether a lobe has sent them above the surface. */
+/* Chooses directions, and tells whether a lobe has sent them above the surface. */
 static void choose_directions(const struct path_vertex *restrict v, const float *restrict choice,
                               const float *restrict u, const float *restrict w,
                               struct lanes_mask *restrict up, struct lanes3 *restrict out)

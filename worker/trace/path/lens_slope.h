@@ -1,11 +1,11 @@
 #pragma once
-/* The slope of a point: how many pixels it moves across the image from the centre to the rim of the
- * lens. A f_px (1/z - 1/F) */
+/* The slope of a point is how many pixels it moves across the image from the centre to the rim of
+ * the lens: A f_px (1/z - 1/F). */
 #include <float.h>
 
 #include "proto/plan.h"
 
-/* Of a plan: A f_px and 1/F. */
+/* A plan's A f_px and 1/F. */
 struct lens_sloper {
     float scale, inverse_focus;
 };
@@ -19,7 +19,7 @@ static inline struct lens_sloper lens_sloper_of(const struct plan *plan)
                                 1.0f / (focus > FLT_MIN ? focus : FLT_MIN)};
 }
 
-/* PLANE_LENS_SLOPE's of a point z > 0 ahead of the lens. */
+/* Returns the slope (PLANE_LENS_SLOPE) of a point z > 0 ahead of the lens. */
 static inline float lens_slope(struct lens_sloper s, float z)
 {
     return s.scale * (1.0f / z - s.inverse_focus);

@@ -6,14 +6,15 @@
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_record.h"
 
-/* Cosine between a flat triangle's normal and those of its corners: 0.08 degrees. */
+/* The least cosine between a flat triangle's normal and those of its corners, of 0.08 degrees. */
 #define FLAT_COSINE 0.999999f
 
-/* Side of a square as large as a triangle, in pixels at its distance: less is part of a shape that
- * may be as bent as its triangles are small. */
+/* The least side of a square as large as a flat triangle, in pixels at its distance. A smaller one
+ * is part of a shape that may be as bent as its triangles are small. */
 #define FLAT_SIDE_PX 4.0f
 
-/* What shines itself is met as it is: its emission is not in the image behind it. */
+/* Returns whether the material may mirror. One that shines is met as it is, since its emission is
+ * not in the image behind it. */
 static bool may_mirror(const struct material *m)
 {
     if (m->emissive) return false;
@@ -35,7 +36,7 @@ static void cross(const float a[3], const float b[3], float out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* Whether the corners' normals are the triangle's own, of unit normal n, in the mesh's space. */
+/* Returns whether the corners' normals are the triangle's unit normal n, in the mesh's space. */
 static bool is_smooth(const struct mesh_view *mesh, const uint32_t *corners, const float n[3])
 {
     for (int k = 0; mesh->normals && k < 3; k++) {
@@ -46,7 +47,7 @@ static bool is_smooth(const struct mesh_view *mesh, const uint32_t *corners, con
     return true;
 }
 
-/* How much longer lengths become in the world, at least. */
+/* Returns by how much lengths grow in the world, at least. */
 static float scale_of(const struct path_context *c, const struct RTCHit16 *hit, int i)
 {
     const uint32_t placed = hit->instID[0][i];
@@ -78,7 +79,8 @@ static bool is_flat(const struct path_context *c, const struct RTCHit16 *hit,
            is_smooth(mesh, corners, n);
 }
 
-/* Lanes whose surface is a flat mirror that may be followed. */
+/* Finds the lanes whose surface is a flat mirror that may be followed. Returns whether there is
+ * any. */
 static bool find(const struct path_context *c, const struct RTCRayHit16 *rays,
                  const struct path_vertex *v, uint32_t seen, struct lanes_mask *out)
 {
@@ -112,7 +114,7 @@ static void begin(const struct RTCRayHit16 *rays, const struct path_vertex *v, s
     for (int i = 0; i < LANES; i++) m->tint.x[i] = m->tint.y[i] = m->tint.z[i] = 1.0f;
 }
 
-/* What the mirror does to the ray; false: nothing comes of it. */
+/* Reflects the ray of a lane. Returns false if nothing comes of it. */
 static bool reflect(const struct path_vertex *v, int i, struct path_record_scatter *out)
 {
     static const float middle[2] = {0.5f, 0.5f};
@@ -143,7 +145,7 @@ static void aim(const struct surface *s, int i, const float d[3], struct RTCRay1
     r->tfar[i] = INFINITY;
 }
 
-/* The reflection number `seen` of lane i. */
+/* Notes reflection number `seen` of lane i. */
 static void note(const struct surface *s, uint32_t seen, int i, const float weight[3],
                  struct mirrors *m, struct path_packet *p)
 {
@@ -160,7 +162,7 @@ static void note(const struct surface *s, uint32_t seen, int i, const float weig
     p->throughput.z[i] *= weight[2];
 }
 
-/* The only path's reflection, for its record. */
+/* Records the only path's reflection. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
                                     const struct path_vertex *v,
                                     const struct path_record_scatter *to)
@@ -170,7 +172,7 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     path_record_scatter(c, p, v, to);
 }
 
-/* Lanes of *on are reflected, or leave it. */
+/* Reflects the lanes of *on. Those that cannot be reflected leave it. */
 static void turn(const struct path_context *c, struct path_packet *p, uint32_t seen,
                  struct path_vertex *v, struct lanes_mask *on, struct RTCRayHit16 *next)
 {
@@ -187,7 +189,7 @@ static void turn(const struct path_context *c, struct path_packet *p, uint32_t s
     }
 }
 
-/* Lanes of *on have come back. */
+/* Takes over the rays and hits of the lanes of *on, which have come back. */
 static void join(const struct lanes_mask *on, const struct RTCRayHit16 *next,
                  struct RTCRayHit16 *rays, struct mirrors *m)
 {

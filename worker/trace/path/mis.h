@@ -1,5 +1,5 @@
 #pragma once
-/* Multiple importance sampling: how two samplers share the light that both can find. */
+/* Multiple importance sampling lets two samplers share the light that both can find. */
 
 /* Returns the weight of a sample of density `own` that the other sampler draws with density
  * `other`: the power heuristic, exponent 2 (Veach and Guibas 1995, section 5.1). 1 where `own` is

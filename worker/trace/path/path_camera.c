@@ -1,4 +1,4 @@
-/* Where paths begin: points of the pixel and of the lens. */
+/* Begins paths at points of the pixel and of the lens. */
 #include <math.h>
 #include <string.h>
 
@@ -24,14 +24,14 @@ void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *
     p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
 }
 
-/* A point of the unit disc (Shirley and Chiu's concentric map, as for Lambert directions). */
+/* Maps (u, v) to the unit disc by Shirley and Chiu's concentric map, as for Lambert directions. */
 static void on_disc(float u, float v, float *s, float *t)
 {
     float height;
     lambert_direction(u, v, s, t, &height);
 }
 
-/* A point of the regular polygon: one of the triangles from its centre, uniform within. */
+/* Maps (u, v) to the regular polygon: to one of the triangles from its centre, uniformly within. */
 static void on_polygon(const struct plan_camera *camera, float u, float v, float *s, float *t)
 {
     const float blades = (float)camera->blade_count;
@@ -57,7 +57,7 @@ static void bend_through_lens(const struct path_context *c, struct path_packet *
     c->kernels->lens_rays(camera, s, t, &p->rays.ray);
 }
 
-/* Where in [-1, 1] a tent's density puts u: its distribution function, inverted. */
+/* Maps u to [-1, 1] with a tent's density, by its inverse distribution function. */
 static float on_tent(float u)
 {
     return u < 0.5f ? sqrtf(2.0f * u) - 1.0f : 1.0f - sqrtf(2.0f - 2.0f * u);
@@ -68,7 +68,7 @@ float path_pixel_offset(const struct plan *plan, float u)
     return plan->paths.pixel_filter == PIXEL_FILTER_TENT ? 0.5f + on_tent(u) : u;
 }
 
-/* The pixel of a slot's lane lies in the block that the packet's paths came from. */
+/* Aims the packet's paths at pixels of the block. */
 static void aim(const struct path_context *c, const struct block *b, struct path_packet *p)
 {
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], x[LANES] = {0}, y[LANES] = {0};

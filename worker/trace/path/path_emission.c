@@ -1,4 +1,4 @@
-/* Emission that the rays of paths meet: the environment, rectangles and surfaces. */
+/* Adds the emission that the rays of paths meet, of the environment, rectangles and surfaces. */
 #include <math.h>
 #include <string.h>
 
@@ -42,7 +42,7 @@ static void leave_soft(const struct path_packet *p, uint32_t i, float soft, floa
     radiance[2] *= 1.0f - soft * (1.0f - h->kept.b[slot]);
 }
 
-/* Rays that met nothing, and where they look at the sky. */
+/* Rays that met nothing, and the directions in which they see the sky. */
 struct missed {
     uint32_t count;
     int ray[LANES];
@@ -81,14 +81,15 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-/* The camera itself sees geometry only; in mirrors it sees rectangles. */
+/* Returns whether the camera itself sees the point. It sees geometry only then, but rectangles in
+ * mirrors. */
 static bool is_seen(const struct path_vertex *v, uint32_t i)
 {
     return v->depth == 0 && !(v->mirrors.any && v->mirrors.count[i] > 0);
 }
 
-/* Where rays end for rectangles: at what they hit, and a little beyond where that is the geometry
- * of an emitter, whose rectangle stands for it. */
+/* Finds where rays end for rectangles: at what they hit, or a little beyond it where that is the
+ * geometry for which an emitter's rectangle stands. */
 static void find_reach(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, float reach[LANES])
 {
@@ -126,7 +127,8 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
     }
 }
 
-/* Density per solid angle with which a light sample finds this point of a mesh emitter. */
+/* Returns the density per solid angle with which light samples find this point of a mesh emitter.
+ */
 static float emitter_density(const struct path_context *c, const struct path_packet *p,
                              const struct surface *s, const struct group_light *light, uint32_t i)
 {
@@ -141,7 +143,7 @@ static float emitter_density(const struct path_context *c, const struct path_pac
            fmaxf(cosine, 1e-12f);
 }
 
-/* How much groups of emitters may light the surfaces that rays come from. */
+/* Bounds how much groups of emitters light the surfaces that rays come from. */
 static void light_groups(const struct path_context *c, const struct path_packet *p,
                          struct group_light *out)
 {
@@ -172,7 +174,7 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
     }
 }
 
-/* Of the sky that the light field's first rays meet what fields are to bring. */
+/* Adds the part of the sky that the light field's first rays meet and fields are to bring. */
 static void meet_soft_sky(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_harvest *h)
 {
@@ -191,7 +193,7 @@ static void meet_soft_sky(const struct path_context *c, const struct path_packet
     }
 }
 
-/* Of the only path's surface, for its record. */
+/* Records the emission of the only path's surface. */
 PATH_RECORD_COLD static void record_emission(const struct path_context *c,
                                              const struct path_packet *p, const struct surface *s)
 {
@@ -200,9 +202,9 @@ PATH_RECORD_COLD static void record_emission(const struct path_context *c,
         path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, 1.0f);
 }
 
-/* What the light field's first rays meet is direct light, which the plan's lights or its paths
- * (those of the lens, too) bring; but for surfaces that no light stands for where there are no
- * paths. */
+/* Adds the emission of surfaces that no light stands for, where there are no paths. All else that
+ * the light field's first rays meet is direct light, which the plan's lights or its paths bring,
+ * those of the lens, too. */
 static void meet_unlisted(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_harvest *h)
 {

@@ -16,7 +16,7 @@ void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint
     to->b[slot] += value[2] * h->share.b[slot];
 }
 
-/* Zeros where lanes are off, whatever is there. */
+/* Sets the lanes that are off to zero, whatever they hold. */
 static void keep(const struct lanes_mask *on, struct lanes3 *v)
 {
     for (int i = 0; i < LANES; i++) {
@@ -26,7 +26,8 @@ static void keep(const struct lanes_mask *on, struct lanes3 *v)
     }
 }
 
-/* Of all lanes: whether a light is seen is chance, and zeros cost less than guesses. */
+/* Adds all lanes. Whether a light is seen is chance, and adding zeros costs less than wrong
+ * branches. */
 static void add(const struct path_packet *p, const struct lanes3 *v, struct path_rgb *to)
 {
     for (uint32_t i = 0; i < p->count; i++) {

@@ -21,7 +21,7 @@ static void take(const struct lanes3 *from, float out[3])
     out[2] = from->z[0];
 }
 
-/* The ray, and what it met; all else is zero. */
+/* Begins a vertex with the ray and what it met. All else is zero. */
 static void take_hit(const struct RTCRayHit16 *rays, const struct path_vertex *v,
                      struct path_record_vertex *to)
 {
@@ -88,7 +88,7 @@ void path_record_leave(const struct path_context *c, const struct path_packet *p
     take(&p->throughput, to->kept);
 }
 
-/* The density with which scattering would choose the direction. */
+/* Returns the density with which scattering would choose the direction. */
 static float scattered_density(const struct path_vertex *v, const float d[3])
 {
     const struct lanes3 *n = &v->surface.normal;
@@ -162,7 +162,7 @@ void path_record_shadow(const struct path_context *c, const struct path_packet *
     for (int k = 0; k < 3; k++) to->value[k] = to->reflected[k] * throughput[k];
 }
 
-/* What bsdf_sample chose, once more: it is pure. */
+/* Repeats the choice of bsdf_sample, which is pure. */
 static void split_weight(const struct path_context *c, const struct path_packet *p,
                          const struct path_vertex *v, struct path_record_scatter *to)
 {

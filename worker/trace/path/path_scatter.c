@@ -1,4 +1,4 @@
-/* Where paths go on. */
+/* Chooses where paths go on. */
 #include <math.h>
 #include <string.h>
 
@@ -27,8 +27,8 @@ static bool leaves(const struct surface *s, int i, const float d[3], bool throug
     return through ? facet < 0.0f : facet > 0.0f;
 }
 
-/* The shares of weights that are diffuse lobes', over their albedo: what turns all that comes along
- * the new directions into demodulated light. */
+/* Keeps the shares of weights that are diffuse lobes', over their albedo. They turn all that comes
+ * along the new directions into demodulated light. */
 static void keep_shares(const struct path_packet *p, const struct path_vertex *v,
                         const struct path_scattering *s, struct path_harvest *h)
 {
@@ -42,8 +42,8 @@ static void keep_shares(const struct path_packet *p, const struct path_vertex *v
     }
 }
 
-/* The parts of weights that light fields do not bring: not the diffuse lobe's, nor that of the
- * glossy lobe, beside which such a surface has no other. Pure Lambert surfaces keep nothing. */
+/* Keeps the parts of weights that light fields do not bring. They bring the diffuse lobe's part and
+ * the glossy lobe's, beside which such a surface has no other. Lambert surfaces keep nothing. */
 static void keep_rest(const struct path_context *c, const struct path_packet *p,
                       const struct path_vertex *v, const struct path_scattering *s,
                       struct path_harvest *h)
@@ -90,7 +90,7 @@ static void scatter_general(const struct path_vertex *v, int i, float choice, co
     out->specular.z[i] = sample.specular[2];
 }
 
-/* After a pure Lambert surface all that comes is diffuse. */
+/* Keeps the shares of pure Lambert surfaces, after which all that comes is diffuse. */
 static void keep_lambert_shares(const struct path_packet *p, const struct path_vertex *v,
                                 struct path_harvest *h)
 {
@@ -109,7 +109,7 @@ static float over(float share, float tint)
     return tint > 0.0f ? share / tint : 0.0f;
 }
 
-/* What mirrors take of light is taken as albedo is. */
+/* Takes the tint of mirrors out of shares, as albedo is. */
 static void untint_shares(const struct path_packet *p, const struct path_vertex *v,
                           struct path_harvest *h)
 {
@@ -151,7 +151,8 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->normal.z[lane] = from->normal.z[i];
 }
 
-/* Whether all that the path could bring is the light field's: direct light nothing can send it. */
+/* Returns whether all that the path could bring is the light field's, since nothing can send it
+ * direct light. */
 static bool is_left_out(const struct path_context *c, const struct path_vertex *v, uint32_t slot,
                         const struct path_harvest *h)
 {
@@ -159,7 +160,7 @@ static bool is_left_out(const struct path_context *c, const struct path_vertex *
     return !(h->kept.r[slot] + h->kept.g[slot] + h->kept.b[slot] > 0.0f);
 }
 
-/* Lanes of *on that light fields stand for end. */
+/* Ends the lanes of *on that light fields stand for. */
 static void leave_out(const struct path_context *c, const struct path_packet *p,
                       const struct path_vertex *v, const struct path_harvest *h,
                       struct lanes_mask *on)
@@ -171,7 +172,7 @@ static void leave_out(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-/* Lanes whose segments are traced, and their throughputs. */
+/* Finds the lanes whose segments are traced, and their throughputs. */
 static void find_segments(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, const struct path_scattering *s,
                           const struct path_harvest *h, struct lanes_mask *on,
@@ -215,7 +216,7 @@ static void append(const struct path_context *c, const struct path_packet *p,
     }
 }
 
-/* The only path's next segment, for its record. */
+/* Records the only path's next segment. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
                                     const struct path_vertex *v, const struct path_scattering *s,
                                     const struct path_harvest *h, const struct path_pool *next)
@@ -236,7 +237,7 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     path_record_scatter(c, p, v, &to);
 }
 
-/* Lanes with a bsdf. */
+/* Scatters lanes that have a bsdf. */
 static void scatter_generals(const struct path_context *c, const struct path_packet *p,
                              const struct path_vertex *v, const float u[LANES],
                              const float w[LANES], struct path_scattering *s)

@@ -28,7 +28,8 @@ static void mark_odd(const struct path_rgb *c, size_t first, uint32_t odd[LANES]
         odd[i] |= (uint32_t) !((r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY));
 }
 
-/* Nothing is negative: lights, albedos and weights are not. */
+/* Sets samples that are not finite to black. None is negative, since lights, albedos and weights
+ * are not. */
 static void reject(struct path_harvest *h, size_t first, struct counters *counters)
 {
     struct path_rgb *const all[] = {&h->emission, &h->direct, &h->indirect, &h->diffuse_direct,
@@ -76,7 +77,7 @@ static void add_radiance(const struct path_harvest *h, size_t first, struct path
     }
 }
 
-/* Where in its part the latest sample is; false: in none. */
+/* Finds where in its part the latest sample is. Returns false if it is in none. */
 static bool find_part(const struct path_sums *s, uint32_t *at)
 {
     const uint32_t sample = s->first + s->count - 1, length = s->parts.length;
@@ -108,8 +109,8 @@ static void add_split(const struct path_harvest *h, size_t first, struct path_su
     if (at == s->parts.length - 1) end_part(s);
 }
 
-/* What the residual filter reads: features of the first surface, and sums over half of the samples.
- */
+/* Adds what the residual filter reads: features of the first surface, and sums over half the
+ * samples. */
 static void add_halves(const struct path_harvest *h, size_t first, struct path_sums *s)
 {
     uint32_t at;
@@ -124,7 +125,7 @@ static void add_halves(const struct path_harvest *h, size_t first, struct path_s
     add(&h->diffuse_indirect, first, &s->half_indirect);
 }
 
-/* What came after the first scattering, its diffuse part with albedo taken out: direct light that
+/* Adds the diffuse part of what came after the first scattering, without albedo: direct light that
  * was found by scattering, and all indirect light. */
 static void add_demodulated(const struct path_harvest *h, size_t first, struct path_sums *s)
 {

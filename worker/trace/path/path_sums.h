@@ -1,5 +1,5 @@
 #pragma once
-/* The sums over a pass's paths, a block at a time, and their way into the tile's planes. */
+/* Adds up a pass's paths, a block at a time, and stores the sums in the tile's planes. */
 #include "proto/counter.h"
 #include "proto/samples.h"
 #include "worker/trace/path/path_pool.h"
@@ -24,7 +24,7 @@ struct path_sums {
     _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
 };
 
-/* No samples yet of the pass, for what the planes want. */
+/* Begins the sums of a pass that the planes want. */
 void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint64_t planes);
 
 /* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and

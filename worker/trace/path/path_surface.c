@@ -4,7 +4,7 @@
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_kernels.h"
 
-/* The mesh's tangent in the world, and the sign of its bitangent. */
+/* Computes the mesh's tangent in the world. Returns the sign of its bitangent. */
 static float world_tangent(const struct path_context *c, const struct mesh_point *at, uint32_t id,
                            float out[3])
 {
@@ -16,7 +16,7 @@ static float world_tangent(const struct path_context *c, const struct mesh_point
     return t[3] < 0.0f ? -1.0f : 1.0f;
 }
 
-/* The tangents that anisotropy refers to: the mesh's, turned by the material. */
+/* Aligns the tangents with those that anisotropy refers to: the mesh's, turned by the material. */
 static void align_tangents(const struct path_context *c, int i, const struct material_uv *uv,
                            const struct mesh_point *at, struct path_vertex *v)
 {
