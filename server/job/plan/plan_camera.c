@@ -1,4 +1,4 @@
-/* Which camera a job means, and what it sees of an image of the job's shape. */
+/* Finds the camera that a job means, and fits its view to the shape of the job's image. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -61,7 +61,8 @@ static void from_scene(const struct job *job, const struct scene_camera *c, stru
     fit(out, half_height, job);
 }
 
-/* "there is no camera "x"; there are "a", "b"" as far as they fit. */
+/* Refuses a camera's name with the sentence "there is no camera "x"; there are "a", "b"", as far as
+ * the names fit. */
 static int refuse_name(const struct scene *scene, const char *name, struct fault *fault)
 {
     char known[256];

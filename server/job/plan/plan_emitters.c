@@ -1,16 +1,16 @@
-/* The meshes that shine besides the lights of the list, and how much. */
+/* Finds the meshes that shine besides the lights of the list, and their flux. */
 #include <math.h>
 
 #include "server/job/plan/plan_parts.h"
 
-/* Triangles of stretched instances that are measured one by one. A file of a few bytes can place
- * billions; what comes after is estimated. */
+/* So many triangles of stretched instances are measured one by one, and the rest is estimated: a
+ * file of a few bytes can place billions. */
 #define MEASURED_MOST 100000000u
 
-/* Relative difference of lengths, and cosine, that still make a similarity. */
+/* A similarity may have lengths with this relative difference, and axes with this cosine. */
 #define SIMILAR 1e-4
 
-/* How an instance changes lengths: columns of its matrix. */
+/* The columns of an instance's matrix, which tell how it changes lengths. */
 struct stretch {
     double column[3][3];
 };
@@ -41,7 +41,7 @@ static struct stretch stretch_of(const struct scene_instance *instance)
     return s;
 }
 
-/* True when areas all grow by one factor; *factor is it, else a mean over orientations. */
+/* Returns whether all areas grow by one factor. *factor is it, or else a mean over orientations. */
 static bool is_similarity(const struct stretch *s, double *factor)
 {
     double squared[3], most = 0, least = INFINITY, skew = 0;
@@ -79,7 +79,7 @@ static double mesh_area(const struct scene *scene, const struct scene_mesh *mesh
     return sum;
 }
 
-/* The area that instances first .. end - 1, which place one mesh, have in the world. */
+/* Returns the area in the world of instances first .. end - 1, which place one mesh. */
 static double placed_area(const struct scene *scene, uint64_t first, uint64_t end,
                           uint64_t *measured)
 {
@@ -105,7 +105,7 @@ static bool emits(const struct scene_material *m)
     return m->emission[0] > 0 || m->emission[1] > 0 || m->emission[2] > 0;
 }
 
-/* Instances first .. end - 1 place one mesh. */
+/* Adds instances first .. end - 1, which place one mesh. */
 static void add_instances(const struct scene *scene, uint64_t first, uint64_t end,
                           uint64_t *measured, struct plan_emitters *out)
 {

@@ -1,10 +1,10 @@
-/* The environment that a job means. */
+/* Plans the environment that a job means. */
 #include <math.h>
 
 #include "proto/link/message.h"
 #include "server/job/plan/plan_parts.h"
 
-/* What lies above this after the factor no sample may hold. */
+/* Refuses a map that the job's factor makes brighter than samples can hold. */
 static int check_brightness(const struct job_environment *e, const struct environment_header *map,
                             struct fault *fault)
 {

@@ -1,19 +1,19 @@
-/* Which shadow filter a frame of light fields takes. */
+/* Chooses the shadow filter of a frame of light fields. */
 #include <stdio.h>
 
 #include "server/job/plan/plan_parts.h"
 
-/* The sheared filter may cost so many times what tracing does: it stands for four times as many
- * samples under the axis-aligned one (docs/reconstruction.md, Which filter answers). */
+/* The sheared filter may cost this many times what tracing does, since it stands for four times as
+ * many samples under the axis-aligned one (docs/reconstruction.md, Which filter answers). */
 #define COST_MOST 4.0
 
-/* Nanoseconds of CPU, of this order on any machine of today; only their ratio matters. A ray with
- * its shading, and the sheared filter of a pixel and light: so much, and more for each sample. */
+/* Nanoseconds of CPU time: of a ray with its shading, and of the sheared filter for each pixel and
+ * light, and more for each sample. Only their ratio matters. */
 #define RAY_NS     50.0
 #define SHEARED_NS 370.0
 #define STRATUM_NS 2.5
 
-/* Strata a light under this plan, or 0 without a rectangle. All rectangles have as many. */
+/* Returns the strata of each rectangle under this plan, or 0 without one, and counts rectangles. */
 static uint32_t rectangle_samples(const struct plan *plan, uint32_t *rectangles)
 {
     uint32_t l = 0;
@@ -26,7 +26,7 @@ static uint32_t rectangle_samples(const struct plan *plan, uint32_t *rectangles)
     return l * l;
 }
 
-/* CPU time of the sheared filter over that of tracing, for a pixel. */
+/* Returns the CPU time of the sheared filter over that of tracing, for a pixel. */
 static double relative_cost(const struct job *job, const struct plan *plan, uint32_t rectangles,
                             uint32_t samples)
 {

@@ -1,11 +1,11 @@
-/* The light field of glossy lobes, beside paths: its planes and the filter that makes a picture of
- * it. */
+/* Plans the light field of glossy lobes beside paths: its planes and its filter. */
 #include <stdio.h>
 
 #include "proto/samples.h"
 #include "server/job/plan/plan_parts.h"
 
-/* Whether points of the material may have a glossy lobe: worker/shade/glossy.h decides at each. */
+/* Returns whether points of the material may have a glossy lobe. worker/shade/glossy.h decides at
+ * each. */
 static bool may_be_glossy(const struct scene_material *m)
 {
     const bool facets = m->metallic > 0 || m->specular > 0;

@@ -1,5 +1,5 @@
-/* A plan of the lens's light field: l x l paths a pixel, one through each stratum of the lens, and
- * the filter that makes a picture of them. */
+/* Plans the lens's light field: l x l paths a pixel, one through each stratum of the lens, and the
+ * filter that makes a picture of them. */
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -9,7 +9,7 @@
 
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 
-/* Layers that lens samples give, or pixel centres beside them, seen through a pinhole. */
+/* Layers that lens samples give, or that pixel centres beside them give as through a pinhole. */
 #define LAYERS_OF_LENS                                                                             \
     (LAYER_BEAUTY | LAYER_SAMPLES | LAYER_FILTER_WIDTH | LAYER_DEPTH | LAYER_NORMAL | LAYER_ID |   \
      LAYERS_PER_STRATUM)
@@ -101,8 +101,8 @@ uint32_t plan_choose_lens_filter(const struct job *job, char why[PLAN_FILTER_WHY
     return LENS_FILTER_SHEARED;
 }
 
-/* Pixel centres, for the layers that show them. Those of lights' strata tell by the depth whether
- * there is a surface. */
+/* Plans pixel centres, for the layers that show them. Layers of lights' strata tell by the depth
+ * whether there is a surface. */
 static void plan_centres(struct plan *plan, struct plan_report *report)
 {
     static const struct {
@@ -123,7 +123,7 @@ static void plan_centres(struct plan *plan, struct plan_report *report)
     }
 }
 
-/* Second sets: of pixels whose samples' differences tell of their errors. */
+/* Plans second sets, which go to pixels by the errors that their samples' differences tell. */
 static void plan_extra(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     if (job->lens_extra == 0) return;

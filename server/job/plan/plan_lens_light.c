@@ -1,4 +1,5 @@
-/* Which light of lens samples comes of light fields of pixel centres, and these fields' planes. */
+/* Plans which light of lens samples comes from light fields of pixel centres, and these fields'
+ * planes. */
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -6,7 +7,7 @@
 #include "server/job/plan/plan_parts.h"
 #include "server/reconstruct/block.h"
 
-/* What a resolve of sub-samples reads: lens samples make the picture. */
+/* The planes that a resolve of sub-samples reads. Lens samples make the picture without them. */
 #define PLANES_RESOLVE                                                                             \
     (PLANE_BIT(ALBEDO) | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |    \
      PLANE_BIT(SUB_ID))
@@ -18,7 +19,7 @@ static bool is_indirect_filtered(const struct job *job, const struct plan *plan)
     return plan->bounces > 0 && !averaged;
 }
 
-/* What a thread needs at least to light samples of the lens: at most so much. */
+/* Returns a bound of the memory that a thread needs at least to light samples of the lens. */
 static uint64_t block_bytes(const struct job *job, const struct plan *plan)
 {
     char unused[PLAN_FILTER_WHY_BYTES];
@@ -109,7 +110,7 @@ const char *plan_lens_light_name(uint32_t light)
     return names[light];
 }
 
-/* Every lens sample is lit by its own path. */
+/* Plans that every lens sample is lit by its own path. */
 static void plan_own(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     static const char each[] = "with a lens every sample is a path, with light of its own";

@@ -1,4 +1,4 @@
-/* The scene's lights and the job's, as one list without those that cannot matter. */
+/* Lists the scene's lights and the job's, without those that cannot matter. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -15,7 +15,7 @@ static double normal_of(const struct plan_light *light, double n[3])
     return sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 }
 
-/* Whether all corners of the scene's bounds lie behind a rectangle. */
+/* Returns whether all corners of the scene's bounds lie behind a rectangle. */
 static bool faces_away(const struct plan_light *light, const struct scene_info *info)
 {
     for (int corner = 0; corner < 8; corner++) {
@@ -41,7 +41,7 @@ static bool out_of_range(const struct plan_light *light, const struct scene_info
     return sum > (double)light->range * (double)light->range;
 }
 
-/* Why a light cannot change the picture; NULL when it may. */
+/* Returns why a light cannot change the picture, or NULL if it may. */
 static const char *why_without_effect(const struct plan_light *light, const struct scene_info *info)
 {
     double n[3];
@@ -127,9 +127,8 @@ static double strongest(const float c[3])
     return (double)fmaxf(c[0], fmaxf(c[1], c[2]));
 }
 
-/* The radiance that a white surface sends on of the light, where it is no nearer than a tenth of
- * the scene's radius, and of rectangles than a thousandth: small ones may be as bright as they
- * like. */
+/* Returns the radiance that a white surface sends on of the light, at a tenth of the scene's radius
+ * or more, and of rectangles at a thousandth, since small ones may have any radiance. */
 static double sent_on(const struct plan_light *light, double radius)
 {
     const double strength = strongest(light->color), away = radius / 10, beside = radius / 1000;

@@ -1,5 +1,4 @@
-/* A plan of paths, alone or beside light fields: spp of them a pixel, and planes that the layers
- * need. */
+/* Plans paths, alone or beside light fields: spp a pixel, and the planes that layers need. */
 #include <stdio.h>
 
 #include "proto/link/message.h"
@@ -8,8 +7,8 @@
 
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 
-/* The layers that read a plane. Those of the pixel's centre tell by the depth whether there is a
- * surface. */
+/* The layers that read each plane. Layers of the pixel's centre tell by the depth whether there is
+ * a surface. */
 static const struct {
     const char *name;
     uint32_t plane;

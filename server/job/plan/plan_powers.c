@@ -1,10 +1,9 @@
-/* How much light each source sends into the scene. */
+/* Estimates how much light each source sends into the scene. */
 #include <math.h>
 
 #include "server/job/plan/plan_parts.h"
 
-/* Integral over the square [-1, 1]^2 of exp(-2 (u^2 + v^2)), divided by its area:
- * (sqrt(pi / 2) erf(sqrt 2) / 2)^2. */
+/* The mean of exp(-2 (u^2 + v^2)) over the square [-1, 1]^2: (sqrt(pi / 2) erf(sqrt 2) / 2)^2. */
 #define GAUSSIAN_MEAN 0.357735
 
 /* A source that a path chose less often than this would return as rare bright samples. */
@@ -36,7 +35,7 @@ static double area_of(const struct plan_light *light)
     return 4 * sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
 }
 
-/* Luminance that a light sends into the scene. A directional light's is what it sends through the
+/* Returns the luminance that a light sends into the scene. A directional light sends it through the
  * disc of the scene's bounding sphere. */
 static double light_flux(const struct plan_light *light, double radius)
 {
@@ -60,7 +59,8 @@ static double environment_flux(const float mean[3], double radius)
     return M_PI * radius * radius * M_PI * plan_luminance(mean);
 }
 
-/* 0 for a source that sends nothing; without a finite sum all are alike. */
+/* Returns a source's share of the sum, or 0 if it sends nothing. Without a finite sum all are
+ * alike. */
 static float share(double flux, double sum)
 {
     if (!(flux > 0)) return 0;

@@ -1,4 +1,4 @@
-/* The plan as people read it. */
+/* Writes the plan as people read it. */
 #include <math.h>
 #include <string.h>
 
@@ -29,7 +29,7 @@ static const char *effect_of(uint32_t bit)
     return effect_names[bit];
 }
 
-/* Of a plane, or of a list beside them. */
+/* Returns the name of a plane, or of a list beside them. */
 static const char *plane_of(uint32_t bit)
 {
     if (bit == PLANE_MIXED) return "mixed";

@@ -1,4 +1,4 @@
-/* The residual filter of what paths bring: whether it runs, and the planes that it reads. */
+/* Plans the residual filter of paths: whether it runs, and the planes that it reads. */
 #include <stdio.h>
 
 #include "proto/samples.h"

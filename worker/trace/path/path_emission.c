@@ -127,8 +127,7 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
     }
 }
 
-/* Returns the density per solid angle with which light samples find this point of a mesh emitter.
- */
+/* Returns the density per solid angle with which light samples find a mesh emitter's point. */
 static float emitter_density(const struct path_context *c, const struct path_packet *p,
                              const struct surface *s, const struct group_light *light, uint32_t i)
 {
