@@ -5,7 +5,8 @@
  * Each field below has its meaning, unit, range and default. openapi.yaml has the schema, and
  * docs/job-document.md explains it. The members are:
  *
- *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool}     asset is required
+ *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool,
+ *             default_light: bool}                                                asset is required
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
  *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
  *   lights    [{type: rectangle | directional | point | spot, ...}]               see openapi.yaml
@@ -129,6 +130,7 @@ struct job {
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */
+    bool default_light; /* a studio light where nothing lights the scene; default true */
     struct job_environment environment;
     float aperture_radius;     /* 0: no lens */
     float focus_distance;      /* > 0 with a lens */

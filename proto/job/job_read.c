@@ -127,6 +127,7 @@ static const struct json_member scene_members[] = {
     {.name = "files", .read = read_files},
     {.name = "camera", .read = job_camera_read},
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
+    {.name = "default_light", .read = json_member_bool, .offset = JOB(default_light)},
     LATER("file", "a file on your machine: submit with the command line, or upload it and give its "
                   "digest as \"asset\""),
     {.name = NULL}};
@@ -197,6 +198,7 @@ static void set_defaults(struct job *job)
                         .height_px = 720,
                         .pixel_type = PIXEL_FLOAT,
                         .scene_lights = true,
+                        .default_light = true,
                         .indirect_bounces = 1,
                         .spp = 9,
                         .seed = 1,

@@ -37,6 +37,7 @@ static json_t *write_scene(const struct job *job)
     failures += set(object, "files", write_files(job));
     failures += set(object, "camera", job_camera_write(&job->camera));
     failures += set(object, "lights", json_boolean(job->scene_lights));
+    failures += set(object, "default_light", json_boolean(job->default_light));
     return checked(object, failures);
 }
 

@@ -34,10 +34,39 @@ static int set_environment(const char *path, json_t *document, struct fault *fau
     return error;
 }
 
+/* "640x360" */
+static int set_size(const char *size, json_t *document, struct fault *fault)
+{
+    char *end;
+    const long width = strtol(size, &end, 10), height = *end == 'x' ? strtol(end + 1, &end, 10) : 0;
+    if (*end || width < 1 || height < 1 || width > LIMIT_IMAGE_SIDE_PX ||
+        height > LIMIT_IMAGE_SIDE_PX)
+        return fault_set(fault, ERR_RANGE, "",
+                         "--size: \"%.40s\" is not two sides from 1 to %d, such as 640x360", size,
+                         LIMIT_IMAGE_SIDE_PX);
+    int error = set_member(document, "image", "width", json_integer(width));
+    return error ? error : set_member(document, "image", "height", json_integer(height));
+}
+
+/* Digits are an index. */
+static int set_camera(const char *camera, json_t *document)
+{
+    char *end;
+    const long index = strtol(camera, &end, 10);
+    const bool is_index = *end == '\0' && camera[0] >= '0' && camera[0] <= '9';
+    return set_member(document, "scene", "camera",
+                      is_index ? json_integer(index) : json_string(camera));
+}
+
 int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault)
 {
     int error = 0;
-    if (changes->environment) error = set_environment(changes->environment, document, fault);
+    if (changes->size) error = set_size(changes->size, document, fault);
+    if (!error && changes->camera) error = set_camera(changes->camera, document);
+    if (!error && changes->no_default_light)
+        error = set_member(document, "scene", "default_light", json_false());
+    if (!error && changes->environment)
+        error = set_environment(changes->environment, document, fault);
     if (!error && changes->method)
         error = set_member(document, "filter", "method", json_string(changes->method));
     if (!error && changes->indirect)

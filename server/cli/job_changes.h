@@ -7,6 +7,8 @@
 #include "server/cli/option.h"
 
 struct job_changes {
+    const char *size;        /* image.width x image.height, "640x360"; NULL */
+    const char *camera;      /* scene.camera: name or index; NULL */
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
@@ -16,6 +18,7 @@ struct job_changes {
     long bounces;            /* effects.indirect_bounces; -1 */
     long spp;                /* sampling.spp; 0 */
     long tile_px;            /* sampling.tile_px; 0 */
+    bool no_default_light;   /* scene.default_light false */
 };
 #define JOB_CHANGES_NONE                                                                           \
     {                                                                                              \
@@ -35,8 +38,15 @@ struct job_changes {
 
 /* The lines of a command's option table that fill *c. */
 #define JOB_CHANGES_OPTIONS(c)                                                                     \
-    JOB_CHANGE_TEXT("environment", 'e', "FILE",                                                    \
-                    "environment map (.hdr, .exr) instead of the job's", &(c)->environment),       \
+    JOB_CHANGE_TEXT("size", 's', "WxH", "pixels of the picture instead of the job's", &(c)->size), \
+        JOB_CHANGE_TEXT("camera", 'c', "NAME|INDEX", "camera of the scene instead of the job's",   \
+                        &(c)->camera),                                                             \
+        {.name = "no-default-light",                                                               \
+         .kind = OPTION_FLAG,                                                                      \
+         .text = "no studio light where nothing lights the scene",                                 \
+         .out = &(c)->no_default_light},                                                           \
+        JOB_CHANGE_TEXT("environment", 'e', "FILE",                                                \
+                        "environment map (.hdr, .exr) instead of the job's", &(c)->environment),   \
         JOB_CHANGE_NUMBER("bounces", 'b', "indirect bounces instead of the job's", 0,              \
                           LIMIT_INDIRECT_BOUNCES, &(c)->bounces),                                  \
         JOB_CHANGE_NUMBER("spp", 0, "samples per pixel instead of the job's", 1, LIMIT_SPP,        \

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "proto/job/job.h"
 #include "server/cli/scene_bundle.h"
@@ -19,8 +20,29 @@ static int no_job(const char *path, const char *why, struct fault *fault)
                      path, said);
 }
 
+static bool is_scene(const char *path)
+{
+    static const char *const endings[] = {".glb", ".gltf", ".obj"};
+    const char *dot = strrchr(path, '.');
+    for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
+        if (strcasecmp(dot, endings[i]) == 0) return true;
+    return false;
+}
+
+/* A job of defaults for a scene; its file's name counts from the folder of `path`, as a job's. */
+static int scene_job(const char *path, json_t **out, struct fault *fault)
+{
+    const char *slash = strrchr(path, '/');
+    FILE *f = fopen(path, "rb");
+    if (!f) return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
+    fclose(f);
+    *out = json_pack("{s:{s:s}}", "scene", "file", slash ? slash + 1 : path);
+    return *out ? 0 : fault_set(fault, ERR_SYNTAX, "", "%s: its name is not UTF-8", path);
+}
+
 int job_file_read(const char *path, json_t **out, struct fault *fault)
 {
+    if (is_scene(path)) return scene_job(path, out, fault);
     FILE *f = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
     if (!f) return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
     char *text = malloc(LIMIT_JOB_BYTES + 1);

@@ -59,11 +59,11 @@ static int parse(int argc, char **argv, struct render_options *o)
         {"quiet", 'q', OPTION_FLAG, NULL, "no progress on standard error", 0, 0, &o->quiet},
     };
     const struct option_table table = {
-        .usage = "shearwater render JOB.json [-o OUT.exr] [--png OUT.png] [options]",
-        .summary =
-            "Renders one job with a private coordinator and local workers, and leaves nothing "
-            "behind but its files. If the job has several frames, the frame's number goes "
-            "before the ending of each file.",
+        .usage = "shearwater render JOB.json|SCENE [-o OUT.exr] [--png OUT.png] [options]",
+        .summary = "Renders one job, or a scene (.glb, .gltf, .obj) with all defaults, with a "
+                   "private coordinator and local workers, and leaves nothing "
+                   "behind but its files. If the job has several frames, the frame's number goes "
+                   "before the ending of each file.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

@@ -45,7 +45,7 @@ static int parse(int argc, char **argv, struct replay_options *o)
         JOB_CHANGES_OPTIONS(&o->changes),
     };
     const struct option_table table = {
-        .usage = "shearwater replay JOB.json X,Y SAMPLE [options]",
+        .usage = "shearwater replay JOB.json|SCENE X,Y SAMPLE [options]",
         .summary =
             "Traces one sample of a job again and prints every step: path number SAMPLE, from "
             "0, of the pixel in column X and row Y, from the top left.",

@@ -35,8 +35,10 @@ int cli_submit(int argc, char **argv)
         {"quiet", 'q', OPTION_FLAG, NULL, "print only the id", 0, 0, &quiet},
     };
     const struct option_table table = {
-        .usage = "shearwater submit JOB.json [options]",
-        .summary = "Uploads a job's scene and environment, submits the job and prints its id.",
+        .usage = "shearwater submit JOB.json|SCENE [options]",
+        .summary =
+            "Uploads a job's scene and environment, submits the job and prints its id. A scene "
+            "(.glb, .gltf, .obj) in place of a job is one with all defaults.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,

@@ -54,6 +54,7 @@ export const GROUPS = [
     { at: "/image/pixel_filter", label: "Pixel filter", kind: "choice", of: ["box", "tent"], otherwise: "box" }] },
   { title: "Lights", fields: [
     { at: "/scene/lights", label: "Use the scene's own lights", kind: "flag", otherwise: true },
+    { at: "/scene/default_light", label: "Studio light where nothing else lights", kind: "flag", otherwise: true },
     { at: "/lights", label: "Lights of the job", kind: "lights", most: 64 }] },
   { title: "Environment", fields: [{ at: "/environment", label: "Environment", kind: "variant", of: [
     { label: "none", value: null, is: (value) => !isObject(value), fields: [] },

@@ -333,11 +333,11 @@ static int gather(const struct job *job, const struct plan_source *source, struc
     memcpy(report->origin, source->scene->info->origin, sizeof report->origin);
     int error = plan_resolve_camera(job, source->scene, &plan->camera, report, fault);
     if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);
+    plan_find_emitters(source->scene, &report->emitters);
     if (!error) error = plan_set_environment(job, source, plan, report, environment_mean, fault);
     if (error) return error;
     plan_set_scales(source->scene, environment_mean, plan);
     if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
-    plan_find_emitters(source->scene, &report->emitters);
     tell_emitters(job, report);
     tell_occlusion(job, report);
     tell_scale(source->scene, report);

@@ -80,6 +80,8 @@ struct plan_source {
     struct digest scene_blob;
     const struct environment_header *map; /* of the job's map; NULL when it has none */
     struct digest map_blob;
+    const struct environment_header *studio; /* of the light where there is none; NULL: none */
+    struct digest studio_blob;
 };
 
 struct plan_report {
@@ -88,6 +90,7 @@ struct plan_report {
     uint32_t effects;
     bool whole_paths;          /* all indirect light comes along paths, though fields might do */
     bool by_lobe;              /* fields bring diffuse lobes' light, paths that of other lobes */
+    bool studio_light;         /* nothing else lights the scene */
     bool soft_sky;             /* the environment has no sun: nothing far above its mean */
     uint32_t layers;           /* enum layer */
     enum filter_method method; /* that runs: not auto */
@@ -108,6 +111,9 @@ struct plan_report {
     char cameras[LIMIT_CAMERAS_LISTED][64];
     bool camera_is_default; /* the importer made it, because the file has none */
 };
+
+/* Whether plan_make might light a scene by the studio light: unless meshes shine it will. */
+bool plan_may_want_studio(const struct job *job, const struct scene *scene);
 
 /* Plans one frame; frames of a job differ in plan->pattern.frame alone. ERR_LIMIT, ERR_NOT_FOUND,
  * ERR_RANGE with *fault pointing into the job document. */

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "proto/scene/camera_fit.h"
 #include "server/job/plan/plan_parts.h"
 
 static bool normalize(float v[3])
@@ -141,7 +142,11 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
         int error = find(job, scene, &index, fault);
         if (error) return error;
         const struct scene_camera *camera = &scene->cameras[index];
-        from_scene(job, camera, out);
+        struct scene_camera fitted = *camera;
+        if (camera->is_default) /* for an image of this shape */
+            camera_fit(scene->info->bounds_min, scene->info->bounds_max,
+                       (double)job->width_px / (double)job->height_px, &fitted);
+        from_scene(job, &fitted, out);
         report->camera_is_default = camera->is_default != 0;
         snprintf(report->camera_name, sizeof report->camera_name, "%.63s",
                  scene_name(scene, camera->name));

@@ -32,6 +32,38 @@ static int set_map(const struct job_environment *e, const struct plan_source *so
     return 0;
 }
 
+/* Whether a surface needs light to be seen. */
+static bool has_shaded(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_MESHES]; i++)
+        if (!(scene->materials[scene->meshes[i].material].flags & MATERIAL_UNLIT)) return true;
+    return false;
+}
+
+bool plan_may_want_studio(const struct job *job, const struct scene *scene)
+{
+    const bool dark = job->environment.kind == ENVIRONMENT_NONE && job->light_count == 0;
+    return job->default_light && dark && (job->scene_lights || scene->count[SCENE_LIGHTS] == 0) &&
+           has_shaded(scene);
+}
+
+/* Sets the studio light where nothing else lights the scene. */
+static bool set_studio(const struct job *job, const struct plan_source *source, struct plan *plan,
+                       struct plan_report *report, float mean[3])
+{
+    if (!source->studio || plan->light_count > 0 || report->emitters.flux > 0) return false;
+    if (!plan_may_want_studio(job, source->scene)) return false;
+    plan->environment = (struct plan_environment){
+        .kind = ENVIRONMENT_MAP, .radiance = {1, 1, 1}, .map = source->studio_blob};
+    for (int c = 0; c < 3; c++) mean[c] = source->studio->mean[c];
+    report->studio_light = report->soft_sky = true;
+    report->effects |= EFFECT_ENVIRONMENT;
+    plan->capabilities |= CAPABILITY_ENVIRONMENT;
+    plan_warn(report, "nothing lights this scene: a neutral studio light does; scene.default_light "
+                      "false turns it off");
+    return true;
+}
+
 int plan_set_environment(const struct job *job, const struct plan_source *source, struct plan *plan,
                          struct plan_report *report, float mean[3], struct fault *fault)
 {
@@ -39,6 +71,7 @@ int plan_set_environment(const struct job *job, const struct plan_source *source
     struct plan_environment out = {.kind = e->kind};
     for (int c = 0; c < 3; c++) mean[c] = 0;
     plan->environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
+    if (set_studio(job, source, plan, report, mean)) return 0;
     if (e->kind == ENVIRONMENT_NONE) {
         plan_skip(report, "effect environment", "the job has none");
         return 0;

@@ -156,14 +156,17 @@ static json_t *samples_of(const struct plan *plan)
     return samples;
 }
 
-static json_t *environment_of(const struct plan *plan)
+static json_t *environment_of(const struct plan *plan, const struct plan_report *report)
 {
     char map[DIGEST_HEX_BYTES];
     const struct plan_environment *e = &plan->environment;
     if (e->kind == ENVIRONMENT_NONE) return json_null();
     bool is_map = e->kind == ENVIRONMENT_MAP;
-    json_t *environment =
-        json_pack("{s:s,s:f}", "type", is_map ? "map" : "constant", "power", (double)e->power);
+    json_t *environment = json_pack("{s:s,s:f}", "type",
+                                    report->studio_light ? "studio"
+                                    : is_map             ? "map"
+                                                         : "constant",
+                                    "power", (double)e->power);
     if (is_map) {
         digest_to_hex(&e->map, map);
         json_object_set_new(environment, "map", json_string(map));
@@ -211,7 +214,7 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "residual_filter", plan_residual_filter_name(plan->residual_filter), "residual_filter_why",
         report->residual_filter_why, "lens_light", plan_lens_light_name(plan->lens_light),
         "lens_light_why", report->lens_light_why, "skipped", skips_of(report), "lights",
-        lights_of(plan, report), "environment", environment_of(plan), "emitters",
+        lights_of(plan, report), "environment", environment_of(plan, report), "emitters",
         emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
         "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
         "length_unit", (double)plan->length_unit, "warnings", warnings_of(report), "cameras",

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/job/prepare/studio_light.h"
+
 struct preparation {
     struct pool_task task; /* first */
     struct thread_pool *pool;
@@ -44,7 +46,10 @@ static int blame(struct preparation *p, const char *pointer, const char *kind)
 struct plan_source prepared_source(const struct prepared *prepared)
 {
     const bool has_environment = prepared->job.environment.kind == ENVIRONMENT_MAP;
-    return (struct plan_source){.scene = &prepared->scene,
+    const bool has_studio = prepared->studio.version != 0;
+    return (struct plan_source){.studio = has_studio ? &prepared->studio : NULL,
+                                .studio_blob = prepared->studio_blob,
+                                .scene = &prepared->scene,
                                 .scene_blob = prepared->plan.scene,
                                 .map = has_environment ? prepared->map.header : NULL,
                                 .map_blob = prepared->plan.environment.map};
@@ -59,10 +64,17 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
     objects_path(p->objects, &p->scene_blob, path);
     if (scene_map(path, &scene, &p->fault) != 0)
         return blame(p, "/scene/asset", "an environment map, no scene");
-    const struct plan_source source = {
+    struct plan_source source = {
         .scene = &scene, .scene_blob = p->scene_blob, .map = map, .map_blob = p->map_blob};
-    int error =
-        plan_make(&out->job, &source, out->job.first_frame, &out->plan, &out->report, &p->fault);
+    int error = 0;
+    if (plan_may_want_studio(&out->job, &scene)) {
+        error = studio_light_place(p->objects, &out->studio, &out->studio_blob, &p->fault);
+        source.studio = &out->studio;
+        source.studio_blob = out->studio_blob;
+    }
+    if (!error)
+        error = plan_make(&out->job, &source, out->job.first_frame, &out->plan, &out->report,
+                          &p->fault);
     if (!error && out->job.live)
         out->scene = scene;
     else

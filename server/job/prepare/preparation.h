@@ -14,6 +14,8 @@ struct prepared {
     /* Of a live job, which is planned again with each move; else zero. */
     struct scene scene;
     struct environment_blob map;
+    struct environment_header studio; /* where the scene may need that light, else zero */
+    struct digest studio_blob;
     uint64_t import_cpu_us;
     uint64_t plan_cpu_us;
 };

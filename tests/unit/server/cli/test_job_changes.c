@@ -49,6 +49,27 @@ TEST(numbers_and_words_replace)
                  "{\"sampling\": 3, \"filter\": [], \"effects\": null}");
 }
 
+TEST(sizes_and_cameras_replace)
+{
+    struct fault fault = {0};
+    struct job_changes changes = JOB_CHANGES_NONE;
+    changes.size = "640x360";
+    changes.camera = "front door";
+    changes.no_default_light = true;
+    check_change(&changes, "{\"image\": {\"width\": 9, \"pixel_type\": \"half\"}}",
+                 "{\"image\": {\"width\": 640, \"height\": 360, \"pixel_type\": \"half\"},"
+                 " \"scene\": {\"camera\": \"front door\", \"default_light\": false}}");
+    changes = (struct job_changes){.bounces = -1, .camera = "12"};
+    check_change(&changes, "{}", "{\"scene\": {\"camera\": 12}}");
+    static const char *const wrong[] = {"640", "640x", "x360", "0x360", "640x360x1", "640x99999"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        json_t *document = json_object();
+        changes = (struct job_changes){.bounces = -1, .size = wrong[i]};
+        assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_RANGE);
+        json_decref(document);
+    }
+}
+
 TEST(environments_are_replaced)
 {
     char path[] = "/tmp/job_changes_XXXXXX", file[64], after[256];

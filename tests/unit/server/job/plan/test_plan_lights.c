@@ -38,6 +38,50 @@ TEST(warns_of_darkness)
     assert_int_equal(s->report.warning_count, 0);
 }
 
+TEST(a_studio_light_stands_where_nothing_else_lights)
+{
+    struct stage *s = *state;
+    s->has_studio = true;
+    s->studio = (struct environment_header){.mean = {0.5f, 0.5f, 0.5f}, .maximum = {6, 6, 6}};
+    assert_int_equal(make(s), 0); /* the lamp does */
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+    s->scene.count[SCENE_LIGHTS] = 0;
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_MAP);
+    assert_int_equal(s->plan.environment.map.bytes[0], 9);
+    assert_true(s->plan.environment.radiance[1] == 1 && s->report.studio_light);
+    assert_true(has_warning(s, "a neutral studio light does") && !has_warning(s, "black"));
+    json_t *report = plan_report_json(&s->plan, &s->report);
+    assert_string_equal(
+        json_string_value(json_object_get(json_object_get(report, "environment"), "type")),
+        "studio");
+    json_decref(report);
+    s->job.default_light = false;
+    assert_int_equal(make(s), 0);
+    assert_true(s->plan.environment.kind == ENVIRONMENT_NONE && has_warning(s, "black"));
+    s->job.default_light = true;
+    s->material.emission[1] = 2;
+    assert_int_equal(make(s), 0); /* a mesh shines */
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+    s->material = (struct scene_material){.flags = MATERIAL_UNLIT, .specular = 1};
+    assert_int_equal(make(s), 0); /* nothing needs light */
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+}
+
+TEST(a_job_that_wants_darkness_gets_no_studio_light)
+{
+    struct stage *s = *state;
+    s->job.scene_lights = false;
+    assert_false(plan_may_want_studio(&s->job, &s->scene));
+    s->job.scene_lights = true;
+    assert_true(plan_may_want_studio(&s->job, &s->scene));
+    s->job.light_count = 1; /* black, say */
+    assert_false(plan_may_want_studio(&s->job, &s->scene));
+    s->job.light_count = 0;
+    s->job.environment.kind = ENVIRONMENT_CONSTANT;
+    assert_false(plan_may_want_studio(&s->job, &s->scene));
+}
+
 /* Without lights the path tracer is in the dark just the same; anything that shines changes it. */
 TEST(paths_know_darkness)
 {

@@ -1,0 +1,48 @@
+#!/usr/bin/env bash
+# A scene in place of a job: no lights, no camera, nothing to read first.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/bare_scene.sh BUILD_DIR}
+. tests/tap.bash
+. tests/system/jobs.bash
+cat >"$tmp/a box.obj" <<'O'
+v 0 0 0
+v 2 0 0
+v 2 1 0
+v 0 1 0
+v 0 0 1
+v 2 0 1
+v 2 1 1
+v 0 1 1
+f 4 3 2 1
+f 5 6 7 8
+f 1 2 6 5
+f 3 4 8 7
+f 1 5 8 4
+f 2 3 7 6
+O
+render() { "$build/shearwater" render "$tmp/a box.obj" --spp 4 "$@" 2>"$tmp/err"; }
+check "a bare OBJ renders" render -o "$tmp/a.exr" --png "$tmp/a.png" --size 96x64
+check "a warning says what lights it" grep -q "neutral studio light" "$tmp/err"
+lit() { "$build/shearwater" compare "$1" "$1" | jq -e ".mean_reference | min $2"; }
+check "it is lit" lit "$tmp/a.exr" "> 0.15"
+check "without that light it is black" render -o "$tmp/b.exr" --size 96x64 --no-default-light
+check "... as the warning says" grep -q "the picture will be black" "$tmp/err"
+check "... all of it" lit "$tmp/b.exr" "== 0"
+plan() { # the same document over HTTP has the same defaults
+    "$build/shearwater" submit "$tmp/a box.obj" --server "$url" --dry-run "$@" >"$tmp/plan.json"
+}
+serve_start "$tmp/data" --workers 0
+check "submit takes it, too" plan --size 200x100
+check "the plan names light and camera" jq -e \
+    '(.plan // .) | .environment.type == "studio" and .camera.made_by_importer' "$tmp/plan.json"
+eye() { jq -c '(.plan // .).camera.eye' "$tmp/plan.json"; }
+wide=$(eye)
+check "a tall picture" plan --size 100x200
+check "... is seen from further away" test "$wide" != "$(eye)"
+refused() { ! plan "$@" 2>/dev/null; }
+check "a camera that is not there is refused" refused --camera none
+serve_stop
+gone() { ! "$build/shearwater" render "$tmp/gone.glb" 2>"$tmp/err" && grep -q "gone.glb" "$tmp/err"; }
+check "a scene that is not there is named" gone
+tap_done
