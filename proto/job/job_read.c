@@ -109,6 +109,23 @@ static int read_layers(struct json_cursor *at, const struct json_member *m, cons
     return 0;
 }
 
+/* null is no variant. */
+static int read_variant(struct json_cursor *at, const struct json_member *m, const json_t *v,
+                        void *o)
+{
+    struct job *job = o;
+    (void)m;
+    if (json_is_null(v)) return 0;
+    int error = json_cursor_expect(at, v, JSON_STRING, "a variant's name or null");
+    if (error) return error;
+    if (json_string_length(v) == 0) return json_cursor_refuse(at, ERR_RANGE, "it names no variant");
+    if (json_string_length(v) >= sizeof job->variant)
+        return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %zu",
+                                  json_string_length(v), sizeof job->variant - 1);
+    memcpy(job->variant, json_string_value(v), json_string_length(v) + 1);
+    return 0;
+}
+
 #define NUMBER(member, reader, field, least, most)                                                 \
     {                                                                                              \
         .name = (member), .read = (reader), .offset = JOB(field), .min = (least), .max = (most)    \
@@ -126,6 +143,7 @@ static const struct json_member scene_members[] = {
     {.name = "asset", .read = json_member_digest, .offset = JOB(scene), .required = true},
     {.name = "files", .read = read_files},
     {.name = "camera", .read = job_camera_read},
+    {.name = "variant", .read = read_variant},
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
     {.name = "default_light", .read = json_member_bool, .offset = JOB(default_light)},
     LATER("file", "a file on your machine: submit with the command line, or upload it and give its "

@@ -36,6 +36,7 @@ static json_t *write_scene(const struct job *job)
     int failures = set(object, "asset", write_digest(&job->scene));
     failures += set(object, "files", write_files(job));
     failures += set(object, "camera", job_camera_write(&job->camera));
+    failures += set(object, "variant", job->variant[0] ? json_string(job->variant) : json_null());
     failures += set(object, "lights", json_boolean(job->scene_lights));
     failures += set(object, "default_light", json_boolean(job->default_light));
     return checked(object, failures);

@@ -63,6 +63,8 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     int error = 0;
     if (changes->size) error = set_size(changes->size, document, fault);
     if (!error && changes->camera) error = set_camera(changes->camera, document);
+    if (!error && changes->variant)
+        error = set_member(document, "scene", "variant", json_string(changes->variant));
     if (!error && changes->no_default_light)
         error = set_member(document, "scene", "default_light", json_false());
     if (!error && changes->environment)

@@ -9,6 +9,7 @@
 struct job_changes {
     const char *size;        /* image.width x image.height, "640x360"; NULL */
     const char *camera;      /* scene.camera: name or index; NULL */
+    const char *variant;     /* scene.variant; NULL */
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
@@ -41,6 +42,7 @@ struct job_changes {
     JOB_CHANGE_TEXT("size", 's', "WxH", "pixels of the picture instead of the job's", &(c)->size), \
         JOB_CHANGE_TEXT("camera", 'c', "NAME|INDEX", "camera of the scene instead of the job's",   \
                         &(c)->camera),                                                             \
+        JOB_CHANGE_TEXT("variant", 0, "NAME", "variant of the scene's materials", &(c)->variant),  \
         {.name = "no-default-light",                                                               \
          .kind = OPTION_FLAG,                                                                      \
          .text = "no studio light where nothing lights the scene",                                 \

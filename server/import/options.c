@@ -4,7 +4,8 @@
 
 #include "proto/option_text.h"
 
-static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--report FILE]";
+static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
+                            "[--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
     "coordinator runs it, once per file. It prints one line of JSON: {\"ok\":true, "
@@ -17,6 +18,7 @@ static const struct option_text texts[] = {
     {0, "root", "DIR", "directory of the scene's files; nothing outside it is read"},
     {0, "in", "NAME",
      "main file in DIR: .glb, .gltf or .obj; .hdr and .exr are known by their first bytes"},
+    {0, "variant", "NAME", "variant of the materials (KHR_materials_variants)"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -46,6 +48,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
         bool required;
     } rows[] = {{"--root", &out->root, true},
                 {"--in", &out->name, true},
+                {"--variant", &out->variant, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;

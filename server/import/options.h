@@ -6,10 +6,11 @@
 #include "proto/error.h"
 
 struct options {
-    const char *root;   /* folder that holds the scene's files */
-    const char *name;   /* main file beneath it */
-    const char *out;    /* where the blob goes */
-    const char *report; /* where the line goes as well; NULL: nowhere */
+    const char *root;    /* folder that holds the scene's files */
+    const char *name;    /* main file beneath it */
+    const char *variant; /* of its materials; NULL: none */
+    const char *out;     /* where the blob goes */
+    const char *report;  /* where the line goes as well; NULL: nowhere */
     bool help, dump;
 };
 

@@ -121,7 +121,7 @@ static void check(const char *name)
     struct fault fault = {0};
     char text[WARNING_TEXT_BYTES];
     const int free_before = lowest_descriptor();
-    const int error = import_scene(root, name, out, &warnings, &stats, &fault);
+    const int error = import_scene(root, name, NULL, out, &warnings, &stats, &fault);
     must(lowest_descriptor() == free_before);
     must(warnings.count <= LIMIT_WARNINGS);
     for (uint32_t i = 0; i < warnings.count; i++) warnings_text(&warnings, i, text);

@@ -26,11 +26,13 @@ struct gltf {
     struct gltf_nodes nodes;
     uint32_t default_material; /* SCENE_NONE until a primitive without material needs it */
     struct colored_materials colored;
+    uint32_t variant; /* of KHR_materials_variants; SCENE_NONE: none is asked for */
 };
 
-/* Imports a .glb or .gltf. The call borrows `name` and `main`. */
-int gltf_import(struct files *files, const char *name, const struct file_view *main,
-                struct builder *builder, struct fault *fault);
+/* Imports a .glb or .gltf, in a variant of its materials (NULL: as they are). The call borrows all.
+ */
+int gltf_import(struct files *files, const char *name, const char *variant,
+                const struct file_view *main, struct builder *builder, struct fault *fault);
 
 /* Returns the offset of a file's first byte that is not white space. */
 size_t gltf_text_start(const struct file_view *file);
@@ -72,6 +74,18 @@ int gltf_texture_read(struct gltf *g, const json_t *of, const char *place, const
 int gltf_textures_init(struct gltf *g, struct fault *fault);
 void gltf_textures_fini(struct gltf *g);
 int gltf_images_decode(struct gltf *g, struct fault *fault);
+
+/* Finds the variant of a name. ERR_NOT_FOUND with those that there are. */
+int gltf_variant_find(struct gltf *g, const char *name, struct fault *fault);
+
+/* Makes *inout the primitive's material in the variant, if it has one there. */
+int gltf_variant_material(struct gltf *g, const json_t *primitive, const char *place,
+                          uint32_t *inout, struct fault *fault);
+
+/* Keeps the node once for each of its instances, without camera and light. *instanced: it says how
+ * often it stands. ERR_MISMATCH, ERR_LIMIT, ERR_NOT_FINITE. */
+int gltf_instancing_keep(struct gltf *g, const json_t *json, const char *place,
+                         const struct gltf_node *node, bool *instanced, struct fault *fault);
 
 /* Moves the nodes of a scene that is far from the origin to its middle, and notes by how much. */
 void gltf_origin_move(struct gltf *g);

@@ -105,9 +105,6 @@ static int read_count(const json_t *json, const char *place, uint32_t *out, stru
 
 static int check_zeros(const struct accessor *a, struct fault *fault)
 {
-    if (json_object_get(a->json, "sparse") == NULL)
-        return fault_set(fault, ERR_MISSING, a->place,
-                         "it has neither a bufferView nor a sparse part");
     if (a->base.count <= ZERO_ELEMENTS) return 0;
     return fault_set(fault, ERR_LIMIT, a->place,
                      "%" PRIu32 " elements without a bufferView are too many", a->base.count);

@@ -10,9 +10,10 @@
 #define CHUNK_BIN          0x004e4942u
 
 static const char *const supported[] = {
-    "KHR_lights_punctual",   "KHR_materials_anisotropy", "KHR_materials_emissive_strength",
-    "KHR_materials_ior",     "KHR_materials_specular",   "KHR_materials_transmission",
-    "KHR_materials_unlit",   "KHR_materials_volume",     "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing", "KHR_materials_variants",   "KHR_node_visibility",
+    "KHR_lights_punctual",     "KHR_materials_anisotropy", "KHR_materials_emissive_strength",
+    "KHR_materials_ior",       "KHR_materials_specular",   "KHR_materials_transmission",
+    "KHR_materials_unlit",     "KHR_materials_volume",     "KHR_mesh_quantization",
     "KHR_texture_transform",
 };
 
@@ -21,7 +22,6 @@ static const char *const harmless[] = {
     "KHR_animation_pointer",
     "KHR_xmp",
     "KHR_xmp_json_ld",
-    "KHR_materials_variants",
 };
 
 static uint32_t read_u32(const uint8_t *at)
@@ -126,6 +126,15 @@ static bool is_listed(const char *name, const char *const *list, size_t count)
     return false;
 }
 
+/* Says what to do about an extension that is refused. */
+static const char *advice(const char *name)
+{
+    if (strcmp(name, "KHR_texture_basisu") == 0)
+        return ": its images are KTX2; write them as PNG, JPEG or WebP (for instance with "
+               "gltf-transform ktxdecompress)";
+    return "";
+}
+
 /* Calls for each string of root[key]. Elements of other types are faults. */
 static int check_names(struct gltf *g, const char *key, bool required, struct fault *fault)
 {
@@ -141,7 +150,8 @@ static int check_names(struct gltf *g, const char *key, bool required, struct fa
             continue;
         else if (required)
             rc = fault_set(fault, ERR_UNSUPPORTED, place,
-                           "the scene requires the extension %.100s, which is not supported", name);
+                           "the scene requires the extension %.100s, which is not supported%s",
+                           name, advice(name));
         else if (!is_listed(name, harmless, sizeof harmless / sizeof *harmless))
             warnings_add(&g->builder->warnings, "", "the extension %.100s is ignored", name);
     }

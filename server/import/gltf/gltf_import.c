@@ -1,9 +1,11 @@
 #include "proto/json.h"
 #include "server/import/gltf/gltf.h"
 
-static int import_document(struct gltf *g, const struct file_view *main, struct fault *fault)
+static int import_document(struct gltf *g, const char *variant, const struct file_view *main,
+                           struct fault *fault)
 {
     int rc = gltf_document_read(g, main, fault);
+    if (rc == 0) rc = gltf_variant_find(g, variant, fault);
     if (rc == 0) rc = gltf_buffers_init(g, fault);
     if (rc == 0) rc = gltf_textures_init(g, fault);
     if (rc == 0) rc = gltf_nodes_read(g, fault);
@@ -18,12 +20,12 @@ static int import_document(struct gltf *g, const struct file_view *main, struct 
     return rc;
 }
 
-int gltf_import(struct files *files, const char *name, const struct file_view *main,
-                struct builder *builder, struct fault *fault)
+int gltf_import(struct files *files, const char *name, const char *variant,
+                const struct file_view *main, struct builder *builder, struct fault *fault)
 {
     struct gltf g = {
         .files = files, .builder = builder, .name = name, .default_material = SCENE_NONE};
-    int rc = import_document(&g, main, fault);
+    int rc = import_document(&g, variant, main, fault);
     colored_materials_fini(&g.colored);
     gltf_nodes_fini(&g.nodes);
     gltf_textures_fini(&g);

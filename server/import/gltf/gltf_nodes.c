@@ -71,12 +71,15 @@ static int read_light(struct gltf *g, const json_t *json, const char *place, uin
     return gltf_index(extension, at, "light", count, out, fault);
 }
 
-static int keep_node(struct gltf_nodes *nodes, const struct gltf_node *node, struct fault *fault)
+int gltf_node_keep(struct gltf_nodes *nodes, const struct gltf_node *node, struct fault *fault)
 {
     if (node->mesh == SCENE_NONE && node->camera == SCENE_NONE && node->light == SCENE_NONE)
         return 0;
+    if (nodes->count >= 2 * LIMIT_INSTANCES) /* a skinned node is two */
+        return fault_set(fault, ERR_LIMIT, "nodes", "the scene has more than %u instances",
+                         LIMIT_INSTANCES);
     if (nodes->count == nodes->capacity) {
-        uint32_t capacity = nodes->capacity * 2 + 64; /* the document has few enough nodes */
+        uint32_t capacity = nodes->capacity * 2 + 64;
         struct gltf_node *list = realloc(nodes->list, capacity * sizeof *list);
         if (list == NULL) return fault_set(fault, ERR_MEMORY, "nodes", "no memory for the nodes");
         nodes->list = list;
@@ -104,23 +107,42 @@ static int read_bearings(struct gltf *g, const json_t *json, const char *place,
 
 /* Keeps a node; with a skin as two, since a skin's mesh does not stand where its node does (glTF
  * 2.0, section 3.7.3.3). */
-static int keep_bearings(struct gltf_nodes *nodes, const struct gltf_node *node,
-                         struct fault *fault)
+static int keep_bearings(struct gltf *g, const json_t *json, const char *place,
+                         const struct gltf_node *node, struct fault *fault)
 {
+    struct gltf_nodes *nodes = &g->nodes;
     struct gltf_node rest = *node, skinned = *node;
-    if (node->skin == SCENE_NONE) return keep_node(nodes, node, fault);
+    bool instanced = false;
+    if (node->skin == SCENE_NONE) {
+        int rc = gltf_instancing_keep(g, json, place, node, &instanced, fault);
+        if (instanced) rest.mesh = SCENE_NONE;
+        return rc == 0 ? gltf_node_keep(nodes, &rest, fault) : rc;
+    }
     rest.mesh = rest.skin = SCENE_NONE;
     skinned.camera = skinned.light = SCENE_NONE;
     skinned.to_world = affine_identity();
-    int rc = keep_node(nodes, &rest, fault);
-    return rc == 0 ? keep_node(nodes, &skinned, fault) : rc;
+    int rc = gltf_node_keep(nodes, &rest, fault);
+    return rc == 0 ? gltf_node_keep(nodes, &skinned, fault) : rc;
 }
 
-static int visit(struct gltf *g, size_t index, const struct affine *parent, uint32_t depth,
-                 struct fault *fault);
+/* KHR_node_visibility: a node that is hidden hides all beneath it; cameras see as they do. */
+static int read_visibility(const json_t *json, const char *place, bool *inout, struct fault *fault)
+{
+    const json_t *extension;
+    gltf_place at;
+    bool own = true;
+    int rc = gltf_extension(json, place, "KHR_node_visibility", &extension, at, fault);
+    if (rc == 0) rc = gltf_flag(extension, at, "visible", &own, fault);
+    *inout = *inout && own;
+    return rc;
+}
+
+static int visit(struct gltf *g, size_t index, const struct affine *parent, bool visible,
+                 uint32_t depth, struct fault *fault);
 
 static int visit_children(struct gltf *g, const json_t *json, const char *key, const char *place,
-                          const struct affine *to_world, uint32_t depth, struct fault *fault)
+                          const struct affine *to_world, bool visible, uint32_t depth,
+                          struct fault *fault)
 {
     const json_t *children;
     int rc = gltf_array(json, place, key, &children, fault);
@@ -131,14 +153,14 @@ static int visit_children(struct gltf *g, const json_t *json, const char *key, c
         if (!json_is_integer(child) || json_integer_value(child) < 0 ||
             (size_t)json_integer_value(child) >= gltf_count(g->root, "nodes"))
             return fault_set(fault, ERR_RANGE, at, "it names no node");
-        rc = visit(g, (size_t)json_integer_value(child), to_world, depth + 1, fault);
+        rc = visit(g, (size_t)json_integer_value(child), to_world, visible, depth + 1, fault);
     }
     return rc;
 }
 
 /* Recursion is bounded by LIMIT_NODE_DEPTH. */
-static int visit(struct gltf *g, size_t index, const struct affine *parent, uint32_t depth,
-                 struct fault *fault)
+static int visit(struct gltf *g, size_t index, const struct affine *parent, bool visible,
+                 uint32_t depth, struct fault *fault)
 {
     const json_t *json;
     gltf_place place;
@@ -159,8 +181,11 @@ static int visit(struct gltf *g, size_t index, const struct affine *parent, uint
         return fault_set(fault, ERR_NOT_FINITE, place, "its place in the world is not finite");
     if (g->nodes.world != NULL) g->nodes.world[index] = node.to_world;
     rc = read_bearings(g, json, place, &node, fault);
-    if (rc == 0) rc = keep_bearings(&g->nodes, &node, fault);
-    if (rc == 0) rc = visit_children(g, json, "children", place, &node.to_world, depth, fault);
+    if (rc == 0) rc = read_visibility(json, place, &visible, fault);
+    if (!visible) node.mesh = node.skin = node.light = SCENE_NONE;
+    if (rc == 0) rc = keep_bearings(g, json, place, &node, fault);
+    if (rc == 0)
+        rc = visit_children(g, json, "children", place, &node.to_world, visible, depth, fault);
     return rc;
 }
 
@@ -181,7 +206,7 @@ static int visit_roots(struct gltf *g, struct fault *fault)
     const struct affine identity = affine_identity();
     int rc = 0;
     for (size_t i = 0; rc == 0 && i < count; i++)
-        if (!is_child[i]) rc = visit(g, i, &identity, 1, fault);
+        if (!is_child[i]) rc = visit(g, i, &identity, true, 1, fault);
     free(is_child);
     return rc;
 }
@@ -205,6 +230,6 @@ int gltf_nodes_read(struct gltf *g, struct fault *fault)
     gltf_place place;
     const struct affine identity = affine_identity();
     rc = gltf_item(g->root, "scenes", chosen, &scene, place, fault);
-    if (rc == 0) rc = visit_children(g, scene, "nodes", place, &identity, 0, fault);
+    if (rc == 0) rc = visit_children(g, scene, "nodes", place, &identity, true, 0, fault);
     return rc;
 }

@@ -24,3 +24,6 @@ struct gltf_nodes {
 /* Reads the nodes. ERR_LIMIT for deep nesting, ERR_CORRUPT for loops and nodes with two parents. */
 int gltf_nodes_read(struct gltf *g, struct fault *fault);
 void gltf_nodes_fini(struct gltf_nodes *nodes);
+
+/* Adds a node to the list, if it bears anything. ERR_MEMORY, ERR_LIMIT. */
+int gltf_node_keep(struct gltf_nodes *nodes, const struct gltf_node *node, struct fault *fault);

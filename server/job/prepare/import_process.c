@@ -21,7 +21,8 @@ struct import_process {
     struct pool_task task; /* first: files or blob, one at a time */
     struct import_options options;
     struct digest scene;
-    struct job_file *files; /* owned, with their paths */
+    char variant[LIMIT_NAME_BYTES]; /* "": none */
+    struct job_file *files;         /* owned, with their paths */
     uint32_t file_count;
     import_done done;
     void *ctx;
@@ -235,8 +236,16 @@ static void init_handles(struct import_process *p)
 
 static int spawn(struct import_process *p)
 {
-    char *args[] = {(char *)p->options.program, "--root", p->folder.root, "--in",
-                    p->folder.main_name,        "--out",  p->folder.blob, NULL};
+    char *args[] = {(char *)p->options.program,
+                    "--root",
+                    p->folder.root,
+                    "--in",
+                    p->folder.main_name,
+                    "--out",
+                    p->folder.blob,
+                    p->variant[0] ? "--variant" : NULL,
+                    p->variant,
+                    NULL};
     uv_stdio_container_t stdio[3] = {
         {.flags = UV_IGNORE},
         {.flags = (uv_stdio_flags)(UV_CREATE_PIPE | UV_WRITABLE_PIPE),
@@ -306,6 +315,7 @@ int import_process_start(const struct import_options *options, const struct job 
     if (!p) return ERR_MEMORY;
     p->options = *options;
     p->scene = scene->scene;
+    memcpy(p->variant, scene->variant, sizeof p->variant);
     p->done = done;
     p->ctx = ctx;
     if (copy_files(p, scene) != 0) {

@@ -77,6 +77,10 @@ int imports_source(const struct job *scene, struct digest *out)
     int error = digest_update(state, build_id(), strlen(build_id()) + 1);
     if (!error) error = digest_update(state, scene->scene.bytes, DIGEST_BYTES);
     if (!error) error = hash_files(state, scene);
+    if (!error && scene->variant[0]) /* after a byte that no path begins with */
+        error = digest_update(state, "", 1);
+    if (!error && scene->variant[0])
+        error = digest_update(state, scene->variant, strlen(scene->variant));
     digest_finish(&state, out);
     return error;
 }
@@ -208,6 +212,7 @@ static void on_found(void *ctx, int error, const struct digest *blob)
 static int copy_scene(const struct job *scene, struct job *out)
 {
     out->scene = scene->scene;
+    memcpy(out->variant, scene->variant, sizeof out->variant);
     out->files = calloc(scene->file_count + 1, sizeof *out->files);
     if (!out->files) return ERR_MEMORY;
     for (uint32_t i = 0; i < scene->file_count; i++) {
