@@ -116,6 +116,19 @@ static int read_sampler(struct gltf *g, uint32_t index, struct scene_texture *ou
     return 0;
 }
 
+/* EXT_texture_webp: its image stands for the texture's own, which is for others to read. */
+static int read_webp(struct gltf *g, const json_t *json, const char *place, uint32_t *source,
+                     struct fault *fault)
+{
+    const json_t *extension;
+    gltf_place at;
+    uint32_t webp = SCENE_NONE;
+    int rc = gltf_extension(json, place, "EXT_texture_webp", &extension, at, fault);
+    if (rc == 0) rc = gltf_index(extension, at, "source", g->images->image_count, &webp, fault);
+    if (rc == 0 && webp != SCENE_NONE) *source = webp;
+    return rc;
+}
+
 /* *out stays SCENE_NONE for a texture whose only image is in a format behind an extension. */
 static int register_texture(struct gltf *g, uint32_t texture, int use, uint32_t *out,
                             struct fault *fault)
@@ -132,9 +145,11 @@ static int register_texture(struct gltf *g, uint32_t texture, int use, uint32_t 
         rc = gltf_index(json, place, "sampler", gltf_count(g->root, "samplers"), &sampler, fault);
     if (rc == 0) rc = read_sampler(g, sampler, &record, fault);
     if (rc != 0) return rc;
+    rc = read_webp(g, json, place, &source, fault);
+    if (rc != 0) return rc;
     if (source == SCENE_NONE) {
         warnings_add(&g->builder->warnings, place,
-                     "the texture has no PNG or JPEG image and is ignored");
+                     "the texture has no PNG, JPEG or WebP image and is ignored");
         return 0;
     }
     void *at;

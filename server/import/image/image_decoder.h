@@ -1,12 +1,12 @@
 #pragma once
-/* Decodes PNG and JPEG to RGBA8, rows from the top. The bytes tell the format, not a name. */
+/* Decodes PNG, JPEG and WebP to RGBA8, rows from the top. The bytes tell the format, not a name. */
 #include <stddef.h>
 #include <stdint.h>
 
 #include "proto/error.h"
 #include "server/import/scene/warnings.h"
 
-enum image_kind { IMAGE_PNG, IMAGE_JPEG };
+enum image_kind { IMAGE_PNG, IMAGE_JPEG, IMAGE_WEBP };
 
 struct image_header {
     enum image_kind kind;
@@ -31,5 +31,9 @@ int image_decode_png(const uint8_t *data, size_t size_bytes, const struct image_
 int image_decode_jpeg(const uint8_t *data, size_t size_bytes, const struct image_header *header,
                       const char *place, uint8_t *rgba, struct warnings *warnings,
                       struct fault *fault);
+int image_decode_webp(const uint8_t *data, size_t size_bytes, const struct image_header *header,
+                      const char *place, uint8_t *rgba, struct fault *fault);
+int image_measure_webp(const uint8_t *data, size_t size_bytes, const char *place,
+                       struct image_header *out, struct fault *fault);
 int image_measure_jpeg(const uint8_t *data, size_t size_bytes, const char *place,
                        struct image_header *out, struct fault *fault);

@@ -94,8 +94,10 @@ TEST(refuses_other_formats_and_sizes)
     uint8_t large[4096];
     assert_int_equal(image_measure((const uint8_t *)"", 0, "p", &header, &fault), ERR_TRUNCATED);
     assert_int_equal(image_measure((const uint8_t *)"RIFF....WEBP", 12, "p", &header, &fault),
+                     ERR_CORRUPT);
+    assert_int_equal(image_measure((const uint8_t *)"DDS .........", 12, "p", &header, &fault),
                      ERR_UNSUPPORTED);
-    assert_non_null(strstr(fault.detail, "WebP"));
+    assert_non_null(strstr(fault.detail, "DDS"));
     memcpy(large, png_bytes, png_size);
     large[16] = 1; /* 16,777,219 pixels wide, said before anything is decoded */
     assert_int_equal(image_measure(large, png_size, "p", &header, &fault), ERR_LIMIT);
