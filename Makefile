@@ -66,7 +66,7 @@ obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B
 
 proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
 server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
-import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp $(proto_libs)
+import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp -lmeshoptimizer $(proto_libs)
 worker_libs := -lembree3 -luv $(proto_libs)
 
 programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import

@@ -22,6 +22,8 @@ struct gltf {
     size_t bin_bytes;
     struct gltf_buffer *buffers; /* owned; parallel to root["buffers"] */
     size_t buffer_count;
+    uint8_t **decoded_views; /* owned; by buffer view: its decoded bytes, or NULL */
+    size_t view_count;
     struct gltf_images *images; /* owned */
     struct gltf_nodes nodes;
     uint32_t default_material; /* SCENE_NONE until a primitive without material needs it */
@@ -50,6 +52,15 @@ struct gltf_view {
 int gltf_buffers_init(struct gltf *g, struct fault *fault);
 void gltf_buffers_fini(struct gltf *g);
 int gltf_view_open(struct gltf *g, uint32_t index, struct gltf_view *out, struct fault *fault);
+
+/* Opens bytes byteOffset .. byteOffset + byteLength of the buffer that `json` names, without a
+ * stride. */
+int gltf_range_open(struct gltf *g, const json_t *json, const char *place, struct gltf_view *out,
+                    struct fault *fault);
+
+/* Opens a buffer view that is compressed, into *cache at its first use. *compressed: it is one. */
+int gltf_meshopt_open(struct gltf *g, const json_t *json, const char *place, uint8_t **cache,
+                      struct gltf_view *out, bool *compressed, struct fault *fault);
 
 /* The bytes behind a URI: base64 data, which the caller frees, or a mapped file. */
 struct gltf_payload {

@@ -16,7 +16,9 @@ int gltf_buffers_init(struct gltf *g, struct fault *fault)
 {
     g->buffer_count = gltf_count(g->root, "buffers");
     g->buffers = calloc(g->buffer_count + 1, sizeof *g->buffers);
-    if (g->buffers != NULL) return 0;
+    g->view_count = gltf_count(g->root, "bufferViews");
+    g->decoded_views = calloc(g->view_count + 1, sizeof *g->decoded_views);
+    if (g->buffers != NULL && g->decoded_views != NULL) return 0;
     return fault_set(fault, ERR_MEMORY, "buffers", "no memory for %zu buffers", g->buffer_count);
 }
 
@@ -26,6 +28,10 @@ void gltf_buffers_fini(struct gltf *g)
         gltf_payload_free(&g->buffers[i].payload);
     free(g->buffers);
     g->buffers = NULL;
+    for (size_t i = 0; g->decoded_views != NULL && i < g->view_count; i++)
+        free(g->decoded_views[i]);
+    free(g->decoded_views);
+    g->decoded_views = NULL;
 }
 
 static int base64_value(char c)
@@ -128,17 +134,14 @@ static int load_buffer(struct gltf *g, uint32_t index, struct fault *fault)
     return 0;
 }
 
-int gltf_view_open(struct gltf *g, uint32_t index, struct gltf_view *out, struct fault *fault)
+int gltf_range_open(struct gltf *g, const json_t *json, const char *place, struct gltf_view *out,
+                    struct fault *fault)
 {
-    const json_t *json;
-    gltf_place place;
     uint32_t buffer = SCENE_NONE;
-    uint64_t offset = 0, length = UINT64_MAX, stride = 0;
-    int rc = gltf_item(g->root, "bufferViews", index, &json, place, fault);
-    if (rc == 0) rc = gltf_index(json, place, "buffer", g->buffer_count, &buffer, fault);
+    uint64_t offset = 0, length = UINT64_MAX;
+    int rc = gltf_index(json, place, "buffer", g->buffer_count, &buffer, fault);
     if (rc == 0) rc = gltf_integer(json, place, "byteOffset", LIMIT_ASSET_BYTES, &offset, fault);
     if (rc == 0) rc = gltf_integer(json, place, "byteLength", LIMIT_ASSET_BYTES, &length, fault);
-    if (rc == 0) rc = gltf_integer(json, place, "byteStride", 252, &stride, fault);
     if (rc != 0) return rc;
     if (buffer == SCENE_NONE || length == UINT64_MAX)
         return fault_set(fault, ERR_MISSING, place, "a buffer view has a buffer and a byteLength");
@@ -149,6 +152,22 @@ int gltf_view_open(struct gltf *g, uint32_t index, struct gltf_view *out, struct
         return fault_set(fault, ERR_TRUNCATED, place,
                          "bytes %" PRIu64 " to %" PRIu64 " of a buffer of %zu", offset,
                          offset + length, size_bytes);
-    *out = (struct gltf_view){g->buffers[buffer].data + offset, (size_t)length, (size_t)stride};
+    *out = (struct gltf_view){g->buffers[buffer].data + offset, (size_t)length, 0};
     return 0;
+}
+
+int gltf_view_open(struct gltf *g, uint32_t index, struct gltf_view *out, struct fault *fault)
+{
+    const json_t *json;
+    gltf_place place;
+    uint64_t stride = 0;
+    bool compressed;
+    int rc = gltf_item(g->root, "bufferViews", index, &json, place, fault);
+    if (rc == 0)
+        rc = gltf_meshopt_open(g, json, place, &g->decoded_views[index], out, &compressed, fault);
+    if (rc != 0 || compressed) return rc;
+    rc = gltf_integer(json, place, "byteStride", 252, &stride, fault);
+    if (rc == 0) rc = gltf_range_open(g, json, place, out, fault);
+    out->stride_bytes = (size_t)stride;
+    return rc;
 }
