@@ -29,11 +29,15 @@ OPT     := -O2 -g -ffp-contract=off -fno-math-errno
 FAST    := -O3 -g -ffp-contract=off -fno-math-errno -fno-trapping-math
 CPPFLAGS += -I. -I$(B)
 CFLAGS   = $(STD) $(WARN) $(OPT) $(TUNE) $(EXTRA)
+CXXFLAGS = -std=c++17 -Wall -Wextra $(if $(WERROR),-Werror) -O2 -g $(EXTRA)
 
 proto_src  := $(sort $(shell find proto -name '*.c'))
 server_src := $(filter-out server/main.c,$(sort $(shell find server -name '*.c' -not -path 'server/import/*')))
+# libdraco speaks C++ only.
+import_cxx_src := $(sort $(shell find server/import -name '*.cc'))
 # Environment maps come through the coordinator's reader of OpenEXR.
 import_src := $(filter-out server/import/main.c,$(sort $(shell find server/import -name '*.c'))) \
+              $(import_cxx_src) \
               $(addprefix server/image/,exr_file.c exr_read.c image.c)
 worker_src := $(filter-out worker/main.c,$(sort $(shell find worker -name '*.c')))
 unit_src   := $(sort $(shell find tests/unit -name 'test_*.c'))
@@ -66,7 +70,7 @@ obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B
 
 proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
 server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
-import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp -lmeshoptimizer $(proto_libs)
+import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp -lmeshoptimizer -ldraco -lstdc++ $(proto_libs)
 worker_libs := -lembree3 -luv $(proto_libs)
 
 programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import
@@ -245,7 +249,7 @@ help:
 	@sed -n 's/^## /  /p' Makefile
 
 # The build id: the version and a digest of all sources that samples depend on.
-$(B)/build_id.h: $(sort $(shell find proto worker server -name '*.[ch]' -o -name '*.def')) Makefile
+$(B)/build_id.h: $(sort $(shell find proto worker server -name '*.[ch]' -o -name '*.cc' -o -name '*.def')) Makefile
 	@mkdir -p $(B)
 	@printf '#define BUILD_ID "$(VERSION)+%s"\n' "$$(cat $(sort $(filter-out Makefile,$^)) | sha256sum | cut -c1-12)" > $@.new
 	@if cmp -s $@.new $@; then rm $@.new; touch $@; else mv $@.new $@; fi
@@ -267,6 +271,9 @@ compile = $(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(compile) -c $< -o $@
+$(B)/obj/%.o: %.cc
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(MARCH) -MMD -MP -c $< -o $@
 define kernel_rule
 $(B)/obj/%.$(1).o: %.c
 	@mkdir -p $$(@D)

@@ -13,6 +13,13 @@
 struct gltf_buffer; /* gltf_buffers.c */
 struct gltf_images; /* gltf_textures.c */
 
+/* The decoded primitive that is being loaded, if it is a compressed one. */
+struct gltf_draco {
+    struct draco_shim *mesh; /* owned; NULL: its accessors have its bytes */
+    const json_t *ids;       /* attribute -> id in the stream */
+    gltf_place place;
+};
+
 struct gltf {
     struct files *files;     /* borrowed */
     struct builder *builder; /* borrowed */
@@ -28,7 +35,8 @@ struct gltf {
     struct gltf_nodes nodes;
     uint32_t default_material; /* SCENE_NONE until a primitive without material needs it */
     struct colored_materials colored;
-    uint32_t variant; /* of KHR_materials_variants; SCENE_NONE: none is asked for */
+    struct gltf_draco draco; /* gltf_draco.h */
+    uint32_t variant;        /* of KHR_materials_variants; SCENE_NONE: none is asked for */
 };
 
 /* Imports a .glb or .gltf, in a variant of its materials (NULL: as they are). The call borrows all.

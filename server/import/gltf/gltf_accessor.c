@@ -140,6 +140,18 @@ int gltf_accessor_components(struct gltf *g, uint32_t accessor, uint32_t *out, s
     return rc;
 }
 
+int gltf_accessor_scale(struct gltf *g, uint32_t accessor, float *out, struct fault *fault)
+{
+    struct accessor a;
+    int rc = open_accessor(g, accessor, &a, fault);
+    *out = 1;
+    if (rc != 0 || !a.base.normalized || a.base.type == COMPONENT_F32) return rc;
+    const bool is_signed = a.base.type == COMPONENT_I8 || a.base.type == COMPONENT_I16;
+    const unsigned bits = 8 * (unsigned)component_bytes(a.base.type) - is_signed;
+    *out = 1.0f / (float)((1ull << bits) - 1);
+    return 0;
+}
+
 static uint32_t load_unsigned(const struct elements *e, size_t i, size_t c)
 {
     const uint8_t *at = e->data + i * e->stride_bytes + c * component_bytes(e->type);

@@ -11,6 +11,9 @@ int gltf_read_floats(struct gltf *g, uint32_t accessor, uint32_t components, uin
 /* Returns how many components the type of an accessor has. */
 int gltf_accessor_components(struct gltf *g, uint32_t accessor, uint32_t *out, struct fault *fault);
 
+/* Returns what integers of an accessor are multiplied by: 1 unless they are normalised. */
+int gltf_accessor_scale(struct gltf *g, uint32_t accessor, float *out, struct fault *fault);
+
 /* Reads unsigned integers. The caller frees *out. */
 int gltf_read_indices(struct gltf *g, uint32_t accessor, uint32_t *count, uint32_t **out,
                       struct fault *fault);

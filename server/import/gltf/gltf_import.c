@@ -1,5 +1,6 @@
 #include "proto/json.h"
 #include "server/import/gltf/gltf.h"
+#include "server/import/gltf/gltf_draco.h"
 
 static int import_document(struct gltf *g, const char *variant, const struct file_view *main,
                            struct fault *fault)
@@ -26,6 +27,7 @@ int gltf_import(struct files *files, const char *name, const char *variant,
     struct gltf g = {
         .files = files, .builder = builder, .name = name, .default_material = SCENE_NONE};
     int rc = import_document(&g, variant, main, fault);
+    gltf_draco_end(&g);
     colored_materials_fini(&g.colored);
     gltf_nodes_fini(&g.nodes);
     gltf_textures_fini(&g);

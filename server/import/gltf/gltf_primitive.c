@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "server/import/gltf/gltf_accessor.h"
+#include "server/import/gltf/gltf_draco.h"
 #include "server/import/gltf/gltf_pose.h"
 #include "server/import/scene/tangents.h"
 
@@ -120,6 +121,10 @@ int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive, uint3
         return 0;
     }
     out->drawn = true;
+    if (gltf_draco_is(json)) {
+        out->geometry.draco_mesh = mesh;
+        out->geometry.draco_primitive = primitive;
+    }
     bool posed = false;
     rc = gltf_pose_moves(g, mesh, primitive, poser, &posed, fault);
     if (posed) {
@@ -131,12 +136,12 @@ int gltf_primitive_read(struct gltf *g, uint32_t mesh, uint32_t primitive, uint3
 }
 
 /* Loads an optional attribute, which must have as many elements as there are vertices. */
-static int load_attribute(struct gltf *g, uint32_t accessor, uint32_t components, uint32_t vertices,
-                          float **out, struct fault *fault)
+static int load_attribute(struct gltf *g, const char *key, uint32_t accessor, uint32_t components,
+                          uint32_t vertices, float **out, struct fault *fault)
 {
     if (accessor == SCENE_NONE) return 0;
     uint32_t count;
-    int rc = gltf_read_floats(g, accessor, components, &count, out, fault);
+    int rc = gltf_vertex_floats(g, key, accessor, &components, &count, out, fault);
     if (rc != 0 || count == vertices) return rc;
     gltf_place place;
     gltf_place_set(place, "accessors[%" PRIu32 "]", accessor);
@@ -148,34 +153,38 @@ static int load_attribute(struct gltf *g, uint32_t accessor, uint32_t components
 static int load_colors(struct gltf *g, uint32_t accessor, uint32_t vertices, float **out,
                        struct fault *fault)
 {
-    uint32_t components = 4;
+    uint32_t components = 0, count;
     float *colors = NULL;
-    int rc = 0;
-    if (accessor != SCENE_NONE) rc = gltf_accessor_components(g, accessor, &components, fault);
-    if (rc == 0)
-        rc = load_attribute(g, accessor, components == 3 ? 3 : 4, vertices, &colors, fault);
-    if (rc != 0 || components != 3) {
-        *out = colors;
-        return rc;
+    gltf_place at;
+    gltf_place_set(at, "accessors[%" PRIu32 "]", accessor);
+    if (accessor == SCENE_NONE) return 0;
+    int rc = gltf_vertex_floats(g, "COLOR_0", accessor, &components, &count, &colors, fault);
+    if (rc == 0 && (count != vertices || components < 3))
+        rc = fault_set(fault, count != vertices ? ERR_MISMATCH : ERR_TYPE, at,
+                       "%" PRIu32 " colours of %" PRIu32 " components for %" PRIu32 " vertices",
+                       count, components, vertices);
+    if (rc == 0) *out = malloc(((size_t)vertices * 4 + 1) * sizeof **out);
+    for (size_t v = 0; rc == 0 && *out != NULL && v < vertices; v++) {
+        memcpy(*out + 4 * v, colors + components * v, components * sizeof **out);
+        if (components == 3) (*out)[4 * v + 3] = 1;
     }
-    *out = malloc(((size_t)vertices * 4 + 1) * sizeof **out);
-    for (size_t v = 0; *out != NULL && v < vertices; v++) {
-        memcpy(*out + 4 * v, colors + 3 * v, 3 * sizeof **out);
-        (*out)[4 * v + 3] = 1;
-    }
+    if (rc == 0 && *out == NULL) rc = fault_set(fault, ERR_MEMORY, at, "no memory for colours");
     free(colors);
-    return *out != NULL ? 0 : fault_set(fault, ERR_MEMORY, "meshes", "no memory for a mesh");
+    return rc;
 }
 
 static int load_vertices(struct gltf *g, const struct gltf_geometry *geometry, struct mesh *out,
                          struct fault *fault)
 {
-    int rc = gltf_read_floats(g, geometry->position, 3, &out->vertex_count, &out->positions, fault);
+    static const char *const uv_keys[2] = {"TEXCOORD_0", "TEXCOORD_1"};
+    uint32_t three = 3;
+    int rc = gltf_vertex_floats(g, "POSITION", geometry->position, &three, &out->vertex_count,
+                                &out->positions, fault);
     uint32_t n = out->vertex_count;
-    if (rc == 0) rc = load_attribute(g, geometry->normal, 3, n, &out->normals, fault);
-    if (rc == 0) rc = load_attribute(g, geometry->tangent, 4, n, &out->tangents, fault);
+    if (rc == 0) rc = load_attribute(g, "NORMAL", geometry->normal, 3, n, &out->normals, fault);
+    if (rc == 0) rc = load_attribute(g, "TANGENT", geometry->tangent, 4, n, &out->tangents, fault);
     for (int set = 0; rc == 0 && set < 2; set++)
-        rc = load_attribute(g, geometry->uv[set], 2, n, &out->uvs[set], fault);
+        rc = load_attribute(g, uv_keys[set], geometry->uv[set], 2, n, &out->uvs[set], fault);
     return rc == 0 ? load_colors(g, geometry->color, n, &out->colors, fault) : rc;
 }
 
@@ -192,6 +201,7 @@ static int load_triangles(struct gltf *g, const struct gltf_geometry *geometry, 
 {
     uint32_t *indices = NULL, count = out->vertex_count;
     int rc = 0;
+    if (g->draco.mesh != NULL) return gltf_draco_triangles(g, out, fault);
     if (geometry->indices != SCENE_NONE)
         rc = gltf_read_indices(g, geometry->indices, &count, &indices, fault);
     if (rc != 0) return rc;
@@ -225,14 +235,28 @@ static int complete_tangents(const struct gltf_geometry *geometry, const char *p
     return rc;
 }
 
+static int begin(struct gltf *g, const struct gltf_geometry *geometry, struct fault *fault)
+{
+    const json_t *mesh, *primitives;
+    gltf_place mesh_place, place;
+    if (geometry->draco_mesh == SCENE_NONE) return 0;
+    int rc = gltf_item(g->root, "meshes", geometry->draco_mesh, &mesh, mesh_place, fault);
+    if (rc == 0) rc = gltf_array(mesh, mesh_place, "primitives", &primitives, fault);
+    if (rc != 0) return rc;
+    gltf_place_set(place, "%s.primitives[%" PRIu32 "]", mesh_place, geometry->draco_primitive);
+    return gltf_draco_begin(g, json_array_get(primitives, geometry->draco_primitive), place, fault);
+}
+
 int gltf_geometry_load(struct gltf *g, const struct gltf_geometry *geometry, const char *place,
                        struct mesh *out, struct fault *fault)
 {
     *out = (struct mesh){0};
-    int rc = load_vertices(g, geometry, out, fault);
+    int rc = begin(g, geometry, fault);
+    if (rc == 0) rc = load_vertices(g, geometry, out, fault);
     if (rc == 0) rc = load_triangles(g, geometry, place, out, fault);
     if (rc == 0 && geometry->posed_mesh != SCENE_NONE)
         rc = gltf_pose_apply(g, geometry, place, out, fault);
+    gltf_draco_end(g);
     if (rc == 0) rc = mesh_check(out, place, &g->builder->warnings, fault);
     if (rc == 0) rc = mesh_compact(out, fault);
     if (rc == 0) rc = complete_tangents(geometry, place, out, fault);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "server/import/gltf/gltf_accessor.h"
+#include "server/import/gltf/gltf_draco.h"
 
 /* A vertex follows at most eight joints: two sets of four. */
 enum { SETS = 2, SET_JOINTS = 4 };
@@ -100,7 +101,8 @@ static int read_four(struct gltf *g, const json_t *attributes, const char *place
     gltf_place at;
     int rc = gltf_index(attributes, place, key, gltf_count(g->root, "accessors"), &accessor, fault);
     if (rc != 0 || accessor == SCENE_NONE) return rc;
-    rc = gltf_read_floats(g, accessor, SET_JOINTS, &count, out, fault);
+    uint32_t components = SET_JOINTS;
+    rc = gltf_vertex_floats(g, key, accessor, &components, &count, out, fault);
     if (rc != 0 || count == vertices) return rc;
     gltf_place_set(at, "%s.%s", place, key);
     return fault_set(fault, ERR_MISMATCH, at, "%" PRIu32 " elements for %" PRIu32 " vertices",

@@ -307,7 +307,7 @@ TEST(names_what_it_refuses)
         {"hello", ERR_MAGIC, ""},
         {"{\"asset\": {\"version\": \"1.0\"}}", ERR_VERSION, "asset.version"},
         {"{\"asset\": {\"version\": \"2.0\"}}", ERR_MISSING, "scene"},
-        {DOCUMENT("\"extensionsRequired\": [\"KHR_draco_mesh_compression\"]"), ERR_UNSUPPORTED,
+        {DOCUMENT("\"extensionsRequired\": [\"KHR_texture_basisu\"]"), ERR_UNSUPPORTED,
          "extensionsRequired[0]"},
         {DOCUMENT("\"meshes\": {}"), ERR_TYPE, "meshes"},
         {DOCUMENT("\"meshes\": [" MESH "], \"scene\": 1, " ONE_NODE), ERR_RANGE, "scene"},
