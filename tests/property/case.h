@@ -101,8 +101,8 @@ struct property_case {
     struct case_light lights[CASE_LIGHTS];
 };
 
-/* Of case_indirects and case_lenses. */
-enum { CASE_ADAPTIVE = 6, CASE_LENS_SHEARED = 3 };
+/* Of case_methods, case_indirects and case_lenses. */
+enum { CASE_AVERAGE = 3, CASE_INDIRECT_SHEARED = 5, CASE_ADAPTIVE = 6, CASE_LENS_SHEARED = 3 };
 
 /* Names of job documents, by the numbers in a case; ended by NULL. */
 extern const char *const case_methods[], *const case_indirects[], *const case_glossies[],

@@ -20,6 +20,7 @@ struct change {
     bool backwards;  /* results come last tile first */
     unsigned seed;   /* in place of the case's; 0: the case's */
     int spp;         /* the same */
+    const char *layer; /* of the output, besides those of the case; NULL: none */
 };
 
 /* Layers of pictures that have more than beauty, the first; occlusion besides, where the case asks

@@ -18,6 +18,7 @@ const struct property properties[] = {
     {"filtered", property_filtered},     {"open", property_open},
     {"unoccluded", property_unoccluded}, {"glow", property_glow},
     {"furnace", property_furnace},       {"dealt", property_dealt},
+    {"looked", property_looked},
 };
 const int property_count = sizeof properties / sizeof properties[0];
 

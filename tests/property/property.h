@@ -22,6 +22,8 @@ enum property_result property_scaled(const struct property_case *c, char says[PR
 enum property_result property_moved(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]);
 enum property_result property_brighter(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES]);
+/* Of properties_looked.c. */
+enum property_result property_looked(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]);
 /* Of properties_mean.c: that hold of means over many seeds. */
 enum property_result property_mirrored(const struct property_case *c,
                                        char says[PROPERTY_SAYS_BYTES]);

@@ -1,6 +1,7 @@
 /* The job document of a case. */
 #include <jansson.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/property/sky.h"
 #include "tests/property/stage.h"
@@ -79,13 +80,15 @@ static json_t *effects_of(const struct property_case *c, const struct change *ch
     return effects;
 }
 
-static json_t *layers_of(const struct property_case *c)
+static json_t *layers_of(const struct property_case *c, const struct change *change)
 {
     static const char *const names[] = {PICTURE_LAYERS};
     json_t *layers = json_array();
     for (size_t i = 0; i < (c->layers ? sizeof names / sizeof names[0] : 1); i++)
         json_array_append_new(layers, json_string(names[i]));
     if (c->occlusion > 0) json_array_append_new(layers, json_string("occlusion"));
+    if (change->layer && !(c->occlusion > 0 && !strcmp(change->layer, "occlusion")))
+        json_array_append_new(layers, json_string(change->layer));
     return layers;
 }
 
@@ -159,7 +162,7 @@ char *stage_job(const struct property_case *c, const struct change *change)
         change->spp ? change->spp : c->spp, "seed", (int)(change->seed ? change->seed : c->seed),
         "tile_px", c->tile, "filter", "method", method_name(c, change), "indirect",
         indirect_name(c, change), "glossy", filter_name(change, case_glossies, c->glossy), "lens",
-        filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c));
+        filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c, change));
     set_rounds(c, change, job);
     if (c->focus > 0)
         json_object_set_new(job, "lens",

@@ -168,7 +168,9 @@ static void plan_filter_planes(const struct job *job, struct plan *plan, struct 
         plan_skip(report, "plane bounce_distance_min", "no filter of this plan reads it");
 }
 
-/* Single rays for the filter that reads them, else means, or halves that tell of their error. */
+/* Single rays for the filter that reads them, else means, and halves that tell of their error. What
+ * is made of halves is rounded otherwise than the mean, so that both travel where a layer asks for
+ * errors: looking changes no bit of the picture. Under a target halves alone are mixed. */
 static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
                        struct plan_report *report)
 {
@@ -184,11 +186,11 @@ static void plan_light(const struct job *job, uint32_t l, struct plan *plan,
         return;
     }
     plan_surfaces(plan, report);
-    plan->planes |= parts   ? PLANE_BIT(INDIRECT_STRATA)
-                    : error ? PLANE_BIT(INDIRECT_HALVES)
-                            : PLANE_BIT(INDIRECT_MEAN);
+    plan->planes |= parts ? PLANE_BIT(INDIRECT_STRATA) : PLANE_BIT(INDIRECT_MEAN);
+    if (error) plan->planes |= PLANE_BIT(INDIRECT_HALVES);
+    if (job->target_error > 0.0f) plan->planes &= ~PLANE_BIT(INDIRECT_MEAN);
     if (parts) plan->capabilities |= CAPABILITY_STRATA;
-    if (parts || error)
+    if (!(plan->planes & PLANE_BIT(INDIRECT_MEAN)))
         plan_skip(report, "plane indirect_mean", "it is made of the %s",
                   parts ? "strata" : "halves");
     if (!error) plan_skip(report, "plane indirect_halves", "no layer and no target needs errors");

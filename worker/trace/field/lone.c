@@ -43,7 +43,7 @@ static void plan_one(const struct plan *plan, uint32_t parts, struct plan *out)
     out->light_planes = parts >> LONE_DIRECT & 1u ? 1u << LIGHT_PLANE_IRRADIANCE : 0;
     out->planes = 0;
     if (parts >> LONE_INDIRECT & 1u)
-        out->planes |= half ? PLANE_BIT(INDIRECT_HALVES) : PLANE_BIT(INDIRECT_MEAN);
+        out->planes |= PLANE_BIT(INDIRECT_MEAN) | (half ? PLANE_BIT(INDIRECT_HALVES) : 0);
     if (parts >> LONE_GLOSSY & 1u) out->planes |= PLANE_BIT(GLOSSY_MEAN);
     if (parts >> LONE_GLOSSY_HALF & 1u) out->planes |= PLANE_BIT(GLOSSY_HALF);
 }
@@ -130,32 +130,20 @@ static void take_direct(const struct shading *l, int lane, float out[3])
     }
 }
 
-/* Three components of a plane of halves, scale taken out. */
-static void take_halves(const struct shading *l, enum plane_id plane, uint32_t first, int lane,
-                        float out[3])
+/* The first three components of a plane of half floats, scale taken out. */
+static void take_halves(const struct shading *l, enum plane_id plane, int lane, float out[3])
 {
     const float scale = 1.0f / l->plan->radiance_scale; /* a positive power of two */
     for (uint32_t c = 0; c < 3; c++)
-        out[c] =
-            cut(half_to_float(samples_u16(l->scratch->samples, plane, first + c)[lane]) * scale);
+        out[c] = cut(half_to_float(samples_u16(l->scratch->samples, plane, c)[lane]) * scale);
 }
 
-/* The mean over all bounce rays from those over even and odd ones (samples.h). */
+/* Of all bounce rays, and of the even ones. */
 static void take_indirect(const struct shading *l, int lane, float light[LONE_PART_COUNT][3])
 {
-    if (!(l->parts >> LONE_INDIRECT_HALF & 1u)) {
-        take_halves(l, PLANE_INDIRECT_MEAN, 0, lane, light[LONE_INDIRECT]);
-        return;
-    }
-    float even[3], odd[3];
-    const uint32_t n = l->context.strata * l->context.strata, odds = n / 2; /* n: at least 1 */
-    const float share = (float)odds / (float)n;
-    take_halves(l, PLANE_INDIRECT_HALVES, 0, lane, even);
-    take_halves(l, PLANE_INDIRECT_HALVES, 3, lane, odd);
-    for (int c = 0; c < 3; c++) {
-        light[LONE_INDIRECT][c] = even[c] * (1.0f - share) + odd[c] * share;
-        light[LONE_INDIRECT_HALF][c] = even[c];
-    }
+    take_halves(l, PLANE_INDIRECT_MEAN, lane, light[LONE_INDIRECT]);
+    if (l->parts >> LONE_INDIRECT_HALF & 1u)
+        take_halves(l, PLANE_INDIRECT_HALVES, lane, light[LONE_INDIRECT_HALF]);
 }
 
 static void take(const struct shading *l, uint32_t place, int lane, struct lone_shaded *out)
@@ -165,9 +153,9 @@ static void take(const struct shading *l, uint32_t place, int lane, struct lone_
     if (l->parts >> LONE_DIRECT & 1u) take_direct(l, lane, out->light[LONE_DIRECT]);
     if (l->parts >> LONE_INDIRECT & 1u) take_indirect(l, lane, out->light);
     if (l->parts >> LONE_GLOSSY & 1u)
-        take_halves(l, PLANE_GLOSSY_MEAN, 0, lane, out->light[LONE_GLOSSY]);
+        take_halves(l, PLANE_GLOSSY_MEAN, lane, out->light[LONE_GLOSSY]);
     if (l->parts >> LONE_GLOSSY_HALF & 1u)
-        take_halves(l, PLANE_GLOSSY_HALF, 0, lane, out->light[LONE_GLOSSY_HALF]);
+        take_halves(l, PLANE_GLOSSY_HALF, lane, out->light[LONE_GLOSSY_HALF]);
 }
 
 /* -- those at hand -- */

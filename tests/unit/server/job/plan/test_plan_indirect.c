@@ -178,14 +178,13 @@ TEST(layers_beside_paths_come_from_either)
     assert_string_equal(why(s, "plane path_diffuse_indirect"), "a light field brings it");
     assert_string_equal(why(s, "plane path_occlusion"), "a light field brings it");
     assert_null(why(s, "plane open"));
-    /* Halves of both tell of errors. */
+    /* Halves of both tell of errors, and change nothing of the mean. */
     s->job.layers = LAYERS_AVAILABLE;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
     assert_true(s->plan.planes & BIT(INDIRECT_HALVES) && s->plan.planes & BIT(BOUNCE_DISTANCE_MIN));
     assert_true(s->plan.planes & BIT(PATH_SPREAD) && s->plan.planes & BIT(PATH_SPLIT));
-    assert_false(s->plan.planes & BIT(INDIRECT_MEAN));
-    assert_string_equal(why(s, "plane indirect_mean"), "it is made of the halves");
+    assert_true(s->plan.planes & BIT(INDIRECT_MEAN));
 }
 
 TEST(occlusion_stands_alone)
