@@ -34,7 +34,7 @@ area='[{"type": "rectangle", "center": [0, 1.95, 0], "half_u": [0.25, 0, 0], "ha
 point='[{"type": "point", "position": [0, 1.9, 0], "intensity": [1, 1, 1]}]'
 
 # Every subset of {soft shadows, indirect light, occlusion, glossy surfaces, lens}: what runs and what
-# does not. Beside paths, which bring direct light of glossy surfaces, no shadows are filtered.
+# does not. Glossy surfaces without a lens have fields of their diffuse lobes, and paths of the others.
 subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
     local name=s$1-i$2-o$3-g$4-l$5 lights=$point
     [ "$1" = 1 ] && lights=$area
@@ -45,11 +45,9 @@ subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
         | if $l == 1 then .lens = {aperture_radius: 0.05, focus_distance: 3.1} else . end' \
         "$tmp/all.json" >"$tmp/$name.json"
     check "$name" render "$name" "$name"
-    # With a lens paths alone have the layer occlusion, and so has a plan of paths without bounces. Glossy
-    # surfaces without a lens have whole paths, beside which fields bring occlusion alone.
+    # With a lens paths alone have the layer occlusion, and glossy surfaces have no field of shadows.
     local lens=$(($5 == 1 && $3 == 0)) alone=$(($5 == 1 && $3 == 1))
-    [ "$4$3$5" = 100 ] && alone=1
-    local covers=$(($4 == 0 && alone == 0))
+    local covers=$((alone == 0 && ($4 == 0 || $5 == 0)))
     local shadows=$(($1 == 1 && covers == 1)) bounces=$((alone == 0 && $2 == 1))
     local rays=$((alone == 0 && ($2 == 1 || $3 == 1))) glossy=$((lens == 1 && $4 == 1 && $2 == 1))
     local lit=$((lens == 1 && (shadows == 1 || bounces == 1)))
