@@ -71,6 +71,12 @@ const struct json_choice job_pixel_type_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_view_words[] = {
+    {"front", JOB_VIEW_FRONT, NULL},
+    {"three_quarter", JOB_VIEW_THREE_QUARTER, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_pixel_filter_words[] = {
     {"box", PIXEL_FILTER_BOX, NULL},
     {"tent", PIXEL_FILTER_TENT, NULL},

@@ -6,7 +6,8 @@
  * docs/job-document.md explains it. The members are:
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool,
- *             variant: name or null, default_light: bool} asset is required camera: name, index,
+ *             variant: name or null, default_light: bool, default_camera: "front" |
+ *             "three_quarter"} asset is required camera: name, index,
  * {eye, target, up, yfov_deg} or null for the scene's own image     {width, height, pixel_type:
  * "float" | "half", pixel_filter: "box" | "tent"} lights    [{type: rectangle | directional | point
  * | spot, ...}]               see openapi.yaml environment {asset, intensity, rotation_deg},
@@ -33,6 +34,10 @@ struct job_file {
 };
 
 enum job_camera_kind { JOB_CAMERA_DEFAULT, JOB_CAMERA_NAME, JOB_CAMERA_INDEX, JOB_CAMERA_LOOK_AT };
+
+/* Cameras of our making, for scenes that have none: in front of all of it and a little above, or
+ * from the right and above, as near as the picture's shape allows. */
+enum job_view { JOB_VIEW_FRONT, JOB_VIEW_THREE_QUARTER };
 
 struct job_camera {
     enum job_camera_kind kind;
@@ -129,6 +134,7 @@ struct job {
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */
+    enum job_view default_camera;           /* of a scene without one; default front */
     bool default_light; /* a studio light where nothing lights the scene; default true */
     struct job_environment environment;
     float aperture_radius;     /* 0: no lens */

@@ -38,6 +38,7 @@ extern const struct json_choice job_glossy_words[];
 extern const struct json_choice job_residual_words[];
 extern const struct json_choice job_lens_words[];
 extern const struct json_choice job_pixel_type_words[];
+extern const struct json_choice job_view_words[];
 extern const struct json_choice job_pixel_filter_words[];
 extern const struct json_choice job_light_type_words[];
 extern const struct json_choice job_profile_words[];

@@ -146,6 +146,7 @@ static const struct json_member scene_members[] = {
     {.name = "variant", .read = read_variant},
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
     {.name = "default_light", .read = json_member_bool, .offset = JOB(default_light)},
+    WORD("default_camera", default_camera, job_view_words),
     LATER("file", "a file on your machine: submit with the command line, or upload it and give its "
                   "digest as \"asset\""),
     {.name = NULL}};

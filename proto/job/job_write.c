@@ -39,6 +39,8 @@ static json_t *write_scene(const struct job *job)
     failures += set(object, "variant", job->variant[0] ? json_string(job->variant) : json_null());
     failures += set(object, "lights", json_boolean(job->scene_lights));
     failures += set(object, "default_light", json_boolean(job->default_light));
+    failures +=
+        set(object, "default_camera", json_string(job_word(job_view_words, job->default_camera)));
     return checked(object, failures);
 }
 

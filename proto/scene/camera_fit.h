@@ -1,5 +1,5 @@
 #pragma once
-/* The camera of a scene that has none: a three-quarter view of all of it. */
+/* A camera for scenes that have none: a three-quarter view of all of it. */
 #include "proto/scene/scene.h"
 
 /* Places a perspective camera so that a box fills an image of this shape (width over height) but

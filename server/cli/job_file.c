@@ -36,7 +36,8 @@ static int scene_job(const char *path, json_t **out, struct fault *fault)
     FILE *f = fopen(path, "rb");
     if (!f) return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
     fclose(f);
-    *out = json_pack("{s:{s:s}}", "scene", "file", slash ? slash + 1 : path);
+    *out = json_pack("{s:{s:s, s:s}}", "scene", "file", slash ? slash + 1 : path, "default_camera",
+                     "three_quarter");
     return *out ? 0 : fault_set(fault, ERR_SYNTAX, "", "%s: its name is not UTF-8", path);
 }
 

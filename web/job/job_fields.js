@@ -51,7 +51,8 @@ export const GROUPS = [
     { at: "/image/width", label: "Width", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
     { at: "/image/height", label: "Height", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
     { at: "/image/pixel_type", label: "EXR pixel type", kind: "choice", of: ["float", "half"], otherwise: "float" },
-    { at: "/image/pixel_filter", label: "Pixel filter", kind: "choice", of: ["box", "tent"], otherwise: "box" }] },
+    { at: "/image/pixel_filter", label: "Pixel filter", kind: "choice", of: ["box", "tent"], otherwise: "box" },
+    { at: "/scene/default_camera", label: "Camera where the scene has none", kind: "choice", of: ["front", "three_quarter"], otherwise: "front" }] },
   { title: "Lights", fields: [
     { at: "/scene/lights", label: "Use the scene's own lights", kind: "flag", otherwise: true },
     { at: "/scene/default_light", label: "Studio light where nothing else lights", kind: "flag", otherwise: true },

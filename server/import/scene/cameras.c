@@ -1,7 +1,12 @@
 #include "server/import/scene/cameras.h"
 
+#include <math.h>
+#include <string.h>
+
 #include "proto/plan.h"
-#include "proto/scene/camera_fit.h"
+
+#define DEFAULT_YFOV_RAD      0.78539816339744831 /* 45 degrees */
+#define DEFAULT_ELEVATION_RAD 0.13962634015955    /* 8 degrees */
 
 bool camera_set_frame(struct scene_camera *camera, const struct affine *to_world)
 {
@@ -28,8 +33,21 @@ int camera_append_default(struct builder *b, struct fault *fault)
     int rc = builder_bounds(b, lowest, highest, fault);
     if (rc == 0) rc = builder_append(b, SCENE_CAMERAS, 1, &at, fault);
     if (rc != 0) return rc;
+    double centre[3], half[3];
+    for (int i = 0; i < 3; i++) {
+        centre[i] = ((double)lowest[i] + (double)highest[i]) / 2;
+        half[i] = ((double)highest[i] - (double)lowest[i]) / 2;
+    }
+    double radius = sqrt(dot3(half, half));
+    if (!(radius > 0)) radius = 1;
+    double distance = radius / sin(DEFAULT_YFOV_RAD / 2);
+    double s = sin(DEFAULT_ELEVATION_RAD), c = cos(DEFAULT_ELEVATION_RAD);
+    const struct affine to_world = {{1, 0, 0, centre[0], 0, c, s, centre[1] + s * distance, 0, -s,
+                                     c, centre[2] + c * distance}};
     struct scene_camera *camera = at;
     camera->type = CAMERA_PERSPECTIVE;
-    camera_fit(lowest, highest, 1, camera);
+    camera->yfov_rad = (float)DEFAULT_YFOV_RAD;
+    camera->is_default = 1;
+    camera_set_frame(camera, &to_world);
     return 0;
 }

@@ -143,7 +143,7 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
         if (error) return error;
         const struct scene_camera *camera = &scene->cameras[index];
         struct scene_camera fitted = *camera;
-        if (camera->is_default) /* for an image of this shape */
+        if (camera->is_default && job->default_camera == JOB_VIEW_THREE_QUARTER)
             camera_fit(scene->info->bounds_min, scene->info->bounds_max,
                        (double)job->width_px / (double)job->height_px, &fitted);
         from_scene(job, &fitted, out);

@@ -58,7 +58,7 @@ TEST(reads_a_square)
     assert_int_equal(s.count[SCENE_MATERIALS], 1);
     assert_int_equal(s.count[SCENE_CAMERAS], 1);
     assert_int_equal(s.cameras[0].is_default, 1);
-    assert_true(s.cameras[0].eye[2] > 1 && s.cameras[0].forward[2] < -0.7f);
+    assert_true(s.cameras[0].eye[2] > 1 && s.cameras[0].forward[2] < -0.9f);
     assert_int_equal(s.meshes[0].flags, 0);
     assert_int_equal(s.meshes[0].first_uv[0], SCENE_NONE);
     assert_memory_equal(s.positions, square.positions, sizeof square.positions);
