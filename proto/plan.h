@@ -170,7 +170,7 @@ enum capability {
     CAPABILITY_PATHS = 1u << 4,      /* the path tracer, with passes */
     CAPABILITY_ENVIRONMENT = 1u << 5,
     CAPABILITY_LENS = 1u << 6,
-    CAPABILITY_SIDES = 1u << 7, /* second sets, by counts of single pixels */
+    CAPABILITY_STRATA_MAPS = 1u << 7, /* second sets, by strata maps */
 };
 
 /* plan.def has the fields, but the lights, in the order of the wire. */

@@ -130,7 +130,7 @@ static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_
     plan->adaptive = (struct plan_adaptive){.mu = job->mu, .rays_most = adaptive_most(job)};
     plan->mu = 1.0f;
     plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MAX);
-    plan->capabilities |= CAPABILITY_SIDES;
+    plan->capabilities |= CAPABILITY_STRATA_MAPS;
     if (job->indirect_spp > 0 && job->indirect_spp < first)
         plan_warn(
             report,

@@ -137,7 +137,7 @@ static void plan_extra(const struct job *job, struct plan *plan, struct plan_rep
     } else {
         plan->lens_extra = job->lens_extra;
         plan->planes |= PLANE_BIT(LENS_MORE);
-        plan->capabilities |= CAPABILITY_SIDES;
+        plan->capabilities |= CAPABILITY_STRATA_MAPS;
     }
 }
 
@@ -145,7 +145,7 @@ void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *r
 {
     plan->lens_extra = 0;
     plan->planes &= ~PLANE_BIT(LENS_MORE);
-    plan->capabilities &= ~(uint32_t)CAPABILITY_SIDES;
+    plan->capabilities &= ~(uint32_t)CAPABILITY_STRATA_MAPS;
     plan_skip(report, "sampling.lens_extra", "%s", why);
     plan_warn(report, "sampling.lens_extra is left out: %s", why);
 }

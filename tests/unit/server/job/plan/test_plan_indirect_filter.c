@@ -87,7 +87,7 @@ TEST(rates_follow_mu)
         assert_int_equal(s->plan.adaptive.rays_most, cases[i].most);
         assert_int_equal(s->plan.planes, PLANES_ALONE | BIT(INDIRECT_MEAN) |
                                              BIT(BOUNCE_DISTANCE_MIN) | BIT(BOUNCE_DISTANCE_MAX));
-        assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+        assert_true(s->plan.capabilities & CAPABILITY_STRATA_MAPS);
         assert_true(plan_has_rounds(&s->plan));
         assert_int_equal(s->report.warning_count, cases[i].indirect_spp == 9 ? 1 : 0);
     }

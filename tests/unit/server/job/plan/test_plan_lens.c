@@ -160,7 +160,7 @@ TEST(second_sets_are_planned)
     must_make(s);
     assert_int_equal(s->plan.lens_extra, 9);
     assert_true(s->plan.planes & BIT(LENS_MORE) && plan_has_rounds(&s->plan));
-    assert_true(s->plan.capabilities & CAPABILITY_SIDES);
+    assert_true(s->plan.capabilities & CAPABILITY_STRATA_MAPS);
     assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
     assert_int_equal(plan_pass_planes(&s->plan, plan_pass_count(&s->plan)), PLANES_LENS_MORE);
     s->job.indirect = INDIRECT_ADAPTIVE; /* has a second set of its own, but none with a lens */
@@ -232,7 +232,7 @@ TEST(second_sets_are_left_out_where_samples_are_too_many)
     assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
     assert_int_equal(s->plan.lens_extra, 0);
     assert_false(plan_has_rounds(&s->plan) || s->plan.planes & BIT(LENS_MORE));
-    assert_false(s->plan.capabilities & CAPABILITY_SIDES);
+    assert_false(s->plan.capabilities & CAPABILITY_STRATA_MAPS);
     assert_non_null(why(s, "sampling.lens_extra"));
     assert_true(has_warning(s, "sampling.lens_extra is left out: 4194304 pixels keep "));
 }
