@@ -9,7 +9,7 @@ build=${1:?usage: tests/system/early_files.sh BUILD_DIR}
 . tests/system/jobs.bash
 job() { # job SEED SPP
     jq -n --arg scene "$PWD/tests/scenes/cornell-box/cornell-box.glb" --argjson seed "$1" --argjson spp "$2" \
-        '{scene: {file: $scene}, image: {width: 640, height: 960}, sampling: {spp: $spp, seed: $seed}, effects: {indirect_bounces: 1}}'
+        '{scene: {file: $scene}, image: {width: 512, height: 768}, sampling: {spp: $spp, seed: $seed}, effects: {indirect_bounces: 1}}'
 }
 submit() { job "$1" "$2" >"$tmp/job.json" && id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet); }
 files() { find "$tmp/data/tmp" -type f | wc -l; }
