@@ -19,7 +19,7 @@ for (const [name, glb] of [["wires", wires()], ["fence", fence()]]) {
 judged() { # NAME BEFORE_LEAST AFTER_MOST
     [ -e "$tmp/$1.blob" ] || "$build/shearwater-import" --root "$tmp" --in "$1.glb" --out "$tmp/$1.blob" >/dev/null || return 1
     jq '.scene.asset = "0" * 64 | del(.scene.file)' "$tmp/$1.json" >"$tmp/$1-blob.json"
-    "$build/tests/bench/exr_lone" "$tmp/$1.blob" "$tmp/$1-blob.json" 400 | tee "$tmp/$1.judged"
+    "$build/tests/bench/exr_lone" "$tmp/$1.blob" "$tmp/$1-blob.json" 100 | tee "$tmp/$1.judged"
     jq -e --argjson before "$2" --argjson after "$3" '.lone > 0.02 and .before > $before and .after < $after' "$tmp/$1.judged"
 }
 like_paths() { # NAME PERCENT: all light together, and that of squares of 16 pixels
