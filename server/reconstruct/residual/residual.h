@@ -3,7 +3,7 @@
  *
  * The samples of a pixel are kept as two halves, each stratified in itself. Direct and indirect
  * light of the diffuse lobe before albedo, and the rest, go through three cascaded passes of
- * non-local means over 7 x 7, then over ever wider and sparser taps; in the first, each half is
+ * non-local means over 5 x 5, then over ever wider and sparser taps; in the first, each half is
  * weighed by what the other one shows (Rousselle, Knaus and Zwicker 2012, "Adaptive rendering with
  * non-local means filtering"). Weights look at patches of light, at their variance as the halves
  * tell it, and at depth, normal and albedo. As samples grow the variance falls, weights of pixels

@@ -12,10 +12,15 @@
 /* The rest is divided by its colour and this: it has more than lobes, too. */
 #define TINT_LEAST 0.3f
 
+/* Smooth surfaces mirror more of their surroundings on the same turn: of the rest, normals count by
+ * this over a roughness's square and a least one. */
+#define GLOSS_WEIGHT 0.1f
+#define GLOSS_ALPHA2 0.004f
+
 /* Slopes of depth where the picture ends on that side. */
 #define NO_NEIGHBOUR 1e9f
 
-enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3 };
+enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3 };
 
 static size_t round_up(int32_t n, int32_t of)
 {
@@ -50,6 +55,7 @@ static void hand_out(struct residual_field *f)
     f->features.barred = take(&next, s, 1);
     f->features.tint = take(&next, s, 3);
     f->features.alpha = take(&next, s, 1);
+    f->features.gloss = take(&next, s, 1);
     f->features.share = take(&next, s, 1);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
         struct residual_light *l = &f->light[c];
@@ -88,6 +94,11 @@ struct run {
     size_t from, to;
     int32_t count;
 };
+
+static struct run run_of(const struct patch *patch, const struct residual_shape *s, int32_t y)
+{
+    return (struct run){patch, (size_t)y * (size_t)s->width, residual_at(s, 0, y), s->width};
+}
 
 static void read_features(const struct run *r, struct residual_features *f)
 {
@@ -161,11 +172,39 @@ static void find_slopes(struct residual_features *f)
     }
 }
 
+static void find_gloss(const struct residual_features *f)
+{
+    for (int32_t y = 0; y < f->shape.height; y++) {
+        const size_t first = residual_at(&f->shape, 0, y);
+        const float *alpha = f->alpha + first;
+        for (size_t x = 0; x < (size_t)f->shape.width; x++)
+            f->gloss[first + x] = sqrtf(GLOSS_WEIGHT / (alpha[x] * alpha[x] + GLOSS_ALPHA2));
+    }
+}
+
 /* Nothing is taken from beyond the picture. */
 static void bar_outside(struct residual_features *f)
 {
     const struct residual_shape *s = &f->shape;
     for (size_t i = 0; i < s->plane; i++) f->barred[i] = BARRED;
+}
+
+static int read_all_features(const struct patch *patch, struct residual_features *f)
+{
+    bar_outside(f);
+    for (int32_t y = 0; y < f->shape.height; y++) {
+        const struct run run = run_of(patch, &f->shape, y);
+        read_features(&run, f);
+    }
+    find_slopes(f);
+    find_gloss(f);
+    residual_pad(&f->shape, f->normal, 3);
+    residual_pad(&f->shape, f->depth, 1);
+    residual_pad(&f->shape, f->albedo, 3);
+    residual_pad(&f->shape, f->alpha, 1);
+    residual_pad(&f->shape, f->gloss, 1);
+    residual_pad(&f->shape, f->share, 1);
+    return 0;
 }
 
 int residual_field_create(const struct patch *patch, struct residual_field *out)
@@ -179,21 +218,14 @@ int residual_field_create(const struct patch *patch, struct residual_field *out)
     out->memory = scratch_take(out->scratch, bytes);
     if (!out->memory) return ERR_MEMORY;
     hand_out(out);
-    bar_outside(&out->features);
+    const int error = read_all_features(patch, &out->features);
+    if (error) return error;
     for (int32_t y = 0; y < s->height; y++) {
-        const struct run run = {patch, (size_t)y * (size_t)s->width, residual_at(s, 0, y),
-                                s->width};
-        read_features(&run, &out->features);
+        const struct run run = run_of(patch, s, y);
         read_light(&run, out);
     }
-    residual_pad(s, out->features.normal, 3);
-    residual_pad(s, out->features.depth, 1);
-    residual_pad(s, out->features.albedo, 3);
-    residual_pad(s, out->features.alpha, 1);
-    residual_pad(s, out->features.share, 1);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < 2; h++) residual_pad(s, out->light[c].half[h], 3);
-    find_slopes(&out->features);
     return 0;
 }
 

@@ -5,7 +5,7 @@
 
 /* Columns and rows that a kernel works on at a time. */
 #define RESIDUAL_TILE_X 64
-#define RESIDUAL_TILE_Y 16
+#define RESIDUAL_TILE_Y 32
 
 /* Around the pixels: the farthest tap and its patch. Borders repeat there. */
 #define RESIDUAL_PAD_PX 24
@@ -35,6 +35,7 @@ struct residual_features {
     float *barred;            /* 0, or more than any weight survives: no surface */
     float *tint;              /* 3 planes: what the rest is divided by */
     float *alpha;             /* roughness of lobes */
+    float *gloss;             /* root of how much more normals count for the rest */
     float *share;             /* of the pixel's samples that are in half a */
 };
 

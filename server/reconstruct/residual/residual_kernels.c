@@ -7,16 +7,14 @@
 #include "server/reconstruct/simd/lanes_vector.h"
 
 #define TX RESIDUAL_TILE_X
-#define TY RESIDUAL_TILE_Y
 
 /* Constants of the report that docs/reconstruction.md quotes. */
-#define NORMAL_WEIGHT      5.0f
-#define NORMAL_WEIGHT_REST 10.0f
+#define NORMAL_WEIGHT      6.0f
+#define NORMAL_WEIGHT_REST 5.0f
 #define ALBEDO_WEIGHT      5.0f
-#define REST_SHARPER       1.5f /* highlights have edges that no feature tells */
 #define ROUGHNESS_WEIGHT   80.0f
-#define DEPTH_SHARE        0.03f
-#define SLOPE_SHARE        0.25f
+#define DEPTH_SHARE        0.06f
+#define SLOPE_SHARE        1.0f
 
 /* Patches are summed over many pixels: one must not drown the others by more than this. */
 #define DISTANCE_MOST 1e4f
@@ -36,23 +34,23 @@
 #define GUIDE_GREEN 1.3f
 #define GUIDE_BLUE  0.9f
 
-#define LOG2_E 1.442695f
+/* An exponent is in units of a float's last bit, so that whole numbers take one from another. */
+#define EXPONENT_UNIT 8388608.0f /* 2^23 */
+#define EXPONENT_MOST (30.0f * EXPONENT_UNIT)
+#define LOG2_E        1.442695f
 
-/* 2^-x, relative error below 1e-4; from 30 on 0. */
-static inline lanes_vector power_of_half(lanes_vector x)
+#define WEIGHT_LEAST 9.313225746154785e-10f /* 2^-30 */
+
+/* 2^-x by straight lines between whole x, less what is left at 30: there and farther on 0. */
+static inline lanes_vector power_of_half(lanes_vector units)
 {
-    const lanes_chosen weighs = lanes_below(x, lanes_same(30.0f));
-    const lanes_vector in = lanes_least(x, lanes_same(30.0f));
-    const lanes_mask whole = __builtin_convertvector(in, lanes_mask);
-    const lanes_vector f = in - __builtin_convertvector(whole, lanes_vector);
-    const lanes_vector p =
-        1.0f + f * (-0.6931472f + f * (0.2402265f + f * (-0.0555041f + f * 0.0078f)));
-    const lanes_mask power = (127 - whole) << 23;
-    return lanes_only(weighs, p * (lanes_vector)power);
+    const lanes_mask below =
+        __builtin_convertvector(lanes_least(units, lanes_same(EXPONENT_MOST)), lanes_mask);
+    return (lanes_vector)((127 << 23) - below) - WEIGHT_LEAST;
 }
 
 static void compare_row(const struct residual_features *f, struct residual_tap tap, size_t at,
-                        float *restrict diffuse, float *restrict rest)
+                        size_t width, float *restrict diffuse, float *restrict rest)
 {
     const size_t n = f->shape.plane;
     const ptrdiff_t o = (ptrdiff_t)tap.y * (ptrdiff_t)f->shape.stride + tap.x;
@@ -60,174 +58,237 @@ static void compare_row(const struct residual_features *f, struct residual_tap t
     const float *restrict nx = f->normal + at, *restrict ny = nx + n, *restrict nz = ny + n;
     const float *restrict r = f->albedo + at, *restrict g = r + n, *restrict b = g + n;
     const float *restrict z = f->depth + at, *restrict zx = f->slope_x + at;
-    const float *restrict al = f->alpha + at;
+    const float *restrict al = f->alpha + at, *restrict gloss = f->gloss + at;
     const float *restrict zy = f->slope_y + at, *restrict barred = f->barred + at + o;
-    for (ptrdiff_t x = 0; x < TX; x++) {
+    const float units = LOG2_E * EXPONENT_UNIT;
+    for (ptrdiff_t x = 0; x < (ptrdiff_t)width; x++) {
         const float a = nx[x] - nx[x + o], c = ny[x] - ny[x + o], e = nz[x] - nz[x + o];
         const float turn = a * a + c * c + e * e;
         const float along = zx[x] * dx, down = zy[x] * dy;
         const float off = z[x + o] - z[x] - along - down;
-        const float width =
+        const float width_z =
             DEPTH_SHARE * z[x] + SLOPE_SHARE * (fabsf(along) + fabsf(down)) + 1e-30f;
-        const float step = off / width, bend = step * step;
+        const float step = off / width_z, bend = step * step;
         const float red = r[x] - r[x + o], green = g[x] - g[x + o], blue = b[x] - b[x + o];
         const float color = red * red + green * green + blue * blue;
         const float exponent = NORMAL_WEIGHT * turn + (bend < 1e4f ? bend : 1e4f) + barred[x];
-        diffuse[x] = LOG2_E * exponent;
+        diffuse[x] = units * exponent;
         const float rough = al[x] - al[x + o];
-        rest[x] = LOG2_E * (exponent + NORMAL_WEIGHT_REST * turn + ALBEDO_WEIGHT * color +
-                            ROUGHNESS_WEIGHT * rough * rough);
+        rest[x] = units * (exponent + (NORMAL_WEIGHT_REST + gloss[x] * gloss[x + o]) * turn +
+                           ALBEDO_WEIGHT * color + ROUGHNESS_WEIGHT * rough * rough);
     }
 }
 
 static void kernel_compare_features(const struct residual_features *f,
-                                    const struct residual_tap *taps, uint32_t count, size_t base,
+                                    const struct residual_tap *taps, uint32_t count,
                                     struct residual_tile *tile)
 {
     for (uint32_t k = 0; k < count; k++)
-        for (size_t y = 0; y < TY; y++)
-            compare_row(f, taps[k], base + y * f->shape.stride, tile->exponent[0][k] + y * TX,
-                        tile->exponent[1][k] + y * TX);
+        for (size_t y = 0; y < tile->height; y++)
+            compare_row(f, taps[k], tile->base + y * f->shape.stride, tile->width,
+                        tile->exponent[0][k] + y * TX, tile->exponent[1][k] + y * TX);
 }
 
 /* Differences of guides beyond their noise, over it. */
 static inline void compare_guides(const float *restrict g, const float *restrict v, ptrdiff_t o,
-                                  int32_t count, float sharpness, float *restrict out)
+                                  size_t count, float sharpness, float *restrict out)
 {
-    for (ptrdiff_t x = 0; x < count; x++) {
-        const float d = g[x] - g[x + o], here = v[x], there = v[x + o];
-        const float excess = d * d - here - (here < there ? here : there);
-        const float distance = excess * sharpness / (here + there + VARIANCE_LEAST);
-        out[x] = distance < DISTANCE_MOST ? distance : DISTANCE_MOST;
+    for (size_t x = 0; x < count; x += LANES_PER_VECTOR) {
+        const lanes_vector d = lanes_load_vector(g + x) - lanes_load_vector(g + x + o);
+        const lanes_vector here = lanes_load_vector(v + x), there = lanes_load_vector(v + x + o);
+        const lanes_vector excess = d * d - here - lanes_least(here, there);
+        const lanes_vector distance = excess * sharpness / (here + there + VARIANCE_LEAST);
+        *(lanes_vector *)(out + x) = lanes_least(distance, lanes_same(DISTANCE_MOST));
     }
 }
 
 /* Sums over the patch's columns. */
-static inline void sum_across(const float *restrict d, int32_t patch_px, float *restrict out)
+static inline void sum_across(const float *restrict d, int32_t patch_px, size_t width,
+                              float *restrict out)
 {
-    if (patch_px == 3)
-        for (size_t x = 0; x < TX; x++)
-            out[x] =
-                ((d[x] + d[x + 1]) + (d[x + 2] + d[x + 3])) + ((d[x + 4] + d[x + 5]) + d[x + 6]);
-    else
-        for (size_t x = 0; x < TX; x++) out[x] = d[x] + d[x + 1] + d[x + 2];
-}
-
-/* Weights of a row from sums over patches: across[y .. y + 2 patch_px], seven of them by pairs. */
-static inline void weigh_row(const float *h, const float *pairs, const float *exponent,
-                             int32_t patch_px, float *out)
-{
-    const float share = LOG2_E / (float)((2 * patch_px + 1) * (2 * patch_px + 1));
-    for (size_t x = 0; x < TX; x += LANES_PER_VECTOR) {
-        lanes_vector sum;
+    for (size_t x = 0; x < width; x += LANES_PER_VECTOR) {
+        lanes_vector sum = lanes_load_vector(d + x) + lanes_load_vector(d + x + 1);
         if (patch_px == 3)
-            sum = (lanes_load_vector(pairs + x) + lanes_load_vector(pairs + 2 * TX + x)) +
-                  (lanes_load_vector(pairs + 4 * TX + x) + lanes_load_vector(h + 6 * TX + x));
+            sum = (sum + (lanes_load_vector(d + x + 2) + lanes_load_vector(d + x + 3))) +
+                  ((lanes_load_vector(d + x + 4) + lanes_load_vector(d + x + 5)) +
+                   lanes_load_vector(d + x + 6));
         else
-            sum = lanes_load_vector(h + x) + lanes_load_vector(h + TX + x) +
-                  lanes_load_vector(h + 2 * TX + x);
-        const lanes_vector apart = lanes_only(lanes_below(lanes_same(0.0f), sum), sum * share);
-        *(lanes_vector *)(out + x) = power_of_half(apart + lanes_load_vector(exponent + x));
+            sum += lanes_load_vector(d + x + 2);
+        *(lanes_vector *)(out + x) = sum;
     }
 }
 
-static inline void add_probe_row(const float *restrict w, const float *restrict s, ptrdiff_t o,
-                                 float *restrict sum)
+static inline void add_rows(const float *restrict a, size_t width, float *restrict out)
 {
-    for (ptrdiff_t x = 0; x < TX; x++) sum[x] += w[x] * (s[x + o] - s[x]);
-}
-
-static inline void add_row(const float *restrict w, const float *restrict s, size_t plane,
-                           ptrdiff_t o, float *restrict r, float *restrict g, float *restrict b)
-{
-    const float *restrict s1 = s + plane, *restrict s2 = s1 + plane;
-    for (ptrdiff_t x = 0; x < TX; x++) {
-        r[x] += w[x] * (s[x + o] - s[x]);
-        g[x] += w[x] * (s1[x + o] - s1[x]);
-        b[x] += w[x] * (s2[x + o] - s2[x]);
-    }
+    for (size_t x = 0; x < width; x += LANES_PER_VECTOR)
+        *(lanes_vector *)(out + x) =
+            *(const lanes_vector *)(a + x) + *(const lanes_vector *)(a + x + TX);
 }
 
 /* Sums of distances over the rows and columns around the tile. */
-static void sum_patches(const struct residual_pass *pass, const float *guide, const float *variance,
-                        const struct residual_features *f, ptrdiff_t o, float sharpness,
-                        size_t base, struct residual_tile *tile)
+static inline void sum_patches(int32_t p, const float *guide, const float *variance, size_t stride,
+                               ptrdiff_t o, float sharpness, struct residual_tile *tile,
+                               struct residual_patches *out)
 {
-    const int32_t p = pass->patch_px, rows = TY + 2 * p;
-    const size_t first = base - (size_t)p * f->shape.stride - (size_t)p;
-    for (int32_t y = 0; y < rows; y++) {
-        const size_t at = first + (size_t)y * f->shape.stride;
-        compare_guides(guide + at, variance + at, o, TX + 2 * p, sharpness, tile->distance);
-        sum_across(tile->distance, p, tile->across + y * TX);
+    const size_t rows = tile->height + 2 * (size_t)p;
+    const size_t columns =
+        (tile->width + 2 * (size_t)p + LANES_PER_VECTOR - 1) / LANES_PER_VECTOR * LANES_PER_VECTOR;
+    const size_t first = tile->base - (size_t)p * stride - (size_t)p;
+    for (size_t y = 0; y < rows; y++)
+        compare_guides(guide + first + y * stride, variance + first + y * stride, o, columns,
+                       sharpness, tile->distance + y * RESIDUAL_COLUMNS);
+    for (size_t y = 0; y < rows; y++)
+        sum_across(tile->distance + y * RESIDUAL_COLUMNS, p, tile->width, out->across + y * TX);
+    for (size_t y = 0; p == 3 && y + 1 < rows; y++)
+        add_rows(out->across + y * TX, tile->width, out->pairs + y * TX);
+}
+
+/* Weights of pixels from sums over patches' columns, and of seven rows from those of two. */
+static inline lanes_vector weigh(const struct residual_patches *patches, size_t i, int32_t p,
+                                 const float *exponent)
+{
+    const float share = LOG2_E * EXPONENT_UNIT / (float)((2 * p + 1) * (2 * p + 1));
+    const float *h = patches->across + i, *pairs = patches->pairs + i;
+    lanes_vector sum;
+    if (p == 3)
+        sum = (lanes_load_vector(pairs) + lanes_load_vector(pairs + 2 * TX)) +
+              (lanes_load_vector(pairs + 4 * TX) + lanes_load_vector(h + 6 * TX));
+    else
+        sum = lanes_load_vector(h) + lanes_load_vector(h + TX) + lanes_load_vector(h + 2 * TX);
+    return power_of_half(lanes_most(sum, lanes_same(0.0f)) * share + lanes_load_vector(exponent));
+}
+
+/* What taps are added to and taken from, of a row of the tile. */
+struct row {
+    const float *from[2]; /* 3 planes each, from the row's first pixel on */
+    float *sum[2][3], *weights;
+    size_t plane, first; /* of the tile's numbers */
+    ptrdiff_t offset[RESIDUAL_TAPS_CHUNK];
+    const float *exponent[RESIDUAL_TAPS_CHUNK];
+    uint32_t count;
+};
+
+static inline void add_channels(const float *from, size_t plane, ptrdiff_t o, lanes_vector w,
+                                const lanes_vector own[3], lanes_vector sum[3])
+{
+    for (size_t c = 0; c < 3; c++) sum[c] += w * (lanes_load_vector(from + c * plane + o) - own[c]);
+}
+
+/* Adds all taps to one vector of pixels. */
+static inline void add_vector(const struct row *r, int halves, int32_t p, size_t x,
+                              struct residual_tile *tile)
+{
+    lanes_vector own[2][3], sum[2][3], weights = *(lanes_vector *)(r->weights + x);
+    for (int h = 0; h < halves; h++)
+        for (size_t c = 0; c < 3; c++) {
+            own[h][c] = lanes_load_vector(r->from[h] + c * r->plane + x);
+            sum[h][c] = *(lanes_vector *)(r->sum[h][c] + x);
+        }
+    for (uint32_t k = 0; k < r->count; k++) {
+        const lanes_vector w =
+            weigh(&tile->patches[k], r->first + x, p, r->exponent[k] + r->first + x);
+        weights += w;
+        *(lanes_vector *)(tile->weight[k] + x) = w;
+        for (int h = 0; h < halves; h++)
+            add_channels(r->from[h] + x, r->plane, r->offset[k], w, own[h], sum[h]);
     }
-    const float *restrict h = tile->across;
-    float *restrict pairs = tile->pairs;
-    for (size_t i = 0; p == 3 && i < (size_t)(rows - 1) * TX; i++) pairs[i] = h[i] + h[i + TX];
+    *(lanes_vector *)(r->weights + x) = weights;
+    for (int h = 0; h < halves; h++)
+        for (size_t c = 0; c < 3; c++) *(lanes_vector *)(r->sum[h][c] + x) = sum[h][c];
+}
+
+static inline void add_row(const struct row *r, int halves, int32_t p, struct residual_tile *tile)
+{
+    for (size_t x = 0; x < tile->width; x += LANES_PER_VECTOR) add_vector(r, halves, p, x, tile);
+}
+
+static void add_probe_row(const float *restrict w, const float *restrict s, ptrdiff_t o,
+                          size_t width, float *restrict sum)
+{
+    for (ptrdiff_t x = 0; x < (ptrdiff_t)width; x++) sum[x] += w[x] * (s[x + o] - s[x]);
+}
+
+static void add_probes(const struct residual_pass *pass, const struct row *r, const float *probe,
+                       const struct residual_tile *tile, float (*sum)[RESIDUAL_TILE])
+{
+    for (size_t k = 0; k < pass->probes; k++)
+        for (uint32_t t = 0; t < r->count; t++)
+            add_probe_row(tile->weight[t], probe + k * r->plane, r->offset[t], tile->width,
+                          sum[k] + r->first);
+}
+
+static void place_row(struct row *r, const struct residual_light *light, int half, int halves,
+                      size_t at, struct residual_sums *sums)
+{
+    for (int h = 0; h < halves; h++) {
+        r->from[h] = light->half[half + h] + at;
+        for (int c = 0; c < 3; c++) r->sum[h][c] = sums->sum[half + h][c] + r->first;
+    }
+    r->weights = sums->weights[half] + r->first;
 }
 
 static void kernel_add_taps(const struct residual_pass *pass, const struct residual_field *field,
                             enum residual_component component, uint32_t first_tap, uint32_t count,
-                            int half, size_t base, struct residual_tile *tile)
+                            int half, struct residual_tile *tile)
 {
-    const struct residual_features *f = &field->features;
     const struct residual_light *light = &field->light[component];
-    const size_t stride = f->shape.stride, plane = f->shape.plane;
+    const struct residual_shape *s = &field->features.shape;
     const int guide = pass->kind == RESIDUAL_CROSS ? 1 - half : 0;
-    const int end = pass->kind == RESIDUAL_JOINT ? 2 : half + 1;
-    struct residual_sums *sums = &tile->sums[component];
+    const int halves = pass->kind == RESIDUAL_JOINT ? 2 : 1;
+    struct row row = {.plane = s->plane, .count = count};
     for (uint32_t t = 0; t < count; t++) {
         const struct residual_tap tap = pass->taps[first_tap + t];
-        const ptrdiff_t o = (ptrdiff_t)tap.y * (ptrdiff_t)stride + tap.x;
-        const float *exponent = tile->exponent[component == RESIDUAL_REST][t];
-        sum_patches(pass, light->guide[guide], light->variance, f, o,
-                    component == RESIDUAL_REST ? pass->sharpness * REST_SHARPER : pass->sharpness,
-                    base, tile);
-        for (size_t y = 0; y < TY; y++) {
-            const size_t row = y * TX, at = base + y * stride;
-            weigh_row(tile->across + row, tile->pairs + row, exponent + row, pass->patch_px,
-                      tile->weight);
-            for (size_t x = 0; x < TX; x++) sums->weights[half][row + x] += tile->weight[x];
-            for (int j = half; j < end; j++)
-                add_row(tile->weight, light->half[j] + at, plane, o, sums->sum[j][0] + row,
-                        sums->sum[j][1] + row, sums->sum[j][2] + row);
-            for (size_t k = 0; k < pass->probes && light->probe[half]; k++)
-                add_probe_row(tile->weight, light->probe[half] + k * plane + at, o,
-                              tile->probes[component][half][k] + row);
-        }
+        row.offset[t] = (ptrdiff_t)tap.y * (ptrdiff_t)s->stride + tap.x;
+        row.exponent[t] = tile->exponent[component == RESIDUAL_REST][t];
+        sum_patches(pass->patch_px, light->guide[guide], light->variance, s->stride, row.offset[t],
+                    pass->sharpness[component], tile, &tile->patches[t]);
+    }
+    for (size_t y = 0; y < tile->height; y++) {
+        const size_t at = tile->base + y * s->stride;
+        row.first = y * TX;
+        place_row(&row, light, half, halves, at, &tile->sums[component]);
+        if (halves == 2)
+            add_row(&row, 2, 1, tile);
+        else if (pass->patch_px == 3)
+            add_row(&row, 1, 3, tile);
+        else
+            add_row(&row, 1, 1, tile);
+        if (light->probe[half])
+            add_probes(pass, &row, light->probe[half] + at, tile, tile->probes[component][half]);
     }
 }
 
 static void kernel_finish(const struct residual_field *field, enum residual_component component,
-                          int half, int weights, size_t base, const struct residual_tile *tile)
+                          int half, int weights, const struct residual_tile *tile)
 {
     const struct residual_shape *s = &field->features.shape;
     const struct residual_light *light = &field->light[component];
     const struct residual_sums *sums = &tile->sums[component];
-    for (size_t y = 0; y < TY; y++)
+    for (size_t y = 0; y < tile->height; y++)
         for (size_t c = 0; c < 3; c++) {
-            const size_t at = base + y * s->stride + c * s->plane;
+            const size_t at = tile->base + y * s->stride + c * s->plane;
             const float *restrict from = light->half[half] + at;
             const float *restrict sum = sums->sum[half][c] + y * TX;
             const float *restrict w = sums->weights[weights] + y * TX;
             float *restrict to = light->filtered[half] + at;
-            for (size_t x = 0; x < TX; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
+            for (size_t x = 0; x < tile->width; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
         }
 }
 
 static void kernel_finish_probes(const struct residual_field *field,
-                                 enum residual_component component, int half, size_t base,
+                                 enum residual_component component, int half,
                                  const struct residual_tile *tile)
 {
     const struct residual_shape *s = &field->features.shape;
     const struct residual_light *light = &field->light[component];
-    for (size_t y = 0; y < TY; y++)
+    for (size_t y = 0; y < tile->height; y++)
         for (size_t k = 0; k < RESIDUAL_PROBES; k++) {
-            const size_t at = base + y * s->stride + k * s->plane;
+            const size_t at = tile->base + y * s->stride + k * s->plane;
             const float *restrict from = light->probe[half] + at;
             const float *restrict sum = tile->probes[component][half][k] + y * TX;
             const float *restrict w = tile->sums[component].weights[half] + y * TX;
             float *restrict to = light->probed[half] + at;
-            for (size_t x = 0; x < TX; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
+            for (size_t x = 0; x < tile->width; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
         }
 }
 

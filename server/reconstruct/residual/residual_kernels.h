@@ -5,8 +5,8 @@
 #include "proto/runtime/kernels.h"
 #include "server/reconstruct/residual/residual_field.h"
 
-#define RESIDUAL_TAPS_MOST  80 /* of a pass */
-#define RESIDUAL_TAPS_CHUNK 8  /* whose exponents are kept at a time */
+#define RESIDUAL_TAPS_MOST  64 /* of a pass */
+#define RESIDUAL_TAPS_CHUNK 4  /* that are added at a time */
 #define RESIDUAL_PATCH_MOST 3
 
 struct residual_tap {
@@ -25,20 +25,29 @@ struct residual_pass {
     uint32_t tap_count;
     struct residual_tap taps[RESIDUAL_TAPS_MOST]; /* without (0, 0), which counts in full */
     int32_t patch_px;                             /* a patch has 2 patch_px + 1 pixels a side */
-    float sharpness;                              /* 1 / k^2 */
+    float sharpness[RESIDUAL_COMPONENTS];         /* 1 / k^2 */
     uint32_t probes;                              /* that it filters, if there are any */
 };
 
 #define RESIDUAL_TILE (RESIDUAL_TILE_X * RESIDUAL_TILE_Y)
 
-/* Scratch of one thread. */
+/* Rows and columns that patches of a tile's pixels reach, in whole vectors. */
+#define RESIDUAL_ROWS    (RESIDUAL_TILE_Y + 2 * RESIDUAL_PATCH_MOST)
+#define RESIDUAL_COLUMNS (RESIDUAL_TILE_X + 16)
+
+/* Scratch of one thread. A row of the tile has RESIDUAL_TILE_X numbers, whatever its width. */
 struct residual_tile {
+    size_t base;  /* where its first pixel is in the planes */
+    size_t width; /* a multiple of 16 */
+    size_t height;
     _Alignas(64) float exponent[2][RESIDUAL_TAPS_CHUNK][RESIDUAL_TILE]; /* by features: of diffuse
                                                                          light, of the rest */
-    _Alignas(64) float distance[RESIDUAL_TILE_X + 2 * RESIDUAL_PATCH_MOST + 10];
-    _Alignas(64) float across[(RESIDUAL_TILE_Y + 2 * RESIDUAL_PATCH_MOST) * RESIDUAL_TILE_X];
-    _Alignas(64) float pairs[(RESIDUAL_TILE_Y + 2 * RESIDUAL_PATCH_MOST) * RESIDUAL_TILE_X];
-    _Alignas(64) float weight[RESIDUAL_TILE_X];
+    _Alignas(64) float distance[RESIDUAL_ROWS * RESIDUAL_COLUMNS];
+    struct residual_patches { /* sums of distances over patches' columns, by row; and of two rows */
+        _Alignas(64) float across[RESIDUAL_ROWS * RESIDUAL_TILE_X];
+        _Alignas(64) float pairs[RESIDUAL_ROWS * RESIDUAL_TILE_X];
+    } patches[RESIDUAL_TAPS_CHUNK];
+    _Alignas(64) float weight[RESIDUAL_TAPS_CHUNK][RESIDUAL_TILE_X];
     struct residual_sums {
         _Alignas(64) float sum[2][3][RESIDUAL_TILE]; /* of weighted differences from the pixel */
         _Alignas(64) float weights[2][RESIDUAL_TILE];
@@ -48,23 +57,23 @@ struct residual_tile {
 };
 
 struct residual_kernels {
-    /* Exponents of `count` taps for the tile at `base`: how little features have in common. */
+    /* Exponents of `count` taps for the tile: how little features have in common. */
     void (*compare_features)(const struct residual_features *f, const struct residual_tap *taps,
-                             uint32_t count, size_t base, struct residual_tile *tile);
+                             uint32_t count, struct residual_tile *tile);
 
     /* Adds these taps, whose exponents the tile has, to the sums of a component: of half `half`
      * under RESIDUAL_CROSS, of both under RESIDUAL_JOINT, else of the first, which is the mean. */
     void (*add_taps)(const struct residual_pass *pass, const struct residual_field *field,
                      enum residual_component component, uint32_t first_tap, uint32_t count,
-                     int half, size_t base, struct residual_tile *tile);
+                     int half, struct residual_tile *tile);
 
     /* Writes half `half`'s filtered light from its sums, under the weights of `weights`. */
     void (*finish)(const struct residual_field *field, enum residual_component component, int half,
-                   int weights, size_t base, const struct residual_tile *tile);
+                   int weights, const struct residual_tile *tile);
 
     /* The same of its probes. */
     void (*finish_probes)(const struct residual_field *field, enum residual_component component,
-                          int half, size_t base, const struct residual_tile *tile);
+                          int half, const struct residual_tile *tile);
 
     /* Guides and variances of rows [y0, y1) and all columns in [x0, x1) for a pass of this kind;
      * for RESIDUAL_MEAN half[0] becomes the mean. */

@@ -6,15 +6,18 @@
 #include <string.h>
 
 /* Taps of each pass: points of rotated square lattices, of which no grid shows in the picture.
- * `slant` dx + dy is a multiple of `modulus`, and both lie within `reach`. */
+ * `slant` dx + dy is a multiple of `modulus`, and both lie within `reach`, or the way is no longer
+ * than the root of `round`. */
 static const struct lattice {
     enum residual_kind kind;
-    int32_t reach_px, slant, modulus, patch_px;
-    float k; /* how many standard deviations of noise apart is far */
+    int32_t reach_px, slant, modulus, round, patch_px;
+    float k[RESIDUAL_COMPONENTS]; /* how many standard deviations of noise apart is far: indirect
+                                     light has few edges, highlights have edges that no feature
+                                     tells */
 } lattices[RESIDUAL_PASSES] = {
-    {RESIDUAL_CROSS, 3, 0, 1, 3, 0.7f},
-    {RESIDUAL_JOINT, 7, 2, 5, 1, 0.9f},
-    {RESIDUAL_MEAN, 15, 5, 13, 1, 1.0f},
+    {RESIDUAL_CROSS, 2, 0, 1, 8, 3, {0.7f, 1.1f, 0.7f}},
+    {RESIDUAL_JOINT, 7, 2, 5, 50, 1, {1.1f, 1.7f, 0.7f}},
+    {RESIDUAL_MEAN, 15, 5, 13, 226, 1, {1.0f, 1.6f, 0.7f}},
 };
 
 static struct residual_pass passes[RESIDUAL_PASSES];
@@ -24,12 +27,13 @@ static void make_pass(const struct lattice *l, struct residual_pass *pass)
 {
     *pass = (struct residual_pass){.kind = l->kind,
                                    .patch_px = l->patch_px,
-                                   .sharpness = 1.0f / (l->k * l->k),
                                    .probes = l->kind == RESIDUAL_MEAN ? RESIDUAL_PROBES
                                                                       : RESIDUAL_SIGNED};
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) pass->sharpness[c] = 1.0f / (l->k[c] * l->k[c]);
     for (int32_t y = -l->reach_px; y <= l->reach_px; y++)
         for (int32_t x = -l->reach_px; x <= l->reach_px; x++)
-            if ((x != 0 || y != 0) && (l->slant * x + y) % l->modulus == 0)
+            if ((x != 0 || y != 0) && (l->slant * x + y) % l->modulus == 0 &&
+                x * x + y * y <= l->round)
                 pass->taps[pass->tap_count++] = (struct residual_tap){x, y};
 }
 
@@ -66,15 +70,15 @@ static bool row_is_dark(const float *row, int32_t count)
 }
 
 /* Whether the component brings nothing to any pixel that the tile reads. */
-static bool is_dark(const struct job *j, const struct residual_light *light, int32_t x0, int32_t y0)
+static bool is_dark(const struct job *j, const struct residual_light *light, struct rect r)
 {
     const struct residual_shape *s = &j->field->features.shape;
     const int32_t reach = j->reach_px;
     for (int h = 0; h < (j->pass->kind == RESIDUAL_MEAN ? 1 : 2); h++)
         for (size_t c = 0; c < 3; c++)
-            for (int32_t y = y0 - reach; y < y0 + RESIDUAL_TILE_Y + reach; y++)
-                if (!row_is_dark(light->half[h] + c * s->plane + residual_at(s, x0 - reach, y),
-                                 RESIDUAL_TILE_X + 2 * reach))
+            for (int32_t y = r.y0 - reach; y < r.y1 + reach; y++)
+                if (!row_is_dark(light->half[h] + c * s->plane + residual_at(s, r.x0 - reach, y),
+                                 rect_width(r) + 2 * reach))
                     return false;
     return true;
 }
@@ -85,7 +89,7 @@ static bool has_probes(const struct job *j)
 }
 
 /* All taps of the components in `lit` over a tile. */
-static void filter_tile(const struct job *j, const bool lit[RESIDUAL_COMPONENTS], size_t base)
+static void filter_tile(const struct job *j, const bool lit[RESIDUAL_COMPONENTS])
 {
     const struct residual_pass *pass = j->pass;
     const int halves = pass->kind == RESIDUAL_CROSS ? 2 : 1;
@@ -94,58 +98,65 @@ static void filter_tile(const struct job *j, const bool lit[RESIDUAL_COMPONENTS]
     for (uint32_t first = 0; first < pass->tap_count; first += RESIDUAL_TAPS_CHUNK) {
         const uint32_t left = pass->tap_count - first;
         const uint32_t count = left < RESIDUAL_TAPS_CHUNK ? left : RESIDUAL_TAPS_CHUNK;
-        j->kernels->compare_features(&j->field->features, pass->taps + first, count, base, j->tile);
+        j->kernels->compare_features(&j->field->features, pass->taps + first, count, j->tile);
         for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
             for (int h = 0; h < halves && lit[c]; h++)
-                j->kernels->add_taps(pass, j->field, c, first, count, h, base, j->tile);
+                j->kernels->add_taps(pass, j->field, c, first, count, h, j->tile);
     }
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < (pass->kind == RESIDUAL_MEAN ? 1 : 2) && lit[c]; h++)
-            j->kernels->finish(j->field, c, h, halves == 2 ? h : 0, base, j->tile);
+            j->kernels->finish(j->field, c, h, halves == 2 ? h : 0, j->tile);
     for (int c = 0; c < RESIDUAL_COMPONENTS && has_probes(j); c++)
         for (int h = 0; h < halves && lit[c]; h++)
-            j->kernels->finish_probes(j->field, c, h, base, j->tile);
+            j->kernels->finish_probes(j->field, c, h, j->tile);
 }
 
-static void clear_planes(const struct residual_shape *s, float *planes, size_t count, size_t base)
+static void clear_planes(const struct residual_shape *s, const struct residual_tile *tile,
+                         float *planes, size_t count)
 {
     for (size_t k = 0; k < count; k++)
-        for (size_t y = 0; y < RESIDUAL_TILE_Y; y++)
-            memset(planes + k * s->plane + base + y * s->stride, 0,
-                   RESIDUAL_TILE_X * sizeof(float));
+        for (size_t y = 0; y < tile->height; y++)
+            memset(planes + k * s->plane + tile->base + y * s->stride, 0,
+                   tile->width * sizeof(float));
 }
 
-static void clear_tile(const struct residual_shape *s, const struct residual_light *light,
-                       size_t base)
+static void clear_tile(const struct residual_shape *s, const struct residual_tile *tile,
+                       const struct residual_light *light)
 {
     for (int h = 0; h < 2; h++) {
-        clear_planes(s, light->filtered[h], 3, base);
-        if (light->probe[h]) clear_planes(s, light->probed[h], RESIDUAL_PROBES, base);
+        clear_planes(s, tile, light->filtered[h], 3);
+        if (light->probe[h]) clear_planes(s, tile, light->probed[h], RESIDUAL_PROBES);
     }
 }
 
-static void run_tile(const struct job *j, int32_t x, int32_t y,
-                     struct residual_statistics *statistics)
+static void run_tile(const struct job *j, struct rect r, struct residual_statistics *statistics)
 {
     const struct residual_shape *s = &j->field->features.shape;
-    const size_t base = residual_at(s, x, y);
     bool lit[RESIDUAL_COMPONENTS], any = false;
+    j->tile->base = residual_at(s, r.x0, r.y0);
+    j->tile->width = (size_t)rect_width(r), j->tile->height = (size_t)rect_height(r);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
-        lit[c] = !is_dark(j, &j->field->light[c], x, y);
+        lit[c] = !is_dark(j, &j->field->light[c], r);
         any |= lit[c];
         if (lit[c]) continue;
         statistics->tiles_skipped++;
-        clear_tile(s, &j->field->light[c], base);
+        clear_tile(s, j->tile, &j->field->light[c]);
     }
-    if (any) filter_tile(j, lit, base);
+    if (any) filter_tile(j, lit);
 }
 
+/* Tiles begin with the area and are as large as it needs: what pixels become does not depend on
+ * where they lie in a tile. */
 static void run_tiles(const struct job *j, struct rect area, struct residual_statistics *statistics)
 {
-    for (int32_t y = area.y0 / RESIDUAL_TILE_Y * RESIDUAL_TILE_Y; y < area.y1; y += RESIDUAL_TILE_Y)
-        for (int32_t x = area.x0 / RESIDUAL_TILE_X * RESIDUAL_TILE_X; x < area.x1;
-             x += RESIDUAL_TILE_X)
-            run_tile(j, x, y, statistics);
+    for (int32_t y = area.y0; y < area.y1; y += RESIDUAL_TILE_Y)
+        for (int32_t x = area.x0; x < area.x1; x += RESIDUAL_TILE_X) {
+            const int32_t right = area.x1 - x, below = area.y1 - y;
+            const int32_t width =
+                right < RESIDUAL_TILE_X ? (right + 15) / 16 * 16 : RESIDUAL_TILE_X;
+            const int32_t height = below < RESIDUAL_TILE_Y ? below : RESIDUAL_TILE_Y;
+            run_tile(j, (struct rect){x, y, x + width, y + height}, statistics);
+        }
 }
 
 static void take_filtered(struct residual_field *field, enum residual_kind kind)

@@ -140,6 +140,18 @@ static inline lanes_vector lanes_least(lanes_vector a, lanes_vector b)
 #endif
 }
 
+/* Returns the higher of two; b where either is NaN. */
+static inline lanes_vector lanes_most(lanes_vector a, lanes_vector b)
+{
+#ifdef __AVX512F__
+    return (lanes_vector)_mm512_max_ps((__m512)a, (__m512)b);
+#elif defined __AVX__
+    return (lanes_vector)_mm256_max_ps((__m256)a, (__m256)b);
+#else
+    return (lanes_vector)_mm_max_ps((__m128)a, (__m128)b);
+#endif
+}
+
 /* Chosen lanes, in a mask register where the CPU has such, which sums take as it is. */
 #ifdef __AVX512F__
 typedef __mmask16 lanes_chosen;

@@ -124,13 +124,13 @@ static double leak(enum edge edge, bool rest)
 TEST(edges_of_surfaces_do_not_leak)
 {
     for (int rest = 0; rest < 2; rest++) {
-        assert_true(leak(EDGE_NONE, rest) > 0.006); /* or this would say nothing */
-        assert_true(leak(EDGE_DEPTH, rest) < 0.003);
-        assert_true(leak(EDGE_NORMAL, rest) < 0.003);
+        assert_true(leak(EDGE_NONE, rest) > 0.006);  /* or this would say nothing */
+        assert_true(leak(EDGE_DEPTH, rest) < 0.005); /* noise of those farther left */
+        assert_true(leak(EDGE_NORMAL, rest) < 0.005);
     }
     /* Light of the diffuse lobe knows nothing of them. */
     assert_true(leak(EDGE_ALBEDO, true) < 0.01);
-    assert_true(leak(EDGE_ROUGHNESS, true) < 0.003);
+    assert_true(leak(EDGE_ROUGHNESS, true) < 0.005);
 }
 
 /* Metal with a pattern as fine as pixels, under even light. */
