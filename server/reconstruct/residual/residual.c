@@ -4,12 +4,14 @@
 
 #include "server/reconstruct/residual/residual_error.h"
 #include "server/reconstruct/residual/residual_pass.h"
+#include "server/reconstruct/residual/residual_smooth.h"
 
 int32_t residual_halo_px(const struct plan *plan)
 {
     int32_t halo = 0;
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
+    halo += RESIDUAL_SMOOTH_REACH_PX;
     return halo + (plan->planes >> PLANE_PATH_SPREAD & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }
 

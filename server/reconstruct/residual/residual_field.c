@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/residual/residual_smooth.h"
+
 /* Weights of 2^-30 and less are none: an exponent that no pixel survives. */
 #define BARRED 1e4f
 
@@ -196,6 +198,8 @@ static int read_all_features(const struct patch *patch, struct residual_features
         const struct run run = run_of(patch, &f->shape, y);
         read_features(&run, f);
     }
+    const int error = residual_smooth(f, patch->scratch);
+    if (error) return error;
     find_slopes(f);
     find_gloss(f);
     residual_pad(&f->shape, f->normal, 3);
