@@ -9,6 +9,7 @@
 #include "proto/runtime/build.h"
 #include "worker/scene/alpha.h"
 #include "worker/scene/emitters.h"
+#include "worker/scene/lobe_boxes.h"
 #include "worker/scene/sky_guide.h"
 
 static char version_text[32];
@@ -226,6 +227,11 @@ int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint
         fault_set(fault, rc, "meshes", "their emitting triangles are too many");
         goto fail;
     }
+    rc = lobe_boxes_create(blob, s->meshes, &s->lobes);
+    if (rc) {
+        fault_set(fault, rc, "instances", "no memory for their boxes");
+        goto fail;
+    }
     step(steps);
     rc = device_create(s, threads, fault);
     if (rc) goto fail;
@@ -254,6 +260,7 @@ void render_scene_destroy(struct render_scene **scene)
     for (size_t i = 0; s->sub_scenes && i < (size_t)s->blob->count[SCENE_MESHES]; i++)
         if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);
     if (s->device) rtcReleaseDevice(s->device);
+    lobe_boxes_destroy(&s->lobes);
     emitters_destroy(&s->emitters);
     if (s->materials) material_table_destroy(&s->materials);
     free(s->sub_scenes);

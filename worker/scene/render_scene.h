@@ -36,6 +36,7 @@ struct mesh_view {
 };
 
 struct emitters;
+struct lobe_boxes;
 struct sky_guides;
 struct RTCDeviceTy;
 struct RTCSceneTy;
@@ -46,6 +47,7 @@ struct render_scene {
     struct mesh_view *meshes;       /* one a mesh of the blob */
     struct emitters *emitters;      /* NULL: no mesh shines */
     struct sky_guides *guides;      /* grow as skies are asked for */
+    struct lobe_boxes *lobes;       /* where surfaces are that have more than a diffuse lobe */
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;

@@ -62,6 +62,8 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
                        .albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0,
                        .first = pass->first,
                        .count = plan->paths.spp > 0 ? pass->count : 0};
+    s.skips_paths =
+        plan->paths.without_diffuse_direct && !(plan->planes & PLANE_BIT(PATH_OCCLUSION));
     s.centres = s.centres || s.bounces;
     s.vertices = s.bounces || plan->paths.without_diffuse_direct || s.glossy || pass->strata_map ||
                  plan->lens_mirrors > 0 || (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;

@@ -13,6 +13,7 @@ struct stages {
     bool albedo;           /* their diffuse albedo is needed */
     bool vertices;         /* their BSDFs are needed */
     bool lens;             /* the lens's light field */
+    bool skips_paths;      /* of pixels that show no other lobes than diffuse ones */
     bool more;             /* or a second set of paths through it */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;

@@ -151,6 +151,7 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
         if (!guide) return ERR_MEMORY;
     }
     prepare(t, job, guide, &stages);
+    if (stages.skips_paths) lobe_view_init(job->scene->lobes, job->plan, job->rect, &t->lobes);
     if (stages.lens) lens_scratch_init(&t->lens, job->plan);
     if (stages.through_lens.centres) e = centre_gbuffer_init(&t->centres, &stages.field, job->rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = job->progress;

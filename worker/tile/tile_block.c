@@ -269,11 +269,24 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
 }
 
+/* Whether the block shows nothing that paths would bring. Counts the paths that it goes without. */
+static bool skips_paths(const struct tile_tracer *t, const struct stages *stages)
+{
+    const struct block *b = &t->block;
+    const int32_t x = b->x_px[0], y = b->y_px[0];
+    const struct rect pixels = {x, y, x + LANES_ACROSS, y + LANES_ACROSS};
+    if (!stages->skips_paths || lobe_view_meets(&t->lobes, pixels)) return false;
+    stages->paths.counters->value[COUNTER_SKIPPED_NO_LOBE] +=
+        (uint64_t)lanes_count(&b->kept) * stages->count;
+    return true;
+}
+
 /* The pass's paths, batch by batch. */
 static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
 {
+    const uint32_t first = skips_paths(t, stages) ? stages->count : 0;
     path_sums_init(&t->sums, &stages->pass, samples->layout.planes);
-    for (uint32_t done = 0; done < stages->count;) {
+    for (uint32_t done = first; done < stages->count;) {
         uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);
         path_sums_add(&t->sums, &t->path.harvest, n, stages->paths.demodulate,

@@ -1,5 +1,6 @@
 #pragma once
 /* Internals of the tile tracer, for tile.c and tile_block.c alone. */
+#include "worker/tile/lobe_view.h"
 #include "worker/tile/stages.h"
 #include "worker/tile/tile.h"
 #include "worker/trace/field/glossy.h"
@@ -34,6 +35,7 @@ struct tile_tracer {
     struct sky sky;
     struct path_scratch path;
     struct path_sums sums;
+    struct lobe_view lobes; /* of the tile, where stages skip paths */
     struct lens_scratch lens;
     struct centre_gbuffer centres;
     struct lens_more more;

@@ -122,7 +122,8 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
     for (size_t i = 0; i < sizeof means / sizeof means[0]; i++)
         put_mean(patch, means[i].sum, block, image_plane(image, means[i].channel));
     put_samples(patch, block, image_plane(image, "samples.N"));
-    statistics->pixels_background += count_background(patch, block);
+    if (!plan->paths.without_diffuse_direct) /* else light fields see the background */
+        statistics->pixels_background += count_background(patch, block);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     return filter(plan, patch, block, image, variance, statistics);
 }

@@ -146,14 +146,30 @@ static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
     }
 }
 
+/* Paths that bring nothing are as if they had never been traced, as those of pixels that show no
+ * other lobes are not: what they have seen does not count. */
+static void forget_surface(const struct path_packet *p, const struct path_vertex *v,
+                           struct path_harvest *h)
+{
+    struct path_rgb *const noted[] = {&h->albedo, &h->normal};
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        if (v->active.on[i] && !v->lambert.on[i]) continue;
+        h->coverage[slot] = h->distance[slot] = 0.0f;
+        for (int k = 0; k < 2; k++) noted[k]->r[slot] = noted[k]->g[slot] = noted[k]->b[slot] = 0;
+    }
+}
+
 /* Light fields bring what diffuse lobes send on: none is left. */
-static void leave_surface(const struct path_context *c, struct path_vertex *v)
+static void leave_surface(const struct path_context *c, const struct path_packet *p,
+                          struct path_vertex *v, struct path_harvest *h)
 {
     struct lanes_mask ended = v->lambert;
     for (int i = 0; v->any_general && i < LANES; i++) {
         struct bsdf *b = &v->bsdf[i];
         if (v->active.on[i] && !v->lambert.on[i]) b->albedo[0] = b->albedo[1] = b->albedo[2] = 0;
     }
+    forget_surface(p, v, h);
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&ended);
     if (lanes_count(&ended) > 0) end_lanes(&ended, v);
 }
@@ -285,9 +301,9 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
+    if (depth == 0 && c->leaves_surface) leave_surface(c, p, v, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
     if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
-    if (depth == 0 && c->leaves_surface) leave_surface(c, v);
     if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);

@@ -1,0 +1,330 @@
+/* Where light fields bring what diffuse lobes send on, and paths the rest: the weight of a light,
+ * what both add up to, and pixels that need no path. */
+#include <stdlib.h>
+
+#include "proto/half.h"
+#include "tests/unit/worker/trace/field/lone_strips.h"
+#include "worker/scene/lobe_boxes.h"
+#include "worker/scene/render_scene.h"
+
+#define PI 3.14159265358979323846
+
+static uint32_t coated(struct scene_fixture *f, float roughness, float metallic)
+{
+    const uint32_t m = fixture_material(f, 0.6f, 0.5f, 0.4f);
+    f->materials[m].specular = 1.0f;
+    f->materials[m].roughness = roughness;
+    f->materials[m].metallic = metallic;
+    return m;
+}
+
+/* Lights' fields beside paths that leave diffuse lobes out. */
+static void divide(struct plan *p, uint32_t spp)
+{
+    p->paths.spp = spp;
+    p->paths.without_diffuse_direct = 1;
+    p->paths.without_diffuse_indirect = p->bounces > 0;
+    p->planes |= PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(ALBEDO) | PLANES_CENTRE;
+}
+
+/* -- weights -- */
+
+/* From a world whose surfaces lie in y = 0 to the frame of their shading. */
+static void to_local(const double from[3], const double to[3], float out[3])
+{
+    double d[3], squared = 0;
+    for (int c = 0; c < 3; c++) d[c] = to[c] - from[c], squared += d[c] * d[c];
+    const double length = sqrt(squared);
+    out[0] = (float)(d[0] / length);
+    out[1] = (float)(-d[2] / length);
+    out[2] = (float)(d[1] / length);
+}
+
+/* pi times the diffuse lobe over its albedo, of light from `light` that is sent to `eye`. */
+static double lobe_of(const struct bsdf *white, const double at[3], const double eye[3],
+                      const double light[3])
+{
+    float wo[3], wi[3];
+    struct bsdf_value value;
+    to_local(at, eye, wo);
+    to_local(at, light, wi);
+    bsdf_evaluate(white, wo, wi, &value);
+    return PI * (double)value.diffuse;
+}
+
+static struct bsdf white_bsdf(const struct traced *t, uint32_t material)
+{
+    struct bsdf b;
+    material_bsdf(&t->scene->materials->materials[material], NULL, false, &b);
+    b.albedo[0] = b.albedo[1] = b.albedo[2] = 1.0f;
+    return b;
+}
+
+/* Over a ceiling light, by a fine midpoint rule: weighed irradiance over irradiance. */
+static double rectangle_weight(const struct bsdf *white, const struct plan_light *l,
+                               const double at[3], const double eye[3])
+{
+    enum { N = 100 };
+    double weighed = 0, all = 0;
+    for (int i = 0; i < N * N; i++) {
+        const double u = (i % N + 0.5) / N * 2 - 1, v = (i / N + 0.5) / N * 2 - 1;
+        const double on[3] = {(double)l->position[0] + u * (double)l->half_u[0],
+                              (double)l->position[1],
+                              (double)l->position[2] + v * (double)l->half_v[2]};
+        double squared = 0;
+        for (int c = 0; c < 3; c++) squared += (on[c] - at[c]) * (on[c] - at[c]);
+        const double up = on[1] - at[1], e = up * up / (squared * squared);
+        all += e;
+        weighed += e * lobe_of(white, at, eye, on);
+    }
+    return weighed / all;
+}
+
+/* A near and wide light, so that the weight is no number of one direction; in its shadow, too. */
+TEST(a_rectangle_has_the_weight_of_its_light)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = floor_plan(f, 10.0f, 16);
+    const double eye[3] = {0, 4, 0};
+    f->materials[0].specular = 1.0f;
+    f->materials[0].roughness = 0.6f;
+    fixture_ceiling_light(&p, 2.0f, 0.7f, 0.2f, 1.5f, 8);
+    fixture_panel(f, 0, (float[]){2, 0.5f, 0}, (float[]){0.4f, 0, 0}, (float[]){0, 0, -0.4f});
+    divide(&p, 1);
+    p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_DIFFUSE_WEIGHT;
+    struct traced t = trace_all(f, &p);
+    const struct bsdf white = white_bsdf(&t, 0);
+    double least = 2, most = 0;
+    for (int32_t i = 0; i < 256; i += 3) {
+        double at[3];
+        floor_point(&p, i % 16, i / 16, at);
+        if (fabs(at[0] - 2) < 0.6 && fabs(at[2]) < 0.6) continue; /* on the lid */
+        const double expected = rectangle_weight(&white, &p.lights[0], at, eye);
+        const double got = (double)half_to_float(samples_light_weight(t.samples, 0)[i]);
+        if (fabs(got - expected) > 0.01 * expected)
+            fail_msg("pixel %d has the weight %g of %g", i, got, expected);
+        least = fmin(least, got), most = fmax(most, got);
+    }
+    assert_true(least < 0.93 * most && most < 1);
+    traced_fini(&t);
+    free(f);
+}
+
+TEST(lambert_surfaces_weigh_one)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = floor_plan(f, 10.0f, 16);
+    const uint32_t other = coated(f, 0.3f, 0);
+    fixture_panel(f, other, (float[]){0, 0.1f, 0}, (float[]){1, 0, 0}, (float[]){0, 0, -1});
+    fixture_ceiling_light(&p, 0, 2, 0, 0.5f, 4);
+    divide(&p, 1);
+    p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_DIFFUSE_WEIGHT;
+    struct traced t = trace_all(f, &p);
+    const uint16_t *weight = samples_light_weight(t.samples, 0);
+    uint32_t ones = 0;
+    for (int32_t i = 0; i < 256; i++) {
+        const bool floor = samples_u32(t.samples, PLANE_ID, 0)[i] == 1;
+        assert_true(floor == (half_to_float(weight[i]) == 1.0f));
+        ones += floor;
+    }
+    assert_true(ones > 100 && ones < 256);
+    traced_fini(&t);
+    free(f);
+}
+
+/* They have no weight beside their irradiance: it is in it. */
+TEST(lone_sub_samples_are_weighed)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = strips_plan(f, 0.5f);
+    const double eye[3] = {0, 4, 0};
+    const uint32_t strips = f->material_count - 1;
+    f->materials[strips].specular = 1.0f;
+    f->materials[strips].roughness = 0.6f;
+    divide(&p, 1);
+    struct traced t = trace_all(f, &p);
+    const struct bsdf white = white_bsdf(&t, strips);
+    const struct lone_list *list = t.samples->lone;
+    const double bulb[3] = {(double)p.lights[0].position[0], (double)p.lights[0].position[1],
+                            (double)p.lights[0].position[2]};
+    assert_non_null(list);
+    for (uint32_t e = 0; e < list->count; e++) {
+        const int32_t pixel = (int32_t)(list->words[e] / 3);
+        float in[2];
+        pattern_pixel(&p.pattern, pixel % SIDE, pixel / SIDE, list->words[e] % 3, 3, in);
+        const double at[3] = {2.0 * (pixel % SIDE + (double)in[0]) / SIDE - 1.0, 2.0,
+                              2.0 * (pixel / SIDE + (double)in[1]) / SIDE - 1.0};
+        double squared = 0;
+        for (int c = 0; c < 3; c++) squared += (bulb[c] - at[c]) * (bulb[c] - at[c]);
+        const double plain =
+            (bulb[1] - 2) / sqrt(squared) / squared * (double)p.lights[0].color[0] / PI;
+        const double weight = lobe_of(&white, at, eye, bulb);
+        const double got = (double)lone_values(list, LONE_DIRECT, 0)[e];
+        assert_true(weight < 0.99);
+        if (fabs(got - plain * weight) > 1e-3 * plain)
+            fail_msg("place %u has %g of %g", list->words[e], got, plain * weight);
+    }
+    traced_fini(&t);
+    free(f);
+}
+
+/* -- energy -- */
+
+enum view { FROM_ABOVE, GRAZING };
+
+struct division {
+    uint32_t light; /* enum light_type */
+    float roughness, metallic, transmission;
+    enum view view;
+};
+
+static void add_light(struct plan *p, uint32_t type)
+{
+    if (type == LIGHT_RECTANGLE) {
+        fixture_ceiling_light(p, 0.5f, 2.0f, -0.5f, 0.7f, 8);
+        return;
+    }
+    struct plan_light *l = fixture_light(p, type, 1);
+    const float slope[3] = {-0.48f, -0.8f, 0.36f}; /* casts no shadow into the picture */
+    memcpy(l->position, (float[]){0.5f, 2.0f, -0.5f}, sizeof l->position);
+    if (type == LIGHT_DIRECTIONAL) memcpy(l->direction, slope, sizeof slope);
+    l->cos_inner = type == LIGHT_SPOT ? 0.95f : 1.0f;
+    l->cos_outer = 0.5f;
+}
+
+/* A floor that fills the image, and a wall beside it. */
+static struct plan set_up(struct scene_fixture *f, const struct division *d)
+{
+    struct plan p = floor_plan(f, 20.0f, 24);
+    const uint32_t wall = fixture_material(f, 0.7f, 0.4f, 0.2f);
+    f->materials[0] = f->materials[coated(f, d->roughness, d->metallic)];
+    f->materials[0].transmission = d->transmission;
+    fixture_panel(f, wall, (float[]){-3.0f, 2.0f, 0}, (float[]){0, 0, -6.0f},
+                  (float[]){0, 2.0f, 0});
+    fixture_panel(f, wall, (float[]){0, -1.0f, 0}, (float[]){20, 0, 0}, (float[]){0, 0, -20});
+    if (d->view == GRAZING) {
+        memcpy(p.camera.eye, (float[]){0.5f, 0.5f, 2.5f}, sizeof p.camera.eye);
+        fixture_look(&p, (float[]){0, -0.2f, -0.9797959f}, (float[]){0, 0.9797959f, -0.2f});
+        p.camera.half_width = p.camera.half_height = 0.08f;
+    }
+    add_light(&p, d->light);
+    p.light_planes = 0;
+    p.planes = 0;
+    fixture_bounces(&p, 4);
+    p.planes = 0;
+    p.bounces = 2;
+    return p;
+}
+
+static double path_mean(struct traced *t, const struct plan *p)
+{
+    const struct rect all = {0, 0, p->width_px, p->height_px};
+    double sum = 0;
+    for (uint32_t pass = 0; pass < plan_pass_count(p); pass++) {
+        struct samples *s = NULL;
+        assert_int_equal(trace_tile(t, (struct tile_job){.plan = p, .rect = all}, pass, &s), 0);
+        for (uint32_t c = 0; c < 3; c++)
+            for (int64_t i = 0; i < rect_area(all); i++)
+                sum += (double)samples_f32(s, PLANE_PATH_RADIANCE, c)[i];
+        samples_destroy(&s);
+    }
+    return sum / (double)rect_area(all) / p->paths.spp;
+}
+
+static double field_mean(const struct traced *t, const struct plan *p)
+{
+    double sum = 0;
+    const int area = p->width_px * p->height_px;
+    for (uint32_t c = 0; c < 3; c++)
+        for (int i = 0; i < area; i++) {
+            const double albedo = samples_u16(t->samples, PLANE_ALBEDO, c)[i] / 65535.0;
+            const double direct = (double)samples_light_irradiance(t->samples, 0)[i] *
+                                  (double)p->lights[0].color[c] / PI;
+            const double indirect =
+                (double)half_to_float(samples_u16(t->samples, PLANE_INDIRECT_MEAN, c)[i]) /
+                (double)p->radiance_scale;
+            sum += albedo * (direct + indirect);
+        }
+    return sum / area;
+}
+
+/* Returns the share by which fields and paths are off whole paths. */
+static double off_by(const struct division *d)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan entire = set_up(f, d), divided = entire;
+    entire.indirect_strata_per_axis = 0;
+    entire.paths.spp = 256;
+    entire.planes = PLANE_BIT(PATH_RADIANCE);
+    divide(&divided, 256);
+    divided.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+    divided.planes |= PLANE_BIT(INDIRECT_MEAN);
+    struct traced a = trace_all(f, &entire), b = trace_all(f, &divided);
+    const double all = path_mean(&a, &entire), paths = path_mean(&b, &divided),
+                 fields = field_mean(&b, &divided);
+    assert_true(all > 0 && (fields > 0 || d->metallic == 1.0f));
+    if (d->metallic == 1.0f) assert_true(fields == 0);
+    traced_fini(&a);
+    traced_fini(&b);
+    free(f);
+    return (fields + paths) / all - 1;
+}
+
+TEST(fields_and_paths_are_whole_paths)
+{
+    static const uint32_t lights[] = {LIGHT_RECTANGLE, LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL};
+    static const float surfaces[][3] = {{0.05f, 0, 0}, {0.3f, 0, 0}, {1, 0, 0}, {0.3f, 0.5f, 0},
+                                        {1, 0.5f, 0},  {0.3f, 1, 0}, {1, 1, 0}, {0.3f, 0, 0.5f}};
+    for (int v = 0; v < 2; v++)
+        for (int k = 0; k < 4; k++)
+            for (size_t s = 0; s < sizeof surfaces / sizeof surfaces[0]; s++) {
+                /* Whether one of the samples meets so small an image of a point is chance. */
+                if (s == 0 && v == FROM_ABOVE && lights[k] != LIGHT_RECTANGLE) continue;
+                const struct division d = {lights[k], surfaces[s][0], surfaces[s][1],
+                                           surfaces[s][2], v ? GRAZING : FROM_ABOVE};
+                const double off = off_by(&d);
+                if (fabs(off) > 0.005)
+                    fail_msg(
+                        "light %u, roughness %g, metallic %g, transmission %g, view %d: %g off",
+                        d.light, (double)d.roughness, (double)d.metallic, (double)d.transmission, v,
+                        off);
+            }
+}
+
+/* -- pixels without other lobes -- */
+
+static struct samples *trace_first(struct traced *t, const struct plan *p, struct rect rect)
+{
+    struct samples *s = NULL;
+    assert_int_equal(trace_tile(t, (struct tile_job){.plan = p, .rect = rect}, 0, &s), 0);
+    return s;
+}
+
+/* A coated box top on a Lambert floor: pixels away from it trace no path, and nothing of what is
+ * sent differs from what all paths bring. */
+TEST(paths_that_bring_nothing_are_not_traced)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = floor_plan(f, 10.0f, 48);
+    const uint32_t box = coated(f, 0.3f, 0);
+    fixture_panel(f, box, (float[]){1, 0.5f, 0}, (float[]){0.5f, 0, 0}, (float[]){0, 0, -0.5f});
+    fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 2);
+    divide(&p, 4);
+    p.planes |= PLANES_RESIDUAL_READ & ~PLANE_BIT(PATH_HALF_INDIRECT);
+    struct traced t = trace_all(f, &p);
+    const uint64_t traced = count(&t, COUNTER_PATHS), skipped = count(&t, COUNTER_SKIPPED_NO_LOBE);
+    assert_int_equal(traced + skipped, 48 * 48 * 4);
+    assert_true(traced > 0 && skipped > 2 * traced);
+    struct lobe_boxes *boxes = t.scene->lobes;
+    assert_int_equal(boxes->count, 1);
+    for (int c = 0; c < 3; c++) boxes->box[0].low[c] = -100, boxes->box[0].high[c] = 100;
+    struct samples *all = trace_first(&t, &p, (struct rect){0, 0, 48, 48});
+    assert_int_equal(count(&t, COUNTER_PATHS) - traced, 48 * 48 * 4);
+    assert_memory_equal(all->data, t.samples->data, all->layout.total_bytes);
+    double light = 0;
+    for (int i = 0; i < 48 * 48; i++) light += (double)samples_f32(all, PLANE_PATH_RADIANCE, 0)[i];
+    assert_true(light > 0);
+    samples_destroy(&all);
+    traced_fini(&t);
+    free(f);
+}

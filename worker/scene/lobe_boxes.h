@@ -1,0 +1,23 @@
+#pragma once
+/* Where a scene's surfaces are that have other lobes than a diffuse one: boxes around their
+ * instances. Pixels that show none of them need no path beside light fields. */
+#include "proto/scene/scene.h"
+
+struct mesh_view;
+
+enum { LOBE_BOXES_MOST = 256 };
+
+struct lobe_box {
+    float low[3], high[3]; /* of the world */
+};
+
+struct lobe_boxes {
+    uint32_t count;
+    struct lobe_box box[LOBE_BOXES_MOST];
+};
+
+/* Finds the boxes. Where instances are too many, some that follow each other share one. `meshes`
+ * are those of the blob. ERR_MEMORY. */
+int lobe_boxes_create(const struct scene *blob, const struct mesh_view *meshes,
+                      struct lobe_boxes **out);
+void lobe_boxes_destroy(struct lobe_boxes **boxes);
