@@ -175,10 +175,11 @@ static void leave_surface(const struct path_context *c, const struct path_packet
 }
 
 /* Paths beside light fields go on from so many times the share of light that their first surface's
- * facets reflect, at most surely. */
+ * facets reflect, over the width of their lobe, at most surely. */
 #define LOBE_CHANCE 2.0f
 
-/* Where facets reflect little few paths stand for all: their noise is as small. */
+/* Where facets reflect little, and that widely, few paths stand for all: their noise is as small.
+ * What narrow lobes show of lights is bright, however little they reflect. */
 static void thin_lobes(const struct path_context *c, struct path_packet *p, struct path_vertex *v)
 {
     _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
@@ -188,7 +189,8 @@ static void thin_lobes(const struct path_context *c, struct path_packet *p, stru
     if (!v->any_general || !l->any) return;
     c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
     for (uint32_t i = 0; i < p->count; i++) {
-        const float stays = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]);
+        const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
+        const float stays = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
         if (!(v->active.on[i] & l->on.on[i]) || !(stays < 1.0f)) continue;
         ended.on[i] = chance[i] < stays ? 0 : -1;
         if (ended.on[i]) continue;

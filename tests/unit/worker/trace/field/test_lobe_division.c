@@ -278,8 +278,6 @@ TEST(fields_and_paths_are_whole_paths)
     for (int v = 0; v < 2; v++)
         for (int k = 0; k < 4; k++)
             for (size_t s = 0; s < sizeof surfaces / sizeof surfaces[0]; s++) {
-                /* Whether one of the samples meets so small an image of a point is chance. */
-                if (s == 0 && v == FROM_ABOVE && lights[k] != LIGHT_RECTANGLE) continue;
                 const struct division d = {lights[k], surfaces[s][0], surfaces[s][1],
                                            surfaces[s][2], v ? GRAZING : FROM_ABOVE};
                 const double off = off_by(&d);
