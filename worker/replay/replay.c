@@ -170,6 +170,7 @@ const char *replay_end(const struct replay_sheet *sheet)
     if (!v->hit) return "nothing is hit";
     if (!v->active) return "the surface sends nothing on";
     if (v->left || s->left_out) return "light fields bring all that would come";
+    if (v->thinned) return "roulette of what light fields leave";
     if (r->count - 1 > sheet->plan->bounces) return "that many bounces are asked for";
     if (!s->tried && v->last) return "its light sample stands for all direct light";
     if (!s->tried) return "nothing shines that a last ray could meet";

@@ -60,7 +60,11 @@ static void head(FILE *out, const struct replay_sheet *s)
     fprintf(out, "through image point %.9g, %.9g", (double)r->pixel[0], (double)r->pixel[1]);
     if (c->aperture_radius > 0.0f) position(out, s, ", lens point ", r->vertices[0].origin);
     fputc('\n', out);
-    if (p->paths.without_diffuse_indirect)
+    if (p->paths.without_diffuse_direct)
+        fputs("light fields bring all that the first surface's diffuse lobe sends on, and what the "
+              "camera sees shine: both are left out here\n",
+              out);
+    else if (p->paths.without_diffuse_indirect)
         fprintf(out,
                 "light fields bring indirect light of the first surface's diffuse%s lobe: it is "
                 "left out here\n",
@@ -161,6 +165,9 @@ static void vertex(FILE *out, const struct replay_sheet *s, uint32_t k)
         vector(out, "    what light fields bring is left out: throughput ", v->kept);
         fputc('\n', out);
     }
+    if (v->stays > 0.0f && !v->thinned)
+        fprintf(out, "    goes on with other lobes by a chance of %.9g: throughput over it\n",
+                (double)v->stays);
     if (v->light.tried) light_sample(out, s, &v->light);
     if (v->scatter.tried && v->scatter.on) scatter(out, &v->scatter);
 }

@@ -172,6 +172,7 @@ static void leave_surface(const struct path_context *c, const struct path_packet
     forget_surface(p, v, h);
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&ended);
     if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+    if (c->record) path_record_leave(c, p, v);
 }
 
 /* Paths beside light fields go on from so many times the share of light that their first surface's
@@ -182,7 +183,7 @@ static void leave_surface(const struct path_context *c, const struct path_packet
  * What narrow lobes show of lights is bright, however little they reflect. */
 static void thin_lobes(const struct path_context *c, struct path_packet *p, struct path_vertex *v)
 {
-    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
+    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES], stays[LANES];
     const struct layers *l = &v->layers;
     struct lanes_mask ended = {{0}};
     struct lanes3 *t = &p->throughput;
@@ -190,16 +191,19 @@ static void thin_lobes(const struct path_context *c, struct path_packet *p, stru
     c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
     for (uint32_t i = 0; i < p->count; i++) {
         const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
-        const float stays = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
-        if (!(v->active.on[i] & l->on.on[i]) || !(stays < 1.0f)) continue;
-        ended.on[i] = chance[i] < stays ? 0 : -1;
+        stays[i] = 1.0f;
+        if (!(v->active.on[i] & l->on.on[i])) continue;
+        stays[i] = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
+        if (!(stays[i] < 1.0f)) continue;
+        ended.on[i] = chance[i] < stays[i] ? 0 : -1;
         if (ended.on[i]) continue;
-        t->x[i] /= stays;
-        t->y[i] /= stays;
-        t->z[i] /= stays;
+        t->x[i] /= stays[i];
+        t->y[i] /= stays[i];
+        t->z[i] /= stays[i];
     }
     c->counters->value[COUNTER_SKIPPED_ROULETTE] += lanes_count(&ended);
     if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+    if (c->record) path_record_thin(c, p, v, stays[0]);
 }
 
 /* Reflections have been scatterings, too. */

@@ -88,6 +88,16 @@ void path_record_leave(const struct path_context *c, const struct path_packet *p
     take(&p->throughput, to->kept);
 }
 
+void path_record_thin(const struct path_context *c, const struct path_packet *p,
+                      const struct path_vertex *v, float stays)
+{
+    struct path_record_vertex *to = current(c);
+    if (!to->active || to->left || !(stays < 1.0f)) return;
+    to->stays = stays;
+    to->thinned = !v->active.on[0];
+    take(&p->throughput, to->kept);
+}
+
 /* Returns the density with which scattering would choose the direction. */
 static float scattered_density(const struct path_vertex *v, const float d[3])
 {

@@ -81,6 +81,8 @@ struct path_record_vertex {
     bool left;     /* ended: a light field brings what would come */
     float kept[3]; /* throughput after what a light field brings was taken out of it */
     bool is_kept;  /* that was done here */
+    float stays;   /* the chance of going on with other lobes than those of light fields; 0: sure */
+    bool thinned;  /* ended by it */
     bool last;     /* its light sample stands for all direct light */
     struct path_record_light light;
     struct path_record_scatter scatter;
@@ -121,6 +123,9 @@ PATH_RECORD_COLD void path_record_surface(const struct path_context *c,
 /* Records that the light of light fields was left out. */
 PATH_RECORD_COLD void path_record_leave(const struct path_context *c, const struct path_packet *p,
                                         const struct path_vertex *v);
+/* Records the roulette of what light fields leave, played with the chance `stays`. */
+PATH_RECORD_COLD void path_record_thin(const struct path_context *c, const struct path_packet *p,
+                                       const struct path_vertex *v, float stays);
 /* Records a light sample before its ray is traced; `all` is the reflected radiance. */
 PATH_RECORD_COLD void path_record_light(const struct path_context *c, const struct path_vertex *v,
                                         uint32_t light, float probability,

@@ -3,6 +3,7 @@
 
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
+#include "worker/replay/replay.h"
 #include "worker/replay/sample_replay.h"
 #include "worker/scene/light_table.h"
 
@@ -111,6 +112,37 @@ TEST(so_they_are_beside_light_fields)
     sums_are_those_of_tiles(&p, &t);
     p.paths.without_glossy_indirect = 1;
     sums_are_those_of_tiles(&p, &t);
+    traced_fini(&t);
+    free(f);
+}
+
+/* Paths that leave diffuse lobes to light fields. What becomes of them at their first surface: they
+ * end at the matt floor, and go on from other lobes, surely or by chance. */
+TEST(so_they_are_without_diffuse_lobes)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    struct replay_sheet sheet = {.plan = &p};
+    uint32_t left = 0, thinned = 0, stayed = 0;
+    p.paths.without_diffuse_indirect = p.paths.without_diffuse_direct = 1;
+    p.environment.kind = ENVIRONMENT_NONE;
+    p.camera.aperture_radius = 0;
+    p.paths.spp = 32;
+    struct traced t = trace_all(f, &p);
+    sums_are_those_of_tiles(&p, &t);
+    for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i++) {
+        struct path_record *r = replay(&t, &p, i % SIDE_PX, i / SIDE_PX, 0);
+        const struct path_record_vertex *v = &r->vertices[0];
+        sheet.record = r;
+        assert_int_equal(v->left, v->active && v->lambert);
+        left += v->left, thinned += v->thinned, stayed += v->stays > 0 && !v->thinned;
+        if (v->left)
+            assert_string_equal(replay_end(&sheet), "light fields bring all that would come");
+        if (v->thinned)
+            assert_string_equal(replay_end(&sheet), "roulette of what light fields leave");
+        free(r);
+    }
+    assert_true(left > 0 && thinned > 0 && stayed > 0);
     traced_fini(&t);
     free(f);
 }
