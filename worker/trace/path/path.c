@@ -9,6 +9,7 @@
 #include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/glossy_lobes.h"
 #include "worker/trace/path/path_kernels.h"
+#include "worker/trace/path/path_leave.h"
 #include "worker/trace/path/path_notes.h"
 #include "worker/trace/path/path_record.h"
 
@@ -102,110 +103,6 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
     }
 }
 
-/* Beyond what it has met a path carries only what no light field brings of the first surface's
- * lobes; by chance, in proportion to that share. */
-static void leave_diffuse(const struct path_context *c, struct path_packet *p,
-                          struct path_vertex *v, struct path_harvest *h)
-{
-    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
-    uint64_t *counters = c->counters->value;
-    bool any = false;
-    c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
-    for (uint32_t i = 0; i < p->count; i++) {
-        uint32_t slot = p->slot[i];
-        if (!v->active.on[i]) continue;
-        if (h->own[slot] > 0.0f) {
-            any = true;
-            continue;
-        }
-        float kept[3] = {h->kept.r[slot], h->kept.g[slot], h->kept.b[slot]};
-        float most = fmaxf(kept[0], fmaxf(kept[1], kept[2]));
-        bool stays = chance[i] < most;
-        counters[most > 0.0f ? COUNTER_SKIPPED_ROULETTE : COUNTER_SKIPPED_LIGHT_FIELD] += !stays;
-        v->active.on[i] &= stays ? -1 : 0;
-        v->lambert.on[i] &= v->active.on[i];
-        any |= stays;
-        if (!stays) continue;
-        p->throughput.x[i] *= kept[0] / most;
-        p->throughput.y[i] *= kept[1] / most;
-        p->throughput.z[i] *= kept[2] / most;
-        h->share.r[slot] = h->share.g[slot] = h->share.b[slot] = 0.0f;
-    }
-    if (!any) v->any_lambert = v->any_general = false;
-    if (c->record) path_record_leave(c, p, v);
-}
-
-static void end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
-{
-    v->any_lambert = v->any_general = false;
-    for (int i = 0; i < LANES; i++) {
-        v->active.on[i] &= ~ended->on[i];
-        v->lambert.on[i] &= v->active.on[i];
-        v->any_lambert |= v->lambert.on[i] != 0;
-        v->any_general |= v->active.on[i] != v->lambert.on[i];
-    }
-}
-
-/* Paths that bring nothing are as if they had never been traced, as those of pixels that show no
- * other lobes are not: what they have seen does not count. */
-static void forget_surface(const struct path_packet *p, const struct path_vertex *v,
-                           struct path_harvest *h)
-{
-    struct path_rgb *const noted[] = {&h->albedo, &h->normal};
-    for (uint32_t i = 0; i < p->count; i++) {
-        const uint32_t slot = p->slot[i];
-        if (v->active.on[i] && !v->lambert.on[i]) continue;
-        h->coverage[slot] = h->distance[slot] = 0.0f;
-        for (int k = 0; k < 2; k++) noted[k]->r[slot] = noted[k]->g[slot] = noted[k]->b[slot] = 0;
-    }
-}
-
-/* Light fields bring what diffuse lobes send on: none is left. */
-static void leave_surface(const struct path_context *c, const struct path_packet *p,
-                          struct path_vertex *v, struct path_harvest *h)
-{
-    struct lanes_mask ended = v->lambert;
-    for (int i = 0; v->any_general && i < LANES; i++) {
-        struct bsdf *b = &v->bsdf[i];
-        if (v->active.on[i] && !v->lambert.on[i]) b->albedo[0] = b->albedo[1] = b->albedo[2] = 0;
-    }
-    forget_surface(p, v, h);
-    c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&ended);
-    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
-    if (c->record) path_record_leave(c, p, v);
-}
-
-/* Paths beside light fields go on from so many times the share of light that their first surface's
- * facets reflect, over the width of their lobe, at most surely. */
-#define LOBE_CHANCE 2.0f
-
-/* Where facets reflect little, and that widely, few paths stand for all: their noise is as small.
- * What narrow lobes show of lights is bright, however little they reflect. */
-static void thin_lobes(const struct path_context *c, struct path_packet *p, struct path_vertex *v)
-{
-    _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES], stays[LANES];
-    const struct layers *l = &v->layers;
-    struct lanes_mask ended = {{0}};
-    struct lanes3 *t = &p->throughput;
-    if (!v->any_general || !l->any) return;
-    c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
-    for (uint32_t i = 0; i < p->count; i++) {
-        const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
-        stays[i] = 1.0f;
-        if (!(v->active.on[i] & l->on.on[i])) continue;
-        stays[i] = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
-        if (!(stays[i] < 1.0f)) continue;
-        ended.on[i] = chance[i] < stays[i] ? 0 : -1;
-        if (ended.on[i]) continue;
-        t->x[i] /= stays[i];
-        t->y[i] /= stays[i];
-        t->z[i] /= stays[i];
-    }
-    c->counters->value[COUNTER_SKIPPED_ROULETTE] += lanes_count(&ended);
-    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
-    if (c->record) path_record_thin(c, p, v, stays[0]);
-}
-
 /* Reflections have been scatterings, too. */
 static void end_mirrored(const struct path_context *c, const struct path_packet *p,
                          struct path_vertex *v, const struct path_harvest *h)
@@ -213,7 +110,7 @@ static void end_mirrored(const struct path_context *c, const struct path_packet 
     struct lanes_mask ended = {{0}};
     for (uint32_t i = 0; i < p->count; i++)
         ended.on[i] = v->depth + h->mirrored[p->slot[i]] > c->plan->bounces ? -1 : 0;
-    if (lanes_count(&ended) > 0) end_lanes(&ended, v);
+    if (lanes_count(&ended) > 0) path_end_lanes(&ended, v);
 }
 
 /* Where light fields are sure to light what paths of the lens see, these need not: they end, or
@@ -235,7 +132,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
     }
     if (c->leaves_diffuse) return;
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
-    end_lanes(&lit, v);
+    path_end_lanes(&lit, v);
     if (c->record && lit.on[0]) path_record_leave(c, p, v);
 }
 
@@ -271,7 +168,7 @@ static void end_last(const struct path_context *c, struct path_vertex *v)
     uint32_t ended = lanes_count(&v->last);
     if (ended == 0) return;
     c->counters->value[COUNTER_SKIPPED_LAST_SEGMENT] += ended;
-    end_lanes(&v->last, v);
+    path_end_lanes(&v->last, v);
 }
 
 /* Traces the packet's rays and adds what they meet; v has the surfaces that light up. */
@@ -307,14 +204,14 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
-    if (depth == 0 && c->leaves_surface) leave_surface(c, p, v, &s->harvest);
+    if (depth == 0 && c->leaves_surface) path_leave_surface(c, p, v, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
     if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
-    if (depth == 1 && c->leaves_diffuse) leave_diffuse(c, p, v, &s->harvest);
+    if (depth == 1 && c->leaves_diffuse) path_leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
-    if (depth == 0 && c->leaves_surface) thin_lobes(c, p, v);
+    if (depth == 0 && c->leaves_surface) path_thin_lobes(c, p, v);
     if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->shines) v->last = v->active;
     end_last(c, v);

@@ -1,0 +1,21 @@
+#pragma once
+/* What paths of a packet leave to light fields beside them, at the surfaces *vertex that they have
+ * met. */
+#include "worker/trace/path/path.h"
+
+/* Leaves out indirect light of the first surface's diffuse lobe: where paths have gone one segment
+ * on, they end or lose what fields bring. */
+void path_leave_diffuse(const struct path_context *context, struct path_packet *packet,
+                        struct path_vertex *vertex, struct path_harvest *harvest);
+
+/* Leaves out all that diffuse lobes of first surfaces send on. */
+void path_leave_surface(const struct path_context *context, const struct path_packet *packet,
+                        struct path_vertex *vertex, struct path_harvest *harvest);
+
+/* Plays roulette with paths of which that has left little, where they have layers: those of the
+ * vertex are set. */
+void path_thin_lobes(const struct path_context *context, struct path_packet *packet,
+                     struct path_vertex *vertex);
+
+/* Ends the paths in the lanes of *ended. */
+void path_end_lanes(const struct lanes_mask *ended, struct path_vertex *vertex);
