@@ -157,13 +157,14 @@ struct scene_material {
     float model_specular[3];    /* of the models that are not glTF's */
     float exponent_u, exponent_v;
     float alpha_u;
-    float eta[3], k[3]; /* complex refractive index of a conductor */
-    uint32_t reserved[2];
+    float eta[3], k[3];                   /* complex refractive index of a conductor */
+    float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat; 0: none */
     struct scene_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
         emission_texture, transmission_texture /* red */, specular_texture /* alpha */,
         specular_color_texture /* sRGB */, anisotropy_texture /* red, green: direction; blue:
         strength */
-        ;
+        ,
+        clearcoat_texture /* red */, clearcoat_roughness_texture /* green */;
 };
 
 enum texture_wrap { WRAP_REPEAT = 0, WRAP_CLAMP = 1, WRAP_MIRROR = 2 };

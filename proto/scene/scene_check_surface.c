@@ -38,6 +38,9 @@ static int check_surface(const struct scene_record *at, const struct scene_mater
     if (!error) error = record_number(at, "transmission", m->transmission, 0.0f, 1.0f);
     if (!error) error = record_numbers(at, "specular_color", m->specular_color, 3, 0.0f, VALUE_MAX);
     if (!error) error = record_number(at, "anisotropy", m->anisotropy, 0.0f, 1.0f);
+    if (!error) error = record_number(at, "clearcoat", m->clearcoat, 0.0f, 1.0f);
+    if (!error)
+        error = record_number(at, "clearcoat_roughness", m->clearcoat_roughness, 0.0f, 1.0f);
     if (!error) error = record_number(at, "anisotropy_rad", m->anisotropy_rad, -TURN_MAX, TURN_MAX);
     return error;
 }
@@ -76,7 +79,9 @@ static int check_material_textures(const struct scene_record *at, const struct s
                {"transmission_texture", &m->transmission_texture},
                {"specular_texture", &m->specular_texture},
                {"specular_color_texture", &m->specular_color_texture},
-               {"anisotropy_texture", &m->anisotropy_texture}};
+               {"anisotropy_texture", &m->anisotropy_texture},
+               {"clearcoat_texture", &m->clearcoat_texture},
+               {"clearcoat_roughness_texture", &m->clearcoat_roughness_texture}};
     int error = 0;
     for (size_t i = 0; i < sizeof all / sizeof all[0] && !error; i++)
         error = check_texture_ref(at, all[i].field, all[i].ref);
@@ -91,7 +96,6 @@ int scene_check_material(const struct scene_record *at, const struct scene_mater
     if (!error) error = record_value(at, "alpha_mode", m->alpha_mode, ALPHA_BLEND);
     if (!error) error = record_flags(at, m->flags, MATERIAL_FLAGS);
     if (!error) error = record_name(at, m->name);
-    if (!error) error = record_reserved(at, m->reserved[0] | m->reserved[1]);
     return error ? error : check_material_textures(at, m);
 }
 

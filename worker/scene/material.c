@@ -48,7 +48,9 @@ static void init_textures(struct material *m, const struct scene *blob,
                {&m->transmission_texture, &s->transmission_texture},
                {&m->specular_texture, &s->specular_texture},
                {&m->specular_color_texture, &s->specular_color_texture},
-               {&m->anisotropy_texture, &s->anisotropy_texture}};
+               {&m->anisotropy_texture, &s->anisotropy_texture},
+               {&m->coat_texture, &s->clearcoat_texture},
+               {&m->coat_roughness_texture, &s->clearcoat_roughness_texture}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         texture_init(all[i].texture, blob, all[i].ref, decoding);
         m->textured |= all[i].texture->texels != NULL;
@@ -65,6 +67,8 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     float ratio = (s->ior - 1.0f) / (s->ior + 1.0f); /* ior >= 0; 0 gives 1, as the format says */
     for (int i = 0; i < 3; i++) m->specular_f0[i] = ratio * ratio * s->specular_color[i];
     m->anisotropy = s->anisotropy;
+    m->coat = s->clearcoat;
+    m->coat_roughness = s->clearcoat_roughness;
     m->rotation[0] = elementary_cos(s->anisotropy_rad);
     m->rotation[1] = elementary_sin(s->anisotropy_rad);
 }
@@ -83,7 +87,8 @@ static void init_others(struct material *m, const struct scene_material *s)
 static void init_kind(struct material *m, const struct scene_material *s)
 {
     bool gltf = s->model == MODEL_GLTF && !m->unlit;
-    m->lambert = gltf && m->metallic == 0.0f && m->transmission == 0.0f && m->specular == 0.0f;
+    m->lambert = gltf && m->metallic == 0.0f && m->transmission == 0.0f && m->specular == 0.0f &&
+                 m->coat == 0.0f;
     m->transmissive = gltf && m->transmission > 0.0f && m->metallic < 1.0f;
     m->transmissive |= gltf && m->transmission > 0.0f && m->metallic_roughness_texture.texels;
     m->volume = m->transmissive && s->thickness > 0.0f;
@@ -128,6 +133,16 @@ static void set_alphas(const struct material *m, const struct material_uv *uv, f
     out->alpha_u = unit_interval(alpha + (1.0f - alpha) * strength * strength);
 }
 
+static void set_coat(const struct material *m, const struct material_uv *uv, struct bsdf *out)
+{
+    float factor[4], rough[4];
+    sample_at(&m->coat_texture, uv, factor);
+    sample_at(&m->coat_roughness_texture, uv, rough);
+    const float roughness = m->coat_roughness * rough[1];
+    out->coat = m->coat * factor[0];
+    out->coat_alpha = roughness * roughness;
+}
+
 static void set_gltf(const struct material *m, const struct material_uv *uv, bool inside,
                      struct bsdf *out)
 {
@@ -145,6 +160,7 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
         out->albedo[i] = out->base_color[i] * (1.0f - out->metallic) * (1.0f - out->transmission);
     }
     set_alphas(m, uv, m->roughness * rough[1], out);
+    if (m->coat > 0.0f) set_coat(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
     out->thin = m->transmissive && !m->volume;

@@ -3,9 +3,9 @@
  * hit makes the BSDF of its point (material_bsdf).
  *
  * Sources: glTF 2.0, section 3.9 and appendix B; KHR_materials_specular, _ior, _transmission,
- * _volume, _anisotropy, _emissive_strength, _unlit. An unlit material emits its base colour to both
- * sides and reflects nothing. Materials are seen from both sides, double-sided or not: only
- * emission minds. */
+ * _volume, _anisotropy, _clearcoat, _emissive_strength, _unlit. An unlit material emits its base
+ * colour to both sides and reflects nothing. Materials are seen from both sides, double-sided or
+ * not: only emission minds. */
 #include <stdbool.h>
 
 #include "worker/scene/texture.h"
@@ -28,6 +28,7 @@ struct material {
     float metallic, roughness, transmission, specular;
     float ior;                     /* of the inside over the outside; 0: infinite */
     float specular_f0[3];          /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
+    float coat, coat_roughness;    /* KHR_materials_clearcoat */
     float anisotropy, rotation[2]; /* strength; cosine, sine */
     float model_specular[3];
     float exponent_u, exponent_v, alpha_u;
@@ -38,7 +39,7 @@ struct material {
     struct bsdf plain[2]; /* from outside, from inside; of materials that are not textured */
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
-        specular_color_texture, anisotropy_texture;
+        specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture;
 };
 
 struct material_table {

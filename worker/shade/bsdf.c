@@ -3,6 +3,7 @@
 #include "worker/shade/ashikhmin_shirley.h"
 #include "worker/shade/beckmann.h"
 #include "worker/shade/blinn_phong.h"
+#include "worker/shade/coat.h"
 #include "worker/shade/gltf.h"
 #include "worker/shade/lobe.h"
 #include "worker/shade/phong.h"
@@ -44,7 +45,9 @@ void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
 {
     *out = (struct bsdf_value){0};
     if (wo[2] < DIRECTION_GRAZING || fabsf(wi[2]) < DIRECTION_GRAZING) return;
-    if (b->model == BSDF_GLTF)
+    if (b->model == BSDF_GLTF && b->coat > 0.0f)
+        coat_evaluate(b, wo, wi, out);
+    else if (b->model == BSDF_GLTF)
         gltf_evaluate(b, wo, wi, out);
     else if (wi[2] > 0.0f)
         evaluate_reflection(b, wo, wi, out);
@@ -121,7 +124,9 @@ bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     *out = (struct bsdf_sample){0};
     if (wo[2] < DIRECTION_GRAZING) return false;
     if (b->model == BSDF_GLTF) {
-        if (!gltf_sample(b, wo, choice, u, out, &value)) return false;
+        const bool found = b->coat > 0.0f ? coat_sample(b, wo, choice, u, out, &value)
+                                          : gltf_sample(b, wo, choice, u, out, &value);
+        if (!found) return false;
         return out->dirac || weigh(b, &value, out);
     }
     if (!sample_reflection(b, wo, choice, u, out)) return false;

@@ -18,7 +18,8 @@
 enum bsdf_model {
     BSDF_BLACK = 0,   /* reflects nothing: emitters, unlit */
     BSDF_LAMBERT = 1, /* albedo */
-    BSDF_GLTF = 2,    /* metallic-roughness with specular, transmission, ior, anisotropy, volume */
+    BSDF_GLTF =
+        2, /* metallic-roughness with specular, transmission, ior, anisotropy, volume, coat */
     BSDF_PHONG = 3,
     BSDF_BLINN_PHONG = 4,
     BSDF_BECKMANN = 5,
@@ -37,9 +38,10 @@ struct bsdf {
     float metallic, transmission; /* [0, 1] */
     float specular;               /* KHR_materials_specular factor */
     float specular_f0[3];         /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
-    float ior;   /* of the far side over the near one, as the path meets it: 1/ior from inside */
-    bool thin;   /* thin-walled: what is transmitted is not bent */
-    bool inside; /* the path is inside the volume and meets its surface from behind */
+    float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
+    float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
+    bool thin;              /* thin-walled: what is transmitted is not bent */
+    bool inside;            /* the path is inside the volume and meets its surface from behind */
     /* others */
     float model_specular[3];      /* [0, 1] */
     float exponent_u, exponent_v; /* [0, 1e5] */

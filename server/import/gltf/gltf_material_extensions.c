@@ -100,6 +100,28 @@ static int read_anisotropy(struct gltf *g, const json_t *json, const char *place
     return rc;
 }
 
+static int read_clearcoat(struct gltf *g, const json_t *json, const char *place,
+                          struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_clearcoat", &extension, at, fault);
+    if (rc == 0) rc = gltf_float(extension, at, "clearcoatFactor", 0, 1, &m->clearcoat, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "clearcoatRoughnessFactor", 0, 1, &m->clearcoat_roughness,
+                        fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "clearcoatTexture", false, &m->clearcoat_texture,
+                               &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "clearcoatRoughnessTexture", false,
+                               &m->clearcoat_roughness_texture, &info, fault);
+    if (rc == 0 && m->clearcoat > 0 && json_object_get(extension, "clearcoatNormalTexture"))
+        warnings_add(&g->builder->warnings, at,
+                     "clearcoatNormalTexture is ignored: the coat has the surface's normals");
+    return rc;
+}
+
 int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char *place,
                                   struct scene_material *m, struct fault *fault)
 {
@@ -108,5 +130,6 @@ int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char
     if (rc == 0) rc = read_transmission(g, json, place, m, fault);
     if (rc == 0) rc = read_volume(g, json, place, m, fault);
     if (rc == 0) rc = read_anisotropy(g, json, place, m, fault);
+    if (rc == 0) rc = read_clearcoat(g, json, place, m, fault);
     return rc;
 }

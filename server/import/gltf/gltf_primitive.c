@@ -37,10 +37,17 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
 static void check_uvs(struct gltf *g, const struct scene_material *m,
                       const struct gltf_geometry *geometry, const char *place)
 {
-    const struct scene_texture_ref *refs[] = {
-        &m->base_color_texture,     &m->normal_texture,       &m->metallic_roughness_texture,
-        &m->emission_texture,       &m->transmission_texture, &m->specular_texture,
-        &m->specular_color_texture, &m->anisotropy_texture,   NULL};
+    const struct scene_texture_ref *refs[] = {&m->base_color_texture,
+                                              &m->normal_texture,
+                                              &m->metallic_roughness_texture,
+                                              &m->emission_texture,
+                                              &m->transmission_texture,
+                                              &m->specular_texture,
+                                              &m->specular_color_texture,
+                                              &m->anisotropy_texture,
+                                              &m->clearcoat_texture,
+                                              &m->clearcoat_roughness_texture,
+                                              NULL};
     for (const struct scene_texture_ref **ref = refs; *ref; ref++) {
         if ((*ref)->texture == SCENE_NONE || geometry->uv[(*ref)->uv_set] != SCENE_NONE) continue;
         warnings_add(&g->builder->warnings, place,

@@ -19,7 +19,9 @@ void surface_init(struct scene_material *m)
                                  .transmission_texture = none,
                                  .specular_texture = none,
                                  .specular_color_texture = none,
-                                 .anisotropy_texture = none};
+                                 .anisotropy_texture = none,
+                                 .clearcoat_texture = none,
+                                 .clearcoat_roughness_texture = none};
 }
 
 void surface_conserve(struct scene_material *m, const char *place, struct warnings *warnings)

@@ -12,7 +12,7 @@ static bool is_lambert(const struct scene_material *m)
     if (m->alpha_mode == ALPHA_BLEND) return false;
     if (m->flags & MATERIAL_UNLIT) return true;
     return m->model == MODEL_GLTF && !(m->metallic > 0) && !(m->specular > 0) &&
-           !(m->transmission > 0);
+           !(m->transmission > 0) && !(m->clearcoat > 0);
 }
 
 static const struct scene_material *first_other(const struct scene *scene)

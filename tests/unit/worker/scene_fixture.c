@@ -43,6 +43,7 @@ uint32_t fixture_material(struct scene_fixture *f, float r, float g, float b)
     m->base_color_texture = m->normal_texture = m->emission_texture = none;
     m->metallic_roughness_texture = m->transmission_texture = m->specular_texture = none;
     m->specular_color_texture = m->anisotropy_texture = none;
+    m->clearcoat_texture = m->clearcoat_roughness_texture = none;
     return f->material_count++;
 }
 

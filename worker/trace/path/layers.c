@@ -6,7 +6,8 @@
 
 static bool is_layer(const struct bsdf *b)
 {
-    return b->model == BSDF_GLTF && !(b->transmission > 0.0f) && !roughness_is_smooth(b);
+    return b->model == BSDF_GLTF && !(b->transmission > 0.0f) && !(b->coat > 0.0f) &&
+           !roughness_is_smooth(b);
 }
 
 static void take(const struct bsdf *b, int i, struct layers *l)

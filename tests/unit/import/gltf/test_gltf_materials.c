@@ -128,6 +128,27 @@ TEST(solids_are_read)
     scene_unmap(&s);
 }
 
+TEST(clear_coats_are_read)
+{
+    struct scene s;
+    const struct scene_material *m =
+        read_one("\"extensions\": {\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 0.5,"
+                 "\"clearcoatTexture\": {\"index\": 1}, \"clearcoatRoughnessFactor\": 0.25,"
+                 "\"clearcoatRoughnessTexture\": {\"index\": 0}, \"clearcoatNormalTexture\": "
+                 "{\"index\": 0}}}",
+                 &s);
+    assert_true(m->clearcoat == 0.5f && m->clearcoat_roughness == 0.25f);
+    assert_int_equal(s.images[s.textures[m->clearcoat_texture.texture].image].flags, 0);
+    assert_int_not_equal(m->clearcoat_roughness_texture.texture, SCENE_NONE);
+    assert_true(room_warned("clearcoatNormalTexture is ignored"));
+    scene_unmap(&s);
+    room_refuses("a.gltf",
+                 document(WITH_UVS, "\"extensions\": {\"KHR_materials_clearcoat\": "
+                                    "{\"clearcoatRoughnessFactor\": 1.5}}"),
+                 ERR_RANGE,
+                 "materials[0].extensions.KHR_materials_clearcoat.clearcoatRoughnessFactor");
+}
+
 TEST(anisotropy_brings_tangents)
 {
     struct scene s;

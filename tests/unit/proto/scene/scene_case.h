@@ -83,7 +83,9 @@ static inline void scene_case_surfaces(struct scene_case *c)
                                                   .transmission_texture = none,
                                                   .specular_texture = none,
                                                   .specular_color_texture = none,
-                                                  .anisotropy_texture = none};
+                                                  .anisotropy_texture = none,
+                                                  .clearcoat_texture = none,
+                                                  .clearcoat_roughness_texture = none};
     c->materials[0].base_color_texture.texture = 0;
     c->materials[1].emission[0] = 20;
     c->textures[0].wrap_u = WRAP_CLAMP;

@@ -238,8 +238,11 @@ TEST(materials_are_checked)
     EXPECT(c.materials[1].alpha_mode = 3, ERR_RANGE, "materials[1].alpha_mode");
     EXPECT(c.materials[1].flags = 8, ERR_RANGE, "materials[1].flags");
     EXPECT(c.materials[1].name = 16, ERR_RANGE, "materials[1].name");
-    EXPECT(c.materials[1].reserved[0] = 1, ERR_RANGE, "materials[1].reserved");
-    EXPECT(c.materials[1].reserved[1] = 1, ERR_RANGE, "materials[1].reserved");
+    EXPECT(c.materials[1].clearcoat = 1.5f, ERR_RANGE, "materials[1].clearcoat");
+    EXPECT(c.materials[1].clearcoat_roughness = NAN, ERR_NOT_FINITE,
+           "materials[1].clearcoat_roughness");
+    EXPECT(c.materials[1].clearcoat_texture.texture = 9, ERR_RANGE,
+           "materials[1].clearcoat_texture");
     EXPECT(c.materials[1].base_color_texture.texture = 1, ERR_RANGE,
            "materials[1].base_color_texture");
     EXPECT(c.materials[1].metallic_roughness_texture.uv_set = 2, ERR_RANGE,

@@ -200,6 +200,25 @@ TEST(anisotropy_widens_along_its_direction)
     close_bench(&b);
 }
 
+TEST(coats_are_their_factors_times_their_textures)
+{
+    struct bench b = open_bench();
+    struct bsdf bsdf;
+    b.record->clearcoat = 0.5f;
+    b.record->clearcoat_roughness = 0.5f;
+    const struct material *m = make(&b);
+    assert_false(m->lambert); /* whatever is beneath */
+    material_bsdf(m, NULL, false, &bsdf);
+    assert_true(bsdf.coat == 0.5f && bsdf.coat_alpha == 0.25f);
+    b.record->clearcoat_texture = texel(&b, 51, 0, 0, 0, 0);
+    b.record->clearcoat_roughness_texture = texel(&b, 0, 102, 0, 0, 0);
+    m = make(&b);
+    material_bsdf(m, &at_origin, false, &bsdf);
+    expect(bsdf.coat, 0.5 * 0.2);
+    expect(bsdf.coat_alpha, 0.2 * 0.2);
+    close_bench(&b);
+}
+
 TEST(other_models_pass_through)
 {
     static const struct {

@@ -1,0 +1,24 @@
+#pragma once
+/* KHR_materials_clearcoat: a clear layer of an index of 1.5 on a glTF surface, of GGX facets of its
+ * own roughness.
+ *
+ * Facets reflect coat * F, F by Schlick of f0 0.04. With M(w) the mean of that over the facets that
+ * w sees (coupling.h), T(w) = 1 - M(w) is let through. What is under the layer is scaled
+ *
+ *   its diffuse lobe by T(wo) T(wi) / (1 - M), M the cosine-weighted mean of M(w), less up to 1.4 %
+ *   where the surface's own facets hinder the same directions (coat.c),
+ *   all other lobes by the lesser of T(wo) and T(wi),
+ *
+ * in place of the format's 1 - coat * F(V.N), which is not reciprocal. Both are, neither lets more
+ * light out than came in, and of what passes the layer a diffuse surface loses next to
+ * nothing. What leaves
+ * a volume passes the layer once, where it is outside.
+ *
+ * The layer has the surface's normal, and its emission does not pass it. */
+#include "worker/shade/bsdf.h"
+
+/* As gltf_evaluate and gltf_sample, for b->coat > 0. */
+void coat_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
+                   struct bsdf_value *out);
+bool coat_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                 struct bsdf_sample *out, struct bsdf_value *value);
