@@ -8,6 +8,7 @@
 #include <uv.h>
 
 #include "server/http/http.h"
+#include "server/job/prepare/studio_light.h"
 
 /* How long the coordinator goes on after its end has begun, so that viewers learn of it and answers
  * under way go out. The first is the least while clients are connected, the second the most. */
@@ -114,11 +115,22 @@ static void tell_of_old_folders(const struct coordinator_options *options)
     }
 }
 
+/* The studio light is the server's own: it is there from the start, and no asset's removal takes it
+ * away. A disk that fails is told of when a job needs it. */
+static void place_studio_light(const struct objects *objects)
+{
+    struct environment_header header;
+    struct digest blob;
+    struct fault ignored = {0};
+    studio_light_place(objects, &header, &blob, &ignored);
+}
+
 static int open_store(struct coordinator *c, const struct coordinator_options *options,
                       struct fault *fault)
 {
     const char *data = options->directories->data;
     int error = objects_open(&c->objects, data, options->ephemeral);
+    if (!error) place_studio_light(&c->objects);
     if (!error) error = job_store_open(&c->loop, data, options->ephemeral, &c->store);
     if (!error) {
         tell_of_old_folders(options);

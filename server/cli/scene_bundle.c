@@ -223,7 +223,7 @@ static int add_libraries(struct bundle *b, char *rest)
     bool all = true;
     for (char *one = strtok_r(words, " \t", &save); one; one = strtok_r(NULL, " \t", &save))
         all &= is_there(b, one);
-    strcpy(words, name);
+    memcpy(words, name, strlen(name) + 1);
     for (char *one = strtok_r(words, " \t", &save); all && one && !error;
          one = strtok_r(NULL, " \t", &save))
         error = add_mtl(b, one);

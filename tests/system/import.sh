@@ -114,7 +114,7 @@ lots='{"asset": {"version": "2.0"}, "accessors": [{"componentType": 5126, "count
   "type": "VEC3"}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
   "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]}'
 echo "$lots" >"$room/lots.gltf"
-check "a small file cannot ask for gigabytes" refuses "$room/lots.gltf" MISSING "accessors[0]"
+check "a small file cannot ask for gigabytes" refuses "$room/lots.gltf" LIMIT "accessors[0]"
 awk 'BEGIN { for (y = 0; y <= 400; y++) for (x = 0; x <= 400; x++) print "v", x, y, (x * y) % 7
     for (y = 0; y < 400; y++) for (x = 1; x <= 400; x++)
         print "f", y * 401 + x, y * 401 + x + 1, y * 401 + x + 402, y * 401 + x + 401 }' >"$room/large.obj"
@@ -247,7 +247,7 @@ with_scene cornell-box-mcguire/CornellBox-Glossy.obj "MTL's illum 2 is Blinn-Pho
     '([.materials[] | select(.model == "blinn_phong") | .name] | sort) == ["shortBox", "sphere"]
      and all(.materials[]; (.base_color[0:3] + .model_specular) as $c
              | all([$c[0] + $c[3], $c[1] + $c[4], $c[2] + $c[5]][]; . < 1.00001))
-     and ($l.warnings | length) == 1'
+     and ($l.warnings | length) == 2'
 with_scene cornell-box-mcguire/CornellBox-Water.obj "MTL's illum 7 is solid glass" \
     '[.materials[] | select(.transmission == 1 and .thickness > 0) | .ior] | sort == [1.5, 2.5]'
 with_scene glb/living-room/living-room.glb "volumes and matt surfaces are read" \
@@ -258,8 +258,8 @@ with_scene gltf/playcanvas/AttenuationTest.glb "attenuation is read" \
 with_scene gltf/playcanvas/AnisotropyStrengthTest.glb "anisotropic surfaces have tangents" \
     '[.materials[].anisotropy] as $a | ($a | max) > 0
      and all(.instances[]; .has_tangents or $a[.material] == 0)'
-with_scene gltf/playcanvas/ClearCoatTest.glb "a coat that is not drawn is named" \
-    '$l.warnings | any(contains("KHR_materials_clearcoat"))'
+with_scene gltf/playcanvas/ClearCoatTest.glb "a normal map that is not drawn is named" \
+    '$l.warnings | any(contains("clearcoatNormalTexture"))'
 with_scene gltf/MetalRoughSpheresNoTextures/glTF/MetalRoughSpheresNoTextures.gltf \
     "instancing stores shared geometry once" '.triangles < 15000 and .vertices < 10000'
 with_scene gltf/TextureTransformTest/glTF/TextureTransformTest.gltf "texture transforms are read" \

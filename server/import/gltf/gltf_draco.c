@@ -87,7 +87,7 @@ static int normalize(struct gltf *g, uint32_t accessor, float *values, size_t co
 {
     float scale;
     int rc = gltf_accessor_scale(g, accessor, &scale, fault);
-    for (size_t i = 0; rc == 0 && scale != 1 && i < count; i++)
+    for (size_t i = 0; rc == 0 && values != NULL && scale != 1 && i < count; i++)
         values[i] = values[i] * scale < -1 ? -1 : values[i] * scale;
     return rc;
 }

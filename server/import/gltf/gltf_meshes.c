@@ -60,7 +60,7 @@ static int list_stands(struct meshes *m, struct fault *fault)
     const struct gltf_nodes *nodes = &m->g->nodes;
     const uint32_t meshes = (uint32_t)gltf_count(m->g->root, "meshes");
     m->stands = malloc(((size_t)meshes + nodes->count + 1) * sizeof *m->stands);
-    m->stand_of = malloc(((size_t)nodes->count + 1) * sizeof *m->stand_of);
+    m->stand_of = calloc((size_t)nodes->count + 1, sizeof *m->stand_of);
     if (m->stands == NULL || m->stand_of == NULL) return out_of_memory(fault);
     for (uint32_t i = 0; i < meshes; i++) m->stands[i] = (struct stand){i, SCENE_NONE};
     uint32_t count = meshes;

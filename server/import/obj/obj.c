@@ -206,7 +206,7 @@ int obj_import(struct files *files, const char *name, const struct file_view *ma
         rc = fault_set(fault, ERR_MEMORY, name, "no memory for assimp");
     else
         rc = parse(name, main, settings, &scene, fault);
-    if (rc == 0) rc = convert(scene, &mtl, files, name, builder, fault);
+    if (rc == 0 && scene != NULL) rc = convert(scene, &mtl, files, name, builder, fault);
     aiReleaseImport(scene);
     if (settings != NULL) aiReleasePropertyStore(settings);
     mtl_fini(&mtl);

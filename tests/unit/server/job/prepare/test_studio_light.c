@@ -38,7 +38,7 @@ TEST(white_surfaces_are_neither_dark_nor_burnt)
         least = fmin(least, sent);
     }
     assert_true(least > 0.2 && most < 1.2);
-    assert_true(most > 3 * least);            /* it gives shape */
+    assert_true(most > 3 * least);                 /* it gives shape */
     assert_true(sent_on(normals[6]) > 0.9 * most); /* the side of the key light */
 }
 
