@@ -40,7 +40,7 @@ static void add_instance(const struct scene_instance *instance, const struct lob
 
 static bool has_lobes(const struct mesh_view *mesh)
 {
-    return mesh->traits & MESH_REFLECTS && mesh->triangle_count > 0;
+    return mesh->traits & (MESH_REFLECTS | MESH_BUMPY) && mesh->triangle_count > 0;
 }
 
 /* `of_mesh` has room for the boxes of all meshes. */

@@ -18,7 +18,9 @@ enum mesh_trait {
     MESH_BENT = 4,     /* it has normals other than its facets' */
     MESH_TEXTURED = 8,
     MESH_LAMBERT = 16,
-    MESH_ROUND = 32 /* rays start from the surface that its normals describe (lift_lanes.h) */
+    MESH_ROUND = 32, /* rays start from the surface that its normals describe (lift_lanes.h) */
+    MESH_BUMPY = 64  /* it has a normal map: pixels show many normals, of which a field of their
+                        centres knows one */
 };
 
 /* One mesh as it lies in the blob, with all that a hit or an alpha test needs. */

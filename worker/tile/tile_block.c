@@ -5,6 +5,7 @@
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
+#include "worker/trace/path/path_leave.h"
 
 /* Marks lanes whose surface reflects something. */
 static void mark_lit(const struct surface *s, struct lanes_mask *lit)
@@ -103,6 +104,16 @@ static void mark_lobed(struct tile_tracer *t)
     for (int i = 0; i < LANES; i++) t->bouncing.on[i] |= lobes.on.on[i];
 }
 
+/* Fields light no centre whose surface is paths' alone, whatever sub-samples show. */
+static void leave_to_paths(struct tile_tracer *t)
+{
+    const struct surface *s = &t->centre.surface;
+    for (int i = 0; i < LANES; i++) {
+        if (!s->hit.on[i] || path_leaves_to_fields(s, i)) continue;
+        t->point.lit.on[i] = t->bouncing.on[i] = 0;
+    }
+}
+
 /* Camera rays: geometry, emission, and which lanes reflect light: those whose surface does at the
  * centre or at any sub-sample, because sub-samples take the lighting of the centre. Bounce rays
  * leave those that reflect it diffusely. */
@@ -119,8 +130,10 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     hit_resolve(&t->queries, &camera->valid, t->seen, &t->centre.surface);
     t->centre.mirrors.any = false;
     if (stages->field.mirrors) mirrors_follow(&stages->field, NULL, t->seen, &t->centre);
+    if (stages->paths.leaves_surface) path_hide_from_fields(&t->centre.surface);
     mark_lit(&t->centre.surface, &t->point.lit);
     resolve_centre(t, stages);
+    if (stages->paths.leaves_surface) path_hide_from_fields(&t->centre.surface);
     if (stages->bounces) mark_lit(&t->centre.surface, &t->bouncing);
     geometry_store(&t->queries, b, mirrors_seen(&t->centre, &copy), &t->planes);
     struct glow glow = {false, false};
@@ -129,8 +142,10 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         struct surface *sub = &t->beside.surface;
         primary_trace_sub(&t->queries, plan, b, k, plan->sub_samples, &t->camera, sub);
+        if (stages->paths.leaves_surface) path_hide_from_fields(sub);
         mark_lit(sub, &t->point.lit);
         resolve_sub(t, stages, k, samples);
+        if (stages->paths.leaves_surface) path_hide_from_fields(sub);
         if (stages->bounces) mark_lit(sub, &t->bouncing);
         geometry_store_sub(&t->queries, b, plan->length_unit, &t->centre.surface, sub,
                            &t->planes.sub[k]);
@@ -139,6 +154,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     }
     if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
     if (plan->planes & PLANE_BIT(LENS_LOBE)) mark_lobed(t);
+    if (stages->paths.leaves_surface) leave_to_paths(t);
     uint32_t emitted = 1 + plan->sub_samples;
     if (glow.bright && glow.dark && plan->sub_samples > 0 && !stages->field.mirrors)
         emitted = sharpen_glow(t, plan, counters);

@@ -237,6 +237,7 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
                  "paths make the picture, as light fields cannot: %s", why);
         choose_paths(job, filter_why, filter_why, why, report);
     } else if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
+        report->bumpy = plan_has_bumps(scene);
         choose_beside(job, plan, why, report);
     } else {
         report->integrator = INTEGRATOR_LIGHT_FIELD;

@@ -46,6 +46,15 @@ static const struct scene_material *first_blended(const struct scene *scene)
     return NULL;
 }
 
+bool plan_has_bumps(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        if (scene->materials[mesh->material].normal_texture.texture != SCENE_NONE) return true;
+    }
+    return false;
+}
+
 bool plan_light_field_possible(const struct job *job, const struct scene *scene,
                                char why[PLAN_WHY_BYTES])
 {

@@ -48,6 +48,9 @@ uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
 void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_filter_none(const struct job *job, const char *why, struct plan_report *report);
 
+/* Returns whether some surface has a normal map. */
+bool plan_has_bumps(const struct scene *scene);
+
 /* Returns whether some light of the list is a rectangle. */
 bool plan_has_rectangle(const struct plan *plan);
 

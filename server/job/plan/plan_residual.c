@@ -40,7 +40,8 @@ void plan_residual(const struct job *job, struct plan *plan, struct plan_report 
     plan->residual_filter = choose(job, plan, report, report->residual_filter_why);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return;
     plan->planes |= PLANES_RESIDUAL_READ;
-    if (plan->paths.without_diffuse_indirect) return;
+    /* Surfaces with normal maps are paths' alone. */
+    if (plan->paths.without_diffuse_indirect && !(report->by_lobe && report->bumpy)) return;
     if (plan->bounces > 0 || (report->layers & LAYER_DIFFUSE_INDIRECT))
         plan->planes |= PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT);
 }

@@ -69,12 +69,13 @@ static void put_resolved(const struct targets *t, const struct run *run,
             if (emission[c]) add_run(t->beauty[c], run, emission[c]);
             add_run(t->direct[c], run, resolved->direct[c]);
             add_run(t->indirect[c], run, resolved->indirect[c]);
+            add_run(t->albedo[c], run, resolved->albedo[c]);
         } else {
             put_beauty(t->beauty[c], run, resolved->total[c], emission[c]);
             put_run(t->direct[c], run, resolved->direct[c]);
             put_run(t->indirect[c], run, resolved->indirect[c]);
+            put_run(t->albedo[c], run, resolved->albedo[c]);
         }
-        put_run(t->albedo[c], run, resolved->albedo[c]);
     }
     put_run(t->beauty[3], run, resolved->coverage);
 }
@@ -316,23 +317,26 @@ void compose_centre(const struct plan *plan, const struct patch *patch, struct r
     compose_slopes(plan, patch, block, image);
 }
 
-/* The pixel centre's lighting, before albedo and anti-aliasing. */
-static void compose_diffuse_direct(const struct resolver *r, struct rect block, struct image *image)
+/* The pixel centre's lighting, before albedo and anti-aliasing; `adds`: to what paths have put. */
+static void compose_diffuse(const struct patch *patch, float *const light[3],
+                            const char *const *names, bool adds, struct rect block,
+                            struct image *image)
 {
-    static const char *const direct[] = {"diffuse_direct.R", "diffuse_direct.G",
-                                         "diffuse_direct.B"};
-    for (int c = 0; c < 3; c++)
-        copy_plane(r->patch, r->lighting->direct[c], block, image_plane(image, direct[c]));
+    for (int c = 0; c < 3; c++) {
+        const struct plane *out = image_plane(image, names[c]);
+        if (!adds) copy_plane(patch, light[c], block, out);
+        for (int32_t y = block.y0; y < block.y1 && out && adds; y++) {
+            const float *in = light[c] + patch_pixel(patch, block.x0, y);
+            float *to = plane_at(out, block.x0, y);
+            for (int32_t x = 0; x < rect_width(block); x++) to[x] += in[x];
+        }
+    }
 }
 
-static void compose_diffuse_indirect(const struct resolver *r, struct rect block,
-                                     struct image *image)
-{
-    static const char *const indirect[] = {"diffuse_indirect.R", "diffuse_indirect.G",
-                                           "diffuse_indirect.B"};
-    for (int c = 0; c < 3; c++)
-        copy_plane(r->patch, r->lighting->indirect[c], block, image_plane(image, indirect[c]));
-}
+static const char *const diffuse_direct[] = {"diffuse_direct.R", "diffuse_direct.G",
+                                             "diffuse_direct.B"};
+static const char *const diffuse_indirect[] = {"diffuse_indirect.R", "diffuse_indirect.G",
+                                               "diffuse_indirect.B"};
 
 static void compose_rest(const struct resolver *r, struct rect block, struct image *image)
 {
@@ -349,8 +353,9 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     own.parts = targets.direct[0] || targets.indirect[0];
     targets.adds = own.plan->paths.spp > 0;
     compose_light(&own, &targets, block, variance, statistics);
-    compose_diffuse_direct(resolver, block, image);
-    compose_diffuse_indirect(resolver, block, image);
+    const struct lighting *l = resolver->lighting;
+    compose_diffuse(own.patch, l->direct, diffuse_direct, targets.adds, block, image);
+    compose_diffuse(own.patch, l->indirect, diffuse_indirect, targets.adds, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
 }
@@ -388,7 +393,8 @@ void compose_beside_paths(const struct resolver *resolver, struct rect block, st
     if (resolver->plan->paths.without_diffuse_indirect) {
         find_targets(image, &targets);
         add_indirect(resolver, &targets, block, variance, statistics);
-        compose_diffuse_indirect(resolver, block, image);
+        compose_diffuse(resolver->patch, resolver->lighting->indirect, diffuse_indirect, false,
+                        block, image);
     }
     add_samples(resolver->plan, resolver->patch, 0, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);

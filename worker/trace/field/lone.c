@@ -6,6 +6,7 @@
 
 #include "proto/half.h"
 #include "worker/trace/hit/primary.h"
+#include "worker/trace/path/path_leave.h"
 
 #define INVERSE_PI 0.318309886183790672f
 
@@ -248,6 +249,7 @@ static void add_subs(const struct shading *l, const struct block *b, uint32_t k,
     s->met.active = s->met.surface.hit;
     s->met.mirrors.any = false;
     path_resolve(c, &s->camera, &s->met);
+    if (l->plan->paths.without_diffuse_direct) path_hide_from_fields(&s->met.surface);
     for (int i = 0; i < LANES; i++) {
         if (!lone->on[i]) continue;
         s->place[s->held] = b->element[i] * l->plan->sub_samples + k;

@@ -7,6 +7,7 @@
 #include "worker/trace/light/light_kernels.h"
 #include "worker/trace/path/diffuse_weight.h"
 #include "worker/trace/path/path.h"
+#include "worker/trace/path/path_leave.h"
 
 static void store_slopes(const struct shading_point *p, const struct shadow_sums *sums,
                          struct samples *samples, uint32_t index)
@@ -69,7 +70,8 @@ static void add_batch(uint32_t index, const struct shading_point *p,
                                          samples_light_visibility(samples, index, i >> 3));
 }
 
-/* Lanes that see nothing of the light keep 1. */
+/* Lanes that see nothing of the light keep 1; of surfaces that are paths' alone nothing is wanted.
+ */
 static void store_weight(const struct shading_point *p, const struct diffuse_sums *sums,
                          struct samples *samples, uint32_t index)
 {
@@ -77,6 +79,8 @@ static void store_weight(const struct shading_point *p, const struct diffuse_sum
     if (!(plan_light_planes(p->plan, index) >> LIGHT_PLANE_DIFFUSE_WEIGHT & 1)) return;
     for (int i = 0; i < LANES; i++)
         weight[i] = sums->all[i] > 0.0f ? sums->weighed[i] / sums->all[i] : 1.0f;
+    for (int i = 0; i < LANES; i++)
+        if (p->surface->hit.on[i] && !path_leaves_to_fields(p->surface, i)) weight[i] = 0.0f;
     block_store_positive_half(p->block, weight, 1.0f, samples_light_weight(samples, index));
 }
 

@@ -50,6 +50,20 @@ void path_end_lanes(const struct lanes_mask *ended, struct path_vertex *v)
     }
 }
 
+/* Surfaces with a normal map are paths' alone. */
+bool path_leaves_to_fields(const struct surface *s, int i)
+{
+    return !(s->mesh[i]->traits & MESH_BUMPY);
+}
+
+void path_hide_from_fields(struct surface *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        if (!s->hit.on[i] || path_leaves_to_fields(s, i)) continue;
+        s->albedo.x[i] = s->albedo.y[i] = s->albedo.z[i] = 0.0f;
+    }
+}
+
 /* Paths that bring nothing are as if they had never been traced, as those of pixels that show no
  * other lobes are not: what they have seen does not count. */
 static void forget_surface(const struct path_packet *p, const struct path_vertex *v,
@@ -58,7 +72,8 @@ static void forget_surface(const struct path_packet *p, const struct path_vertex
     struct path_rgb *const noted[] = {&h->albedo, &h->normal};
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
-        if (v->active.on[i] && !v->lambert.on[i]) continue;
+        if (v->active.on[i] && (!v->lambert.on[i] || !path_leaves_to_fields(&v->surface, (int)i)))
+            continue;
         h->coverage[slot] = h->distance[slot] = 0.0f;
         for (int k = 0; k < 2; k++) noted[k]->r[slot] = noted[k]->g[slot] = noted[k]->b[slot] = 0;
     }
@@ -69,9 +84,16 @@ void path_leave_surface(const struct path_context *c, const struct path_packet *
                         struct path_vertex *v, struct path_harvest *h)
 {
     struct lanes_mask ended = v->lambert;
-    for (int i = 0; v->any_general && i < LANES; i++) {
+    for (int i = 0; i < LANES; i++) {
         struct bsdf *b = &v->bsdf[i];
-        if (v->active.on[i] && !v->lambert.on[i]) b->albedo[0] = b->albedo[1] = b->albedo[2] = 0;
+        if (!v->active.on[i]) continue;
+        if (!path_leaves_to_fields(&v->surface, i)) {
+            ended.on[i] = 0;
+        } else {
+            const uint32_t slot = p->slot[i];
+            h->albedo.r[slot] = h->albedo.g[slot] = h->albedo.b[slot] = 0.0f;
+            if (!v->lambert.on[i]) b->albedo[0] = b->albedo[1] = b->albedo[2] = 0;
+        }
     }
     forget_surface(p, v, h);
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&ended);
@@ -97,6 +119,7 @@ void path_thin_lobes(const struct path_context *c, struct path_packet *p, struct
         const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
         stays[i] = 1.0f;
         if (!(v->active.on[i] & l->on.on[i])) continue;
+        if (!path_leaves_to_fields(&v->surface, (int)i)) continue;
         stays[i] = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
         if (!(stays[i] < 1.0f)) continue;
         ended.on[i] = chance[i] < stays[i] ? 0 : -1;

@@ -25,7 +25,8 @@ int stage_set_up(void **state)
     memcpy(s.positions, (float[]){0, 0, 0, 2, 0, 0, 0, 2, 0}, sizeof s.positions);
     memcpy(s.triangles, (uint32_t[]){0, 1, 2}, sizeof s.triangles);
     s.instances[0].flags = INSTANCE_IDENTITY;
-    s.material = (struct scene_material){.base_color = {1, 1, 1, 1}, .name = 1};
+    s.material = (struct scene_material){
+        .base_color = {1, 1, 1, 1}, .name = 1, .normal_texture = {.texture = SCENE_NONE}};
     set_lamp(&s.lights[0]);
     for (int i = 0; i < 2; i++)
         s.cameras[i] = (struct scene_camera){.type = CAMERA_PERSPECTIVE,

@@ -149,6 +149,21 @@ TEST(fields_and_paths_divide_lobes)
     assert_false(s->report.by_lobe);
 }
 
+/* Surfaces with normal maps are paths' alone, which then have diffuse light to filter, too. */
+TEST(bumps_are_left_to_paths)
+{
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.indirect_bounces = 2;
+    expect_lobes_divided(s);
+    assert_false(s->report.bumpy);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, 0);
+    s->material.normal_texture.texture = 0;
+    expect_lobes_divided(s);
+    assert_true(s->report.bumpy);
+    assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
+}
+
 TEST(fields_run_beside_paths_by_name)
 {
     struct stage *s = *state;
