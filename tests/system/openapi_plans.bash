@@ -12,6 +12,9 @@ check_plan "auto is light fields in a Lambert box" "{$scene_member}" \
 check_plan "auto filters its lamp" "{$scene_member}" \
     '.filter == "sheared" and (.filter_why | startswith("9 samples a light")) and
      .light_planes == ["visibility", "slopes"] and (.skipped | any(.what == "plane irradiance"))'
+check_plan "it says which filter cleans which light" "{$scene_member, \"effects\": {\"indirect_bounces\": 1}}" \
+    '.light_filters == [{light: "rectangle", lobes: "diffuse", by: "light_field", filter: "sheared"},
+                        {light: "indirect", lobes: "diffuse", by: "light_field", filter: "constant"}]'
 check_plan "light without area is not filtered" "{\"scene\": {\"asset\": \"$asset\", \"lights\": false},
     \"lights\": [{\"type\": \"point\", \"position\": [0, 1, 0], \"intensity\": [1, 1, 1]}], \"filter\": {\"method\": \"sheared\"}}" \
     '.filter == "none" and .light_planes == ["irradiance"] and

@@ -20,6 +20,15 @@ function cameraText({ name, type, yfov_deg: yfov, aperture_radius: radius, focus
 const lightText = ({ type, from, index, name, samples }) =>
   `${type}${name ? ` “${name}”` : ""} of the ${from === "job" ? `job (/lights/${index})` : "scene"}${samples ? `, ${samples} ${samples === 1 ? "sample" : "samples"}` : ""}`;
 
+// "rectangle: sheared, other lobes halves"
+function lightFiltersText(rows) {
+  const lights = [...new Set((rows ?? []).map(({ light }) => light))];
+  return lights.map((light) => {
+    const [first, second] = rows.filter((row) => row.light === light).map(({ filter: name }) => words(name));
+    return `${light}: ${first}${second && second !== first ? `, other lobes ${second}` : ""}`;
+  }).join("; ");
+}
+
 export function documentRows(document) {
   const { image, sampling } = document ?? {};
   return known([
@@ -39,6 +48,7 @@ export function planRows(plan) {
     ["Effects", (plan.effects ?? []).map(words).join(", ")],
     ["Rays per pixel", entries(plan.samples)],
     ["Tiles", tiles && `${tiles.count} of ${tiles.side_px} px`],
+    ["Light cleaned by", lightFiltersText(plan.light_filters)],
     ["Shadow filter", filter(plan.filter, plan.filter_why)],
     ["Indirect filter", filter(plan.indirect_filter, plan.indirect_filter_why)],
     ["Glossy filter", filter(plan.glossy_filter, plan.glossy_filter_why)],

@@ -51,6 +51,10 @@ void plan_filter_none(const struct job *job, const char *why, struct plan_report
 /* Returns whether some surface has a normal map. */
 bool plan_has_bumps(const struct scene *scene);
 
+/* Returns what brings and cleans each kind of light, for the report: a row for diffuse lobes, and
+ * one for others where some surface may have them. */
+json_t *plan_light_filters(const struct plan *plan, const struct plan_report *report);
+
 /* Returns whether some light of the list is a rectangle. */
 bool plan_has_rectangle(const struct plan *plan);
 

@@ -201,7 +201,7 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,"
         "s:o,s:o,"
         "s:s,s:f,"
-        "s:f,s:o,s:o}",
+        "s:f,s:o,s:o,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
         names_of(report->effects, effect_of), "layers", names_of(report->layers, layer_of),
         "planes", names_of(plan->planes, plane_of), "light_planes",
@@ -218,5 +218,5 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
         "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
         "length_unit", (double)plan->length_unit, "warnings", warnings_of(report), "cameras",
-        cameras_of(report));
+        cameras_of(report), "light_filters", plan_light_filters(plan, report));
 }

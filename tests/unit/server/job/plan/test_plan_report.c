@@ -80,3 +80,54 @@ TEST(reports_paths_as_json)
         json_real_value(json_object_get(json_object_get(json, "camera"), "focus_distance")) == 1);
     json_decref(json);
 }
+
+/* Rows as "light lobes by filter", one after the other. */
+static void expect_filters(const struct stage *s, const char *expected)
+{
+    char text[1024] = "";
+    size_t i;
+    json_t *json = plan_report_json(&s->plan, &s->report), *row;
+    assert_non_null(json);
+    json_array_foreach (json_object_get(json, "light_filters"), i, row) {
+        static const char *const keys[] = {"light", "lobes", "by", "filter"};
+        for (int k = 0; k < 4; k++) {
+            strcat(text, json_string_value(json_object_get(row, keys[k])));
+            strcat(text, k < 3 ? " " : "\n");
+        }
+    }
+    assert_string_equal(text, expected);
+    json_decref(json);
+}
+
+TEST(tells_what_cleans_which_light)
+{
+    struct stage *s = *state;
+    s->job.indirect_bounces = 2;
+    assert_int_equal(make(s), 0);
+    expect_filters(s, "rectangle diffuse light_field sheared\n"
+                      "indirect diffuse light_field constant\n");
+    s->material.metallic = s->material.roughness = 0.5f;
+    assert_int_equal(make(s), 0);
+    expect_filters(s, "rectangle diffuse light_field sheared\n"
+                      "rectangle other paths halves\n"
+                      "indirect diffuse light_field constant\n"
+                      "indirect other paths halves\n");
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    s->job.indirect = INDIRECT_LINEAR;
+    s->job.glossy = GLOSSY_VIRTUAL_HIT;
+    assert_int_equal(make(s), 0);
+    expect_filters(s, "rectangle diffuse paths halves\n"
+                      "rectangle other paths halves\n"
+                      "environment diffuse paths halves\n"
+                      "environment other paths halves\n"
+                      "indirect diffuse light_field linear\n"
+                      "indirect other light_field virtual_hit\n");
+    s->job.method = FILTER_NONE;
+    s->job.indirect_bounces = 0;
+    assert_int_equal(make(s), 0);
+    expect_filters(s, "rectangle diffuse paths none\n"
+                      "rectangle other paths none\n"
+                      "environment diffuse paths none\n"
+                      "environment other paths none\n");
+}
