@@ -117,9 +117,9 @@ void path_thin_lobes(const struct path_context *c, struct path_packet *p, struct
     c->kernels->path_pairs(p, PATH_VERTEX + PATH_ROULETTE, chance, unused);
     for (int i = 0; i < LANES; i++) stays[i] = 1.0f;
     for (uint32_t i = 0; i < p->count; i++) {
-        const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
         if (!(v->active.on[i] & l->on.on[i])) continue;
         if (!path_leaves_to_fields(&v->surface, (int)i)) continue;
+        const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
         stays[i] = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
         if (!(stays[i] < 1.0f)) continue;
         ended.on[i] = chance[i] < stays[i] ? 0 : -1;
