@@ -56,6 +56,17 @@ function number(form, spec, pointer) {
     { hint: limits(spec), check: () => misfit(spec, form.get(pointer)) });
 }
 
+// A name, or nothing.
+function word(form, spec, pointer) {
+  const input = make("input", { type: "text", autocomplete: "off", spellcheck: "false", maxlength: spec.longest });
+  input.value = show(form.get(pointer));
+  input.addEventListener("input", () => {
+    if (input.value === "") form.remove(pointer);
+    else form.set(pointer, input.value);
+  });
+  return field(form, pointer, spec.label, input, { hint: spec.hint ?? "" });
+}
+
 function choice(form, spec, pointer) {
   const value = form.get(pointer) ?? spec.otherwise;
   const names = spec.of.includes(value) ? spec.of : [...spec.of, value]; // written by hand: the server will say
@@ -132,4 +143,4 @@ function digest(form, spec, pointer) {
     field(form, pointer, `${spec.label} digest (SHA-256)`, input, { extra: [name] }));
 }
 
-export const CONTROLS = { number, integer: number, choice, flag, vector: triple, color: triple, several, digest };
+export const CONTROLS = { number, integer: number, word, choice, flag, vector: triple, color: triple, several, digest };

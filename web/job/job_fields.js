@@ -47,6 +47,8 @@ export const LOOK_AT_FIELDS = [vector("/eye", "Eye"), vector("/target", "Target"
 
 export const GROUPS = [
   { title: "Camera", fields: [{ at: "/scene/camera", label: "Camera", kind: "camera" }] },
+  { title: "Materials", fields: [
+    { at: "/scene/variant", label: "Variant", kind: "word", longest: 255, otherwise: null, hint: "a name in the scene; none: its own materials" }] },
   { title: "Image", fields: [
     { at: "/image/width", label: "Width", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
     { at: "/image/height", label: "Height", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },

@@ -32,6 +32,7 @@ struct gltf {
     uint8_t **decoded_views; /* owned; by buffer view: its decoded bytes, or NULL */
     size_t view_count;
     struct gltf_images *images; /* owned */
+    uint32_t (*uv_sets)[2];     /* owned; by material: the file's sets that are its 0 and 1 */
     struct gltf_nodes nodes;
     uint32_t default_material; /* SCENE_NONE until a primitive without material needs it */
     struct colored_materials colored;

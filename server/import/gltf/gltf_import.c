@@ -1,3 +1,5 @@
+#include <stdlib.h>
+
 #include "proto/json.h"
 #include "server/import/gltf/gltf.h"
 #include "server/import/gltf/gltf_draco.h"
@@ -32,6 +34,7 @@ int gltf_import(struct files *files, const char *name, const char *variant,
     gltf_nodes_fini(&g.nodes);
     gltf_textures_fini(&g);
     gltf_buffers_fini(&g);
+    free(g.uv_sets);
     json_decref(g.root);
     return rc;
 }

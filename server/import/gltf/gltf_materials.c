@@ -1,4 +1,5 @@
 /* Materials: what glTF's core says of them, how they emit, where they are transparent. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "server/import/gltf/gltf_material.h"
@@ -89,6 +90,36 @@ static int read_flags(const json_t *json, const char *place, struct scene_materi
     return 0;
 }
 
+/* A mesh of the blob has two sets of texture coordinates: a material gets the two that it reads
+ * first, in the file's order of sets. Textures of others are left out. */
+static void choose_uv_sets(struct gltf *g, struct scene_material *m, const char *place,
+                           uint32_t sets[2])
+{
+    struct scene_texture_ref *refs[SURFACE_TEXTURES];
+    surface_textures(m, refs);
+    sets[0] = sets[1] = SCENE_NONE;
+    for (int i = 0; i < SURFACE_TEXTURES; i++) {
+        const uint32_t set = refs[i]->uv_set;
+        if (refs[i]->texture == SCENE_NONE || set == sets[0] || set == sets[1]) continue;
+        if (sets[0] == SCENE_NONE)
+            sets[0] = set;
+        else if (sets[1] == SCENE_NONE)
+            sets[1] = set;
+    }
+    if (sets[0] <= 1 && (sets[1] <= 1 || sets[1] == SCENE_NONE)) sets[0] = 0, sets[1] = 1;
+    if (sets[0] == SCENE_NONE) sets[0] = 0, sets[1] = 1;
+    for (int i = 0; i < SURFACE_TEXTURES; i++) {
+        const uint32_t set = refs[i]->uv_set;
+        refs[i]->uv_set = set == sets[1];
+        if (refs[i]->texture == SCENE_NONE || set == sets[0] || set == sets[1]) continue;
+        refs[i]->texture = SCENE_NONE;
+        warnings_add(
+            &g->builder->warnings, place,
+            "it reads more than two sets of texture coordinates; textures of the third are "
+            "ignored");
+    }
+}
+
 static int append_material(struct gltf *g, const struct scene_material *m, struct fault *fault)
 {
     void *at;
@@ -114,6 +145,7 @@ static int read_material(struct gltf *g, size_t index, struct fault *fault)
     if (rc == 0) rc = gltf_material_extensions_read(g, json, place, &m, fault);
     if (rc == 0) rc = gltf_material_extras_read(g, json, place, &m, fault);
     if (rc == 0) rc = read_flags(json, place, &m, fault);
+    if (rc == 0) choose_uv_sets(g, &m, place, g->uv_sets[index]);
     return rc == 0 ? append_material(g, &m, fault) : rc;
 }
 
@@ -121,6 +153,9 @@ int gltf_materials_read(struct gltf *g, struct fault *fault)
 {
     int rc = 0;
     size_t count = gltf_count(g->root, "materials");
+    g->uv_sets = calloc(count + 1, sizeof *g->uv_sets);
+    if (g->uv_sets == NULL)
+        return fault_set(fault, ERR_MEMORY, "materials", "no memory for %zu materials", count);
     for (size_t i = 0; rc == 0 && i < count; i++) rc = read_material(g, i, fault);
     return rc;
 }

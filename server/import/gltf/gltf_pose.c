@@ -2,6 +2,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "server/import/gltf/gltf_accessor.h"
@@ -123,14 +124,17 @@ static uint32_t color_components(struct gltf *g, const json_t *target)
     return components == 3 ? 3 : 4;
 }
 
-static int apply_target(struct gltf *g, const json_t *target, const char *place, double weight,
-                        struct mesh *mesh, struct fault *fault)
+static int apply_target(struct gltf *g, const struct gltf_geometry *geometry, const json_t *target,
+                        const char *place, double weight, struct mesh *mesh, struct fault *fault)
 {
+    char uv_keys[2][24];
+    for (int i = 0; i < 2; i++)
+        snprintf(uv_keys[i], sizeof uv_keys[i], "TEXCOORD_%" PRIu32, geometry->uv_number[i]);
     const struct moved rows[] = {{"POSITION", mesh->positions, 3, 3},
                                  {"NORMAL", mesh->normals, 3, 3},
                                  {"TANGENT", mesh->tangents, 4, 3},
-                                 {"TEXCOORD_0", mesh->uvs[0], 2, 2},
-                                 {"TEXCOORD_1", mesh->uvs[1], 2, 2},
+                                 {uv_keys[0], mesh->uvs[0], 2, 2},
+                                 {uv_keys[1], mesh->uvs[1], 2, 2},
                                  {"COLOR_0", mesh->colors, 4, color_components(g, target)}};
     int rc = 0;
     if (!json_is_object(target)) return fault_set(fault, ERR_TYPE, place, "it is not an object");
@@ -151,7 +155,7 @@ int gltf_pose_apply(struct gltf *g, const struct gltf_geometry *geometry, const 
         gltf_place_set(at, "%s.targets[%zu]", place, t);
         rc = weight_of(&p, t, &weight, fault);
         if (rc == 0 && weight != 0)
-            rc = apply_target(g, json_array_get(p.targets, t), at, weight, mesh, fault);
+            rc = apply_target(g, geometry, json_array_get(p.targets, t), at, weight, mesh, fault);
     }
     if (rc != 0 || p.skin == SCENE_NONE) return rc;
     return gltf_skin_apply(g, p.skin, p.primitive, p.primitive_place, mesh, fault);

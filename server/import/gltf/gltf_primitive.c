@@ -1,12 +1,14 @@
 #include "server/import/gltf/gltf_primitive.h"
 
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/import/gltf/gltf_accessor.h"
 #include "server/import/gltf/gltf_draco.h"
 #include "server/import/gltf/gltf_pose.h"
+#include "server/import/scene/surface.h"
 #include "server/import/scene/tangents.h"
 
 enum { MODE_TRIANGLES = 4, MODE_STRIP = 5, MODE_FAN = 6 };
@@ -20,9 +22,10 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
     const struct {
         const char *key;
         uint32_t *index;
-    } rows[] = {{"POSITION", &out->position}, {"NORMAL", &out->normal},
-                {"TANGENT", &out->tangent},   {"TEXCOORD_0", &out->uv[0]},
-                {"TEXCOORD_1", &out->uv[1]},  {"COLOR_0", &out->color}};
+    } rows[] = {{"POSITION", &out->position},
+                {"NORMAL", &out->normal},
+                {"TANGENT", &out->tangent},
+                {"COLOR_0", &out->color}};
     gltf_place_set(at, "%s.attributes", place);
     int rc = gltf_object(json, place, "attributes", &attributes, fault);
     if (rc == 0 && attributes == NULL)
@@ -33,23 +36,37 @@ static int read_attributes(struct gltf *g, const json_t *json, const char *place
     return rc;
 }
 
+/* Reads the two sets of texture coordinates that the material wants. */
+static int read_uv_sets(struct gltf *g, const json_t *json, const char *place, uint32_t material,
+                        struct gltf_geometry *out, struct fault *fault)
+{
+    static const uint32_t plain[2] = {0, 1};
+    const bool own = material < gltf_count(g->root, "materials");
+    const json_t *attributes = json_object_get(json, "attributes");
+    size_t count = gltf_count(g->root, "accessors");
+    gltf_place at;
+    int rc = 0;
+    gltf_place_set(at, "%s.attributes", place);
+    for (int i = 0; rc == 0 && i < 2; i++) {
+        const uint32_t set = own ? g->uv_sets[material][i] : plain[i];
+        char key[24];
+        if (set == SCENE_NONE) continue;
+        snprintf(key, sizeof key, "TEXCOORD_%" PRIu32, set);
+        rc = gltf_index(attributes, at, key, count, &out->uv[i], fault);
+        if (out->uv[i] != SCENE_NONE) out->uv_number[i] = set;
+    }
+    return rc;
+}
+
 /* Warns where the material reads texture coordinates that the primitive lacks. */
 static void check_uvs(struct gltf *g, const struct scene_material *m,
                       const struct gltf_geometry *geometry, const char *place)
 {
-    const struct scene_texture_ref *refs[] = {&m->base_color_texture,
-                                              &m->normal_texture,
-                                              &m->metallic_roughness_texture,
-                                              &m->emission_texture,
-                                              &m->transmission_texture,
-                                              &m->specular_texture,
-                                              &m->specular_color_texture,
-                                              &m->anisotropy_texture,
-                                              &m->clearcoat_texture,
-                                              &m->clearcoat_roughness_texture,
-                                              NULL};
-    for (const struct scene_texture_ref **ref = refs; *ref; ref++) {
-        if ((*ref)->texture == SCENE_NONE || geometry->uv[(*ref)->uv_set] != SCENE_NONE) continue;
+    struct scene_material copy = *m;
+    struct scene_texture_ref *refs[SURFACE_TEXTURES];
+    surface_textures(&copy, refs);
+    for (int i = 0; i < SURFACE_TEXTURES; i++) {
+        if (refs[i]->texture == SCENE_NONE || geometry->uv[refs[i]->uv_set] != SCENE_NONE) continue;
         warnings_add(&g->builder->warnings, place,
                      "its material has textures, but it lacks the texture coordinates");
         return;
@@ -93,6 +110,7 @@ static int read_material(struct gltf *g, const json_t *json, const char *place,
     if (rc == 0) rc = gltf_variant_material(g, json, place, &out->material, fault);
     if (rc == 0 && out->material == SCENE_NONE)
         rc = gltf_default_material(g, &out->material, fault);
+    if (rc == 0) rc = read_uv_sets(g, json, place, out->material, &out->geometry, fault);
     if (rc != 0) return rc;
     const struct scene_material *m = &builder_materials(g->builder)[out->material];
     check_uvs(g, m, &out->geometry, place);
@@ -183,15 +201,17 @@ static int load_colors(struct gltf *g, uint32_t accessor, uint32_t vertices, flo
 static int load_vertices(struct gltf *g, const struct gltf_geometry *geometry, struct mesh *out,
                          struct fault *fault)
 {
-    static const char *const uv_keys[2] = {"TEXCOORD_0", "TEXCOORD_1"};
     uint32_t three = 3;
     int rc = gltf_vertex_floats(g, "POSITION", geometry->position, &three, &out->vertex_count,
                                 &out->positions, fault);
     uint32_t n = out->vertex_count;
     if (rc == 0) rc = load_attribute(g, "NORMAL", geometry->normal, 3, n, &out->normals, fault);
     if (rc == 0) rc = load_attribute(g, "TANGENT", geometry->tangent, 4, n, &out->tangents, fault);
-    for (int set = 0; rc == 0 && set < 2; set++)
-        rc = load_attribute(g, uv_keys[set], geometry->uv[set], 2, n, &out->uvs[set], fault);
+    for (int set = 0; rc == 0 && set < 2; set++) {
+        char key[24];
+        snprintf(key, sizeof key, "TEXCOORD_%" PRIu32, geometry->uv_number[set]);
+        rc = load_attribute(g, key, geometry->uv[set], 2, n, &out->uvs[set], fault);
+    }
     return rc == 0 ? load_colors(g, geometry->color, n, &out->colors, fault) : rc;
 }
 

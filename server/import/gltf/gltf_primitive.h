@@ -7,8 +7,9 @@
  * compared as bytes. */
 struct gltf_geometry {
     uint32_t position, normal, tangent, uv[2], color, indices; /* accessors; SCENE_NONE: none */
-    uint32_t mode;                                             /* 4 triangles, 5 strip, 6 fan */
-    uint32_t tangent_set; /* the UV set that tangents are made from; SCENE_NONE: none are */
+    uint32_t uv_number[2]; /* the file's numbers of the sets in uv */
+    uint32_t mode;         /* 4 triangles, 5 strip, 6 fan */
+    uint32_t tangent_set;  /* the UV set that tangents are made from; SCENE_NONE: none are */
     /* Where the vertices move (gltf_pose.h): which primitive, by which node. SCENE_NONE: they rest;
      * of the node alone: by the mesh's own weights. */
     uint32_t posed_mesh, posed_primitive, posed_node;

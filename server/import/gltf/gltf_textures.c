@@ -201,11 +201,6 @@ int gltf_texture_read(struct gltf *g, const json_t *of, const char *place, const
     if (rc == 0) rc = read_transform(*info, at, &set, out->transform, fault);
     if (rc != 0) return rc;
     if (texture == SCENE_NONE) return fault_set(fault, ERR_MISSING, at, "it names no texture");
-    if (set != 0 && set != 1) {
-        warnings_add(&g->builder->warnings, at,
-                     "only texture coordinate sets 0 and 1 are read; the texture is ignored");
-        return 0;
-    }
     out->uv_set = (uint32_t)set;
     return register_texture(g, texture, srgb ? AS_COLOR : AS_DATA, &out->texture, fault);
 }

@@ -1,5 +1,7 @@
 #include "server/import/scene/surface.h"
 
+#include <string.h>
+
 void surface_init(struct scene_material *m)
 {
     const struct scene_texture_ref none = {.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
@@ -22,6 +24,16 @@ void surface_init(struct scene_material *m)
                                  .anisotropy_texture = none,
                                  .clearcoat_texture = none,
                                  .clearcoat_roughness_texture = none};
+}
+
+void surface_textures(struct scene_material *m, struct scene_texture_ref *out[SURFACE_TEXTURES])
+{
+    struct scene_texture_ref *const all[SURFACE_TEXTURES] = {
+        &m->base_color_texture,         &m->normal_texture,       &m->metallic_roughness_texture,
+        &m->emission_texture,           &m->transmission_texture, &m->specular_texture,
+        &m->specular_color_texture,     &m->anisotropy_texture,   &m->clearcoat_texture,
+        &m->clearcoat_roughness_texture};
+    memcpy(out, all, sizeof all);
 }
 
 void surface_conserve(struct scene_material *m, const char *place, struct warnings *warnings)

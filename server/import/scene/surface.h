@@ -6,6 +6,10 @@
 /* Sets what an absent material means (glTF 2.0, section 3.9.6; defaults of the KHR extensions). */
 void surface_init(struct scene_material *m);
 
+/* Lists the textures of a material. */
+enum { SURFACE_TEXTURES = 10 };
+void surface_textures(struct scene_material *m, struct scene_texture_ref *out[SURFACE_TEXTURES]);
+
 /* Scales base_color and model_specular where a channel of their sum exceeds 1, so that the surface
  * reflects no more than it receives; warns. For models with a diffuse and a specular lobe. */
 void surface_conserve(struct scene_material *m, const char *place, struct warnings *warnings);

@@ -128,6 +128,29 @@ TEST(solids_are_read)
     scene_unmap(&s);
 }
 
+TEST(any_two_sets_of_texture_coordinates_are_read)
+{
+    struct scene s;
+    const char *third = "\"normalTexture\": {\"index\": 0}, \"pbrMetallicRoughness\": "
+                        "{\"baseColorTexture\": {\"index\": 0, \"texCoord\": 3}}";
+    const struct scene_material *m =
+        read_with("\"POSITION\": 0, \"NORMAL\": 1, \"TEXCOORD_3\": 2", third, &s);
+    assert_int_equal(m->base_color_texture.uv_set, 0); /* its first */
+    assert_int_equal(m->normal_texture.uv_set, 1);
+    assert_int_not_equal(s.meshes[0].first_uv[0], SCENE_NONE);
+    assert_int_equal(s.meshes[0].first_uv[1], SCENE_NONE);
+    assert_memory_equal(s.uvs, triangle.uvs, sizeof triangle.uvs);
+    scene_unmap(&s);
+    m = read_one(
+        "\"normalTexture\": {\"index\": 0, \"texCoord\": 5}, \"emissiveTexture\": {\"index\": "
+        "0, \"texCoord\": 1}, \"pbrMetallicRoughness\": {\"baseColorTexture\": {\"index\": 0}}",
+        &s);
+    assert_true(m->base_color_texture.uv_set == 0 && m->normal_texture.uv_set == 1);
+    assert_int_equal(m->emission_texture.texture, SCENE_NONE);
+    assert_true(room_warned("more than two sets"));
+    scene_unmap(&s);
+}
+
 TEST(clear_coats_are_read)
 {
     struct scene s;
