@@ -36,12 +36,16 @@ static float mean_hindrance(const struct bsdf *b, const struct coat *c)
     return b->coat * fresnel_schlick(COAT_F0, grazing);
 }
 
-/* About what the surface beneath reflects or transmits. */
-static float beneath(const struct bsdf *b)
+/* About what the surface beneath reflects or transmits; rough facets of a black one reflect a
+ * little, too. */
+static float beneath(const struct bsdf *b, float cosine)
 {
-    const float dielectric = 1.0f - b->metallic;
-    return lobe_mean(b->albedo) + dielectric * b->specular * lobe_mean(b->specular_f0) +
-           lobe_mean(b->base_color) * (b->metallic + dielectric * b->transmission);
+    const float grazing = fresnel_grazing(cosine), dielectric = 1.0f - b->metallic;
+    const float facets =
+        dielectric * b->specular * fresnel_schlick(lobe_mean(b->specular_f0), grazing) +
+        b->metallic * fresnel_schlick(lobe_mean(b->base_color), grazing);
+    return LOBE_LEAST + lobe_mean(b->albedo) + facets +
+           dielectric * b->transmission * lobe_mean(b->base_color);
 }
 
 static void see(const struct bsdf *b, const float wo[3], struct coat *c)
@@ -51,7 +55,7 @@ static void see(const struct bsdf *b, const float wo[3], struct coat *c)
     c->reflects = !b->inside || b->thin;
     const float reflected = hindrance(b, c, wo[2]);
     c->passed = 1.0f - reflected;
-    c->p = c->reflects ? lobe_share(reflected, c->passed * beneath(b)) : 0.0f;
+    c->p = c->reflects ? lobe_share(reflected, c->passed * beneath(b, wo[2])) : 0.0f;
     /* Nor is what is beneath chosen less often. */
     if (c->p > 1.0f - LOBE_LEAST) c->p = 1.0f - LOBE_LEAST;
 }

@@ -32,6 +32,21 @@ static int set_map(const struct job_environment *e, const struct plan_source *so
     return 0;
 }
 
+/* Displays and labels shine up to 1, as white paper in a studio does, and light no scene; lamps
+ * shine brighter. */
+#define DISPLAY_MOST 1.0f
+
+static bool has_lamp(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_MESHES]; i++) {
+        const struct scene_material *m = &scene->materials[scene->meshes[i].material];
+        if (m->flags & MATERIAL_UNLIT) continue;
+        for (int c = 0; c < 3; c++)
+            if (m->emission[c] > DISPLAY_MOST) return true;
+    }
+    return false;
+}
+
 /* Whether a surface needs light to be seen. */
 static bool has_shaded(const struct scene *scene)
 {
@@ -51,8 +66,8 @@ bool plan_may_want_studio(const struct job *job, const struct scene *scene)
 static bool set_studio(const struct job *job, const struct plan_source *source, struct plan *plan,
                        struct plan_report *report, float mean[3])
 {
-    if (!source->studio || plan->light_count > 0 || report->emitters.flux > 0) return false;
-    if (!plan_may_want_studio(job, source->scene)) return false;
+    if (!source->studio || plan->light_count > 0) return false;
+    if (!plan_may_want_studio(job, source->scene) || has_lamp(source->scene)) return false;
     plan->environment = (struct plan_environment){
         .kind = ENVIRONMENT_MAP, .radiance = {1, 1, 1}, .map = source->studio_blob};
     for (int c = 0; c < 3; c++) mean[c] = source->studio->mean[c];

@@ -61,8 +61,11 @@ TEST(a_studio_light_stands_where_nothing_else_lights)
     assert_true(s->plan.environment.kind == ENVIRONMENT_NONE && has_warning(s, "black"));
     s->job.default_light = true;
     s->material.emission[1] = 2;
-    assert_int_equal(make(s), 0); /* a mesh shines */
+    assert_int_equal(make(s), 0); /* a lamp */
     assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
+    s->material.emission[1] = 1;
+    assert_int_equal(make(s), 0); /* a display */
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_MAP);
     s->material = (struct scene_material){.flags = MATERIAL_UNLIT, .specular = 1};
     assert_int_equal(make(s), 0); /* nothing needs light */
     assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
