@@ -153,6 +153,9 @@ static void read_light(const struct run *r, struct residual_field *f)
                                   : 0.0f;
                 rest[x] = (all - albedo[x] * (direct[x] + indirect[x])) / tint[x];
             }
+            const float *barred = f->features.barred + r->to;
+            for (int32_t x = 0; x < r->count; x++)
+                if (barred[x] > 0.0f) direct[x] = indirect[x] = rest[x] = 0.0f;
         }
 }
 

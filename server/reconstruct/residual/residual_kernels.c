@@ -264,15 +264,18 @@ static void kernel_finish(const struct residual_field *field, enum residual_comp
     const struct residual_shape *s = &field->features.shape;
     const struct residual_light *light = &field->light[component];
     const struct residual_sums *sums = &tile->sums[component];
-    for (size_t y = 0; y < tile->height; y++)
+    for (size_t y = 0; y < tile->height; y++) {
+        const size_t at = tile->base + y * s->stride;
+        const float *restrict w = sums->weights[weights] + y * TX;
+        float part[TX];
+        for (size_t x = 0; x < tile->width; x++) part[x] = 1.0f / (1.0f + w[x]);
         for (size_t c = 0; c < 3; c++) {
-            const size_t at = tile->base + y * s->stride + c * s->plane;
-            const float *restrict from = light->half[half] + at;
+            const float *restrict from = light->half[half] + at + c * s->plane;
             const float *restrict sum = sums->sum[half][c] + y * TX;
-            const float *restrict w = sums->weights[weights] + y * TX;
-            float *restrict to = light->filtered[half] + at;
-            for (size_t x = 0; x < tile->width; x++) to[x] = from[x] + sum[x] / (1.0f + w[x]);
+            float *restrict to = light->filtered[half] + at + c * s->plane;
+            for (size_t x = 0; x < tile->width; x++) to[x] = from[x] + sum[x] * part[x];
         }
+    }
 }
 
 static void kernel_finish_probes(const struct residual_field *field,

@@ -17,7 +17,7 @@ static const struct lattice {
 } lattices[RESIDUAL_PASSES] = {
     {RESIDUAL_CROSS, 2, 0, 1, 8, 3, {0.7f, 1.1f, 0.7f}},
     {RESIDUAL_JOINT, 7, 2, 5, 50, 1, {1.1f, 1.7f, 0.7f}},
-    {RESIDUAL_MEAN, 15, 5, 13, 226, 1, {1.0f, 1.6f, 0.7f}},
+    {RESIDUAL_MEAN, 13, 5, 13, 180, 1, {1.0f, 1.6f, 0.7f}},
 };
 
 static struct residual_pass passes[RESIDUAL_PASSES];
@@ -129,20 +129,46 @@ static void clear_tile(const struct residual_shape *s, const struct residual_til
     }
 }
 
+/* The part of a tile that shows surfaces, in whole vectors. Nothing lights the rest. */
+static struct rect find_shown(const struct residual_features *f, struct rect r)
+{
+    struct rect shown = {r.x1, r.y1, r.x0, r.y0};
+    for (int32_t y = r.y0; y < r.y1; y++)
+        for (int32_t x = r.x0; x < r.x1; x += 16) {
+            const float *barred = f->barred + residual_at(&f->shape, x, y);
+            float least = barred[0];
+            for (int i = 1; i < 16; i++) least = barred[i] < least ? barred[i] : least;
+            if (least > 0.0f) continue;
+            if (x < shown.x0) shown.x0 = x;
+            if (x + 16 > shown.x1) shown.x1 = x + 16;
+            if (y < shown.y0) shown.y0 = y;
+            shown.y1 = y + 1;
+        }
+    return shown;
+}
+
+static void place_tile(const struct job *j, struct rect r)
+{
+    j->tile->base = residual_at(&j->field->features.shape, r.x0, r.y0);
+    j->tile->width = (size_t)rect_width(r), j->tile->height = (size_t)rect_height(r);
+}
+
 static void run_tile(const struct job *j, struct rect r, struct residual_statistics *statistics)
 {
-    const struct residual_shape *s = &j->field->features.shape;
+    const struct rect shown = find_shown(&j->field->features, r);
     bool lit[RESIDUAL_COMPONENTS], any = false;
-    j->tile->base = residual_at(s, r.x0, r.y0);
-    j->tile->width = (size_t)rect_width(r), j->tile->height = (size_t)rect_height(r);
+    place_tile(j, r);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
-        lit[c] = !is_dark(j, &j->field->light[c], r);
+        const struct residual_light *light = &j->field->light[c];
+        lit[c] = !rect_is_empty(shown) && !is_dark(j, light, shown);
         any |= lit[c];
-        if (lit[c]) continue;
-        statistics->tiles_skipped++;
-        clear_tile(s, j->tile, &j->field->light[c]);
+        statistics->tiles_skipped += !lit[c];
+        if (!lit[c] || rect_area(shown) < rect_area(r))
+            clear_tile(&j->field->features.shape, j->tile, light);
     }
-    if (any) filter_tile(j, lit);
+    if (!any) return;
+    place_tile(j, shown);
+    filter_tile(j, lit);
 }
 
 /* Tiles begin with the area and are as large as it needs: what pixels become does not depend on

@@ -1,4 +1,4 @@
-/* Features that are noise: what samples meet by chance. */
+/* Features that are noise, since samples meet surfaces by chance; and surfaces in pieces. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -71,12 +71,10 @@ TEST(texture_beside_edges_stays)
     residual_picture_fini(&p);
 }
 
-TEST(veiled_pixels_do_not_know_their_block)
+static void assert_knows_no_block(const struct residual_scene *s, struct rect block)
 {
-    const struct residual_scene s = veil(4);
-    const struct rect block = {61, 39, 90, 57};
-    struct residual_picture all = residual_scene_filter_all(&s);
-    struct residual_picture part = residual_scene_filter(&s, block);
+    struct residual_picture all = residual_scene_filter_all(s);
+    struct residual_picture part = residual_scene_filter(s, block);
     for (int32_t y = block.y0; y < block.y1; y++)
         for (int32_t x = block.x0; x < block.x1; x++)
             for (int c = 0; c < 3; c++) {
@@ -86,4 +84,27 @@ TEST(veiled_pixels_do_not_know_their_block)
             }
     residual_picture_fini(&all);
     residual_picture_fini(&part);
+}
+
+TEST(veiled_pixels_do_not_know_their_block)
+{
+    const struct residual_scene s = veil(4);
+    assert_knows_no_block(&s, (struct rect){61, 39, 90, 57});
+}
+
+/* Small surfaces, with light in nothing between them. */
+static void show_islands(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                         struct residual_sample *out)
+{
+    (void)s;
+    residual_grey(residual_noise(x, y, sample, 1), out->direct);
+    out->hits = (x / 19 + y / 13) % 4 == 0;
+}
+
+TEST(islands_do_not_know_their_block)
+{
+    const struct residual_scene s = {
+        .width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_islands};
+    for (int32_t x = 0; x + 37 < WIDTH; x += 37)
+        assert_knows_no_block(&s, (struct rect){x, 20, x + 37, 59});
 }
