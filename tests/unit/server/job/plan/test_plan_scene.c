@@ -151,3 +151,23 @@ TEST(lenses_need_perspective)
     s->job.aperture_radius = 0;
     assert_int_equal(make(s), 0);
 }
+
+TEST(default_cameras_are_framed_as_asked)
+{
+    struct stage *s = *state;
+    float front[3];
+    s->cameras[0].is_default = 1;
+    assert_int_equal(make(s), 0);
+    assert_memory_equal(s->plan.camera.eye, s->cameras[0].eye, sizeof front);
+    memcpy(front, s->plan.camera.eye, sizeof front);
+    s->job.default_camera = JOB_VIEW_THREE_QUARTER;
+    assert_int_equal(make(s), 0); /* 200 x 100 pixels */
+    assert_true(s->plan.camera.eye[0] > 1 && s->plan.camera.eye[1] > 1);
+    const float wide = s->plan.camera.eye[2];
+    s->job.width_px = 50;
+    assert_int_equal(make(s), 0);
+    assert_true(s->plan.camera.eye[2] > 1.5f * wide); /* a narrow picture needs more distance */
+    s->cameras[0].is_default = 0;
+    assert_int_equal(make(s), 0);
+    assert_memory_equal(s->plan.camera.eye, front, sizeof front);
+}
