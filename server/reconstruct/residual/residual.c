@@ -1,7 +1,5 @@
 #include "server/reconstruct/residual/residual.h"
 
-#include <stdlib.h>
-
 #include "server/reconstruct/residual/residual_error.h"
 #include "server/reconstruct/residual/residual_pass.h"
 #include "server/reconstruct/residual/residual_smooth.h"
@@ -15,11 +13,12 @@ int32_t residual_halo_px(const struct plan *plan)
     return halo + (plan->planes >> PLANE_PATH_SPREAD & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }
 
-static int picture_create(struct rect block, struct residual_picture *out)
+static int picture_create(struct scratch *scratch, struct rect block, struct residual_picture *out)
 {
     const size_t area = (size_t)rect_area(block);
-    float *next = malloc(9 * area * sizeof *next);
+    float *next = scratch_take(scratch, 9 * area * sizeof *next);
     out->block = block;
+    out->scratch = scratch;
     out->memory = next;
     if (!next) return ERR_MEMORY;
     for (int c = 0; c < 3; c++, next += 3 * area) {
@@ -32,7 +31,7 @@ static int picture_create(struct rect block, struct residual_picture *out)
 
 void residual_picture_fini(struct residual_picture *picture)
 {
-    free(picture->memory);
+    scratch_give(picture->scratch, picture->memory);
     picture->memory = NULL;
 }
 
@@ -127,7 +126,7 @@ int residual_filter(const struct patch *patch, struct rect block,
                     struct residual_statistics *statistics)
 {
     struct residual_field field;
-    int error = picture_create(block, out);
+    int error = picture_create(patch->scratch, block, out);
     if (error) return error;
     error = residual_field_create(patch, &field);
     if (!error)

@@ -25,7 +25,8 @@ struct residual_picture {
     struct rect block;
     float *radiance[3];
     float *diffuse_direct[3], *diffuse_indirect[3];
-    void *memory; /* owned */
+    struct scratch *scratch; /* the patch's, borrowed */
+    void *memory;            /* owned; taken from there */
 };
 
 /* Variances of the plain means of some of the block's pixels, row by row. */
