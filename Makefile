@@ -364,11 +364,14 @@ $(B)/tests/bench/%: $(B)/obj/tests/bench/%.o $(B)/libworker.a $(B)/libproto.a
 # Fuzz targets are built with clang; lines "// sources: a.c b.c", "// archives: libserver.a" and "// libs: -lpng"
 # of theirs add more than proto. What comes from archives has no instruments of its own.
 fuzz_flags := -g -O1 -march=x86-64-v2 -ffp-contract=off -fno-sanitize-recover=undefined
-fuzz_obj = $(patsubst %.c,$(B)/fuzz/obj/%.o,$(1))
+fuzz_obj = $(patsubst %,$(B)/fuzz/obj/%.o,$(basename $(1)))
 fuzz_line = $(shell sed -n 's|^// $(1): ||p' $(2))
 $(B)/fuzz/obj/%.o: %.c
 	@mkdir -p $(@D)
 	clang-14 $(CPPFLAGS) $(STD) $(fuzz_flags) -fsanitize=fuzzer-no-link,address,undefined -MMD -MP -c $< -o $@
+$(B)/fuzz/obj/%.o: %.cc
+	@mkdir -p $(@D)
+	clang++-14 $(CPPFLAGS) -std=c++17 $(fuzz_flags) -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize=vptr -MMD -MP -c $< -o $@
 $(B)/fuzz/obj/proto/runtime/build.o: $(B)/build_id.h
 $(B)/fuzz/libproto.a: $(call fuzz_obj,$(proto_src))
 	@rm -f $@

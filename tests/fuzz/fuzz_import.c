@@ -1,6 +1,6 @@
-// sources: server/import/[!m]*.c server/import/*/*.c
+// sources: server/import/[!m]*.c server/import/*/*.c server/import/*/*.cc
 // sources: server/image/exr_file.c server/image/exr_read.c server/image/image.c
-// libs: -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg
+// libs: -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp -lmeshoptimizer -ldraco -lstdc++
 /* The importer as a whole, behind no fence: scene files and what stands beside them, pictures and
  * environment maps. Input: "@NAME" and the bytes of the main file, then more files, each after a
  * line "@@NAME". What is refused says why and leaves no blob; what is taken is a blob that opens;
