@@ -173,7 +173,7 @@ static bool divides_lobes(const struct job *job, const struct plan *plan,
     const bool listed = plan->environment.kind == ENVIRONMENT_NONE && !(report->emitters.flux > 0);
     char why[PLAN_FILTER_WHY_BYTES];
     return !asked && listed && l * l <= LOBES_BESIDE_MOST && plan->light_count > 0 &&
-           !(job->target_error > 0.0f) && plan_residual_possible(job, report) &&
+           !(job->target_error > 0.0f) && (l == 1 || plan_residual_possible(job, report)) &&
            (!plan_has_rectangle(plan) || plan_choose_filter(job, plan, why) != SHADOW_FILTER_NONE);
 }
 

@@ -29,14 +29,16 @@ static const struct {
     {"path_occlusion", PLANE_BIT(PATH_OCCLUSION), LAYER_OCCLUSION},
 };
 
-/* Returns whether light fields beside the paths bring a plane's light. */
-static bool is_brought(const struct plan *plan, uint64_t plane)
+/* Returns whether light fields beside the paths bring all of a plane's light. Of surfaces with
+ * normal maps they bring what shines alone. */
+static bool is_brought(const struct plan *plan, const struct plan_report *report, uint64_t plane)
 {
-    const uint64_t surfaces = PLANE_BIT(PATH_EMISSION) | PLANE_BIT(PATH_DIFFUSE_DIRECT) |
-                              PLANE_BIT(PATH_DIFFUSE_INDIRECT) | PLANE_BIT(PATH_ALBEDO);
-    return (plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect) ||
-           ((plane & surfaces) && plan->paths.without_diffuse_direct) ||
-           (plane == PLANE_BIT(PATH_OCCLUSION) && (plan->planes & PLANE_BIT(OPEN)));
+    const uint64_t diffuse =
+        PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT) | PLANE_BIT(PATH_ALBEDO);
+    if (plane == PLANE_BIT(PATH_OCCLUSION)) return (plan->planes & PLANE_BIT(OPEN)) != 0;
+    if (plan->paths.without_diffuse_direct)
+        return plane == PLANE_BIT(PATH_EMISSION) || ((plane & diffuse) && !report->bumpy);
+    return plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect;
 }
 
 static void plan_planes(struct plan *plan, struct plan_report *report)
@@ -46,7 +48,7 @@ static void plan_planes(struct plan *plan, struct plan_report *report)
     for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
         const bool error = (readers[i].layers & LAYER_ERROR) && plan->target_error > 0.0f;
         const bool read = (report->layers & readers[i].layers) != 0 || error;
-        const bool brought = is_brought(plan, readers[i].plane);
+        const bool brought = is_brought(plan, report, readers[i].plane);
         if (plan->planes & readers[i].plane) continue;
         if (read && !brought) {
             plan->planes |= readers[i].plane;

@@ -8,8 +8,9 @@
 /* The image's planes by what goes into them; NULL where the image has none. */
 struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
-    bool resolved; /* any of the above but emission alone */
-    bool adds;     /* to what paths have put into beauty, direct and indirect */
+    bool resolved;    /* any of the above but emission alone */
+    bool adds;        /* to what paths have put into beauty, direct and indirect; */
+    bool adds_albedo; /* and into albedo */
 };
 
 static void find_planes(const struct image *image, const char *const *names, int count,
@@ -69,13 +70,15 @@ static void put_resolved(const struct targets *t, const struct run *run,
             if (emission[c]) add_run(t->beauty[c], run, emission[c]);
             add_run(t->direct[c], run, resolved->direct[c]);
             add_run(t->indirect[c], run, resolved->indirect[c]);
-            add_run(t->albedo[c], run, resolved->albedo[c]);
         } else {
             put_beauty(t->beauty[c], run, resolved->total[c], emission[c]);
             put_run(t->direct[c], run, resolved->direct[c]);
             put_run(t->indirect[c], run, resolved->indirect[c]);
-            put_run(t->albedo[c], run, resolved->albedo[c]);
         }
+        if (t->adds_albedo)
+            add_run(t->albedo[c], run, resolved->albedo[c]);
+        else
+            put_run(t->albedo[c], run, resolved->albedo[c]);
     }
     put_run(t->beauty[3], run, resolved->coverage);
 }
@@ -328,7 +331,9 @@ static void compose_diffuse(const struct patch *patch, float *const light[3],
         for (int32_t y = block.y0; y < block.y1 && out && adds; y++) {
             const float *in = light[c] + patch_pixel(patch, block.x0, y);
             float *to = plane_at(out, block.x0, y);
-            for (int32_t x = 0; x < rect_width(block); x++) to[x] += in[x];
+            const float *black = patch->albedo[0] ? patch->albedo[c] + (in - light[c]) : NULL;
+            for (int32_t x = 0; x < rect_width(block); x++)
+                to[x] += !black || black[x] > 0.0f ? in[x] : 0.0f;
         }
     }
 }
@@ -352,10 +357,12 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     find_targets(image, &targets);
     own.parts = targets.direct[0] || targets.indirect[0];
     targets.adds = own.plan->paths.spp > 0;
+    targets.adds_albedo = own.patch->path_albedo[0] != NULL;
     compose_light(&own, &targets, block, variance, statistics);
     const struct lighting *l = resolver->lighting;
-    compose_diffuse(own.patch, l->direct, diffuse_direct, targets.adds, block, image);
-    compose_diffuse(own.patch, l->indirect, diffuse_indirect, targets.adds, block, image);
+    const struct patch *p = own.patch;
+    compose_diffuse(p, l->direct, diffuse_direct, p->path_diffuse_direct[0], block, image);
+    compose_diffuse(p, l->indirect, diffuse_indirect, p->path_diffuse_indirect[0], block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
 }

@@ -26,6 +26,7 @@ struct mixture {
     const struct patch *patch;
     const struct residual_picture *picture;
     struct surface_view view;
+    bool divided; /* entries have the albedo of surfaces whose diffuse light fields bring, alone */
     struct rect reach; /* pixels that both have */
     struct pure_pixel pure[SIDE * SIDE];
     int count;
@@ -34,6 +35,7 @@ struct mixture {
 /* Light of a surface: of its diffuse lobe before albedo, and the rest. */
 struct surface_light {
     float diffuse[3], rest[3];
+    float albedo[3]; /* that paths have seen */
     float weight;
 };
 
@@ -70,8 +72,9 @@ static void add_light(const struct mixture *m, const struct pure_pixel *q, float
     for (int c = 0; c < 3; c++) {
         const float diffuse =
             m->picture->diffuse_direct[c][q->at] + m->picture->diffuse_indirect[c][q->at];
-        const float sent = p->path_albedo[c][q->i] / p->paths.spp[q->i] * diffuse;
+        const float albedo = p->path_albedo[c][q->i] / p->paths.spp[q->i], sent = albedo * diffuse;
         sum->diffuse[c] += weight * diffuse;
+        sum->albedo[c] += weight * albedo;
         sum->rest[c] += weight * (m->picture->radiance[c][q->at] - sent);
     }
     sum->weight += weight;
@@ -92,6 +95,7 @@ static bool find_light(const struct mixture *m, const struct shown_surface *surf
     if (!(out->weight >= WEIGHT_LEAST)) return false;
     for (int c = 0; c < 3; c++) {
         out->diffuse[c] /= out->weight;
+        out->albedo[c] /= out->weight;
         out->rest[c] /= out->weight;
     }
     return true;
@@ -132,7 +136,8 @@ static bool predict(struct mixture *m, int32_t x, int32_t y, uint32_t e, struct 
         if (!(entry->share > 0.0f)) continue;
         if (!surface_of_pixel(&m->view, m->patch, q, &surface)) return false;
         if (!find_light(m, &surface, &light)) return false;
-        add_covered(&light, entry->albedo, entry->share, out);
+        for (int c = 0; c < 3; c++) light.albedo[c] *= entry->share;
+        add_covered(&light, m->divided ? light.albedo : entry->albedo, entry->share, out);
     }
     const float left = 1.0f - out->share;
     if (left < WEIGHT_LEAST) return true;
@@ -170,8 +175,10 @@ static void mix(const struct mixture *m, int32_t x, int32_t y, const struct cove
 uint64_t mixed_paths_apply(const struct plan *plan, const struct patch *patch, struct rect block,
                            const struct residual_picture *picture)
 {
-    struct mixture m = {
-        .patch = patch, .picture = picture, .reach = rect_intersect(patch->core, picture->block)};
+    struct mixture m = {.patch = patch,
+                        .picture = picture,
+                        .divided = plan->paths.without_diffuse_direct != 0,
+                        .reach = rect_intersect(patch->core, picture->block)};
     const struct mixed_share *mixed = &patch->mixed;
     uint64_t count = 0;
     if (mixed->count == 0 || !patch->depth || !patch->normal[0]) return 0;

@@ -7,6 +7,7 @@
 #include "proto/half.h"
 #include "worker/trace/field/field_kernels.h"
 #include "worker/trace/hit/primary.h"
+#include "worker/trace/path/path_leave.h"
 
 struct mixing {
     struct path_context context; /* with counters of its own */
@@ -52,6 +53,7 @@ static void resolve_subs(const struct mixing *m, int32_t x, int32_t y)
     } else {
         hit_diffuse_albedo(m->context.queries, &s->camera, surface);
     }
+    if (m->context.plan->paths.without_diffuse_direct) path_hide_from_fields(surface);
     subs->x_px = x;
     subs->y_px = y;
     subs->facing = surface->normal;
