@@ -6,9 +6,8 @@
  * line "@@NAME". What is refused says why and leaves no blob; what is taken is a blob that opens;
  * no descriptor stays open; the address sanitizer watches.
  *
- * OBJ files go through assimp, whose own faults end the importer in its fence
- * (tests/system/hostile.mjs has one): here they are read where FUZZ_ASSIMP is set, for one who
- * tells assimp's faults from ours. */
+ * OBJ files go through assimp, whose own faults end the importer in its fence: here they are read
+ * where FUZZ_ASSIMP is set, for one who tells assimp's faults from ours. */
 #include <dirent.h>
 #include <fcntl.h>
 #include <stdint.h>

@@ -348,14 +348,12 @@ if (!isMainThread) {
     return wrong;
   });
 
-  // assimp 5.2 falls over a texture that comes before the first material; whatever it does, the importer
-  // alone ends, and the answer says so.
-  await healthy("a scene that a library falls over is refused, and says why", async () => {
+  // assimp 5.2 falls over a texture that comes before the first material; we read such files ourselves.
+  await healthy("a scene that a library falls over is read by ourselves", async () => {
     const texture = await put(Buffer.from("map_Kd a.png\n")), triangle = Buffer.from("mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     const { status, detail } = await plan({ scene: { asset: await put(triangle), files: { "a.mtl": texture } } });
-    const told = /ended by signal 11 .*too large or damaged/.test(detail);
     const { status: after } = await plan({ scene: { asset } });
-    return [...(status === 422 && told ? [] : [`${status} ${detail}`]), ...(after === 200 ? [] : [`then ${after}`])];
+    return [...(status === 200 ? [] : [`${status} ${detail}`]), ...(after === 200 ? [] : [`then ${after}`])];
   });
 
   check("the server has asked nobody for anything", visits.map((from) => `a visit from port ${from}`));
