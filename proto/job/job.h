@@ -6,16 +6,18 @@
  * docs/job-document.md explains it. The members are:
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool,
- *             variant: name or null, default_light: bool, default_camera: "front" |
- *             "three_quarter"} asset is required camera: name, index,
- * {eye, target, up, yfov_deg} or null for the scene's own image     {width, height, pixel_type:
- * "float" | "half", pixel_filter: "box" | "tent"} lights    [{type: rectangle | directional | point
- * | spot, ...}]               see openapi.yaml environment {asset, intensity, rotation_deg},
- * {radiance} or null lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or
- * null effects   {indirect_bounces, ambient_occlusion: false | {distance}} sampling  {spp,
- * light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp, seed, tile_px} filter
- * {method, indirect, glossy, lens, residual, mu} layers    [names]      frames {first, last}
- * priority      live: bool
+ *              variant: name or null, default_light: bool,
+ *              default_camera: "front" | "three_quarter"}; asset is required
+ *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
+ *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
+ *   lights    [{type: rectangle | directional | point | spot, ...}]; see openapi.yaml
+ *   environment {asset, intensity, rotation_deg}, {radiance} or null
+ *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
+ *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
+ *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
+ *             seed, tile_px}
+ *   filter    {method, indirect, glossy, lens, residual, mu}
+ *   layers    [names]; frames {first, last}; priority; live: bool
  *
  * A member of a later version is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
 #include <jansson.h>

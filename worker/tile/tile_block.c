@@ -104,13 +104,15 @@ static void mark_lobed(struct tile_tracer *t)
     for (int i = 0; i < LANES; i++) t->bouncing.on[i] |= lobes.on.on[i];
 }
 
-/* Fields light no centre whose surface is paths' alone, whatever sub-samples show. */
+/* Of centres whose surface is paths' alone fields want what lights see, which filters ask
+ * neighbours for, but no bounce rays. */
 static void leave_to_paths(struct tile_tracer *t)
 {
     const struct surface *s = &t->centre.surface;
     for (int i = 0; i < LANES; i++) {
         if (!s->hit.on[i] || path_leaves_to_fields(s, i)) continue;
-        t->point.lit.on[i] = t->bouncing.on[i] = 0;
+        t->point.lit.on[i] = -1;
+        t->bouncing.on[i] = 0;
     }
 }
 

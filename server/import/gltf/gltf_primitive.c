@@ -184,7 +184,8 @@ static int load_colors(struct gltf *g, uint32_t accessor, uint32_t vertices, flo
     gltf_place_set(at, "accessors[%" PRIu32 "]", accessor);
     if (accessor == SCENE_NONE) return 0;
     int rc = gltf_vertex_floats(g, "COLOR_0", accessor, &components, &count, &colors, fault);
-    if (rc == 0 && (count != vertices || components < 3))
+    const bool fits = components == 3 || components == 4; /* a matrix has more */
+    if (rc == 0 && (count != vertices || !fits))
         rc = fault_set(fault, count != vertices ? ERR_MISMATCH : ERR_TYPE, at,
                        "%" PRIu32 " colours of %" PRIu32 " components for %" PRIu32 " vertices",
                        count, components, vertices);

@@ -171,8 +171,11 @@ static bool divides_lobes(const struct job *job, const struct plan *plan,
     const bool asked = job->indirect != INDIRECT_AUTO || job->glossy != GLOSSY_AUTO;
     const uint32_t l = job_strata_per_axis(job->spp);
     const bool listed = plan->environment.kind == ENVIRONMENT_NONE && !(report->emitters.flux > 0);
+    /* Volumes dim paths alone, and unlit surfaces light others along bounce rays. */
+    const bool whole =
+        !report->volumes && !(report->emitters.any_unlit && job->indirect_bounces == 0);
     char why[PLAN_FILTER_WHY_BYTES];
-    return !asked && listed && l * l <= LOBES_BESIDE_MOST && plan->light_count > 0 &&
+    return !asked && listed && whole && l * l <= LOBES_BESIDE_MOST && plan->light_count > 0 &&
            !(job->target_error > 0.0f) && (l == 1 || plan_residual_possible(job, report)) &&
            (!plan_has_rectangle(plan) || plan_choose_filter(job, plan, why) != SHADOW_FILTER_NONE);
 }
@@ -238,6 +241,7 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
         choose_paths(job, filter_why, filter_why, why, report);
     } else if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
         report->bumpy = plan_has_bumps(scene);
+        report->volumes = plan_has_volumes(scene);
         choose_beside(job, plan, why, report);
     } else {
         report->integrator = INTEGRATOR_LIGHT_FIELD;

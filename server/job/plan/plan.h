@@ -90,6 +90,7 @@ struct plan_report {
     uint32_t effects;
     bool whole_paths;          /* all indirect light comes along paths, though fields might do */
     bool bumpy;                /* some surface has a normal map */
+    bool volumes;              /* or encloses a volume */
     bool by_lobe;              /* fields bring diffuse lobes' light, paths that of other lobes */
     bool studio_light;         /* nothing else lights the scene */
     bool soft_sky;             /* the environment has no sun: nothing far above its mean */

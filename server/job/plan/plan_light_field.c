@@ -55,6 +55,16 @@ bool plan_has_bumps(const struct scene *scene)
     return false;
 }
 
+bool plan_has_volumes(const struct scene *scene)
+{
+    for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
+        const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
+        const struct scene_material *m = &scene->materials[mesh->material];
+        if (m->transmission > 0 && m->thickness > 0) return true;
+    }
+    return false;
+}
+
 bool plan_light_field_possible(const struct job *job, const struct scene *scene,
                                char why[PLAN_WHY_BYTES])
 {

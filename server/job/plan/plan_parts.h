@@ -55,6 +55,9 @@ bool plan_has_bumps(const struct scene *scene);
  * one for others where some surface may have them. */
 json_t *plan_light_filters(const struct plan *plan, const struct plan_report *report);
 
+/* Returns whether some surface encloses a volume, which dims what is seen through it. */
+bool plan_has_volumes(const struct scene *scene);
+
 /* Returns whether some light of the list is a rectangle. */
 bool plan_has_rectangle(const struct plan *plan);
 

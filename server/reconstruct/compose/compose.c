@@ -320,20 +320,32 @@ void compose_centre(const struct plan *plan, const struct patch *patch, struct r
     compose_slopes(plan, patch, block, image);
 }
 
-/* The pixel centre's lighting, before albedo and anti-aliasing; `adds`: to what paths have put. */
-static void compose_diffuse(const struct patch *patch, float *const light[3],
+/* Whether the pixel's centre reflects anything diffusely. */
+static bool is_diffuse(const struct patch *p, size_t i)
+{
+    return !p->albedo[0] || p->albedo[0][i] > 0.0f || p->albedo[1][i] > 0.0f ||
+           p->albedo[2][i] > 0.0f;
+}
+
+/* The pixel centre's lighting, before albedo and anti-aliasing. Beside paths that bring other
+ * lobes, centres without a diffuse one have none; `adds`: to what paths have put. */
+static void compose_diffuse(const struct resolver *r, float *const light[3],
                             const char *const *names, bool adds, struct rect block,
                             struct image *image)
 {
+    const struct patch *p = r->patch;
     for (int c = 0; c < 3; c++) {
         const struct plane *out = image_plane(image, names[c]);
-        if (!adds) copy_plane(patch, light[c], block, out);
-        for (int32_t y = block.y0; y < block.y1 && out && adds; y++) {
-            const float *in = light[c] + patch_pixel(patch, block.x0, y);
+        if (!r->plan->paths.without_diffuse_direct) copy_plane(p, light[c], block, out);
+        if (!r->plan->paths.without_diffuse_direct || !out) continue;
+        for (int32_t y = block.y0; y < block.y1; y++) {
+            const size_t first = patch_pixel(p, block.x0, y);
             float *to = plane_at(out, block.x0, y);
-            const float *black = patch->albedo[0] ? patch->albedo[c] + (in - light[c]) : NULL;
-            for (int32_t x = 0; x < rect_width(block); x++)
-                to[x] += !black || black[x] > 0.0f ? in[x] : 0.0f;
+            for (int32_t x = 0; x < rect_width(block); x++) {
+                const size_t i = first + (size_t)x;
+                const float own = is_diffuse(p, i) ? light[c][i] : 0.0f;
+                to[x] = adds ? to[x] + own : own;
+            }
         }
     }
 }
@@ -361,8 +373,9 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     compose_light(&own, &targets, block, variance, statistics);
     const struct lighting *l = resolver->lighting;
     const struct patch *p = own.patch;
-    compose_diffuse(p, l->direct, diffuse_direct, p->path_diffuse_direct[0], block, image);
-    compose_diffuse(p, l->indirect, diffuse_indirect, p->path_diffuse_indirect[0], block, image);
+    compose_diffuse(resolver, l->direct, diffuse_direct, p->path_diffuse_direct[0], block, image);
+    compose_diffuse(resolver, l->indirect, diffuse_indirect, p->path_diffuse_indirect[0], block,
+                    image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
 }
@@ -400,8 +413,8 @@ void compose_beside_paths(const struct resolver *resolver, struct rect block, st
     if (resolver->plan->paths.without_diffuse_indirect) {
         find_targets(image, &targets);
         add_indirect(resolver, &targets, block, variance, statistics);
-        compose_diffuse(resolver->patch, resolver->lighting->indirect, diffuse_indirect, false,
-                        block, image);
+        compose_diffuse(resolver, resolver->lighting->indirect, diffuse_indirect, false, block,
+                        image);
     }
     add_samples(resolver->plan, resolver->patch, 0, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
