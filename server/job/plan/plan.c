@@ -19,7 +19,7 @@
  * and by whole paths, at 16, 36 and 64 samples: the Cornell box with a glossy box 51.9
  * and 45.6, 53.2 and 49.9, 55.0 and 52.7; blocks of glTF's default material 49.2 and 48.1, 50.2
  * and 50.7, 50.8 and 53.1. */
-#define LOBES_BESIDE_MOST 64
+#define LOBES_BESIDE_MOST 36
 
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
