@@ -3,14 +3,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/compose/compose_diffuse.h"
 #include "server/reconstruct/compose/resolve_run.h"
 
 /* The image's planes by what goes into them; NULL where the image has none. */
 struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
-    bool resolved;    /* any of the above but emission alone */
-    bool adds;        /* to what paths have put into beauty, direct and indirect; */
-    bool adds_albedo; /* and into albedo */
+    bool resolved;          /* any of the above but emission alone */
+    bool adds, adds_albedo; /* to what paths have put there; the latter into albedo */
 };
 
 static void find_planes(const struct image *image, const char *const *names, int count,
@@ -320,41 +320,6 @@ void compose_centre(const struct plan *plan, const struct patch *patch, struct r
     compose_slopes(plan, patch, block, image);
 }
 
-/* Whether the pixel's centre reflects anything diffusely. */
-static bool is_diffuse(const struct patch *p, size_t i)
-{
-    return !p->albedo[0] || p->albedo[0][i] > 0.0f || p->albedo[1][i] > 0.0f ||
-           p->albedo[2][i] > 0.0f;
-}
-
-/* The pixel centre's lighting, before albedo and anti-aliasing. Beside paths that bring other
- * lobes, centres without a diffuse one have none; `adds`: to what paths have put. */
-static void compose_diffuse(const struct resolver *r, float *const light[3],
-                            const char *const *names, bool adds, struct rect block,
-                            struct image *image)
-{
-    const struct patch *p = r->patch;
-    for (int c = 0; c < 3; c++) {
-        const struct plane *out = image_plane(image, names[c]);
-        if (!r->plan->paths.without_diffuse_direct) copy_plane(p, light[c], block, out);
-        if (!r->plan->paths.without_diffuse_direct || !out) continue;
-        for (int32_t y = block.y0; y < block.y1; y++) {
-            const size_t first = patch_pixel(p, block.x0, y);
-            float *to = plane_at(out, block.x0, y);
-            for (int32_t x = 0; x < rect_width(block); x++) {
-                const size_t i = first + (size_t)x;
-                const float own = is_diffuse(p, i) ? light[c][i] : 0.0f;
-                to[x] = adds ? to[x] + own : own;
-            }
-        }
-    }
-}
-
-static const char *const diffuse_direct[] = {"diffuse_direct.R", "diffuse_direct.G",
-                                             "diffuse_direct.B"};
-static const char *const diffuse_indirect[] = {"diffuse_indirect.R", "diffuse_indirect.G",
-                                               "diffuse_indirect.B"};
-
 static void compose_rest(const struct resolver *r, struct rect block, struct image *image)
 {
     compose_occlusion(r, block, image_plane(image, "occlusion.O"));
@@ -371,11 +336,8 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     targets.adds = own.plan->paths.spp > 0;
     targets.adds_albedo = own.patch->path_albedo[0] != NULL;
     compose_light(&own, &targets, block, variance, statistics);
-    const struct lighting *l = resolver->lighting;
-    const struct patch *p = own.patch;
-    compose_diffuse(resolver, l->direct, diffuse_direct, p->path_diffuse_direct[0], block, image);
-    compose_diffuse(resolver, l->indirect, diffuse_indirect, p->path_diffuse_indirect[0], block,
-                    image);
+    compose_diffuse_direct(resolver, block, image);
+    compose_diffuse_indirect(resolver, block, image);
     compose_samples(resolver, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);
 }
@@ -413,8 +375,7 @@ void compose_beside_paths(const struct resolver *resolver, struct rect block, st
     if (resolver->plan->paths.without_diffuse_indirect) {
         find_targets(image, &targets);
         add_indirect(resolver, &targets, block, variance, statistics);
-        compose_diffuse(resolver, resolver->lighting->indirect, diffuse_indirect, false, block,
-                        image);
+        compose_diffuse_indirect(resolver, block, image);
     }
     add_samples(resolver->plan, resolver->patch, 0, block, image_plane(image, "samples.N"));
     compose_rest(resolver, block, image);

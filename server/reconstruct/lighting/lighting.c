@@ -33,11 +33,7 @@ static void add_light(const struct plan_light *light, const float *irradiance, s
         float scale = light->color[c] * INVERSE_PI;
         float *out = direct[c] + run.first;
         if (!(scale > 0.0f)) continue;
-        for (size_t i = 0; i < run.count; i++) {
-            float lit = irradiance[run.first + i] * scale;
-            out[i] +=
-                lit < LIGHTING_MAX ? lit : LIGHTING_MAX; /* also where the product overflows */
-        }
+        for (size_t i = 0; i < run.count; i++) out[i] += bounded(irradiance[run.first + i] * scale);
     }
 }
 
@@ -149,8 +145,7 @@ static int add_error(const struct plan *plan, uint32_t k, const struct patch *pa
 /* From irradiance to what the surfaces' diffuse lobes make of it; `weight` may be NULL. */
 static void weigh(const float *weight, struct run run, float *irradiance)
 {
-    if (!weight) return;
-    for (size_t i = run.first; i < run.first + run.count; i++) irradiance[i] *= weight[i];
+    for (size_t i = run.first; weight && i < run.first + run.count; i++) irradiance[i] *= weight[i];
 }
 
 static int filter_lights(const struct plan *plan, const struct patch *patch, struct rect lit,
