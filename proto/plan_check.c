@@ -318,6 +318,7 @@ static bool brings_surfaces(const struct plan *plan)
 {
     return plan->paths.spp > 0 && plan->environment.kind == ENVIRONMENT_NONE &&
            !plan->paths.without_glossy_indirect && plan->camera.aperture_radius == 0.0f &&
+           plan->paths.pixel_filter == PIXEL_FILTER_BOX && (plan->planes & PLANE_BIT(ALBEDO)) &&
            (plan->paths.without_diffuse_indirect || plan->bounces == 0);
 }
 
