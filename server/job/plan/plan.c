@@ -162,9 +162,9 @@ static bool does_without_fields(const struct job *job, const struct plan_report 
     return true;
 }
 
-/* Whether all that shines is a light of the list and some surface has more than a diffuse lobe:
- * then fields bring what diffuse lobes send on, and paths what the others do. Pixels without other
- * lobes need no path. */
+/* Whether all that shines is a light of the list, in a scene that fields do not cover: then fields
+ * bring what diffuse lobes send on, and paths what the others do. Pixels without other lobes need
+ * no path. */
 static bool divides_lobes(const struct job *job, const struct plan *plan,
                           const struct plan_report *report)
 {

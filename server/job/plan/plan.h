@@ -8,9 +8,9 @@
  * asked for or that auto chooses. Where some surface has other lobes besides, fields bring what
  * diffuse lobes send on, and paths what the others do. Elsewhere whole paths bring all the light.
  * The residual filter cleans what paths bring. Only where a job names a filter of indirect light or
- * of lobes, has one path a pixel, or asks for occlusion do light fields stand beside paths. A lens
- * has a light field of its own, paths sorted by where they pass the lens, and filter.lens chooses
- * its filter.
+ * of lobes, has one path a pixel that the residual filter cannot halve, or asks for occlusion do
+ * light fields of indirect light or occlusion stand beside these. A lens has a light field of its
+ * own, paths sorted by where they pass the lens, and filter.lens chooses its filter.
  *
  * The path tracer also takes what no light field can do. Without a lens that is a tent and surfaces
  * that let light through by their alpha. With one it is layers besides the picture, more samples
@@ -46,7 +46,8 @@ enum plan_effect {
 enum plan_integrator {
     INTEGRATOR_LIGHT_FIELD,
     INTEGRATOR_PATHS,
-    INTEGRATOR_PATHS_AND_LIGHT_FIELD, /* of diffuse indirect light and of occlusion */
+    INTEGRATOR_PATHS_AND_LIGHT_FIELD, /* of diffuse lobes, or of their indirect light and occlusion
+                                       */
     INTEGRATOR_LENS_FIELD
 };
 
@@ -123,8 +124,8 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
 /* Writes the report: {integrator, effects, layers, planes, light_planes, filter, filter_why,
- * indirect_filter, indirect_filter_why, glossy_filter, glossy_filter_why, lens_filter,
- * lens_filter_why, lens_light, lens_light_why, skipped:
- * [{what, why}], lights, environment, emitters, camera, samples, tiles, warnings}. Returns a new
- * reference; NULL on failed allocation. */
+ * indirect_filter, indirect_filter_why, glossy_filter, glossy_filter_why, residual_filter,
+ * residual_filter_why, lens_filter, lens_filter_why, lens_light, lens_light_why, light_filters,
+ * skipped: [{what, why}], lights, environment, emitters, camera, cameras, samples, tiles,
+ * warnings}. Returns a new reference; NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);

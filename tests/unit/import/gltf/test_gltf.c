@@ -322,6 +322,11 @@ TEST(names_what_it_refuses)
         {DOCUMENT("\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}, \"indices\": "
                   "0}]}]," ONE_NODE),
          ERR_TYPE, "accessors[0]"},
+        {"{" BUFFERS ", " ACCESSORS_AND(
+             "{\"componentType\": 5126, \"count\": 4, \"type\": \"MAT4\"}") /* of zeros */
+         ", \"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0, \"COLOR_0\": "
+         "2}}]}]," ONE_NODE "}",
+         ERR_TYPE, "accessors[2]"},
         {DOCUMENT("\"meshes\": [{\"primitives\": [{}]}]," ONE_NODE), ERR_MISSING,
          "meshes[0].primitives[0].attributes"},
         {DOCUMENT("\"materials\": [{\"pbrMetallicRoughness\": {\"roughnessFactor\": 1.7}}]"),

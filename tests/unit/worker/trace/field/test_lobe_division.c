@@ -289,6 +289,65 @@ TEST(fields_and_paths_are_whole_paths)
             }
 }
 
+/* -- normal maps -- */
+
+/* Gives the floor a normal map that changes nothing. */
+static void map_normals(struct scene_fixture *f)
+{
+    static const uint8_t up[4] = {128, 128, 255, 255};
+    f->materials[0].normal_texture.texture = fixture_texture(f, 1, 1, up, 0);
+    f->meshes[0].flags |= MESH_HAS_NORMALS | MESH_HAS_TANGENTS;
+    for (size_t v = 0; v < 4; v++) {
+        memcpy(f->normals + 3 * v, (float[]){0, 1, 0}, 3 * sizeof(float));
+        memcpy(f->tangents + 4 * v, (float[]){1, 0, 0, 1}, 4 * sizeof(float));
+    }
+}
+
+/* Some stratum is hidden from the light. */
+static bool is_shaded(const struct traced *t, int32_t i)
+{
+    return samples_light_visibility(t->samples, 0, 0)[i] != 0xfu;
+}
+
+/* To fields the floor is black, but they say what hides the light from it: filters ask neighbours.
+ * What paths bring of it is all that whole paths do, bit by bit. */
+static void expect_left_to_paths(bool coat)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan entire = floor_plan(f, 10.0f, 24);
+    if (coat) f->materials[0] = f->materials[coated(f, 0.3f, 0)];
+    map_normals(f);
+    fixture_panel(f, coated(f, 0.3f, 0), (float[]){2.5f, 0.8f, 0}, (float[]){0.4f, 0, 0},
+                  (float[]){0, 0, -0.4f}); /* out of sight */
+    fixture_ceiling_light(&entire, 6.0f, 3.0f, 0, 0.5f, 2);
+    struct plan divided = entire;
+    entire.light_planes = 0;
+    entire.planes = PLANE_BIT(PATH_RADIANCE);
+    entire.paths.spp = 4;
+    divide(&divided, 4);
+    divided.light_planes |= 1u << LIGHT_PLANE_DIFFUSE_WEIGHT;
+    struct traced a = trace_all(f, &entire), b = trace_all(f, &divided);
+    uint32_t shaded = 0;
+    for (int32_t i = 0; i < 24 * 24; i++) {
+        assert_int_equal(samples_u32(b.samples, PLANE_ID, 0)[i], 1);
+        assert_int_equal(samples_u16(b.samples, PLANE_ALBEDO, 0)[i], 0);
+        assert_true(half_to_float(samples_light_weight(b.samples, 0)[i]) == 0.0f);
+        assert_true(samples_f32(a.samples, PLANE_PATH_RADIANCE, 0)[i] ==
+                    samples_f32(b.samples, PLANE_PATH_RADIANCE, 0)[i]);
+        shaded += is_shaded(&b, i);
+    }
+    assert_true(shaded > 10 && shaded < 24 * 24);
+    traced_fini(&a);
+    traced_fini(&b);
+    free(f);
+}
+
+TEST(normal_maps_are_left_to_paths)
+{
+    expect_left_to_paths(false);
+    expect_left_to_paths(true);
+}
+
 /* -- pixels without other lobes -- */
 
 static struct samples *trace_first(struct traced *t, const struct plan *p, struct rect rect)
