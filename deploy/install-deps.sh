@@ -8,7 +8,8 @@ cd "$(dirname "$0")/.."
 
 build=(gcc g++ libc6-dev make pkg-config libmicrohttpd-dev libuv1-dev libembree-dev libjansson-dev
        libopenexr-dev libpng-dev zlib1g-dev libturbojpeg0-dev libwebp-dev libmeshoptimizer-dev
-       libdraco-dev libstb-dev libsqlite3-dev libblosc-dev libassimp-dev libgnutls28-dev nettle-dev libisal-dev libcurl4-gnutls-dev)
+       libdraco-dev libstb-dev libsqlite3-dev libblosc-dev libassimp-dev libgnutls28-dev
+       nettle-dev libisal-dev libcurl4-gnutls-dev)
 test=(libcmocka-dev curl jq libxml2-utils openexr openssl procps sqlite3)
 browser=(chromium)
 fuzz=(clang-14 libclang-rt-14-dev)
