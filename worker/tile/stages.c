@@ -23,13 +23,14 @@ static bool has_emissive(const struct material_table *materials)
     return false;
 }
 
-static bool shines_beside(const struct render_scene *scene, const struct plan *plan)
+static bool has_other_emission(const struct render_scene *scene, const struct plan *plan)
 {
     return has_rectangles(plan) || has_emissive(scene->materials);
 }
 
-/* Whether all that shines is listed: no environment, and no mesh that no light stands for. */
-static bool is_listed(const struct render_scene *scene, const struct plan *plan)
+/* Returns whether the plan's lights are all that emits: there is no environment, and a light stands
+ * for each mesh that emits. */
+static bool has_lights_only(const struct render_scene *scene, const struct plan *plan)
 {
     if (plan->environment.kind != ENVIRONMENT_NONE) return false;
     for (uint64_t k = 0; k < scene->blob->count[SCENE_MESHES]; k++) {
@@ -78,19 +79,21 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
     out->demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
     out->features = (plan->planes & PLANES_RESIDUAL) != 0;
     out->blended = has_blended(scene->materials);
-    out->shines = out->shines_beside =
-        plan->environment.kind != ENVIRONMENT_NONE || shines_beside(scene, plan);
-    out->leaves_surface = plan->paths.without_diffuse_direct != 0;
-    out->leaves_diffuse = plan->paths.without_diffuse_indirect != 0 && !out->leaves_surface;
-    out->leaves_glossy = plan->paths.without_glossy_indirect != 0;
+    out->has_emission = out->has_other_emission =
+        plan->environment.kind != ENVIRONMENT_NONE || has_other_emission(scene, plan);
+    if (plan->paths.without_diffuse_direct)
+        out->skip = SKIP_DIFFUSE;
+    else if (plan->paths.without_diffuse_indirect)
+        out->skip = SKIP_DIFFUSE_INDIRECT;
+    if (plan->paths.without_glossy_indirect) out->skip |= SKIP_GLOSSY_INDIRECT;
 }
 
 /* Begins another kind of path. It leaves no light out and keeps it in one sum. */
 static void init_whole(const struct path_context *paths, struct path_context *out)
 {
     *out = *paths;
-    out->features = out->demodulate = out->leaves_diffuse = out->leaves_glossy =
-        out->leaves_surface = false;
+    out->features = out->demodulate = false;
+    out->skip = 0;
 }
 
 static void init_field(const struct path_context *paths, const struct plan_pass *pass,
@@ -102,7 +105,7 @@ static void init_field(const struct path_context *paths, const struct plan_pass 
     out->strata_map = pass->strata_map;
     out->lobes = pass->lobes;
     out->pass = pass->number;
-    out->listed = is_listed(paths->queries->scene, paths->plan);
+    out->lights_only = has_lights_only(paths->queries->scene, paths->plan);
     out->mirrors = paths->plan->lens_mirrors > 0;
 }
 
@@ -112,12 +115,13 @@ static void init_through_lens(const struct path_context *whole, struct path_cont
     *out = *whole;
     out->demodulate = plan->lens_light != LENS_LIGHT_OWN;
     out->mirrors = plan->lens_mirrors > 0;
-    out->leaves_lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
-    out->leaves_sky = plan->lens_light == LENS_LIGHT_SKY;
-    out->leaves_diffuse =
-        plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;
-    if (out->leaves_sky)
-        out->shines_beside = shines_beside(whole->queries->scene, plan) || whole->sky->hard;
+    const bool sky = plan->lens_light == LENS_LIGHT_SKY;
+    if (sky || plan->lens_light == LENS_LIGHT_INDIRECT) out->skip |= SKIP_DIFFUSE_INDIRECT;
+    if (plan->planes & PLANE_BIT(LENS_LOBE)) out->skip |= SKIP_GLOSSY_OF_LENS;
+    if (sky) out->skip |= SKIP_SOFT_SKY;
+    if (sky)
+        out->has_other_emission =
+            has_other_emission(whole->queries->scene, plan) || whole->sky->hard;
 }
 
 void stages_init(const struct path_context *parts, struct centre_gbuffer *centres,

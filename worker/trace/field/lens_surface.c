@@ -99,5 +99,6 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
     block_store_u16(b, normals, samples_u16(samples, PLANE_LENS_NORMAL, sample));
     block_store_u32(b, albedos, samples_u32(samples, PLANE_LENS_ALBEDO, sample));
     block_store_u32(b, lights, samples_u32(samples, PLANE_LENS_LIGHT, sample));
-    if (c->leaves_lobes) block_store_u32(b, lobes, samples_u32(samples, PLANE_LENS_LOBE, sample));
+    if (c->skip & SKIP_GLOSSY_OF_LENS)
+        block_store_u32(b, lobes, samples_u32(samples, PLANE_LENS_LOBE, sample));
 }

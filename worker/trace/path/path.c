@@ -120,7 +120,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
 {
     struct lanes_mask lit;
     struct glossy_lobes lobes = {.on = {{0}}};
-    if (c->leaves_lobes) glossy_lobes_find(v, &lobes);
+    if (c->skip & SKIP_GLOSSY_OF_LENS) glossy_lobes_find(v, &lobes);
     centre_gbuffer_match(c->centres, p, v, &lobes, &lit);
     for (uint32_t i = 0; i < p->count; i++) h->own[p->slot[i]] = lit.on[i] ? 0.0f : 1.0f;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -130,7 +130,7 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
         h->lobe.b[p->slot[i]] = lobes.reflectance.z[i];
         if (v->mirrors.any) path_dim(&h->lobe, p->slot[i], &v->mirrors.tint, i);
     }
-    if (c->leaves_diffuse) return;
+    if (c->skip & SKIP_DIFFUSE_INDIRECT) return;
     c->counters->value[COUNTER_SKIPPED_LIGHT_FIELD] += lanes_count(&lit);
     path_end_lanes(&lit, v);
     if (c->record && lit.on[0]) path_record_leave(c, p, v);
@@ -147,7 +147,7 @@ static void find_last(const struct path_context *c, struct path_vertex *v)
 {
     const struct lanes3 *at = &v->surface.position;
     memset(&v->last, 0, sizeof v->last);
-    if (!(c->field && c->listed) || v->depth < c->plan->bounces) return;
+    if (!(c->field && c->lights_only) || v->depth < c->plan->bounces) return;
     v->last = v->lambert;
     for (uint32_t k = 0; k < c->lights->count; k++) {
         const struct plan_light *light = c->lights->lights[k].plan;
@@ -204,16 +204,16 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
-    if (depth == 0 && c->leaves_surface) path_leave_surface(c, p, v, &s->harvest);
+    if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_leave_surface(c, p, v, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
     if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
-    if (depth == 1 && c->leaves_diffuse) path_leave_diffuse(c, p, v, &s->harvest);
+    if (depth == 1 && (c->skip & SKIP_DIFFUSE_INDIRECT)) path_leave_diffuse(c, p, v, &s->harvest);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
-    if (depth == 0 && c->leaves_surface) path_thin_lobes(c, p, v);
+    if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_thin_lobes(c, p, v);
     if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
-    if (depth == c->plan->bounces && !c->shines) v->last = v->active;
+    if (depth == c->plan->bounces && !c->has_emission) v->last = v->active;
     end_last(c, v);
     if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);
 }

@@ -29,6 +29,15 @@ struct light_kernels;
 struct path_kernels;
 struct path_record;
 
+/* What paths leave out at the first surface, because light fields bring it. */
+enum path_skip {
+    SKIP_DIFFUSE = 1,          /* what diffuse lobes send on, and emission that the camera sees */
+    SKIP_DIFFUSE_INDIRECT = 2, /* indirect light of diffuse lobes */
+    SKIP_GLOSSY_INDIRECT = 4,  /* that of glossy lobes; beside SKIP_DIFFUSE_INDIRECT */
+    SKIP_GLOSSY_OF_LENS = 8,   /* that of glossy lobes whose reflectance is path_harvest.lobe */
+    SKIP_SOFT_SKY = 16         /* the soft share of the sky; beside SKIP_DIFFUSE_INDIRECT */
+};
+
 /* What all paths of a tile share. */
 struct path_context {
     struct queries *queries;
@@ -38,12 +47,14 @@ struct path_context {
     const struct sky *sky;
     const struct plan *plan;
     struct counters *counters;
-    bool demodulate;    /* the plan wants the diffuse planes */
-    bool blended;       /* some surface is there by chance: rays need keys */
-    bool shines;        /* something can be met that does: surfaces, rectangles, the sky */
-    bool shines_beside; /* something that fields do not bring can be met by what a first surface
-                           that they light has scattered */
-    bool lens;          /* camera paths are those of the lens's light field */
+    bool demodulate;         /* the plan wants the diffuse planes */
+    bool blended;            /* some surface is there by chance: rays need keys */
+    bool has_emission;       /* rays can meet emission: of surfaces, rectangles or the sky */
+    bool has_other_emission; /* rays from surfaces that fields light can meet emission that fields
+                                do not bring */
+    bool lights_only;        /* the plan's lights are all that emits */
+    uint32_t skip;           /* bits of enum path_skip */
+    bool lens;               /* camera paths are those of the lens's light field */
     struct centre_gbuffer *centres; /* of the lens's: what light fields light; NULL: nothing */
     bool features; /* harvests tell how far what the camera sees is, and how it faces */
     bool field;    /* paths begin on surfaces, scattered once: the light field of indirect light */
@@ -52,16 +63,7 @@ struct path_context {
         *strata_map;      /* where each of the tile's pixels has its own (plan_pass); else NULL */
     const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
     uint32_t pass;        /* that they belong to: each has random numbers of its own */
-    bool listed;          /* lights of the plan are all that shines */
-    bool leaves_diffuse;  /* the first surface's diffuse lobe sends on direct light alone: a light
-                             field brings the rest */
-    bool leaves_surface;  /* the first surface's diffuse lobe sends on nothing, and what the camera
-                             sees shine is left out: light fields bring both */
-    bool leaves_sky; /* beside leaves_diffuse: nor the soft share of the sky, where fields light the
-                        surface */
-    bool leaves_lobes;  /* the same holds of glossy lobes that a harvest's `lobe` tells of */
-    bool mirrors;       /* paths may have been reflected before (mirrors.h): their harvest counts */
-    bool leaves_glossy; /* nor does its glossy lobe, with leaves_diffuse: another field */
+    bool mirrors; /* paths may have been reflected before (mirrors.h): their harvest counts */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
     const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
     struct path_record *record; /* of the only path on its way; NULL: nobody looks */

@@ -75,7 +75,7 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
             weight = mis_power_weight(p->pdf[i],
                                       c->lights->environment_probability *
                                           sky_pdf(c->sky, &missed.view, lane, p->sky_table[i]));
-        if (c->leaves_sky && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
+        if ((c->skip & SKIP_SOFT_SKY) && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }
@@ -229,7 +229,7 @@ void path_emission_add(const struct path_context *c, const struct path_packet *p
         meet_unlisted(c, p, v, h);
         return;
     }
-    if (c->leaves_surface && v->depth == 0) return;
+    if ((c->skip & SKIP_DIFFUSE) && v->depth == 0) return;
     if (c->sky->kind != ENVIRONMENT_NONE) meet_sky(c, p, v, h);
     if (v->depth > 0 || v->mirrors.any) meet_rectangles(c, p, v, h);
     meet_surfaces(c, p, v, h);

@@ -9,7 +9,7 @@ void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint
     to->r[slot] += value[0];
     to->g[slot] += value[1];
     to->b[slot] += value[2];
-    if (!c->demodulate || (c->leaves_sky && scatterings == 1)) return;
+    if (!c->demodulate || ((c->skip & SKIP_SOFT_SKY) && scatterings == 1)) return;
     to = scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct;
     to->r[slot] += value[0] * h->share.r[slot];
     to->g[slot] += value[1] * h->share.g[slot];
@@ -45,7 +45,7 @@ void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h
     struct lanes3 v = *value;
     keep(on, &v);
     add(p, &v, scatterings > 1 ? &h->indirect : &h->direct);
-    if (!c->demodulate || (c->leaves_sky && scatterings == 1)) return;
+    if (!c->demodulate || ((c->skip & SKIP_SOFT_SKY) && scatterings == 1)) return;
     v = *value;
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];

@@ -266,7 +266,7 @@ void path_nee_add(const struct path_context *c, const struct path_packet *p, str
     else
         try_lights(c, (struct path_numbers){p->key, p->sample}, v, &selection, light, &reflected);
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
-    if (c->leaves_sky && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
+    if ((c->skip & SKIP_SOFT_SKY) && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
     for (int i = 0; several && i < LANES; i++) scale_lane(scale[i], i, &reflected); /* 0 stays 0 */
     drop_dim(c, &reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);

@@ -52,7 +52,8 @@ static void keep_rest(const struct path_context *c, const struct path_packet *p,
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
         if (!(v->active.on[i] & s->on.on[i]) || v->lambert.on[i]) continue;
-        if (c->leaves_glossy && glossy_has(&v->bsdf[i])) continue; /* nothing, as slots begin */
+        if ((c->skip & SKIP_GLOSSY_INDIRECT) && glossy_has(&v->bsdf[i]))
+            continue; /* nothing, as slots begin */
         if (h->lobe.r[slot] + h->lobe.g[slot] + h->lobe.b[slot] > 0.0f) continue;
         h->kept.r[slot] = w->x[i] > 0.0f ? rest->x[i] / w->x[i] : 0.0f;
         h->kept.g[slot] = w->y[i] > 0.0f ? rest->y[i] / w->y[i] : 0.0f;
@@ -156,7 +157,9 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
 static bool is_left_out(const struct path_context *c, const struct path_vertex *v, uint32_t slot,
                         const struct path_harvest *h)
 {
-    if (!c->leaves_diffuse || v->depth > 0 || c->shines_beside || h->own[slot] > 0.0f) return false;
+    if (!(c->skip & SKIP_DIFFUSE_INDIRECT) || v->depth > 0 || c->has_other_emission ||
+        h->own[slot] > 0.0f)
+        return false;
     return !(h->kept.r[slot] + h->kept.g[slot] + h->kept.b[slot] > 0.0f);
 }
 
@@ -186,7 +189,7 @@ static void find_segments(const struct path_context *c, const struct path_packet
     uint64_t *counters = c->counters->value;
     for (int i = 0; i < LANES; i++) on->on[i] = v->active.on[i] & s->on.on[i];
     counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&v->active) - lanes_count(on);
-    if (c->leaves_diffuse && v->depth == 0) leave_out(c, p, v, h, on);
+    if ((c->skip & SKIP_DIFFUSE_INDIRECT) && v->depth == 0) leave_out(c, p, v, h, on);
     if (roulette) kernels->path_pairs(p, dimension, chance, unused);
     kernels->weigh_segments(p, s, roulette ? chance : NULL, throughput, &stays);
     const uint32_t chosen = lanes_count(on);
@@ -267,7 +270,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);
     if (v->any_general) scatter_generals(c, p, v, u, w, &s);
     if (v->any_general && c->demodulate && first) keep_shares(p, v, &s, h);
-    if (v->any_general && c->leaves_diffuse && first) keep_rest(c, p, v, &s, h);
+    if (v->any_general && (c->skip & SKIP_DIFFUSE_INDIRECT) && first) keep_rest(c, p, v, &s, h);
     if (v->mirrors.any && c->demodulate) untint_shares(p, v, h);
     append(c, p, v, &s, h, next);
     if (c->record) record(c, p, v, &s, h, next);

@@ -67,7 +67,8 @@ TEST(harvest_takes_what_is_on)
     static struct path_harvest h, one;
     struct random seed = {2};
     for (int round = 0; round < 64; round++) {
-        const struct path_context c = {.demodulate = round & 1, .leaves_sky = round & 2};
+        const struct path_context c = {.demodulate = round & 1,
+                                       .skip = round & 2 ? SKIP_SOFT_SKY : 0};
         const uint32_t scatterings = 1 + (round >> 2 & 1);
         struct path_packet p = {.count = round % 3 ? LANES : 11};
         struct lanes_mask on;
