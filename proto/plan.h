@@ -271,10 +271,10 @@ struct plan_pass {
 /* The pass that the schedule has under a number below plan_pass_count. */
 struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number);
 
-/* The parts of a pass that PATH_SPLIT cuts into halves: `count` of them from sample `first` on,
- * each `length` samples, a power of two at least 2 and the largest of which the pass has a whole
- * multiple. Such parts of the path tracer's sequence are stratified in themselves, and so are their
- * halves (pattern_path.h). All 0 for a pass too short. */
+/* The parts of a pass that PATH_HALF_DIFFERENCE2 cuts into halves: `count` of them from sample
+ * `first` on, each `length` samples, a power of two at least 2 and the largest of which the pass
+ * has a whole multiple. Such parts of the path tracer's sequence are stratified in themselves, and
+ * so are their halves (pattern_path.h). All 0 for a pass too short. */
 struct plan_split {
     uint32_t first, length, count;
 };

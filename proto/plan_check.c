@@ -184,7 +184,7 @@ static int check_lights(const struct plan *plan, struct fault *fault)
 /* Errors are known where halves of the samples, or their spread, tell of them. */
 static int check_target(const struct plan_place *at, const struct plan *plan)
 {
-    const uint64_t paths = PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
+    const uint64_t paths = PLANE_BIT(PATH_M2) | PLANE_BIT(PATH_HALF_DIFFERENCE2);
     if ((plan->target_error > 0.0f) != (plan->spp_most > 0))
         return plan_field_refuse(at, ERR_RANGE, "spp_most",
                                  "belongs to a target, and every target has it",
@@ -208,15 +208,15 @@ static int check_target(const struct plan_place *at, const struct plan *plan)
 static int check_path_planes(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
-    const bool open = planes & (PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN));
+    const bool open = planes & (PLANE_BIT(PATH_VISIBILITY) | PLANE_BIT(AMBIENT_VISIBILITY));
     if ((planes & PLANES_PATH_ALL) && plan->paths.spp == 0)
         return plan_field_refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
                                  (double)planes);
     if (!(planes & PLANES_PATH) && plan->paths.spp > 0)
         return plan_field_refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
                                  (double)planes);
-    if ((planes & PLANE_BIT(PATH_SPREAD)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
-        return plan_field_refuse(at, ERR_RANGE, "planes", "has path_spread without path_radiance",
+    if ((planes & PLANE_BIT(PATH_M2)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has path_m2 without path_radiance",
                                  (double)planes);
     if (plan->paths.without_diffuse_indirect && !(planes & PLANES_BOUNCE_LIGHT))
         return plan_field_refuse(at, ERR_RANGE, "planes",

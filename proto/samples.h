@@ -122,7 +122,7 @@ uint32_t samples_type_bytes(enum samples_type type);
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \
-    ((2 * PLANE_BIT(PATH_OCCLUSION) - PLANE_BIT(PATH_RADIANCE)) | PLANE_BIT(PATH_SPLIT))
+    ((2 * PLANE_BIT(PATH_VISIBILITY) - PLANE_BIT(PATH_RADIANCE)) | PLANE_BIT(PATH_HALF_DIFFERENCE2))
 
 /* What the residual filter needs of paths besides, and all that it reads. */
 #define PLANES_RESIDUAL                                                                            \
@@ -141,7 +141,7 @@ uint32_t samples_type_bytes(enum samples_type type);
 #define PLANES_BOUNCE_LIGHT                                                                        \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
 #define PLANES_BOUNCE_RAYS                                                                         \
-    (PLANES_BOUNCE_LIGHT | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN) |                      \
+    (PLANES_BOUNCE_LIGHT | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY) |        \
      PLANE_BIT(BOUNCE_DISTANCE_MAX))
 
 /* Planes of glossy lobes: what their rays bring, and all. */

@@ -20,9 +20,8 @@ static void merge_spread(float *spread, const float *more_spread, const float *s
 static void merge_spreads(struct samples *sum, double sum_spp, const struct samples *more,
                           double more_spp, size_t area)
 {
-    for (uint32_t c = 0; c < 3 && samples_f32(sum, PLANE_PATH_SPREAD, c); c++)
-        merge_spread(samples_f32(sum, PLANE_PATH_SPREAD, c),
-                     samples_f32(more, PLANE_PATH_SPREAD, c),
+    for (uint32_t c = 0; c < 3 && samples_f32(sum, PLANE_PATH_M2, c); c++)
+        merge_spread(samples_f32(sum, PLANE_PATH_M2, c), samples_f32(more, PLANE_PATH_M2, c),
                      samples_f32(sum, PLANE_PATH_RADIANCE, c),
                      samples_f32(more, PLANE_PATH_RADIANCE, c), area, sum_spp, more_spp);
 }

@@ -8,8 +8,8 @@ struct pass_counts {
     const uint8_t *strata_map; /* strata per axis of each pixel's second set, of bounce rays or
                              paths through the lens; NULL: none. Borrowed */
     const uint8_t *lobes;      /* the same for rays of glossy lobes */
-    /* How many of the paths are in parts that PATH_SPLIT is made of, and the sum of the parts'
-     * lengths over these paths. */
+    /* How many of the paths are in parts that PATH_HALF_DIFFERENCE2 is made of, and the sum of the
+     * parts' lengths over these paths. */
     uint64_t split, split_lengths;
 };
 
@@ -42,7 +42,7 @@ static inline void pass_counts_add(struct pass_counts *sum, const struct pass_co
  * many rays of glossy lobes. A second set has only mean radiance, ambient visibility and the means
  * of glossy lobes.
  *
- * PATH_SPREAD, the squared deviations from the mean, is merged by the formula of Chan, Golub and
+ * PATH_M2, the squared deviations from the mean, is merged by the formula of Chan, Golub and
  * LeVeque (Updating formulae and a pairwise algorithm for computing sample variances, 1979,
  * equation 2.1): S = S_a + S_b + d^2 n_a n_b / (n_a + n_b), with d the difference of the means of
  * PATH_RADIANCE. */

@@ -26,7 +26,7 @@
 #define BLOCKS_ENOUGH_RESIDUAL 1
 
 /* Of bounce rays of pixel centres, which a light field beside paths consists of. */
-#define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | PLANE_BIT(OPEN))
+#define PLANES_BESIDE (PLANES_BOUNCE_LIGHT | PLANE_BIT(AMBIENT_VISIBILITY))
 
 static bool is_filtered(const struct plan *plan)
 {

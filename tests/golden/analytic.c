@@ -15,7 +15,7 @@
 #define DEVIATIONS     4.0
 #define FLOAT_ROUNDING 2e-5
 
-#define PLANES_FIELD (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN))
+#define PLANES_FIELD (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(AMBIENT_VISIBILITY))
 
 static struct {
     uint32_t spp;
@@ -36,11 +36,12 @@ static struct picture *picture_new(const struct plan *plan)
     size_t pixels = (size_t)plan->width_px * (size_t)plan->height_px;
     p->width = plan->width_px, p->height = plan->height_px, p->spp = plan->paths.spp;
     for (int id = 0; id < PLANE_ID_COUNT; id++) {
-        bool one = id == PLANE_PATH_COVERAGE || id == PLANE_PATH_OCCLUSION || id == PLANE_OPEN;
+        bool one = id == PLANE_PATH_COVERAGE || id == PLANE_PATH_VISIBILITY ||
+                   id == PLANE_AMBIENT_VISIBILITY;
         int components = one ? 1 : 3;
         if (!((PLANES_PATH | PLANES_FIELD) >> id & 1u)) continue;
         if (!(plan->planes >> id & 1u)) continue;
-        if (id == PLANE_PATH_SPREAD || id == PLANE_PATH_SPLIT) continue;
+        if (id == PLANE_PATH_M2 || id == PLANE_PATH_HALF_DIFFERENCE2) continue;
         for (int c = 0; c < components; c++)
             if (!(p->mean[id][c] = calloc(pixels, sizeof(double)))) abort();
     }
@@ -65,7 +66,7 @@ static void add_pass(struct picture *p, const struct samples *s, uint32_t before
     size_t pixels = (size_t)p->width * (size_t)p->height;
     for (int c = 0; c < 3; c++) {
         const float *sum = samples_f32(s, PLANE_PATH_RADIANCE, (uint32_t)c);
-        const float *spread = samples_f32(s, PLANE_PATH_SPREAD, (uint32_t)c);
+        const float *spread = samples_f32(s, PLANE_PATH_M2, (uint32_t)c);
         for (size_t i = 0; i < pixels; i++) {
             p->variance[c][i] += (double)spread[i];
             if (before == 0) continue;
@@ -160,7 +161,7 @@ struct picture *stage_trace_field(struct stage *s, bool beside_paths)
     plan.planes = beside_paths ? plan.planes : plan.planes & ~PLANES_PATH;
     plan.planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN);
     if (plan.bounces > 0) plan.planes |= PLANE_BIT(INDIRECT_MEAN);
-    if (plan.occlusion_distance > 0) plan.planes |= PLANE_BIT(OPEN);
+    if (plan.occlusion_distance > 0) plan.planes |= PLANE_BIT(AMBIENT_VISIBILITY);
     plan.indirect_strata_per_axis = (uint32_t)sqrt((double)run.spp);
     plan.pattern.seed = 1;
     set_open(&set, s);

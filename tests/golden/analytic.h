@@ -76,8 +76,8 @@ struct picture {
 /* All passes, summed as the film does. Ends the program when tracing fails. */
 struct picture *stage_trace(struct stage *s);
 /* The light field of indirect light (with bounces) and of ambient occlusion (with its distance):
- * the planes INDIRECT_MEAN and OPEN, of as many samples, or nearly. `beside_paths`: under a plan
- * whose paths bring all direct light. */
+ * the planes INDIRECT_MEAN and AMBIENT_VISIBILITY, of as many samples, or nearly. `beside_paths`:
+ * under a plan whose paths bring all direct light. */
 struct picture *stage_trace_field(struct stage *s, bool beside_paths);
 void picture_free(struct picture **p);
 

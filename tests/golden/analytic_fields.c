@@ -39,7 +39,8 @@ static void closed_box(uint32_t bounces)
                  beside ? " beside paths" : "");
         picture_expect(p, name, PLANE_INDIRECT_MEAN, expected, HALF_ROUNDING);
         if (bounces == 1)
-            picture_expect_grey(p, "... open at once, away from its edges", PLANE_OPEN, 1, 0);
+            picture_expect_grey(p, "... open at once, away from its edges",
+                                PLANE_AMBIENT_VISIBILITY, 1, 0);
         picture_free(&p);
         stage_free(&s);
     }
@@ -65,7 +66,7 @@ static void white_corner(void)
         picture_expect_grey(
             p, beside ? "a white wall beside paths" : "a white wall sends what it hides",
             PLANE_INDIRECT_MEAN, hidden, HALF_ROUNDING);
-        picture_expect_grey(p, "... and hides what it covers", PLANE_OPEN, 1 - hidden,
+        picture_expect_grey(p, "... and hides what it covers", PLANE_AMBIENT_VISIBILITY, 1 - hidden,
                             HALF_ROUNDING);
         picture_free(&p);
         stage_free(&s);
@@ -116,8 +117,8 @@ static void corner(double distance, double reach)
         struct picture *p = stage_trace_field(s, false);
         snprintf(name, sizeof name, "field: openness at %g from a wall, within %g%s", distance,
                  reach, bounces ? ", by bounce rays" : "");
-        picture_expect_grey(p, name, PLANE_OPEN, formula_corner_openness(distance, reach),
-                            HALF_ROUNDING);
+        picture_expect_grey(p, name, PLANE_AMBIENT_VISIBILITY,
+                            formula_corner_openness(distance, reach), HALF_ROUNDING);
         picture_free(&p);
         stage_free(&s);
     }

@@ -227,12 +227,13 @@ static void corner(double distance, double reach)
     uint32_t grey = stage_lambert(s, 0.5, 0.5, 0.5);
     stage_panel(s, grey, (double[]){0, 0, 0}, (double[]){8, 0, 0}, (double[]){0, 0, -8});
     stage_panel(s, grey, (double[]){-distance, 4, 0}, (double[]){0, 4, 0}, (double[]){0, 0, 8});
-    s->plan.planes |= PLANE_BIT(PATH_OCCLUSION);
+    s->plan.planes |= PLANE_BIT(PATH_VISIBILITY);
     s->plan.occlusion_distance = (float)reach;
     stage_look(s, (double[]){2, 2, 0.5}, (double[]){0, 0, 0}, POINT);
     struct picture *p = stage_trace(s);
     snprintf(name, sizeof name, "openness at %g from a wall, rays of length %g", distance, reach);
-    picture_expect_grey(p, name, PLANE_PATH_OCCLUSION, formula_corner_openness(distance, reach), 0);
+    picture_expect_grey(p, name, PLANE_PATH_VISIBILITY, formula_corner_openness(distance, reach),
+                        0);
     picture_free(&p);
     stage_free(&s);
 }

@@ -108,10 +108,10 @@ static void corner(const struct where *w)
     uint32_t grey = stage_lambert(s, 0.5, 0.5, 0.5);
     stage_panel(s, grey, (double[]){0, 0, 0}, (double[]){4, 0, 0}, (double[]){0, 0, -4});
     stage_panel(s, grey, (double[]){-0.5, 2, 0}, (double[]){0, 2, 0}, (double[]){0, 0, 4});
-    s->plan.planes |= PLANE_BIT(PATH_OCCLUSION);
+    s->plan.planes |= PLANE_BIT(PATH_VISIBILITY);
     s->plan.occlusion_distance = (float)w->scale;
     stage_look(s, (double[]){2, 2, 0.5}, (double[]){0, 0, 0}, POINT);
-    finish(s, w, "openness in a corner", PLANE_PATH_OCCLUSION, formula_corner_openness(0.5, 1));
+    finish(s, w, "openness in a corner", PLANE_PATH_VISIBILITY, formula_corner_openness(0.5, 1));
 }
 
 void analytic_scales(void)

@@ -15,7 +15,7 @@ struct stage *stage_new(void)
     if (!s || !s->f) abort();
     s->scale = 1;
     s->plan = fixture_plan(STAGE_SIDE_PX, STAGE_SIDE_PX, (float[]){0, 0, 0}, POINT);
-    s->plan.planes = PLANES_PATH & ~PLANE_BIT(PATH_OCCLUSION);
+    s->plan.planes = PLANES_PATH & ~PLANE_BIT(PATH_VISIBILITY);
     s->plan.light_planes = 0;
     return s;
 }

@@ -46,7 +46,7 @@ check_plan "layers of paths ask for paths alone, with a lens" "{$scene_member, \
      and (.warnings | any(startswith("filter.indirect is linear, but indirect light is not filtered")))'
 check_plan "occlusion is a light field of its own" "{$scene_member, \"effects\": {\"indirect_bounces\": 0, \"ambient_occlusion\": {\"distance\": 1}},
     \"layers\": [\"occlusion\"], \"sampling\": {\"indirect_spp\": 64}}" \
-    '.integrator == "light_field" and (.planes | index("open")) and (.planes | index("indirect_mean") | not) and
+    '.integrator == "light_field" and (.planes | index("ambient_visibility")) and (.planes | index("indirect_mean") | not) and
      .indirect_filter == "linear" and .samples.indirect == 64'
 check_plan "adaptive rates begin with 16 rays" "{$scene_member, \"filter\": {\"indirect\": \"adaptive\"}}" \
     '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and (.planes | index("bounce_distance_max"))'

@@ -64,7 +64,7 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
                        .first = pass->first,
                        .count = plan->paths.spp > 0 ? pass->count : 0};
     s.skips_paths =
-        plan->paths.without_diffuse_direct && !(plan->planes & PLANE_BIT(PATH_OCCLUSION));
+        plan->paths.without_diffuse_direct && !(plan->planes & PLANE_BIT(PATH_VISIBILITY));
     s.centres = s.centres || s.bounces;
     s.vertices = s.bounces || plan->paths.without_diffuse_direct || s.glossy || pass->strata_map ||
                  plan->lens_mirrors > 0 || (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;

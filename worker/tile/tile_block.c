@@ -220,7 +220,7 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
                           struct counters *counters)
 {
     const uint64_t l = stages->field.strata;
-    if (plan->planes >> PLANE_OPEN & 1) t->bouncing = t->centre.surface.hit;
+    if (plan->planes >> PLANE_AMBIENT_VISIBILITY & 1) t->bouncing = t->centre.surface.hit;
     choose(t, l * l, &t->bouncing, counters);
     if (lanes_count(&t->bouncing) > 0)
         indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing, &t->indirect, &t->path,

@@ -9,7 +9,7 @@
 
 #define PLANES_BOUNCE                                                                              \
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) |          \
-     PLANE_BIT(OPEN))
+     PLANE_BIT(AMBIENT_VISIBILITY))
 
 /* Samples from which on linear fits have less error than weighted means (docs/reconstruction.md,
  * Which filter answers) in a room, and at most a tenth more in other scenes. Their error falls with
@@ -206,7 +206,7 @@ static void plan_occlusion(const struct job *job, struct plan *plan, struct plan
         return;
     }
     plan->occlusion_distance = job->occlusion_distance;
-    plan->planes |= PLANES_CENTRE | PLANE_BIT(OPEN);
+    plan->planes |= PLANES_CENTRE | PLANE_BIT(AMBIENT_VISIBILITY);
     report->effects |= EFFECT_PRIMARY | EFFECT_OCCLUSION;
 }
 

@@ -17,8 +17,8 @@ static const struct {
     {"depth", PLANE_BIT(DEPTH), LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM},
     {"normal", PLANE_BIT(NORMAL), LAYER_NORMAL},
     {"id", PLANE_BIT(ID), LAYER_ID},
-    {"path_spread", PLANE_BIT(PATH_SPREAD), LAYER_ERROR},
-    {"path_split", PLANE_BIT(PATH_SPLIT), LAYER_ERROR},
+    {"path_m2", PLANE_BIT(PATH_M2), LAYER_ERROR},
+    {"path_half_difference2", PLANE_BIT(PATH_HALF_DIFFERENCE2), LAYER_ERROR},
     {"path_emission", PLANE_BIT(PATH_EMISSION), LAYER_EMISSION},
     {"path_direct", PLANE_BIT(PATH_DIRECT), LAYER_DIRECT},
     {"path_indirect", PLANE_BIT(PATH_INDIRECT), LAYER_INDIRECT},
@@ -26,7 +26,7 @@ static const struct {
     {"path_diffuse_indirect", PLANE_BIT(PATH_DIFFUSE_INDIRECT), LAYER_DIFFUSE_INDIRECT},
     {"path_albedo", PLANE_BIT(PATH_ALBEDO), LAYER_ALBEDO},
     {"path_coverage", PLANE_BIT(PATH_COVERAGE), LAYER_BEAUTY},
-    {"path_occlusion", PLANE_BIT(PATH_OCCLUSION), LAYER_OCCLUSION},
+    {"path_visibility", PLANE_BIT(PATH_VISIBILITY), LAYER_OCCLUSION},
 };
 
 /* Returns whether light fields beside the paths bring all of a plane's light. Of surfaces with
@@ -35,7 +35,8 @@ static bool is_brought(const struct plan *plan, const struct plan_report *report
 {
     const uint64_t diffuse =
         PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT) | PLANE_BIT(PATH_ALBEDO);
-    if (plane == PLANE_BIT(PATH_OCCLUSION)) return (plan->planes & PLANE_BIT(OPEN)) != 0;
+    if (plane == PLANE_BIT(PATH_VISIBILITY))
+        return (plan->planes & PLANE_BIT(AMBIENT_VISIBILITY)) != 0;
     if (plan->paths.without_diffuse_direct)
         return plane == PLANE_BIT(PATH_EMISSION) || ((plane & diffuse) && !report->bumpy);
     return plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect;

@@ -256,12 +256,13 @@ static float share_of(float open)
 
 static void compose_occlusion(const struct resolver *r, struct rect block, const struct plane *out)
 {
-    if (!out || !r->patch->open) return;
+    if (!out || !r->patch->ambient_visibility) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_pixel(r->patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++)
-            to[x] = patch_has_surface(r->patch, i) ? share_of(r->lighting->open[i]) : 1.0f;
+            to[x] = patch_has_surface(r->patch, i) ? share_of(r->lighting->ambient_visibility[i])
+                                                   : 1.0f;
     }
 }
 

@@ -35,7 +35,7 @@ static float bounded(float v)
 static float independent(const struct patch *p, int c, size_t i)
 {
     const float n = p->paths.spp[i];
-    return n > 1.0f ? bounded(p->path_spread[c][i] / (n - 1.0f) / n) : 0.0f;
+    return n > 1.0f ? bounded(p->path_m2[c][i] / (n - 1.0f) / n) : 0.0f;
 }
 
 /* The whole number next to log2. */
@@ -203,9 +203,9 @@ static void add_to_levels(const struct field *f, struct rect r, struct cell *cel
             struct level *level = &cell->levels[level_of(f, k)];
             level->count++;
             for (int c = 0; c < 3; c++) level->alone += (double)f->alone[c][at];
-            if (p->path_split && p->paths.split_spp[i] > 0.0f)
-                level->halves +=
-                    (double)bounded(p->path_split[i] / p->paths.split_spp[i] / p->paths.spp[i]);
+            if (p->path_half_difference2 && p->paths.split_spp[i] > 0.0f)
+                level->halves += (double)bounded(p->path_half_difference2[i] /
+                                                 p->paths.split_spp[i] / p->paths.spp[i]);
             if (p->paths.spp[i] >= cell->n_least) continue;
             cell->n_least = p->paths.spp[i];
             cell->length = p->paths.split_length[i];
@@ -294,7 +294,7 @@ static float share_at(const struct field *f, int32_t x, int32_t y, size_t k)
 {
     const struct patch *p = f->patch;
     const size_t i = patch_pixel(f->patch, x, y);
-    if (!p->path_split || !(p->paths.spp[i] > 1.0f)) return 1.0f;
+    if (!p->path_half_difference2 || !(p->paths.spp[i] > 1.0f)) return 1.0f;
     return stratified(decay_at(f, x, y, level_of(f, k)), (uint32_t)p->paths.spp[i],
                       rounded_log2(p->paths.split_length[i]));
 }
@@ -320,7 +320,7 @@ int32_t path_error_halo_px(const struct plan *plan)
 int path_error_find(const struct patch *patch, struct block_variance *out)
 {
     struct field f;
-    if (!patch->path_spread[0]) return 0;
+    if (!patch->path_m2[0]) return 0;
     const int error = field_create(patch, out->rect, &f);
     if (!error) {
         load(&f);

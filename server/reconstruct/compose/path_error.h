@@ -23,11 +23,11 @@
 
 #define PATH_ERROR_CELL_PX 32
 
-/* Returns how many pixels around a block its errors read; 0 when the plan has no path_spread. */
+/* Returns how many pixels around a block its errors read; 0 when the plan has no path_m2. */
 int32_t path_error_halo_px(const struct plan *plan);
 
 /* Writes variances of the block's pixels into out->by_source[ERROR_SOURCE_PATHS]; 0 where n is 1
- * and without the plane path_spread. The result does not depend on the cut into blocks if the patch
+ * and without the plane path_m2. The result does not depend on the cut into blocks if the patch
  * has that halo (cut at the image's border) and blocks begin at multiples of PATH_ERROR_CELL_PX.
  * ERR_MEMORY. */
 int path_error_find(const struct patch *patch, struct block_variance *out);

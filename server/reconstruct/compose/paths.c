@@ -117,7 +117,7 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
         {"diffuse_indirect.R", patch->path_diffuse_indirect[0]},
         {"diffuse_indirect.G", patch->path_diffuse_indirect[1]},
         {"diffuse_indirect.B", patch->path_diffuse_indirect[2]},
-        {"occlusion.O", patch->path_occlusion},
+        {"occlusion.O", patch->path_visibility},
     };
     for (size_t i = 0; i < sizeof means / sizeof means[0]; i++)
         put_mean(patch, means[i].sum, block, image_plane(image, means[i].channel));

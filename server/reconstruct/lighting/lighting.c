@@ -91,8 +91,9 @@ static void fill_unfiltered(const struct plan *plan, const struct patch *patch, 
                             const struct lighting *out)
 {
     fill_indirect(plan, patch, run, out->indirect);
-    if (patch->open)
-        memcpy(out->open + run.first, patch->open + run.first, run.count * sizeof(float));
+    if (patch->ambient_visibility)
+        memcpy(out->ambient_visibility + run.first, patch->ambient_visibility + run.first,
+               run.count * sizeof(float));
 }
 
 /* Fills the light that needs no filter. */
@@ -198,7 +199,8 @@ static void measure(const struct plan *plan, const struct patch *patch, const st
     }
     for (int c = 0; c < 3 && (patch->indirect[0] || in_parts); c++)
         add_channel(m, patch->indirect[0] ? patch->indirect[c] : mean[c], out->indirect[c]);
-    if (patch->open) add_channel(m, patch->open, out->open);
+    if (patch->ambient_visibility)
+        add_channel(m, patch->ambient_visibility, out->ambient_visibility);
 }
 
 /* Takes one half of each pixel's samples, alternating like a chessboard. The bias of the split
@@ -366,7 +368,7 @@ static int allocate(const struct plan *plan, const struct patch *patch, bool err
         out->indirect[c] = memory + (3 + c) * area;
         out->total[c] = memory + (6 + c) * area;
     }
-    out->open = memory + 9 * area;
+    out->ambient_visibility = memory + 9 * area;
     out->width_px = memory + 10 * area;
     for (size_t c = 0; c < 3 && halves; c++) out->error[c] = memory + (11 + c) * area;
     for (size_t c = 0; c < 3 && glossy; c++) out->glossy[c] = memory + (lobes + c) * area;

@@ -129,7 +129,7 @@ bool patch_has_far_lobes(const struct plan *plan)
 
 bool patch_has_far_paths(const struct plan *plan)
 {
-    return plan->planes >> PLANE_PATH_SPREAD & 1u || plan->residual_filter != RESIDUAL_FILTER_NONE;
+    return plan->planes >> PLANE_PATH_M2 & 1u || plan->residual_filter != RESIDUAL_FILTER_NONE;
 }
 
 uint32_t patch_far(const struct plan *plan)

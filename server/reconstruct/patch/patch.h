@@ -29,7 +29,7 @@ struct patch_light {
 /* Samples in each pixel's sums over paths. Tiles of a block may differ. */
 struct patch_paths {
     float *spp;          /* at least 1 */
-    float *split_spp;    /* those in the parts of path_split */
+    float *split_spp;    /* those in the parts of path_half_difference2 */
     float *split_length; /* mean length of such a part over these samples */
 };
 

@@ -10,7 +10,7 @@ int32_t residual_halo_px(const struct plan *plan)
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
     halo += RESIDUAL_SMOOTH_REACH_PX;
-    return halo + (plan->planes >> PLANE_PATH_SPREAD & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
+    return halo + (plan->planes >> PLANE_PATH_M2 & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }
 
 static int picture_create(struct scratch *scratch, struct rect block, struct residual_picture *out)

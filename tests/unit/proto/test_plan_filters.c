@@ -11,7 +11,7 @@ TEST(glossy_filters_are_checked)
     const uint64_t lobe = PLANE_BIT(GLOSSY_LOBE), near = PLANE_BIT(GLOSSY_NEARNESS);
     const uint64_t light = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
                            PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(BOUNCE_DISTANCE_MIN) |
-                           PLANE_BIT(OPEN);
+                           PLANE_BIT(AMBIENT_VISIBILITY);
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
@@ -26,10 +26,10 @@ TEST(glossy_filters_are_checked)
             plan.planes &= ~lobe),
            ERR_RANGE, "planes");
     EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
-            plan.planes &= ~PLANE_BIT(PATH_OCCLUSION)),
+            plan.planes &= ~PLANE_BIT(PATH_VISIBILITY)),
            ERR_OK, "");
     EXPECT((plan.planes &= ~light, plan.occlusion_distance = 0,
-            plan.planes &= ~PLANE_BIT(PATH_OCCLUSION), plan.indirect_strata_per_axis = 0),
+            plan.planes &= ~PLANE_BIT(PATH_VISIBILITY), plan.indirect_strata_per_axis = 0),
            ERR_RANGE, "indirect_strata_per_axis");
 }
 

@@ -74,7 +74,7 @@ TEST(light_of_lens_samples_is_checked)
     EXPECT(plan.planes &= ~PLANE_BIT(NORMAL), ERR_RANGE, "planes");
     EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
             plan.planes &= ~(PLANES_BOUNCE_RAYS | PLANES_GLOSSY), plan.bounces = 0,
-            plan.occlusion_distance = 0, plan.planes &= ~PLANE_BIT(PATH_OCCLUSION)),
+            plan.occlusion_distance = 0, plan.planes &= ~PLANE_BIT(PATH_VISIBILITY)),
            ERR_RANGE, "planes");
 }
 

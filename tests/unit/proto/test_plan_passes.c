@@ -18,7 +18,8 @@ TEST(second_sets_are_checked)
     struct plan_pass pass;
     assert_true(plan_has_rounds(&plan));
     assert_int_equal(plan_strata_maps(&plan), 1);
-    assert_int_equal(plan_pass_planes(&plan, last), PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
+    assert_int_equal(plan_pass_planes(&plan, last),
+                     PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(AMBIENT_VISIBILITY));
 #define SECOND(change, code)                                                                       \
     do {                                                                                           \
         pass = (struct plan_pass){.number = last, .strata = 9, .strata_map = strata_map};          \
@@ -69,8 +70,9 @@ TEST(second_sets_of_lobes_are_checked)
     ADAPTIVE;
     const uint32_t last = plan_pass_count(&plan);
     assert_int_equal(plan_strata_maps(&plan), 2);
-    assert_int_equal(plan_pass_planes(&plan, last),
-                     PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN) | PLANE_BIT(GLOSSY_MEAN));
+    assert_int_equal(plan_pass_planes(&plan, last), PLANE_BIT(INDIRECT_MEAN) |
+                                                        PLANE_BIT(AMBIENT_VISIBILITY) |
+                                                        PLANE_BIT(GLOSSY_MEAN));
     struct plan_pass pass = {.number = last, .strata = 9, .strata_map = few, .lobes = many};
     assert_int_equal(plan_pass_check(&plan, &pass), 0);
     assert_int_equal(plan_strata_map_check(&pass, 4), 0);
@@ -199,8 +201,8 @@ TEST(targets_are_checked)
     TARGET(plan.target_error = 0, ERR_RANGE, "spp_most");
     TARGET(plan.target_error = -1, ERR_RANGE, "target_error");
     TARGET(plan.target_error = NAN, ERR_NOT_FINITE, "target_error");
-    TARGET(plan.planes &= ~PLANE_BIT(PATH_SPREAD), ERR_RANGE, "target_error");
-    TARGET(plan.planes &= ~PLANE_BIT(PATH_SPLIT), ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~PLANE_BIT(PATH_M2), ERR_RANGE, "target_error");
+    TARGET(plan.planes &= ~PLANE_BIT(PATH_HALF_DIFFERENCE2), ERR_RANGE, "target_error");
     TARGET(plan.planes |= PLANE_BIT(INDIRECT_MEAN), ERR_RANGE, "target_error");
     TARGET(plan.planes |= PLANES_GLOSSY, ERR_OK, "");
     TARGET(plan.planes |= PLANES_GLOSSY & ~PLANE_BIT(GLOSSY_HALF), ERR_RANGE, "target_error");

@@ -8,8 +8,8 @@
 
 TEST(paths_are_checked)
 {
-    const uint64_t spread = PLANE_BIT(PATH_SPREAD), radiance = PLANE_BIT(PATH_RADIANCE),
-                   open = PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(OPEN);
+    const uint64_t spread = PLANE_BIT(PATH_M2), radiance = PLANE_BIT(PATH_RADIANCE),
+                   open = PLANE_BIT(PATH_VISIBILITY) | PLANE_BIT(AMBIENT_VISIBILITY);
     EXPECT(plan.paths.spp = LIMIT_SPP, ERR_OK, "");
     EXPECT(plan.paths.spp = LIMIT_SPP + 1, ERR_LIMIT, "paths.spp");
     EXPECT(plan.occlusion_distance = -1, ERR_RANGE, "occlusion_distance");

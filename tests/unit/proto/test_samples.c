@@ -26,7 +26,7 @@ static uint32_t bytes_per_pixel(uint64_t without)
 
 TEST(sizes_follow_the_formula)
 {
-    const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(OPEN) |
+    const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(AMBIENT_VISIBILITY) |
                            BIT(BOUNCE_DISTANCE_MAX) | PLANES_GLOSSY | PLANES_LENS |
                            BIT(GLOSSY_SPAN);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 76);
@@ -55,7 +55,7 @@ TEST(later_passes_hold_paths_alone)
     assert_int_equal(layout.total_bytes / (32 * 32), 176);
     assert_int_equal(layout.offset[PLANE_DEPTH], SAMPLES_ABSENT);
     for (uint32_t k = 0; k < 4; k++) assert_int_equal(layout.light_planes[k], 0);
-    plan.planes &= ~BIT(PATH_SPREAD);
+    plan.planes &= ~BIT(PATH_M2);
     assert_int_equal(samples_layout_init(&layout, &plan, 1, 32, 32), 0);
     assert_int_equal(layout.total_bytes / (32 * 32), 164);
 }

@@ -171,9 +171,9 @@ TEST(numbers_are_checked)
     EXPECT(samples_u16(s, PLANE_INDIRECT_STRATA, 35)[at] = 0xffff, ERR_NOT_FINITE,
            "indirect_strata[35]");
     EXPECT(samples_f32(s, PLANE_PATH_RADIANCE, 2)[at] = NAN, ERR_NOT_FINITE, "path_radiance[2]");
-    EXPECT(samples_f32(s, PLANE_PATH_SPREAD, 1)[at] = -1e-30f, ERR_RANGE, "path_spread[1]");
-    EXPECT(samples_f32(s, PLANE_PATH_OCCLUSION, 0)[at] = -INFINITY, ERR_NOT_FINITE,
-           "path_occlusion[0]");
+    EXPECT(samples_f32(s, PLANE_PATH_M2, 1)[at] = -1e-30f, ERR_RANGE, "path_m2[1]");
+    EXPECT(samples_f32(s, PLANE_PATH_VISIBILITY, 0)[at] = -INFINITY, ERR_NOT_FINITE,
+           "path_visibility[0]");
     EXPECT(samples_f32(s, PLANE_LENS_RADIANCE, 11)[at] = -1.0f, ERR_RANGE, "lens_radiance[11]");
     EXPECT(samples_f32(s, PLANE_LENS_RADIANCE, 3)[at] = NAN, ERR_NOT_FINITE, "lens_radiance[3]");
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 3)[at] = HALF_NEGATIVE, ERR_OK, "");

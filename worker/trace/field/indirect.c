@@ -267,7 +267,7 @@ static void store_distances(const struct bounce *b, const struct indirect_sums *
                               samples_u16(samples, PLANE_BOUNCE_DISTANCE_MIN, 0));
     block_store_positive_half(b->block, far, 1.0f,
                               samples_u16(samples, PLANE_BOUNCE_DISTANCE_MAX, 0));
-    block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_OPEN, 0));
+    block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_AMBIENT_VISIBILITY, 0));
 }
 
 static void strata_of_plane(struct indirect_scratch *s)

@@ -202,7 +202,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     follow(c, p, v, &s->harvest);
     if (depth == 0) path_note(c, p, v, &s->harvest);
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
-    if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_OCCLUSION & 1u))
+    if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_VISIBILITY & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
     if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_leave_surface(c, p, v, &s->harvest);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;

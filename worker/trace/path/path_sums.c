@@ -11,7 +11,7 @@ void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint64_t 
     memset(s, 0, sizeof *s);
     s->first = pass->first;
     s->parts = plan_pass_split(pass);
-    s->splits = (planes & PLANE_BIT(PATH_SPLIT)) != 0;
+    s->splits = (planes & PLANE_BIT(PATH_HALF_DIFFERENCE2)) != 0;
     s->halves = (planes & PLANES_RESIDUAL) != 0;
 }
 
@@ -167,13 +167,13 @@ static void store_split(const struct path_sums *s, const struct block *b, struct
 {
     _Alignas(LANES_ALIGN) float squares[LANES];
     for (int i = 0; i < LANES; i++) squares[i] = fminf(s->split_squares[i], FLT_MAX);
-    block_store_f32(b, squares, samples_f32(samples, PLANE_PATH_SPLIT, 0));
+    block_store_f32(b, squares, samples_f32(samples, PLANE_PATH_HALF_DIFFERENCE2, 0));
 }
 
 void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples)
 {
     store(&s->radiance, b, samples, PLANE_PATH_RADIANCE);
-    store(&s->spread, b, samples, PLANE_PATH_SPREAD);
+    store(&s->spread, b, samples, PLANE_PATH_M2);
     store_split(s, b, samples);
     store(&s->emission, b, samples, PLANE_PATH_EMISSION);
     store(&s->direct, b, samples, PLANE_PATH_DIRECT);
@@ -189,5 +189,5 @@ void path_sums_store(const struct path_sums *s, const struct block *b, struct sa
     block_store_f32(b, s->alpha, samples_f32(samples, PLANE_PATH_TINT, 3));
     block_store_f32(b, s->distance, samples_f32(samples, PLANE_PATH_DISTANCE, 0));
     block_store_f32(b, s->coverage, samples_f32(samples, PLANE_PATH_COVERAGE, 0));
-    block_store_f32(b, s->occlusion, samples_f32(samples, PLANE_PATH_OCCLUSION, 0));
+    block_store_f32(b, s->occlusion, samples_f32(samples, PLANE_PATH_VISIBILITY, 0));
 }

@@ -11,7 +11,7 @@ struct path_sums {
     _Alignas(LANES_ALIGN) float coverage[LANES];
     _Alignas(LANES_ALIGN) float occlusion[LANES];
     uint32_t first;          /* sample of the pass */
-    struct plan_split parts; /* of which PATH_SPLIT and halves are made */
+    struct plan_split parts; /* of which PATH_HALF_DIFFERENCE2 and halves are made */
     /* Over the samples in first halves of parts; what is scattered, and its diffuse part. */
     bool halves; /* somebody wants them */
     struct lanes3 half_scattered, half_direct, half_indirect;
@@ -19,7 +19,7 @@ struct path_sums {
     _Alignas(LANES_ALIGN) float distance[LANES]; /* to it, along the rays */
     struct lanes3 tint;                          /* of its lobes but the diffuse one */
     _Alignas(LANES_ALIGN) float alpha[LANES];    /* roughness */
-    bool splits;                                 /* PATH_SPLIT is wanted */
+    bool splits;                                 /* PATH_HALF_DIFFERENCE2 is wanted */
     struct lanes3 split; /* of this part: first half of radiance less the second */
     _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
 };

@@ -127,7 +127,7 @@ static void assert_far(const struct plan *plan, const struct patch *patch)
             assert_true(patch->depth[i] == p.depth);
             assert_int_equal(patch->id[i], p.id);
             assert_true(patch->bounce_distance_min[i] == p.bounce_distance_min &&
-                        patch->open[i] == p.open);
+                        patch->ambient_visibility[i] == p.open);
             for (int c = 0; c < 3; c++) {
                 assert_true(fabsf(patch->normal[c][i] - p.normal[c]) < 1e-4f);
                 assert_true(fabsf(patch->indirect[c][i] - p.indirect[c]) < 1e-3f * p.indirect[c]);
@@ -143,7 +143,7 @@ TEST(filters_find_what_they_read)
     struct tile_grid grid;
     uint32_t block, blocks = 0;
     synthetic_plan(&plan, 130, 100, 16);
-    plan.planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
+    plan.planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY);
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     assert_int_equal(film_create(&plan, 32, PATCH_RING_PX, 23, &film), 0);
     tile_grid_init(&grid, 130, 100, 16);

@@ -46,8 +46,8 @@ static uint32_t check_patch(const struct plan *plan, const struct patch *patch)
             }
             assert_true(patch->path_coverage[i] ==
                         synthetic_passes_sum(plan, PLANE_PATH_COVERAGE, x, y, passes, 0));
-            assert_true(patch->path_occlusion[i] ==
-                        synthetic_passes_sum(plan, PLANE_PATH_OCCLUSION, x, y, passes, 0));
+            assert_true(patch->path_visibility[i] ==
+                        synthetic_passes_sum(plan, PLANE_PATH_VISIBILITY, x, y, passes, 0));
             assert_true(patch->depth[i] == synthetic_pixel(plan, x, y).depth);
         }
     }

@@ -39,7 +39,7 @@ TEST(spreads_are_those_of_all_samples)
         for (int32_t i = 0; i < 20; i++)
             for (uint32_t c = 0; c < 3; c++) {
                 const double all = synthetic_spread(i % 5, i / 5, 0, spps[k], c);
-                assert_true(near(samples_f32(sum, PLANE_PATH_SPREAD, c)[i], all, 2e-6));
+                assert_true(near(samples_f32(sum, PLANE_PATH_M2, c)[i], all, 2e-6));
             }
         samples_destroy(&sum);
     }
@@ -51,7 +51,7 @@ TEST(spreads_keep_their_digits)
     struct plan plan;
     double expected = 0;
     synthetic_paths_plan(&plan, 1, 1, 8, 4096);
-    plan.planes = PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_SPREAD);
+    plan.planes = PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_M2);
     struct samples *sum = empty_pass(&plan, 1), *more = empty_pass(&plan, 1);
     samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] = 16 * 1000.0f;
     for (uint32_t p = 1; p < plan_pass_count(&plan); p++) {
@@ -65,8 +65,8 @@ TEST(spreads_keep_their_digits)
         passes_add(sum, (struct pass_counts){.paths = first}, more,
                    (struct pass_counts){.paths = count});
     }
-    assert_true(near(samples_f32(sum, PLANE_PATH_SPREAD, 0)[0], expected, 1e-6));
-    assert_true(expected > 100 && samples_f32(sum, PLANE_PATH_SPREAD, 1)[0] == 0.0f);
+    assert_true(near(samples_f32(sum, PLANE_PATH_M2, 0)[0], expected, 1e-6));
+    assert_true(expected > 100 && samples_f32(sum, PLANE_PATH_M2, 1)[0] == 0.0f);
     samples_destroy(&sum);
     samples_destroy(&more);
 }
@@ -122,8 +122,9 @@ TEST(bounces_are_weighted_by_their_number)
     struct plan plan;
     synthetic_target_plan(&plan, 3, 1, 8, 0.1f);
     struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
-    assert_int_equal(more->layout.planes & ~PLANES_PATH,
-                     PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN));
+    assert_int_equal(more->layout.planes & ~PLANES_PATH, PLANE_BIT(INDIRECT_HALVES) |
+                                                             PLANE_BIT(BOUNCE_DISTANCE_MIN) |
+                                                             PLANE_BIT(AMBIENT_VISIBILITY));
     for (uint32_t c = 0; c < 6; c++) {
         samples_u16(sum, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(1.0f);
         samples_u16(more, PLANE_INDIRECT_HALVES, c)[0] = half_from_float(4.0f);
@@ -134,7 +135,7 @@ TEST(bounces_are_weighted_by_their_number)
     samples_u16(more, PLANE_BOUNCE_DISTANCE_MIN, 0)[0] = half_from_float(2.0f);
     samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[1] = half_from_float(0.5f);
     samples_u16(more, PLANE_BOUNCE_DISTANCE_MIN, 0)[1] = half_from_float(3.0f);
-    samples_u16(more, PLANE_OPEN, 0)[0] = half_from_float(1.0f);
+    samples_u16(more, PLANE_AMBIENT_VISIBILITY, 0)[0] = half_from_float(1.0f);
     passes_add(sum, (struct pass_counts){.paths = 9, .bounces = 9}, more,
                (struct pass_counts){.bounces = 16});
     assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 0)[0]),
@@ -144,7 +145,8 @@ TEST(bounces_are_weighted_by_their_number)
     assert_true(half_to_float(samples_u16(sum, PLANE_INDIRECT_HALVES, 5)[1]) == 65504.0f);
     assert_true(half_to_float(samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[0]) == 2.0f);
     assert_true(half_to_float(samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[1]) == 0.5f);
-    assert_true(near(half_to_float(samples_u16(sum, PLANE_OPEN, 0)[0]), 16.0 / 25, 1e-3));
+    assert_true(
+        near(half_to_float(samples_u16(sum, PLANE_AMBIENT_VISIBILITY, 0)[0]), 16.0 / 25, 1e-3));
     assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[0] == 0.0f);
     samples_destroy(&sum);
     samples_destroy(&more);
@@ -157,14 +159,14 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
     struct plan plan;
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
-    assert_int_equal(more->layout.planes, PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN));
+    assert_int_equal(more->layout.planes, PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(AMBIENT_VISIBILITY));
     for (int i = 0; i < 4; i++) {
         for (uint32_t c = 0; c < 3; c++) {
             samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i] = half_from_float(1.0f);
             samples_u16(more, PLANE_INDIRECT_MEAN, c)[i] =
                 half_from_float(strata_map[i] ? 4.0f : 0.0f);
         }
-        samples_u16(sum, PLANE_OPEN, 0)[i] = half_from_float(1.0f);
+        samples_u16(sum, PLANE_AMBIENT_VISIBILITY, 0)[i] = half_from_float(1.0f);
         samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[i] = half_from_float(2.0f);
         samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] = 5.0f;
     }
@@ -179,8 +181,8 @@ TEST(second_sets_are_weighted_pixel_by_pixel)
         for (uint32_t c = 0; c < 3; c++)
             assert_true(near(half_to_float(samples_u16(sum, PLANE_INDIRECT_MEAN, c)[i]),
                              (16.0 + 4.0 * n) / (16.0 + n), 1e-3));
-        assert_true(
-            near(half_to_float(samples_u16(sum, PLANE_OPEN, 0)[i]), 16.0 / (16.0 + n), 2e-3));
+        assert_true(near(half_to_float(samples_u16(sum, PLANE_AMBIENT_VISIBILITY, 0)[i]),
+                         16.0 / (16.0 + n), 2e-3));
         assert_true(half_to_float(samples_u16(sum, PLANE_BOUNCE_DISTANCE_MIN, 0)[i]) == 2.0f);
         assert_true(samples_f32(sum, PLANE_PATH_RADIANCE, 0)[i] == 5.0f);
     }
@@ -196,8 +198,8 @@ TEST(second_sets_of_lobes_are_weighted_by_their_own)
     synthetic_rate_plan(&plan, 4, 1, 8, 9);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
     struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
-    assert_int_equal(more->layout.planes,
-                     PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(OPEN) | PLANE_BIT(GLOSSY_MEAN));
+    assert_int_equal(more->layout.planes, PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(AMBIENT_VISIBILITY) |
+                                              PLANE_BIT(GLOSSY_MEAN));
     for (int i = 0; i < 4; i++) {
         for (uint32_t c = 0; c < 4; c++) {
             samples_u16(sum, PLANE_GLOSSY_MEAN, c)[i] = half_from_float(1.0f);

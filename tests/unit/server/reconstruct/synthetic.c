@@ -80,8 +80,8 @@ void synthetic_put_bounces(struct samples *s, const struct plan *plan, size_t i,
     if (plan->planes >> PLANE_BOUNCE_DISTANCE_MAX & 1u)
         samples_u16(s, PLANE_BOUNCE_DISTANCE_MAX, 0)[i] =
             half_from_float(4.0f * p->bounce_distance_min / plan->length_unit);
-    if (plan->planes >> PLANE_OPEN & 1u)
-        samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(p->open);
+    if (plan->planes >> PLANE_AMBIENT_VISIBILITY & 1u)
+        samples_u16(s, PLANE_AMBIENT_VISIBILITY, 0)[i] = half_from_float(p->open);
 }
 
 void synthetic_put(struct samples *s, const struct plan *plan, size_t i,

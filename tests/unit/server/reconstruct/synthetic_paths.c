@@ -16,9 +16,9 @@ void synthetic_beside_plan(struct plan *plan, int32_t width, int32_t height, int
                            uint32_t spp)
 {
     synthetic_plan(plan, width, height, tile_px);
-    plan->planes |= PLANES_PATH | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
+    plan->planes |= PLANES_PATH | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY);
     plan->planes &= ~(PLANE_BIT(EMISSION) | PLANE_BIT(PATH_DIFFUSE_INDIRECT) |
-                      PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_SPREAD));
+                      PLANE_BIT(PATH_VISIBILITY) | PLANE_BIT(PATH_M2));
     plan->light_planes = 0;
     plan->paths = (struct plan_paths){.spp = spp, .without_diffuse_indirect = 1};
     plan->occlusion_distance = 1;
@@ -48,7 +48,7 @@ float synthetic_path(enum plane_id plane, int32_t x, int32_t y, uint32_t sample,
                synthetic_path(PLANE_PATH_INDIRECT, x, y, sample, c);
     case PLANE_PATH_COVERAGE:
         return hits ? 1.0f : 0.0f;
-    case PLANE_PATH_OCCLUSION:
+    case PLANE_PATH_VISIBILITY:
         return !hits || synthetic_random(x, y, sample, 2) < 0.5f ? 1.0f : 0.0f;
     case PLANE_PATH_EMISSION:
         return hits ? 0.0f : 0.25f * (float)(c + 1);
@@ -59,7 +59,7 @@ float synthetic_path(enum plane_id plane, int32_t x, int32_t y, uint32_t sample,
 
 static uint32_t synthetic_path_components(enum plane_id plane)
 {
-    return plane == PLANE_PATH_COVERAGE || plane == PLANE_PATH_OCCLUSION ? 1 : 3;
+    return plane == PLANE_PATH_COVERAGE || plane == PLANE_PATH_VISIBILITY ? 1 : 3;
 }
 
 double synthetic_spread(int32_t x, int32_t y, uint32_t first, uint32_t count, uint32_t c)
@@ -79,7 +79,7 @@ float synthetic_path_sum(enum plane_id plane, int32_t x, int32_t y, uint32_t fir
                          uint32_t c)
 {
     float sum = 0.0f;
-    if (plane == PLANE_PATH_SPREAD) return (float)synthetic_spread(x, y, first, count, c);
+    if (plane == PLANE_PATH_M2) return (float)synthetic_spread(x, y, first, count, c);
     for (uint32_t s = first; s < first + count; s++) sum += synthetic_path(plane, x, y, s, c);
     return sum;
 }
@@ -101,7 +101,7 @@ static void synthetic_put_paths(struct samples *s, const struct plan *plan, uint
 {
     uint32_t first, count;
     plan_pass_range(plan, pass, &first, &count);
-    for (uint32_t p = PLANE_PATH_RADIANCE; p <= PLANE_PATH_OCCLUSION; p++)
+    for (uint32_t p = PLANE_PATH_RADIANCE; p <= PLANE_PATH_VISIBILITY; p++)
         for (uint32_t c = 0; c < synthetic_path_components(p); c++)
             if (samples_f32(s, p, c))
                 samples_f32(s, p, c)[i] = synthetic_path_sum(p, x, y, first, count, c);
@@ -111,7 +111,7 @@ static void synthetic_put_paths(struct samples *s, const struct plan *plan, uint
         synthetic_put(s, plan, i, &pixel);
         return;
     }
-    if (plan->planes >> PLANE_OPEN & 1u) synthetic_put_bounces(s, plan, i, &pixel);
+    if (plan->planes >> PLANE_AMBIENT_VISIBILITY & 1u) synthetic_put_bounces(s, plan, i, &pixel);
     samples_f32(s, PLANE_DEPTH, 0)[i] = pixel.depth;
     samples_u32(s, PLANE_ID, 0)[i] = pixel.id;
     samples_u32(s, PLANE_NORMAL, 0)[i] = pixel.depth > 0.0f ? octahedron_pack16(pixel.normal) : 0;
@@ -147,8 +147,8 @@ static void synthetic_put_second(struct samples *s, const struct plan *plan,
     for (uint32_t c = 0; c < 3 && pass->strata_map[i] > 0; c++)
         samples_u16(s, PLANE_INDIRECT_MEAN, c)[i] =
             half_from_float((0.5f + noise) * plan->radiance_scale);
-    if (samples_u16(s, PLANE_OPEN, 0) && pass->strata_map[i] > 0)
-        samples_u16(s, PLANE_OPEN, 0)[i] = half_from_float(0.5f * noise);
+    if (samples_u16(s, PLANE_AMBIENT_VISIBILITY, 0) && pass->strata_map[i] > 0)
+        samples_u16(s, PLANE_AMBIENT_VISIBILITY, 0)[i] = half_from_float(0.5f * noise);
 }
 
 /* What a pass beyond the schedule brings, and halves of any. */
@@ -156,9 +156,9 @@ static void synthetic_put_more(struct samples *s, const struct plan *plan,
                                const struct plan_pass *pass, size_t i, int32_t x, int32_t y)
 {
     const struct synthetic_pixel pixel = synthetic_pixel(plan, x, y);
-    if (samples_f32(s, PLANE_PATH_SPLIT, 0))
-        samples_f32(s, PLANE_PATH_SPLIT, 0)[i] = synthetic_split(pass, x, y);
-    for (uint32_t p = PLANE_PATH_RADIANCE; p <= PLANE_PATH_OCCLUSION && pass->count > 0; p++)
+    if (samples_f32(s, PLANE_PATH_HALF_DIFFERENCE2, 0))
+        samples_f32(s, PLANE_PATH_HALF_DIFFERENCE2, 0)[i] = synthetic_split(pass, x, y);
+    for (uint32_t p = PLANE_PATH_RADIANCE; p <= PLANE_PATH_VISIBILITY && pass->count > 0; p++)
         for (uint32_t c = 0; c < synthetic_path_components(p); c++)
             if (samples_f32(s, p, c))
                 samples_f32(s, p, c)[i] = synthetic_path_sum(p, x, y, pass->first, pass->count, c);
@@ -196,7 +196,8 @@ void synthetic_target_plan(struct plan *plan, int32_t width, int32_t height, int
 {
     synthetic_beside_plan(plan, width, height, tile_px, 9);
     plan->planes &= ~PLANE_BIT(INDIRECT_MEAN);
-    plan->planes |= PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_SPLIT);
+    plan->planes |=
+        PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(PATH_M2) | PLANE_BIT(PATH_HALF_DIFFERENCE2);
     plan->indirect_filter = INDIRECT_FILTER_CONSTANT;
     plan->target_error = target;
     plan->spp_most = 256;

@@ -158,7 +158,7 @@ TEST(layers_beside_paths_come_from_either)
         {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
         {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
         {LAYER_DIFFUSE_INDIRECT, 0},
-        {LAYER_OCCLUSION, BIT(OPEN)},
+        {LAYER_OCCLUSION, BIT(AMBIENT_VISIBILITY)},
         {LAYER_SAMPLES | LAYER_DEPTH | LAYER_NORMAL | LAYER_ID | LAYER_FILTER_WIDTH, 0},
     };
     struct stage *s = *state;
@@ -176,14 +176,14 @@ TEST(layers_beside_paths_come_from_either)
     s->job.layers = LAYERS_AVAILABLE & ~LAYER_ERROR;
     must_make(s);
     assert_string_equal(why(s, "plane path_diffuse_indirect"), "a light field brings it");
-    assert_string_equal(why(s, "plane path_occlusion"), "a light field brings it");
+    assert_string_equal(why(s, "plane path_visibility"), "a light field brings it");
     assert_null(why(s, "plane open"));
     /* Halves of both tell of errors, and change nothing of the mean. */
     s->job.layers = LAYERS_AVAILABLE;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
     assert_true(s->plan.planes & BIT(INDIRECT_HALVES) && s->plan.planes & BIT(BOUNCE_DISTANCE_MIN));
-    assert_true(s->plan.planes & BIT(PATH_SPREAD) && s->plan.planes & BIT(PATH_SPLIT));
+    assert_true(s->plan.planes & BIT(PATH_M2) && s->plan.planes & BIT(PATH_HALF_DIFFERENCE2));
     assert_true(s->plan.planes & BIT(INDIRECT_MEAN));
 }
 
@@ -196,7 +196,8 @@ TEST(occlusion_stands_alone)
     s->job.indirect_spp = 64;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_LIGHT_FIELD);
-    assert_int_equal(s->plan.planes, PLANES_ALONE | BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN));
+    assert_int_equal(s->plan.planes,
+                     PLANES_ALONE | BIT(AMBIENT_VISIBILITY) | BIT(BOUNCE_DISTANCE_MIN));
     assert_int_equal(s->plan.indirect_strata_per_axis, 8);
     assert_int_equal(s->plan.bounces, 0);
     assert_true(s->plan.occlusion_distance == 0.5f);
@@ -205,15 +206,16 @@ TEST(occlusion_stands_alone)
     s->material.specular = 1;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
-    assert_int_equal(s->plan.planes, PLANES_CENTRE | BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN) |
-                                         BIT(PATH_RADIANCE) | BIT(PATH_COVERAGE));
+    assert_int_equal(s->plan.planes, PLANES_CENTRE | BIT(AMBIENT_VISIBILITY) |
+                                         BIT(BOUNCE_DISTANCE_MIN) | BIT(PATH_RADIANCE) |
+                                         BIT(PATH_COVERAGE));
     assert_int_equal(s->plan.paths.without_diffuse_indirect, 0);
     assert_int_equal(s->plan.sub_samples, 0);
     /* In the dark there is still something to see of it. */
     s->scene.count[SCENE_LIGHTS] = 0;
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
-    assert_true(s->plan.planes & BIT(OPEN));
+    assert_true(s->plan.planes & BIT(AMBIENT_VISIBILITY));
     s->job.indirect = INDIRECT_AVERAGE;
     must_make(s);
     assert_false(s->plan.planes & BIT(BOUNCE_DISTANCE_MIN));

@@ -132,8 +132,8 @@ TEST(shear_reads_single_rays)
         s->job.layers |= LAYER_OCCLUSION;
         s->job.occlusion_distance = 1;
         must_make(s);
-        assert_true((s->plan.planes & (BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN))) ==
-                    (BIT(OPEN) | BIT(BOUNCE_DISTANCE_MIN)));
+        assert_true((s->plan.planes & (BIT(AMBIENT_VISIBILITY) | BIT(BOUNCE_DISTANCE_MIN))) ==
+                    (BIT(AMBIENT_VISIBILITY) | BIT(BOUNCE_DISTANCE_MIN)));
         s->job.indirect_spp = 257;
         must_make(s);
         assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_LINEAR);
@@ -205,6 +205,6 @@ TEST(reports_filters_as_json)
     assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 9);
     const json_t *planes = json_object_get(json, "planes");
     assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 2)),
-                        "open");
+                        "ambient_visibility");
     json_decref(json);
 }

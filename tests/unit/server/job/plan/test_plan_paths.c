@@ -29,7 +29,7 @@ TEST(none_is_paths)
     assert_int_equal(s->plan.lights[0].strata_per_axis, 1);
     assert_int_equal(s->plan.capabilities, CAPABILITY_PATHS);
     assert_string_equal(why(s, "light fields"), "filter.method is none: every sample is a path");
-    assert_string_equal(why(s, "plane path_spread"), "no layer of this plan reads it");
+    assert_string_equal(why(s, "plane path_m2"), "no layer of this plan reads it");
     assert_string_equal(why(s, "plane depth"), "no layer of this plan reads it");
     assert_string_equal(why(s, "effect lens"), "the camera is a pinhole");
     assert_null(why(s, "paths"));
@@ -54,8 +54,8 @@ TEST(paths_bring_what_layers_read)
         {LAYER_INDIRECT, BIT(PATH_INDIRECT)},
         {LAYER_EMISSION, BIT(PATH_EMISSION)},
         {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
-        {LAYER_ERROR, BIT(PATH_SPREAD) | BIT(PATH_SPLIT)},
-        {LAYER_OCCLUSION, BIT(PATH_OCCLUSION)},
+        {LAYER_ERROR, BIT(PATH_M2) | BIT(PATH_HALF_DIFFERENCE2)},
+        {LAYER_OCCLUSION, BIT(PATH_VISIBILITY)},
         {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
         {LAYER_DIFFUSE_INDIRECT, BIT(PATH_DIFFUSE_INDIRECT)},
         {LAYER_SAMPLES, 0},

@@ -65,7 +65,7 @@ TEST(reports_paths_as_json)
     for (size_t i = 0; i < sizeof effects / sizeof effects[0]; i++)
         has_word(json_object_get(json, "effects"), effects[i]);
     static const char *const planes[] = {"depth",       "path_radiance", "path_diffuse_indirect",
-                                         "path_albedo", "path_coverage", "path_occlusion"};
+                                         "path_albedo", "path_coverage", "path_visibility"};
     for (size_t i = 0; i < sizeof planes / sizeof planes[0]; i++)
         has_word(json_object_get(json, "planes"), planes[i]);
     const json_t *environment = json_object_get(json, "environment");

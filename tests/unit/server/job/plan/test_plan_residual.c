@@ -69,7 +69,7 @@ TEST(whole_paths_do_without_light_fields)
     s->job.occlusion_distance = 1;
     expect_halves(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
-    assert_true(s->plan.planes & PLANE_BIT(OPEN));
+    assert_true(s->plan.planes & PLANE_BIT(AMBIENT_VISIBILITY));
     assert_false(s->plan.paths.without_diffuse_indirect);
     assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
     s->job.layers = LAYER_BEAUTY;

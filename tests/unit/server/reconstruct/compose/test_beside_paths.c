@@ -250,7 +250,7 @@ TEST(occlusion_comes_alone)
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
     alone = plan;
     alone.planes &= PLANES_PATH | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
-                    PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
+                    PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY);
     alone.paths.without_diffuse_indirect = 0;
     alone.sub_samples = alone.bounces = 0;
     assert_int_equal(block_halo_px(&alone) + PATCH_RING_PX, block_halo_px(&plan));
@@ -273,7 +273,7 @@ static void fill_wall(struct patch *patch, float distance)
         patch->normal[0][i] = patch->normal[1][i] = 0.0f;
         patch->normal[2][i] = 1.0f;
         patch->bounce_distance_min[i] = distance;
-        patch->open[i] = fminf(1.0f, (float)(i % width) / 74.0f);
+        patch->ambient_visibility[i] = fminf(1.0f, (float)(i % width) / 74.0f);
     }
 }
 
@@ -289,7 +289,7 @@ TEST(openness_is_a_share)
         synthetic_plan(&plan, 80, 40, 32);
         plan.light_count = 0;
         plan.planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) |
-                      PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(OPEN);
+                      PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY);
         plan.camera.type = CAMERA_ORTHOGRAPHIC;
         plan.indirect_filter = f;
         plan.mu = 10.0f;

@@ -47,9 +47,9 @@ static double fill(float (*value)(size_t pixel, uint32_t k), uint32_t spp)
         for (uint32_t k = 0; k < spp; k++) spread += pow((double)value(i, k) - mean, 2);
         for (uint32_t k = 0; k < parts.length; k++)
             split += k < parts.length / 2 ? (double)value(i, k) : -(double)value(i, k);
-        for (int c = 0; c < 3; c++) p->path_spread[c][i] = (float)spread;
+        for (int c = 0; c < 3; c++) p->path_m2[c][i] = (float)spread;
         p->paths.spp[i] = (float)spp;
-        p->path_split[i] = (float)(3 * split * split);
+        p->path_half_difference2[i] = (float)(3 * split * split);
         p->paths.split_spp[i] = p->paths.split_length[i] = (float)parts.length;
         sum += mean * mean / (SIDE * SIDE);
     }
@@ -130,10 +130,10 @@ TEST(what_tells_nothing_is_nothing)
     fill(noise, 1);
     assert_true(found() == 0.0);
     fill(noise, SPP);
-    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_split[i] = 0.0f;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_half_difference2[i] = 0.0f;
     assert_true(found() < 1e-4);
-    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_split[i] = INFINITY;
-    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_spread[2][i] = INFINITY;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_half_difference2[i] = INFINITY;
+    for (size_t i = 0; i < SIDE * SIDE; i++) patch->path_m2[2][i] = INFINITY;
     assert_true(isfinite(found()));
 }
 
@@ -148,9 +148,9 @@ static struct patch *cut(struct rect block)
     for (int32_t y = part->rect.y0; y < part->rect.y1; y++)
         for (int32_t x = part->rect.x0; x < part->rect.x1; x++) {
             const size_t from = patch_pixel(patch, x, y), to = patch_pixel(part, x, y);
-            for (int c = 0; c < 3; c++) part->path_spread[c][to] = patch->path_spread[c][from];
+            for (int c = 0; c < 3; c++) part->path_m2[c][to] = patch->path_m2[c][from];
             part->paths.spp[to] = patch->paths.spp[from];
-            part->path_split[to] = patch->path_split[from];
+            part->path_half_difference2[to] = patch->path_half_difference2[from];
             part->paths.split_spp[to] = patch->paths.split_spp[from];
             part->paths.split_length[to] = patch->paths.split_length[from];
         }
@@ -196,7 +196,7 @@ TEST(cells_do_not_show)
     fill(half_stratified, SPP);
     /* The same spread everywhere: what is left of steps is of the shares alone. */
     for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
-        for (int c = 0; c < 3; c++) patch->path_spread[c][i] = 1.0f;
+        for (int c = 0; c < 3; c++) patch->path_m2[c][i] = 1.0f;
     found();
     for (int32_t x = 1; x < SIDE; x++)
         for (int32_t y = 0; y < SIDE; y++) {

@@ -59,7 +59,7 @@ static void check_pixel(const struct plan *plan, const struct image *image, int3
         }
     }
     is_mean(plan, image, "A", PLANE_PATH_COVERAGE, 0, x, y, passes);
-    is_mean(plan, image, "occlusion.O", PLANE_PATH_OCCLUSION, 0, x, y, passes);
+    is_mean(plan, image, "occlusion.O", PLANE_PATH_VISIBILITY, 0, x, y, passes);
     assert_true((double)picture_at(image, "samples.N", x, y) == n);
     assert_true(picture_at(image, "depth.Z", x, y) == synthetic_pixel(plan, x, y).depth);
     assert_true(picture_at(image, "id.I", x, y) == (float)synthetic_pixel(plan, x, y).id);
@@ -154,8 +154,7 @@ TEST(pictures_are_finite)
     for (int i = 0; i < 4; i++) {
         static const float hostile[] = {INFINITY, NAN, 3e38f, 1.0f};
         patch->paths.spp[i] = 16.0f;
-        for (int c = 0; c < 3; c++)
-            patch->path_radiance[c][i] = patch->path_spread[c][i] = hostile[i];
+        for (int c = 0; c < 3; c++) patch->path_radiance[c][i] = patch->path_m2[c][i] = hostile[i];
     }
     assert_int_equal(block_reconstruct(&plan, patch, all, image, &statistics), 0);
     for (int32_t x = 0; x < 4; x++) {
@@ -175,7 +174,7 @@ TEST(absent_planes_leave_zeros)
     struct film *film;
     struct image *image;
     synthetic_paths_plan(&plan, 8, 8, 8, 4);
-    plan.planes &= ~(PLANE_BIT(PATH_SPREAD) | PLANE_BIT(PATH_OCCLUSION) | PLANE_BIT(PATH_COVERAGE) |
+    plan.planes &= ~(PLANE_BIT(PATH_M2) | PLANE_BIT(PATH_VISIBILITY) | PLANE_BIT(PATH_COVERAGE) |
                      PLANE_BIT(PATH_ALBEDO));
     plan.occlusion_distance = 0;
     assert_int_equal(film_create(&plan, block_side_px(&plan), 0, 0, &film), 0);

@@ -85,7 +85,7 @@ TEST(absent_planes_are_null)
     assert_null(p->sub_depth[0]);
     assert_null(p->indirect[0]);
     assert_null(p->indirect_strata);
-    assert_null(p->path_spread[0]);
+    assert_null(p->path_m2[0]);
     assert_non_null(p->lights[0].irradiance);
     assert_null(p->lights[0].visibility);
     assert_non_null(p->lights[1].irradiance);

@@ -128,7 +128,7 @@ struct residual_told residual_scene_tell_within(const struct residual_scene *s, 
     struct plan plan = residual_scene_plan(s);
     struct residual_statistics statistics = {0};
     struct residual_told told;
-    plan.planes |= PLANE_BIT(PATH_SPREAD);
+    plan.planes |= PLANE_BIT(PATH_M2);
     const struct rect near = rect_grow(lit, residual_halo_px(&plan));
     const struct rect whole = {0, 0, s->width, s->height};
     struct patch *patch = residual_scene_patch(s, rect_intersect(near, whole));

@@ -11,8 +11,8 @@ TEST(later_passes_go_on)
     struct scene_fixture *f = fixture_new();
     struct plan p = room(f, LAMBERT, SHINES_RECT);
     add_field(&p, 4);
-    p.planes = (p.planes & ~BIT(INDIRECT_MEAN)) | BIT(INDIRECT_HALVES) | BIT(PATH_SPREAD) |
-               BIT(PATH_SPLIT);
+    p.planes = (p.planes & ~BIT(INDIRECT_MEAN)) | BIT(INDIRECT_HALVES) | BIT(PATH_M2) |
+               BIT(PATH_HALF_DIFFERENCE2);
     p.paths.spp = 16;
     p.bounces = 2;
     p.target_error = 0.1f;
@@ -63,8 +63,8 @@ TEST(later_passes_go_on)
             const int32_t i = y * SIDE_PX + x, k = (y - part.y0) * rect_width(part) + x - part.x0;
             assert_int_equal(samples_u16(more, PLANE_INDIRECT_HALVES, 4)[i],
                              samples_u16(cut, PLANE_INDIRECT_HALVES, 4)[k]);
-            assert_true(samples_f32(more, PLANE_PATH_SPLIT, 0)[i] ==
-                        samples_f32(cut, PLANE_PATH_SPLIT, 0)[k]);
+            assert_true(samples_f32(more, PLANE_PATH_HALF_DIFFERENCE2, 0)[i] ==
+                        samples_f32(cut, PLANE_PATH_HALF_DIFFERENCE2, 0)[k]);
         }
     struct samples **const made[] = {&first, &more, &cut, &alone};
     for (int k = 0; k < 4; k++) samples_destroy(made[k]);

@@ -208,8 +208,8 @@ static struct plan halved(struct scene_fixture *f, uint32_t l)
     p.bounces = 2;
     add_field(&p, l);
     add_lobes(&p);
-    p.planes = (p.planes & ~BIT(INDIRECT_MEAN)) | BIT(INDIRECT_HALVES) | BIT(PATH_SPREAD) |
-               BIT(PATH_SPLIT);
+    p.planes = (p.planes & ~BIT(INDIRECT_MEAN)) | BIT(INDIRECT_HALVES) | BIT(PATH_M2) |
+               BIT(PATH_HALF_DIFFERENCE2);
     p.sub_samples = 3;
     p.target_error = 0.1f;
     p.spp_most = 1024;

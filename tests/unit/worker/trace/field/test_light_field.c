@@ -129,7 +129,7 @@ TEST(distances_are_the_first_hits)
     p.paths.spp = 0;
     p.planes = 0;
     add_field(&p, 4);
-    p.planes |= BIT(INDIRECT_STRATA) | BIT(OPEN);
+    p.planes |= BIT(INDIRECT_STRATA) | BIT(AMBIENT_VISIBILITY);
     p.occlusion_distance = 1.25f;
     struct sums *all = trace_sums(f, &p);
     p.planes &= ~(BIT(INDIRECT_STRATA) | BIT(INDIRECT_MEAN));
@@ -146,9 +146,9 @@ TEST(distances_are_the_first_hits)
         open_rays += (uint64_t)open;
         near_pixels += nearest < 1.25;
         assert_true(half_at(all->first, PLANE_BOUNCE_DISTANCE_MIN, 0, i) == nearest);
-        assert_true(fabs(half_at(all->first, PLANE_OPEN, 0, i) - open / 16) < 1e-3);
-        assert_true(half_at(alone->first, PLANE_OPEN, 0, i) ==
-                    half_at(all->first, PLANE_OPEN, 0, i));
+        assert_true(fabs(half_at(all->first, PLANE_AMBIENT_VISIBILITY, 0, i) - open / 16) < 1e-3);
+        assert_true(half_at(alone->first, PLANE_AMBIENT_VISIBILITY, 0, i) ==
+                    half_at(all->first, PLANE_AMBIENT_VISIBILITY, 0, i));
         assert_true(half_at(alone->first, PLANE_BOUNCE_DISTANCE_MIN, 0, i) ==
                     (nearest < 1.25 ? nearest : (double)BOUNCE_DISTANCE_NONE));
     }
@@ -172,7 +172,7 @@ TEST(tiles_do_not_matter)
     p.bounces = 3;
     p.paths.spp = 4;
     add_field(&p, 3);
-    p.planes |= BIT(OPEN) | BIT(SUB_ALBEDO) | BIT(INDIRECT_STRATA);
+    p.planes |= BIT(AMBIENT_VISIBILITY) | BIT(SUB_ALBEDO) | BIT(INDIRECT_STRATA);
     p.sub_samples = 2;
     p.occlusion_distance = 1.0f;
     struct traced whole = trace_all(f, &p);
@@ -191,8 +191,8 @@ TEST(tiles_do_not_matter)
                     assert_true(samples_f32(whole.samples, PLANE_PATH_RADIANCE, c)[from] ==
                                 samples_f32(part.samples, PLANE_PATH_RADIANCE, c)[to]);
                 }
-                assert_int_equal(samples_u16(whole.samples, PLANE_OPEN, 0)[from],
-                                 samples_u16(part.samples, PLANE_OPEN, 0)[to]);
+                assert_int_equal(samples_u16(whole.samples, PLANE_AMBIENT_VISIBILITY, 0)[from],
+                                 samples_u16(part.samples, PLANE_AMBIENT_VISIBILITY, 0)[to]);
             }
         traced_fini(&part);
     }

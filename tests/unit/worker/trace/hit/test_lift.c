@@ -99,7 +99,7 @@ TEST(paths_end_at_the_smooth_terminator)
     struct scene_fixture *f = fixture_new();
     struct plan p = lit_plan();
     p.light_planes = 0;
-    p.planes |= PLANES_PATH & ~PLANE_BIT(PATH_OCCLUSION);
+    p.planes |= PLANES_PATH & ~PLANE_BIT(PATH_VISIBILITY);
     p.paths.spp = 1;
     fixture_place(f, add_sphere(f, (float[]){0, 0, 0}, 1));
     struct traced t = trace_all(f, &p);

@@ -32,7 +32,7 @@ static struct plan room(struct scene_fixture *f)
     fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
     p.lights[0].color[1] = 0.5f;
     p.light_planes = 0;
-    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.planes = PLANES_PATH & ~PATH_BIT(VISIBILITY);
     p.bounces = 3;
     p.paths.spp = 16;
     return p;
@@ -134,7 +134,7 @@ TEST(demodulation_divides_by_albedo)
     fixture_panel(f, 0, (float[]){-1, 1, 0}, (float[]){0, 0, -1}, (float[]){0, 1, 0});
     fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
     p.light_planes = 0;
-    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.planes = PLANES_PATH & ~PATH_BIT(VISIBILITY);
     p.bounces = 2;
     p.paths.spp = 4;
     struct traced t = trace_all(f, &p);
@@ -198,7 +198,7 @@ TEST(both_ways_agree_with_one)
     struct traced rare = trace_all(f, &one);
     for (uint32_t c = 0; c < 3; c++) {
         double a = mean(&both, PLANE_PATH_DIRECT, c, 16), b = mean(&rare, PLANE_PATH_DIRECT, c, 16);
-        double spread = mean(&rare, PLANE_PATH_SPREAD, c, 16);
+        double spread = mean(&rare, PLANE_PATH_M2, c, 16);
         double error = sqrt(spread / (16.0 * SIDE_PX * SIDE_PX));
         assert_near(a, b, 4 * error);
     }
@@ -214,7 +214,7 @@ TEST(spread_is_the_samples_own)
     p.paths.spp = 1;
     struct traced t = trace_all(f, &p);
     for (int i = 0; i < SIDE_PX * SIDE_PX; i++)
-        assert_near((double)plane(&t, PLANE_PATH_SPREAD, 1)[i], 0, 0);
+        assert_near((double)plane(&t, PLANE_PATH_M2, 1)[i], 0, 0);
     traced_fini(&t);
     free(f);
 }
@@ -228,7 +228,7 @@ TEST(tents_reach_into_the_next_pixel)
     fixture_panel(f, grey, (float[]){-10, 0, 0}, (float[]){10, 0, 0}, (float[]){0, 10, 0});
     struct plan p = fixture_plan(4, 4, (float[]){0, 0, 1}, 1.0f);
     p.light_planes = 0;
-    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.planes = PLANES_PATH & ~PATH_BIT(VISIBILITY);
     p.paths.spp = 4096;
     for (uint32_t filter = PIXEL_FILTER_BOX; filter <= PIXEL_FILTER_TENT; filter++) {
         p.paths.pixel_filter = filter;
@@ -292,7 +292,7 @@ TEST(every_path_ends_once)
     }
     fixture_ceiling_light(&p, 0, 1, 0, 0.5f, 1);
     p.light_planes = 0;
-    p.planes = PLANES_PATH & ~PATH_BIT(OCCLUSION);
+    p.planes = PLANES_PATH & ~PATH_BIT(VISIBILITY);
     p.bounces = 200; /* none comes so far */
     p.paths.spp = 16;
     struct traced t = trace_all(f, &p);

@@ -137,7 +137,7 @@ static struct plan room(struct scene_fixture *f, float half_side)
     fixture_panel(f, glossy, (float[]){1, 0.5f, 0}, (float[]){0.5f, 0, 0}, (float[]){0, 0, -0.5f});
     fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
     p.light_planes = 0;
-    p.planes = (PLANES_PATH & ~PLANE_BIT(PATH_OCCLUSION)) | PLANES_RESIDUAL;
+    p.planes = (PLANES_PATH & ~PLANE_BIT(PATH_VISIBILITY)) | PLANES_RESIDUAL;
     p.bounces = 2;
     return p;
 }
