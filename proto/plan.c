@@ -157,7 +157,7 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
     if (number == 0) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH_ALL;
-    if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_MORE;
+    if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_SECOND_SET;
     if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         return plan->planes &
                (PLANES_SECOND_SET | (plan_strata_maps(plan) > 1 ? PLANE_BIT(GLOSSY_MEAN) : 0));

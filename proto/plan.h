@@ -143,17 +143,17 @@ enum lens_filter {
 /* Which light of what lens samples see comes of light fields of pixel centres, traced from the
  * middle of the lens and filtered; a sample whose point no pixel centre shows keeps its path's. Of
  * tracing and of reconstruction. docs/reconstruction.md, Light through the lens. */
-enum lens_light {
-    LENS_LIGHT_OWN = 0,      /* none: every sample is lit by its own path */
-    LENS_LIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
-    LENS_LIGHT_DIFFUSE = 2,  /* all that diffuse lobes send on, where all surfaces are pure Lambert
-                                and lights are of the list */
-    LENS_LIGHT_SKY = 3       /* INDIRECT, and what they send on of the environment itself, but for
-                                what of it is so bright that its shadows are sharp */
+enum lens_relight {
+    LENS_RELIGHT_OWN = 0,      /* none: every sample is lit by its own path */
+    LENS_RELIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
+    LENS_RELIGHT_DIFFUSE = 2, /* all that diffuse lobes send on, where all surfaces are pure Lambert
+                               and lights are of the list */
+    LENS_RELIGHT_SKY = 3      /* INDIRECT, and what they send on of the environment itself, but for
+                               what of it is so bright that its shadows are sharp */
 };
 
 /* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
-#define LENS_LIGHT_SLOPE_MOST 24.0f
+#define LENS_RELIGHT_SLOPE_MOST 24.0f
 
 /* Of an environment what is above so many times its mean luminance is a sun, not soft. */
 #define PLAN_SKY_SOFT_TIMES 12.0f
@@ -204,7 +204,7 @@ struct plan {
                                           of glossy lobes, too */
     uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
                                           where sample row * l + column lies */
-    uint32_t lens_light;               /* enum lens_light */
+    uint32_t lens_relight;             /* enum lens_relight */
     uint32_t lens_extra; /* paths a pixel, in the mean at most, of second sets through the lens:
                             PLAN_LENS_EXTRA_STRATA squared go to the pixels that need them most; 0:
                             none */
@@ -212,8 +212,8 @@ struct plan {
         lens_mirrors; /* reflections at flat mirrors, at most, that pixel centres and lens samples
                          look through (worker/trace/path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
     uint32_t
-        lens_rest; /* 1: what lens samples hold is lobes' reflection alone, which reconstruction
-                      may share among them; else it may have sharp shadows, too */
+        lens_lobes_only;   /* 1: what lens samples hold is lobes' reflection alone, which
+                        reconstruction   may share among them; else it may have sharp shadows, too */
     float radiance_scale;  /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */

@@ -132,29 +132,29 @@ static int check_lens_planes(const struct plan_place *at, const struct plan *pla
 }
 
 /* Light fields light what lens samples tell of, from surfaces at pixel centres. */
-static int check_lens_light(const struct plan_place *at, const struct plan *plan)
+static int check_lens_relight(const struct plan_place *at, const struct plan *plan)
 {
     const uint64_t surface = plan->planes & PLANES_LENS_SURFACE;
     const uint64_t field = PLANES_GEOMETRY | PLANE_BIT(LENS_SLOPE);
     const bool bounces = plan->planes & PLANES_BOUNCE_LIGHT;
-    if (surface != (plan->lens_light == LENS_LIGHT_OWN ? 0 : PLANES_LENS_SURFACE))
+    if (surface != (plan->lens_relight == LENS_RELIGHT_OWN ? 0 : PLANES_LENS_SURFACE))
         return plan_field_refuse(at, ERR_RANGE, "planes",
                                  surface ? "tells of surfaces of lens samples that nothing lights"
                                          : "lacks the surfaces of lens samples",
                                  (double)plan->planes);
     if (plan->planes & PLANE_BIT(LENS_LOBE) &&
-        (!(surface && bounces) || plan->lens_light == LENS_LIGHT_DIFFUSE ||
+        (!(surface && bounces) || plan->lens_relight == LENS_RELIGHT_DIFFUSE ||
          plan->glossy_filter == GLOSSY_FILTER_NONE))
         return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "tells of lobes of lens samples that nothing lights",
                                  (double)plan->planes);
-    if (plan->lens_light == LENS_LIGHT_OWN) return 0;
-    if ((plan->planes & field) != field || (!bounces && plan->lens_light != LENS_LIGHT_DIFFUSE))
+    if (plan->lens_relight == LENS_RELIGHT_OWN) return 0;
+    if ((plan->planes & field) != field || (!bounces && plan->lens_relight != LENS_RELIGHT_DIFFUSE))
         return plan_field_refuse(at, ERR_RANGE, "planes", "lacks the light fields of lens samples",
                                  (double)plan->planes);
-    if (plan->lens_light == LENS_LIGHT_SKY && plan->environment.kind == ENVIRONMENT_NONE)
-        return plan_field_refuse(at, ERR_RANGE, "lens_light", "asks for light of no environment",
-                                 (double)plan->lens_light);
+    if (plan->lens_relight == LENS_RELIGHT_SKY && plan->environment.kind == ENVIRONMENT_NONE)
+        return plan_field_refuse(at, ERR_RANGE, "lens_relight", "asks for light of no environment",
+                                 (double)plan->lens_relight);
     return 0;
 }
 
@@ -163,21 +163,22 @@ static int check_lens_light(const struct plan_place *at, const struct plan *plan
  * mirror image. */
 static int check_lens_mirrors(const struct plan_place *at, const struct plan *plan)
 {
-    const uint32_t light = plan->lens_light;
-    const bool lit = light == LENS_LIGHT_INDIRECT || light == LENS_LIGHT_SKY;
+    const uint32_t light = plan->lens_relight;
+    const bool lit = light == LENS_RELIGHT_INDIRECT || light == LENS_RELIGHT_SKY;
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
     const bool lobes = (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
     const uint32_t most = plan->bounces < PLAN_LENS_MIRRORS ? plan->bounces : PLAN_LENS_MIRRORS;
     const int error =
         plan_field_count(at, "lens_mirrors", plan->lens_mirrors, 0, lit && !sheared ? most : 0);
-    return error ? error : plan_field_count(at, "lens_rest", plan->lens_rest, 0, lobes ? 1 : 0);
+    return error ? error
+                 : plan_field_count(at, "lens_lobes_only", plan->lens_lobes_only, 0, lobes ? 1 : 0);
 }
 
 /* Second sets go to pixels that slopes tell of, beside filters that work with both. */
 static int check_lens_extra(const struct plan_place *at, const struct plan *plan)
 {
     const bool more = plan->lens_extra > 0;
-    if (more != ((plan->planes & PLANE_BIT(LENS_MORE)) != 0))
+    if (more != ((plan->planes & PLANE_BIT(LENS_SECOND_SET)) != 0))
         return plan_field_refuse(at, ERR_RANGE, "planes", "has to have what second sets bring",
                                  (double)plan->planes);
     if (more && plan->lens_filter != LENS_FILTER_SHEARED)
@@ -202,7 +203,7 @@ int plan_filters_check(const struct plan_place *at, const struct plan *plan)
     if (!error) error = check_glossy_filter(at, plan);
     if (!error) error = check_residual_filter(at, plan);
     if (!error) error = check_lens_planes(at, plan);
-    if (!error) error = check_lens_light(at, plan);
+    if (!error) error = check_lens_relight(at, plan);
     if (!error) error = check_lens_mirrors(at, plan);
     return error ? error : check_lens_extra(at, plan);
 }

@@ -115,10 +115,10 @@ uint32_t samples_type_bytes(enum samples_type type);
 /* Of those the planes of what light falls on. */
 #define PLANES_LENS_SURFACE                                                                        \
     (PLANE_BIT(LENS_DEPTH) | PLANE_BIT(LENS_NORMAL) | PLANE_BIT(LENS_ALBEDO) |                     \
-     PLANE_BIT(LENS_LIGHT))
+     PLANE_BIT(LENS_OWN_LIGHT))
 
 /* What second sets through the lens bring. */
-#define PLANES_LENS_MORE (PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_COVERAGE))
+#define PLANES_LENS_SECOND_SET (PLANE_BIT(LENS_SECOND_SET) | PLANE_BIT(LENS_COVERAGE))
 
 /* Planes of the path tracer. */
 #define PLANES_PATH                                                                                \

@@ -332,7 +332,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
                                 .indirect_cpu_us = sum.indirect_cpu_us,
                                 .glossy_cpu_us = sum.glossy_cpu_us,
                                 .lens_cpu_us = sum.lens_cpu_us,
-                                .lens_light_cpu_us = sum.lens_light_cpu_us,
+                                .lens_relight_cpu_us = sum.lens_relight_cpu_us,
                                 .residual_cpu_us = sum.residual_cpu_us,
                                 .coordinate_cpu_us = sum.coordinate_cpu_us,
                                 .decode_cpu_us = sum.decode_cpu_us,

@@ -56,7 +56,7 @@ int32_t block_halo_px(const struct plan *plan)
     if (indirect < shadow) indirect = shadow;
     if (indirect < paths) indirect = paths;
     if (indirect < residual_halo_px(plan)) indirect = residual_halo_px(plan);
-    indirect += lens_light_ring_px(plan);
+    indirect += lens_relight_ring_px(plan);
     return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
 
@@ -66,7 +66,7 @@ int32_t block_core_px(const struct plan *plan)
     if (plan->shadow_filter == SHADOW_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE &&
         !patch_has_far_indirect(plan) && !patch_has_far_lobes(plan) && !patch_has_far_paths(plan))
         return halo;
-    const int32_t core = lens_light_ring_px(plan) + PATCH_RING_PX;
+    const int32_t core = lens_relight_ring_px(plan) + PATCH_RING_PX;
     return core < halo ? core : halo;
 }
 
@@ -142,9 +142,9 @@ static int reconstruct_lens(const struct plan *plan, struct patch *patch, struct
 {
     struct lighting lighting;
     struct lighting_statistics cost = {.shadow_cpu_us = 0};
-    const int32_t ring = lens_light_ring_px(plan);
+    const int32_t ring = lens_relight_ring_px(plan);
     const struct rect lit = rect_intersect(rect_grow(block, ring), patch->core);
-    if (plan->lens_light == LENS_LIGHT_OWN)
+    if (plan->lens_relight == LENS_RELIGHT_OWN)
         return defocus_compose(plan, patch, block, image, statistics);
     int error = lighting_create(plan, patch, lit, false, &lighting, &cost);
     if (error) return error;

@@ -27,7 +27,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     struct bytes_writer w;
     if (size_bytes < 2) return 0;
     plan_case(&plan);
-    plan.planes |= PLANE_BIT(LENS_MORE) | PLANE_BIT(LONE);
+    plan.planes |= PLANE_BIT(LENS_SECOND_SET) | PLANE_BIT(LONE);
     const int32_t width = data[0] % 16 + 1, height = data[1] % 16 + 1;
     const uint32_t pass = data[0] >> 7;
     struct samples *s = unpack(data + 2, size_bytes - 2, &plan, pass, width, height);

@@ -14,7 +14,7 @@
 #include "tests/kernel/kernel_glossy.h"
 #include "tests/kernel/kernel_indirect.h"
 #include "tests/kernel/kernel_lens.h"
-#include "tests/kernel/kernel_lens_light.h"
+#include "tests/kernel/kernel_lens_relight.h"
 #include "tests/kernel/kernel_v_plane.h"
 
 #define FIELDS      6
@@ -28,16 +28,16 @@ struct tier {
     const struct v_plane_kernels *v_plane;
     const struct glossy_kernels *glossy;
     const struct lens_kernels *lens;
-    const struct lens_light_kernels *lens_light;
+    const struct lens_relight_kernels *lens_relight;
 };
 
 static const struct tier tiers[] = {
     {"sse4.2", &shadow_kernels_sse42, &indirect_kernels_sse42, &v_plane_kernels_sse42,
-     &glossy_kernels_sse42, &lens_kernels_sse42, &lens_light_kernels_sse42},
+     &glossy_kernels_sse42, &lens_kernels_sse42, &lens_relight_kernels_sse42},
     {"avx2", &shadow_kernels_avx2, &indirect_kernels_avx2, &v_plane_kernels_avx2,
-     &glossy_kernels_avx2, &lens_kernels_avx2, &lens_light_kernels_avx2},
+     &glossy_kernels_avx2, &lens_kernels_avx2, &lens_relight_kernels_avx2},
     {"avx512", &shadow_kernels_avx512, &indirect_kernels_avx512, &v_plane_kernels_avx512,
-     &glossy_kernels_avx512, &lens_kernels_avx512, &lens_light_kernels_avx512}};
+     &glossy_kernels_avx512, &lens_kernels_avx512, &lens_relight_kernels_avx512}};
 
 static uint32_t count_tiers(void)
 {
@@ -122,15 +122,15 @@ static void compare_lens(const struct tier *tier, uint32_t l, uint64_t seed, flo
     lens_case_fini(&k);
 }
 
-static void compare_lens_light(const struct tier *tier, uint32_t l, uint64_t seed, float *most)
+static void compare_lens_relight(const struct tier *tier, uint32_t l, uint64_t seed, float *most)
 {
     (void)l;
-    struct lens_light_case k;
-    lens_light_case_init(&k, 23 + 19 * (uint32_t)seed, 17 + seed);
-    for (enum lens_light_kernel i = 0; i < LIT_LENS_KERNEL_COUNT; i++)
+    struct lens_relight_case k;
+    lens_relight_case_init(&k, 23 + 19 * (uint32_t)seed, 17 + seed);
+    for (enum lens_relight_kernel i = 0; i < LIT_LENS_KERNEL_COUNT; i++)
         for (uint32_t first = 0; first < 12; first += 5)
-            most[i] = fmaxf(most[i], lens_light_case_compare(&k, tier->lens_light, i, first));
-    lens_light_case_fini(&k);
+            most[i] = fmaxf(most[i], lens_relight_case_compare(&k, tier->lens_relight, i, first));
+    lens_relight_case_fini(&k);
 }
 
 static double now_ns(void)
@@ -228,19 +228,19 @@ static void time_lens(void)
     lens_case_fini(&k);
 }
 
-static void run_lens_light(const void *k, const struct tier *tier, uint32_t kernel, float *out)
+static void run_lens_relight(const void *k, const struct tier *tier, uint32_t kernel, float *out)
 {
-    lens_light_case_run(k, tier->lens_light, kernel, 0, out);
+    lens_relight_case_run(k, tier->lens_relight, kernel, 0, out);
 }
 
 /* A lens sample. */
-static void time_lens_light(void)
+static void time_lens_relight(void)
 {
-    struct lens_light_case k;
-    lens_light_case_init(&k, TIMED_SIDE * TIMED_SIDE, 6);
-    time_kernels(&k, run_lens_light, lens_light_kernel_names, LIT_LENS_KERNEL_COUNT,
-                 lens_light_case_size(&k), TIMED_SIDE * TIMED_SIDE);
-    lens_light_case_fini(&k);
+    struct lens_relight_case k;
+    lens_relight_case_init(&k, TIMED_SIDE * TIMED_SIDE, 6);
+    time_kernels(&k, run_lens_relight, lens_relight_kernel_names, LIT_LENS_KERNEL_COUNT,
+                 lens_relight_case_size(&k), TIMED_SIDE * TIMED_SIDE);
+    lens_relight_case_fini(&k);
 }
 
 static void run_v_plane(const void *k, const struct tier *tier, uint32_t kernel, float *out)
@@ -274,8 +274,8 @@ static const struct family families[] = {
     {indirect_kernel_names, INDIRECT_KERNEL_COUNT, false, false, compare_indirect, time_indirect},
     {glossy_kernel_names, GLOSSY_KERNEL_COUNT, false, false, compare_glossy, time_glossy},
     {lens_kernel_names, LENS_KERNEL_COUNT, false, true, compare_lens, time_lens},
-    {lens_light_kernel_names, LIT_LENS_KERNEL_COUNT, false, true, compare_lens_light,
-     time_lens_light},
+    {lens_relight_kernel_names, LIT_LENS_KERNEL_COUNT, false, true, compare_lens_relight,
+     time_lens_relight},
 };
 
 #define FAMILY_COUNT (sizeof families / sizeof *families)

@@ -146,7 +146,7 @@ static void draw_rounds(struct random *r, struct property_case *c)
     if (kind > 1) return;
     c->most = most[below(r, 3)];
     if (c->focus > 0 && !one_in(r, 4)) {
-        c->lens_more = one_in(r, 3) ? 36 : 1 + below(r, 12);
+        c->lens_second_set = one_in(r, 3) ? 36 : 1 + below(r, 12);
         c->most = 0;
         /* No other filter mixes second sets in. */
         if (!one_in(r, 8)) c->lens_filter = CASE_LENS_SHEARED;

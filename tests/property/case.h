@@ -82,10 +82,10 @@ struct case_light {
 struct property_case {
     int width, height, tile, block; /* pixels; block a multiple of 32 */
     int spp, bounces, method, indirect, glossy, lens_filter;
-    double mu;     /* of adaptive sampling, among others; 0: 1 */
-    double error;  /* the target that sampling goes on to; 0: none */
-    int most;      /* samples of a pixel, under a target and adaptive sampling; 0: not said */
-    int lens_more; /* paths a pixel of second sets through the lens; 0: none */
+    double mu;           /* of adaptive sampling, among others; 0: 1 */
+    double error;        /* the target that sampling goes on to; 0: none */
+    int most;            /* samples of a pixel, under a target and adaptive sampling; 0: not said */
+    int lens_second_set; /* paths a pixel of second sets through the lens; 0: none */
     unsigned seed;
     double eye[3], target[3], yfov_deg;
     int orthographic;       /* 1: as high as the field of view is at the target */

@@ -70,7 +70,7 @@ static void lens_auto(struct property_case *c)
 }
 static void no_rounds(struct property_case *c)
 {
-    c->mu = c->error = 0, c->most = c->lens_more = 0;
+    c->mu = c->error = 0, c->most = c->lens_second_set = 0;
     if (c->indirect == CASE_ADAPTIVE) c->indirect = 0;
 }
 static void no_target(struct property_case *c)
@@ -80,7 +80,7 @@ static void no_target(struct property_case *c)
 }
 static void no_second_lens(struct property_case *c)
 {
-    c->lens_more = 0;
+    c->lens_second_set = 0;
 }
 static void plain_mu(struct property_case *c)
 {

@@ -32,7 +32,7 @@ void case_write(const struct property_case *c, FILE *out)
     fprintf(out, "filter %s %s %s %s\n", case_methods[c->method], case_indirects[c->indirect],
             case_glossies[c->glossy], case_lenses[c->lens_filter]);
     fprintf(out, "rounds mu %.17g target %.17g most %d lens %d\n", c->mu, c->error, c->most,
-            c->lens_more);
+            c->lens_second_set);
     fprintf(out, "camera %.17g %.17g %.17g to %.17g %.17g %.17g fov %.17g\n", c->eye[0], c->eye[1],
             c->eye[2], c->target[0], c->target[1], c->target[2], c->yfov_deg);
     if (c->orthographic || c->tent)
@@ -129,7 +129,7 @@ static bool read_line(const char *line, struct property_case *c)
                   &c->bounces, &c->occlusion) == 4 ||
            read_filter(line, c) ||
            sscanf(line, "rounds mu %lf target %lf most %d lens %d", &c->mu, &c->error, &c->most,
-                  &c->lens_more) == 4 ||
+                  &c->lens_second_set) == 4 ||
            sscanf(line, "camera %lf %lf %lf to %lf %lf %lf fov %lf", &c->eye[0], &c->eye[1],
                   &c->eye[2], &c->target[0], &c->target[1], &c->target[2], &c->yfov_deg) == 7 ||
            sscanf(line, "view orthographic %d tent %d", &c->orthographic, &c->tent) == 2 ||

@@ -173,7 +173,7 @@ static bool has_emitter(const struct property_case *c)
 /* Whether samples are dealt by numbers that rounding moves: then others are taken. */
 static bool deals(const struct property_case *c)
 {
-    return c->error > 0 || c->lens_more > 0 || c->indirect == CASE_ADAPTIVE;
+    return c->error > 0 || c->lens_second_set > 0 || c->indirect == CASE_ADAPTIVE;
 }
 
 enum property_result property_brighter(const struct property_case *c,

@@ -182,7 +182,7 @@ static bool within(const struct property_case *c, char says[PROPERTY_SAYS_BYTES]
              (unsigned long long)f->lens_paths);
     if (c->most > 0 && (f->paths > pixels * most || f->bounces > pixels * most)) return false;
     return rays <= pixels * f->strata_maps * f->most_rays &&
-           f->lens_paths <= pixels * (uint64_t)c->lens_more;
+           f->lens_paths <= pixels * (uint64_t)c->lens_second_set;
 }
 
 /* Samples of further rounds go where they are needed; they neither make nor take light. Light
@@ -192,7 +192,7 @@ enum property_result property_dealt(const struct property_case *c, char says[PRO
 {
     const struct change none = {0};
     const bool small = c->width < LEAST_PX || c->height < LEAST_PX;
-    if (c->error == 0 ? c->lens_more == 0 && c->indirect != CASE_ADAPTIVE : small) {
+    if (c->error == 0 ? c->lens_second_set == 0 && c->indirect != CASE_ADAPTIVE : small) {
         snprintf(says, PROPERTY_SAYS_BYTES, "has one round, or few pixels");
         return PROPERTY_DOES_NOT_APPLY;
     }

@@ -143,7 +143,8 @@ static void set_rounds(const struct property_case *c, const struct change *chang
     if (c->error > 0) json_object_set_new(sampling, "target_error", json_real(c->error));
     if (c->error > 0 && c->most > 0)
         json_object_set_new(sampling, "max_spp", json_integer(c->most));
-    if (c->lens_more > 0) json_object_set_new(sampling, "lens_extra", json_integer(c->lens_more));
+    if (c->lens_second_set > 0)
+        json_object_set_new(sampling, "lens_extra", json_integer(c->lens_second_set));
 }
 
 /* Averages are what tells whether adaptive sampling is right. */

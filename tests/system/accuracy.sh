@@ -26,11 +26,11 @@ done
 check "the references are closer than what they judge" lines 'all(.[]; .reference.halves_rmse < .judged.rmse)'
 check "every error that a reference's share is taken off has its doubt" lines 'all(.[]; if .effect == "shadows" then .judged.doubt == null
     else .judged.doubt > 0 and .judged.doubt < 0.25 and .reference.doubt > 0 end)'
-check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect", lens: "lens", combined: "lens_light"}[.effect]] > 0)
+check "filters take time, the plain average none" lines 'all(.[]; (.cpu_s[{shadows: "shadow", indirect: "indirect", lens: "lens", combined: "lens_relight"}[.effect]] > 0)
     == (.method != "average" and .method != "paths"))'
 check "all filters are counted as time of filters" lines '[.[] | select(.scene == "all_box" and .method == "auto")]
-    | length == 2 and all(.[]; .cpu_s | [.shadow, .indirect, .lens, .lens_light] | all(. > 0))
-    and all(.[].cpu_s; .judged as $all | [.trace, .pack, .decode, .reconstruct, .shadow, .indirect, .glossy, .lens, .lens_light] | add - $all | fabs < 1e-6)'
+    | length == 2 and all(.[]; .cpu_s | [.shadow, .indirect, .lens, .lens_relight] | all(. > 0))
+    and all(.[].cpu_s; .judged as $all | [.trace, .pack, .decode, .reconstruct, .shadow, .indirect, .glossy, .lens, .lens_relight] | add - $all | fabs < 1e-6)'
 check "all filters together take off more than half of the error" lines '[.[] | select(.scene == "all_box" and .spp == 9)] | INDEX(.method)
     | .auto.judged.rmse < 0.5 * .average.judged.rmse'
 check "auto is one of the filters" lines '[.[] | select(.scene == "box" and .spp == 16)] | INDEX(.method)

@@ -58,7 +58,7 @@ subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
     check "... glossy lobes" counts "$name" "(.glossy.pixels_filtered > 0) == ($glossy == 1) and (.cpu_s.glossy > 0) == ($glossy == 1)"
     check "... the lens" counts "$name" "(.rays.lens == $pixels * 9) == ($lens == 1) and (.rays.lens > 0) == ($lens == 1) and (.cpu_s.lens > 0) == ($lens == 1)"
     check "... light of fields at lens samples" counts "$name" "(.lens.samples_lit > 0) == ($lit == 1)
-        and (.rays.lens_centres > 0) == ($lit == 1) and (.cpu_s.lens_light > 0) == ($lit == 1)"
+        and (.rays.lens_centres > 0) == ($lit == 1) and (.cpu_s.lens_relight > 0) == ($lit == 1)"
     check "... paths" counts "$name" "(.rays.paths > 0) == ($paths == 1) and ($3 == 1 or .rays.occlusion == 0)"
 }
 for shadows in 0 1; do for indirect in 0 1; do for occlusion in 0 1; do for glossy in 0 1; do for lens in 0 1; do

@@ -34,9 +34,9 @@ check_plan "fields of indirect light run beside paths by name" "{$scene_member, 
     '.integrator == "paths_and_light_field" and .indirect_filter == "linear" and (.planes | index("path_radiance") and index("indirect_mean"))'
 check_plan "a lens has a light field of its own" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
     \"filter\": {\"indirect\": \"linear\"}, \"sampling\": {\"lens_spp\": 16}}" \
-    '.integrator == "lens_field" and .lens_filter == "sheared" and .samples.lens == 16 and .lens_light == "diffuse"
+    '.integrator == "lens_field" and .lens_filter == "sheared" and .samples.lens == 16 and .lens_relight == "diffuse"
      and .indirect_filter == "linear"
-     and (.planes | index("lens_radiance") and index("lens_slope") and index("lens_light") and (index("path_radiance") | not))
+     and (.planes | index("lens_radiance") and index("lens_slope") and index("lens_own_light") and (index("path_radiance") | not))
      and (.warnings | any(contains("not filtered")) | not)'
 check_plan "layers of paths ask for paths alone, with a lens" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
     \"layers\": [\"beauty\", \"direct\"], \"filter\": {\"indirect\": \"linear\", \"lens\": \"sheared\"}}" \
@@ -52,7 +52,7 @@ check_plan "adaptive rates begin with 16 rays" "{$scene_member, \"filter\": {\"i
     '.indirect_filter == "adaptive" and .samples.indirect == 16 and .samples.indirect_most == 100 and (.planes | index("bounce_distance_max"))'
 check_plan "adaptive rates leave nothing to light fields before a lens" "{$scene_member, \"lens\": {\"aperture_radius\": 0.1, \"focus_distance\": 5},
     \"filter\": {\"indirect\": \"adaptive\", \"glossy\": \"virtual_hit\"}}" \
-    '.integrator == "lens_field" and .lens_light == "own" and .indirect_filter == "none" and .glossy_filter == "none" and (.samples | has("indirect_most") | not)
+    '.integrator == "lens_field" and .lens_relight == "own" and .indirect_filter == "none" and .glossy_filter == "none" and (.samples | has("indirect_most") | not)
      and (.planes | any(startswith("glossy_") or startswith("bounce_distance")) | not)
      and (.warnings | any(startswith("filter.indirect is adaptive")) and any(startswith("filter.glossy is virtual_hit")))'
 check_plan "none is paths" "{$scene_member, \"filter\": {\"method\": \"none\"}, \"sampling\": {\"spp\": 100}}" \

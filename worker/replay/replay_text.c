@@ -182,7 +182,7 @@ void replay_print_text(const struct replay_sheet *s, FILE *out)
     vector(out, " = emission ", r->emission);
     vector(out, " + direct ", r->direct);
     vector(out, " + indirect ", r->indirect);
-    if (r->kind == PATH_RECORD_LENS && s->plan->lens_light != LENS_LIGHT_OWN)
+    if (r->kind == PATH_RECORD_LENS && s->plan->lens_relight != LENS_RELIGHT_OWN)
         vector(out, "; without what light fields bring ", r->stored);
     if (r->rejected) fputs("; rejected: it is not finite, and counts as nothing", out);
     fputc('\n', out);

@@ -8,7 +8,7 @@
 #include "proto/pattern_path.h"
 #include "worker/tile/stages.h"
 #include "worker/trace/field/lens.h"
-#include "worker/trace/field/lens_more.h"
+#include "worker/trace/field/lens_second_set.h"
 #include "worker/trace/field/lens_surface.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/light/light_kernels.h"
@@ -39,10 +39,10 @@ static void find_kind(const struct plan *plan, uint32_t sample, struct path_reco
     if (plan->paths.spp > 0) return;
     record->kind = PATH_RECORD_LENS;
     record->last = l * l - 1;
-    if (plan->lens_extra == 0 || sample < LENS_MORE_FIRST) return;
-    record->kind = PATH_RECORD_LENS_MORE;
-    record->first = LENS_MORE_FIRST;
-    record->last = LENS_MORE_FIRST + PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA - 1;
+    if (plan->lens_extra == 0 || sample < LENS_SECOND_SET_FIRST) return;
+    record->kind = PATH_RECORD_LENS_SECOND_SET;
+    record->first = LENS_SECOND_SET_FIRST;
+    record->last = LENS_SECOND_SET_FIRST + PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA - 1;
 }
 
 static int check(const struct plan *plan, const struct environment *environment, int32_t x,
@@ -109,7 +109,7 @@ static void sum_up_lens(const struct path_context *c, struct path_harvest *h, si
                         struct path_record *out)
 {
     float e[3], d[3], n[3], sum[3];
-    if (c->plan->lens_light != LENS_LIGHT_OWN && out->kind == PATH_RECORD_LENS)
+    if (c->plan->lens_relight != LENS_RELIGHT_OWN && out->kind == PATH_RECORD_LENS)
         lens_surface_take_out(c, slot, h);
     take(&h->emission, slot, e);
     take(&h->direct, slot, d);

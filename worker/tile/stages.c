@@ -52,7 +52,7 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
 {
     const bool first = pass->number == 0;
     struct stages s = {.centres = first && ((plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL |
-                                                              PLANES_LENS_MORE)) != 0 ||
+                                                              PLANES_LENS_SECOND_SET)) != 0 ||
                                             plan->light_planes != 0),
                        .lights = first,
                        .lens = first && plan->lens_strata_per_axis > 0,
@@ -113,10 +113,10 @@ static void init_through_lens(const struct path_context *whole, struct path_cont
 {
     const struct plan *plan = whole->plan;
     *out = *whole;
-    out->demodulate = plan->lens_light != LENS_LIGHT_OWN;
+    out->demodulate = plan->lens_relight != LENS_RELIGHT_OWN;
     out->mirrors = plan->lens_mirrors > 0;
-    const bool sky = plan->lens_light == LENS_LIGHT_SKY;
-    if (sky || plan->lens_light == LENS_LIGHT_INDIRECT) out->skip |= SKIP_DIFFUSE_INDIRECT;
+    const bool sky = plan->lens_relight == LENS_RELIGHT_SKY;
+    if (sky || plan->lens_relight == LENS_RELIGHT_INDIRECT) out->skip |= SKIP_DIFFUSE_INDIRECT;
     if (plan->planes & PLANE_BIT(LENS_LOBE)) out->skip |= SKIP_GLOSSY_OF_LENS;
     if (sky) out->skip |= SKIP_SOFT_SKY;
     if (sky)
@@ -133,5 +133,6 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     init_whole(&out->paths, &out->whole);
     out->whole.lens = true;
     init_through_lens(&out->whole, &out->through_lens);
-    if (parts->plan->lens_light != LENS_LIGHT_OWN && out->lens) out->through_lens.centres = centres;
+    if (parts->plan->lens_relight != LENS_RELIGHT_OWN && out->lens)
+        out->through_lens.centres = centres;
 }

@@ -154,7 +154,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
         if (shines) add_emission(sub, &t->emission);
         if (shines) find_glow(b, sub, &glow);
     }
-    if (plan->lens_light == LENS_LIGHT_DIFFUSE) mark_all_lit(t);
+    if (plan->lens_relight == LENS_RELIGHT_DIFFUSE) mark_all_lit(t);
     if (plan->planes & PLANE_BIT(LENS_LOBE)) mark_lobed(t);
     if (stages->paths.skip & SKIP_DIFFUSE) leave_to_paths(t);
     uint32_t emitted = 1 + plan->sub_samples;
@@ -324,8 +324,8 @@ void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const 
                       struct counters *counters)
 {
     if (stages->more)
-        lens_more_trace(&stages->whole, &t->block, stages->pass.strata_map, &t->more, &t->path,
-                        samples);
+        lens_second_set_trace(&stages->whole, &t->block, stages->pass.strata_map, &t->more,
+                              &t->path, samples);
     else if (stages->pass.strata_map)
         trace_second_set(t, stages, plan, samples, counters);
     else if (tile_sees_centres(stages))

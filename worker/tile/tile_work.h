@@ -6,7 +6,7 @@
 #include "worker/trace/field/glossy.h"
 #include "worker/trace/field/indirect.h"
 #include "worker/trace/field/lens.h"
-#include "worker/trace/field/lens_more.h"
+#include "worker/trace/field/lens_second_set.h"
 #include "worker/trace/field/lone.h"
 #include "worker/trace/field/mixed.h"
 #include "worker/trace/field/shadow.h"
@@ -38,7 +38,7 @@ struct tile_tracer {
     struct lobe_view lobes; /* of the tile, where stages skip paths */
     struct lens_scratch lens;
     struct centre_gbuffer centres;
-    struct lens_more more;
+    struct lens_second_set more;
     struct lone_scratch lone;
     struct mixed_scratch mixed;
 };

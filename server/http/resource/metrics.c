@@ -79,7 +79,7 @@ static void write_work(FILE *out, const struct jobs_totals *t)
     cpu(out, "indirect", t->indirect_cpu_us);
     cpu(out, "glossy", t->glossy_cpu_us);
     cpu(out, "lens", t->lens_cpu_us);
-    cpu(out, "lens_light", t->lens_light_cpu_us);
+    cpu(out, "lens_relight", t->lens_relight_cpu_us);
     cpu(out, "residual", t->residual_cpu_us);
     cpu(out, "encode", t->encode_cpu_us);
     cpu(out, "coordinate", t->coordinate_cpu_us);

@@ -43,7 +43,7 @@ struct frame_adaptive_tile {
 struct frame_adaptive {
     uint32_t maps;        /* plan_strata_maps */
     uint8_t *pixels;      /* owned; l of the second set, map by map of the whole image as blocks are
-                             drawn; of lenses levels of lens_extra.h until it is decided */
+                             drawn; of lenses levels of lens_second_set.h until it is decided */
     uint8_t *strata_maps; /* owned; the same, tile by tile */
     uint32_t *measured;   /* owned; first sets of each block's pixels */
     struct frame_adaptive_tile *tiles; /* owned */

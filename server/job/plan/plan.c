@@ -273,7 +273,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
     const enum plan_integrator integrator = report->integrator;
     if (integrator == INTEGRATOR_LIGHT_FIELD || integrator == INTEGRATOR_PATHS_AND_LIGHT_FIELD)
         plan_indirect(job, plan, report);
-    if (integrator == INTEGRATOR_LENS_FIELD) plan_lens_light(job, scene, plan, report);
+    if (integrator == INTEGRATOR_LENS_FIELD) plan_lens_relight(job, scene, plan, report);
     plan_glossy(job, scene, plan, report);
     if (integrator == INTEGRATOR_LIGHT_FIELD || report->by_lobe)
         plan_light_field(job, plan, report);

@@ -102,7 +102,7 @@ struct plan_report {
     char glossy_filter_why[PLAN_FILTER_WHY_BYTES];
     char residual_filter_why[PLAN_FILTER_WHY_BYTES];
     char lens_filter_why[PLAN_FILTER_WHY_BYTES];
-    char lens_light_why[PLAN_FILTER_WHY_BYTES]; /* "" without lens samples */
+    char lens_relight_why[PLAN_FILTER_WHY_BYTES]; /* "" without lens samples */
     uint32_t skip_count;
     struct plan_skip skipped[PLAN_SKIPS];
     uint32_t warning_count;
@@ -125,7 +125,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
 
 /* Writes the report: {integrator, effects, layers, planes, light_planes, filter, filter_why,
  * indirect_filter, indirect_filter_why, glossy_filter, glossy_filter_why, residual_filter,
- * residual_filter_why, lens_filter, lens_filter_why, lens_light, lens_light_why, light_filters,
+ * residual_filter_why, lens_filter, lens_filter_why, lens_relight, lens_relight_why, light_filters,
  * skipped: [{what, why}], lights, environment, emitters, camera, cameras, samples, tiles,
  * warnings}. Returns a new reference; NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);

@@ -33,7 +33,8 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     const uint64_t l = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
     const uint64_t lobes = l * l * sizeof(uint32_t);
-    const bool lens = plan->lens_light == LENS_LIGHT_INDIRECT || plan->lens_light == LENS_LIGHT_SKY;
+    const bool lens =
+        plan->lens_relight == LENS_RELIGHT_INDIRECT || plan->lens_relight == LENS_RELIGHT_SKY;
     if (report->by_lobe)
         snprintf(why, n, "paths bring what glossy lobes send on");
     else if (report->integrator != INTEGRATOR_PATHS_AND_LIGHT_FIELD && !lens)
@@ -80,8 +81,8 @@ static void plan_planes(const struct job *job, struct plan *plan, struct plan_re
     if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
     if (report->integrator == INTEGRATOR_LENS_FIELD) {
         plan->planes |= PLANE_BIT(LENS_LOBE);
-        plan->lens_rest = plan->lens_light == LENS_LIGHT_SKY && report->soft_sky &&
-                          plan->light_count == 0 && !report->emitters.any_seen;
+        plan->lens_lobes_only = plan->lens_relight == LENS_RELIGHT_SKY && report->soft_sky &&
+                                plan->light_count == 0 && !report->emitters.any_seen;
         plan->planes &= ~PLANE_BIT(SUB_REFLECTANCE);
         plan_skip(report, "plane sub_reflectance", "lens samples make the picture");
     }

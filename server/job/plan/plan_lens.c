@@ -136,7 +136,7 @@ static void plan_extra(const struct job *job, struct plan *plan, struct plan_rep
         plan_skip(report, "sampling.lens_extra", "no layer of this plan shows the picture");
     } else {
         plan->lens_extra = job->lens_extra;
-        plan->planes |= PLANE_BIT(LENS_MORE);
+        plan->planes |= PLANE_BIT(LENS_SECOND_SET);
         plan->capabilities |= CAPABILITY_STRATA_MAPS;
     }
 }
@@ -144,7 +144,7 @@ static void plan_extra(const struct job *job, struct plan *plan, struct plan_rep
 void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *report)
 {
     plan->lens_extra = 0;
-    plan->planes &= ~PLANE_BIT(LENS_MORE);
+    plan->planes &= ~PLANE_BIT(LENS_SECOND_SET);
     plan->capabilities &= ~(uint32_t)CAPABILITY_STRATA_MAPS;
     plan_skip(report, "sampling.lens_extra", "%s", why);
     plan_warn(report, "sampling.lens_extra is left out: %s", why);

@@ -122,17 +122,17 @@ void plan_lens(const struct job *job, struct plan *plan, struct plan_report *rep
 /* Takes second sets through the lens out of the plan, because of `why`. Only the lens has such
  * sets. */
 void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *report);
-/* Chooses which light fields light the lens samples (enum lens_light), with a sentence that says
+/* Chooses which light fields light the lens samples (enum lens_relight), with a sentence that says
  * why. They do where a filter of the lens runs and one of light fields would. Where fields cover
  * the scene these are shadows and indirect light, else indirect light alone. */
-uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene,
-                                const struct plan *plan, const struct plan_emitters *emitters,
-                                char why[PLAN_FILTER_WHY_BYTES]);
-const char *plan_lens_light_name(uint32_t light);
+uint32_t plan_choose_lens_relight(const struct job *job, const struct scene *scene,
+                                  const struct plan *plan, const struct plan_emitters *emitters,
+                                  char why[PLAN_FILTER_WHY_BYTES]);
+const char *plan_lens_relight_name(uint32_t light);
 /* Plans the planes of the fields that light lens samples, and their filters, or none. It runs
  * before plan_lens. */
-void plan_lens_light(const struct job *job, const struct scene *scene, struct plan *plan,
-                     struct plan_report *report);
+void plan_lens_relight(const struct job *job, const struct scene *scene, struct plan *plan,
+                       struct plan_report *report);
 
 /* Drops strata that no layer shows: a path takes one point of one light. */
 void plan_path_lights(const struct job *job, struct plan *plan, struct plan_report *report);

@@ -134,7 +134,8 @@ static json_t *samples_of(const struct plan *plan)
         light += (uint64_t)plan->lights[k].strata_per_axis * plan->lights[k].strata_per_axis;
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
-    const bool centres = plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_MORE);
+    const bool centres =
+        plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_SECOND_SET);
     json_t *samples = NULL;
     if (lens > 0)
         samples = json_pack("{s:i,s:i,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias", 0,
@@ -212,8 +213,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "glossy_filter_why", report->glossy_filter_why, "lens_filter",
         plan_lens_filter_name(plan->lens_filter), "lens_filter_why", report->lens_filter_why,
         "residual_filter", plan_residual_filter_name(plan->residual_filter), "residual_filter_why",
-        report->residual_filter_why, "lens_light", plan_lens_light_name(plan->lens_light),
-        "lens_light_why", report->lens_light_why, "skipped", skips_of(report), "lights",
+        report->residual_filter_why, "lens_relight", plan_lens_relight_name(plan->lens_relight),
+        "lens_relight_why", report->lens_relight_why, "skipped", skips_of(report), "lights",
         lights_of(plan, report), "environment", environment_of(plan, report), "emitters",
         emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
         "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,

@@ -3,7 +3,7 @@
 #include "server/reconstruct/glossy/glossy.h"
 #include "server/reconstruct/indirect/indirect.h"
 #include "server/reconstruct/lens/lens.h"
-#include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/lighting/lens_relight.h"
 #include "server/reconstruct/residual/residual.h"
 #include "server/reconstruct/shadow/shadow.h"
 
@@ -18,9 +18,9 @@ struct block_statistics {
     struct glossy_statistics glossy;
     struct residual_statistics residual;
     struct lens_statistics lens;
-    struct lens_light_statistics lens_light;
+    struct lens_relight_statistics lens_relight;
     uint64_t shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
         lens_cpu_us; /* CPU time of the filters */
     uint64_t residual_cpu_us;
-    uint64_t lens_light_cpu_us; /* CPU time of looking light up for lens samples */
+    uint64_t lens_relight_cpu_us; /* CPU time of looking light up for lens samples */
 };

@@ -5,7 +5,7 @@
 
 #include "proto/runtime/clock.h"
 #include "server/reconstruct/lens/lens.h"
-#include "server/reconstruct/lens/lens_extra.h"
+#include "server/reconstruct/lens/lens_second_set.h"
 #include "server/reconstruct/lighting/lighting.h"
 
 static const char *const channels[] = {"R", "G", "B"};
@@ -32,9 +32,9 @@ static int filter(const struct plan *plan, const struct patch *patch, struct rec
     const uint64_t start_us = thread_cpu_us();
     struct lens_statistics lens = {0};
     int error = lens_filter(plan, patch, block, out->rgb, out->width_px, &lens);
-    if (!error && patch->lens_paths) error = lens_extra_mix(plan, patch, block, out->rgb);
+    if (!error && patch->lens_paths) error = lens_second_set_mix(plan, patch, block, out->rgb);
     if (!error && patch->lens_levels)
-        error = lens_extra_levels(plan, patch, block, patch->lens_levels);
+        error = lens_second_set_levels(plan, patch, block, patch->lens_levels);
     if (plan->lens_filter == LENS_FILTER_NONE) return error;
     statistics->lens = lens;
     statistics->lens_cpu_us = thread_cpu_us() - start_us;
@@ -64,7 +64,7 @@ static int mix(const struct plan *plan, const struct patch *patch, struct rect b
 {
     const uint64_t start_us = thread_cpu_us();
     for (int c = 0; c < 3; c++) take(patch, image_plane(image, channels[c]), block, seen->rgb[c]);
-    const int error = lens_extra_mix(plan, patch, block, seen->rgb);
+    const int error = lens_second_set_mix(plan, patch, block, seen->rgb);
     statistics->lens_cpu_us = thread_cpu_us() - start_us;
     return error;
 }
@@ -121,8 +121,8 @@ int defocus_compose_lit(const struct plan *plan, struct patch *patch, struct rec
 {
     const struct rect seen = rect_intersect(rect_grow(block, lens_halo_px(plan)), patch->rect);
     const uint64_t start_us = thread_cpu_us();
-    const int error = lens_light_take(plan, patch, lighting, lit, seen, block, patch->lens_radiance,
-                                      &statistics->lens_light);
-    statistics->lens_light_cpu_us = thread_cpu_us() - start_us;
+    const int error = lens_relight_take(plan, patch, lighting, lit, seen, block,
+                                        patch->lens_radiance, &statistics->lens_relight);
+    statistics->lens_relight_cpu_us = thread_cpu_us() - start_us;
     return error ? error : defocus_compose(plan, patch, block, image, statistics);
 }

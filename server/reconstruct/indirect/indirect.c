@@ -199,7 +199,7 @@ static void fill_isolated(const struct indirect *f, const struct indirect_rule *
     float *const out[3] = {indirect_neighbourhood_spare(around, 0),
                            indirect_neighbourhood_spare(around, 1),
                            indirect_neighbourhood_spare(around, 2)};
-    const bool lens = f->plan->lens_light != LENS_LIGHT_OWN;
+    const bool lens = f->plan->lens_relight != LENS_RELIGHT_OWN;
     if (!lens || f->error || f->count < 3 || f->patch->bounces) return;
     *isolated += indirect_isolated_fill(f->plan, f->patch, around, f->inner,
                                         (int32_t)(ISOLATED_REACH * rule->most_px), f->in, out);

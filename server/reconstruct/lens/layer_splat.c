@@ -98,7 +98,7 @@ static void add_run(const struct lens_field *f, const struct lens_cells *c, uint
     splat->height = f->height + line;
     splat->x = run.x;
     splat->stratum = (float)(j % f->l);
-    for (uint32_t k = 0; k < 3; k++) splat->light[k] = lens_light(f, j, k, run.x, y);
+    for (uint32_t k = 0; k < 3; k++) splat->light[k] = lens_sample_light(f, j, k, run.x, y);
     f->kernels->add(splat, (uint32_t)(run.end - run.x), c->sums);
 }
 

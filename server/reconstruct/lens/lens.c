@@ -75,7 +75,7 @@ static void add_focus(const struct lens_field *f, int32_t x, int32_t y, struct f
         if (s < low) continue;
         sum->met += 1.0f;
         for (uint32_t k = 0; k < 3; k++) {
-            const float c = *lens_light(f, j, k, x, y);
+            const float c = *lens_sample_light(f, j, k, x, y);
             sum->light[k] += c;
             sum->light[3] += c * c;
         }
@@ -180,7 +180,7 @@ static struct lens_focus focus_of(const struct lens_field *f, int32_t y)
     const int32_t x = f->wide.x0;
     const size_t p = lens_wide(f, x, y);
     struct lens_focus out = {.slope = lens_slopes(f, 0, x, y),
-                             .light = lens_light(f, 0, 0, x, y),
+                             .light = lens_sample_light(f, 0, 0, x, y),
                              .area = (size_t)rect_area(f->patch->rect),
                              .samples = f->l * f->l,
                              .shares = f->share + p};

@@ -80,8 +80,8 @@ static inline const float *lens_slopes(const struct lens_field *f, uint32_t samp
     const size_t area = (size_t)rect_area(f->patch->rect);
     return f->patch->lens_slope + sample * area + patch_pixel(f->patch, x, y);
 }
-static inline const float *lens_light(const struct lens_field *f, uint32_t sample, uint32_t channel,
-                                      int32_t x, int32_t y)
+static inline const float *lens_sample_light(const struct lens_field *f, uint32_t sample,
+                                             uint32_t channel, int32_t x, int32_t y)
 {
     const size_t area = (size_t)rect_area(f->patch->rect);
     return f->patch->lens_radiance + (sample * 3 + channel) * area + patch_pixel(f->patch, x, y);

@@ -116,8 +116,8 @@ static void average_row(const struct residual *r, uint32_t n, uint32_t c, int32_
 {
     const struct lens_field *f = r->field;
     const size_t area = 3 * (size_t)rect_area(f->patch->rect), at = (size_t)y * (size_t)r->width;
-    r->kernels->average(lens_light(f, 0, c, f->wide.x0, f->wide.y0 + y), area, n, (size_t)r->width,
-                        r->average[c] + at, r->own + at);
+    r->kernels->average(lens_sample_light(f, 0, c, f->wide.x0, f->wide.y0 + y), area, n,
+                        (size_t)r->width, r->average[c] + at, r->own + at);
 }
 
 /* Averages, and how much their squared errors may be, summed over the channels: the samples'

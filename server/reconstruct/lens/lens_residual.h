@@ -6,7 +6,7 @@
  * as it exceeds that noise. More samples leave less noise, so more is added, over fewer pixels, and
  * the bias of the layers vanishes. Pixels nearly in focus whose samples agree, such as mirror
  * images of small lights, are judged alone. Errors of the samples' own light stay: light from
- * fields has the fields' resolution (lens_light.h). */
+ * fields has the fields' resolution (lens_relight.h). */
 #include "server/reconstruct/lens/lens_field.h"
 
 /* Returns how many pixels around a block it reads the layers' picture of. */

@@ -122,7 +122,7 @@ static uint32_t add_spot(struct disocclusion *d, size_t cell, const float point[
     return (uint32_t)d->spot_count++;
 }
 
-int disocclusion_add(struct disocclusion *d, const struct lens_light_row *r, uint32_t i,
+int disocclusion_add(struct disocclusion *d, const struct lens_relight_row *r, uint32_t i,
                      const float light[3], const float rest[3], uint32_t shares, size_t at)
 {
     const size_t column = (size_t)r->column[i] + (r->across[i] >= 0.5f ? 1 : 0);

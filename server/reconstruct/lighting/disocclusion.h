@@ -3,7 +3,7 @@
  * behind the edges of near things. Each such sample has only its own path's light, which is noisy.
  * Samples of one surface that lie near each other, as seen from the centre, share their light: it
  * is averaged over a few pixels, which shrink to one pixel as samples grow, the resolution of
- * looked-up light (lens_light.h).
+ * looked-up light (lens_relight.h).
  *
  * Where shapes are finer than pixels a surface has few samples around. Until they suffice, surfaces
  * that face about the same way and lie about as far away are taken, too: other samples without
@@ -50,7 +50,7 @@ void disocclusion_fini(struct disocclusion *d);
 
 /* Adds sample i of the row, with its light and rest. Returns 1 if it is in the list, as `at`; 0 if
  * its cell has too many other surfaces and it keeps both; ERR_MEMORY. */
-int disocclusion_add(struct disocclusion *d, const struct lens_light_row *row, uint32_t i,
+int disocclusion_add(struct disocclusion *d, const struct lens_relight_row *row, uint32_t i,
                      const float light[3], const float rest[3], uint32_t shares, size_t at);
 
 /* Returns light and rest of a sample of the list, after all have been added. `pixels` are the

@@ -23,7 +23,8 @@ static void add_layer(struct lens_cull *c, uint32_t layer, uint32_t l)
         c->least[d] = fminf(c->least[d], least);
 }
 
-/* Other filters read all that they see. Samples of `near` tell of errors, too (lens_extra.h). */
+/* Other filters read all that they see. Samples of `near` tell of errors, too (lens_second_set.h).
+ */
 void lens_cull_init(const struct plan *plan, struct rect block, struct rect seen,
                     struct lens_cull *out)
 {

@@ -12,7 +12,7 @@
 
 static void carve(struct lens_row *r, float *at, size_t width)
 {
-    struct lens_light_row *s = &r->samples;
+    struct lens_relight_row *s = &r->samples;
     float **const floats[FLOATS] = {&r->along,    &r->across,    &r->height,    &r->left,
                                     &r->length,   &s->z,         &s->across,    &s->down,
                                     &s->distance, &s->off,       &s->point[0],  &s->point[1],
@@ -32,7 +32,7 @@ static void carve(struct lens_row *r, float *at, size_t width)
     s->v = r->v;
 }
 
-static void look(const struct lens_row *r, struct rect around, struct lens_light_row *s)
+static void look(const struct lens_row *r, struct rect around, struct lens_relight_row *s)
 {
     const struct surface_view *v = &r->view;
     s->a_start = v->a_start;
@@ -57,7 +57,7 @@ int lens_row_create(const struct plan *plan, const struct patch *patch, size_t w
     *out = (struct lens_row){.plan = plan,
                              .patch = patch,
                              .lens = KERNELS_BEST(lens_kernels),
-                             .kernels = KERNELS_BEST(lens_light_kernels)};
+                             .kernels = KERNELS_BEST(lens_relight_kernels)};
     out->memory = scratch_take(patch->scratch, (FLOATS + WHOLES) * width * sizeof(float));
     if (!out->memory) return ERR_MEMORY;
     carve(out, out->memory, width);
@@ -101,7 +101,7 @@ void lens_row_line(struct lens_row *r, uint32_t i)
 void lens_row_place(struct lens_row *r, uint32_t k, uint32_t begin, uint32_t end)
 {
     const struct patch *p = r->patch;
-    struct lens_light_row *s = &r->samples;
+    struct lens_relight_row *s = &r->samples;
     const uint32_t sample = r->line * r->pattern.l + k;
     const size_t at = sample * (size_t)rect_area(p->rect) + patch_pixel(p, r->x, r->y);
     s->k = k;

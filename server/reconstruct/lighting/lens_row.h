@@ -2,14 +2,14 @@
 /* Places the lens samples of a row of pixels in the view of the lens' centre. */
 #include "proto/lens_pattern.h"
 #include "server/reconstruct/lens/lens_kernels.h"
-#include "server/reconstruct/lighting/lens_light_kernels.h"
+#include "server/reconstruct/lighting/lens_relight_kernels.h"
 #include "server/reconstruct/patch/surface.h"
 
 struct lens_row {
     const struct plan *plan;
     const struct patch *patch;
     const struct lens_kernels *lens;
-    const struct lens_light_kernels *kernels;
+    const struct lens_relight_kernels *kernels;
     struct surface_view view;
     struct lens_pattern pattern;
     float *along, *across;         /* jitters of the pixels' lens points */
@@ -17,7 +17,7 @@ struct lens_row {
     uint32_t *order, *u, *v;       /* path_seeds of points in pixels */
     int32_t x, y;                  /* of the first pixel */
     uint32_t count, line;
-    struct lens_light_row samples; /* the samples placed last, along the world's axes */
+    struct lens_relight_row samples; /* the samples placed last, along the world's axes */
     void *memory;
 };
 

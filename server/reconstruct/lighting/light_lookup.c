@@ -85,7 +85,7 @@ struct surface_matches {
 
 static inline struct surface_matches compare(const struct light_lookup_pixel *a,
                                              const struct light_lookup_pixel *b,
-                                             const struct lens_light_row *s, uint32_t i)
+                                             const struct lens_relight_row *s, uint32_t i)
 {
     __m128 x = a[0].plane, y = a[1].plane, z = b[0].plane, d = b[1].plane;
     _MM_TRANSPOSE4_PS(x, y, z, d);
@@ -138,7 +138,7 @@ struct weights {
     float of[4], sum;
 };
 
-static struct weights weigh(const struct light_lookup *l, const struct lens_light_row *s,
+static struct weights weigh(const struct light_lookup *l, const struct lens_relight_row *s,
                             uint32_t i, struct surface_matches like)
 {
     const struct shown_surface sample = {
@@ -182,7 +182,7 @@ static void look_up_lobes(const lens_quad *a, const lens_quad *b, const struct w
     for (int c = 0; c < 3; c++) gloss[c] = sum[c] / weights;
 }
 
-static bool look_up_some(const struct light_lookup *l, const struct lens_light_row *s, uint32_t i,
+static bool look_up_some(const struct light_lookup *l, const struct lens_relight_row *s, uint32_t i,
                          struct surface_matches like, float light[3], float gloss[3])
 {
     const struct weights w = weigh(l, s, i, like);
@@ -196,7 +196,7 @@ static bool look_up_some(const struct light_lookup *l, const struct lens_light_r
     return true;
 }
 
-bool light_lookup_at(const struct light_lookup *l, const struct lens_light_row *row, uint32_t i,
+bool light_lookup_at(const struct light_lookup *l, const struct lens_relight_row *row, uint32_t i,
                      float light[3], float gloss[3])
 {
     const struct light_lookup_pixel *a =

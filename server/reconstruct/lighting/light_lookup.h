@@ -1,6 +1,6 @@
 #pragma once
 /* Looks up the lighting of pixel centres for lens samples. */
-#include "server/reconstruct/lighting/lens_light_kernels.h"
+#include "server/reconstruct/lighting/lens_relight_kernels.h"
 #include "server/reconstruct/lighting/lighting.h"
 #include "server/reconstruct/patch/surface.h"
 
@@ -44,5 +44,5 @@ static inline struct rect light_lookup_around(struct rect rect)
  * what their glossy lobes see if `lobes` is set. Returns false if no pixel does. Points must lie
  * near each other's planes: at a round edge the pixel's own plane contains the ray, and with it
  * what lies far behind. */
-bool light_lookup_at(const struct light_lookup *l, const struct lens_light_row *row, uint32_t i,
+bool light_lookup_at(const struct light_lookup *l, const struct lens_relight_row *row, uint32_t i,
                      float light[3], float gloss[3]);

@@ -47,12 +47,12 @@ struct patch {
      * under which pixels may differ. */
     float *bounces;
     float *glossy_rays;       /* of the lobe */
-    float *lens_paths;        /* of lens_more: 0 or PLAN_LENS_EXTRA_STRATA squared */
+    float *lens_paths;        /* of lens_second_set: 0 or PLAN_LENS_EXTRA_STRATA squared */
     struct patch_paths paths; /* also without rounds */
     struct patch_light lights[LIMIT_LIGHTS];
     bool lens_drawn;      /* whether the picture holds the filtered first sets */
     uint8_t *lens_levels; /* borrowed: how much each pixel of the composed block needs a second set
-                             (lens_extra.h), row by row; NULL: not wanted */
+                             (lens_second_set.h), row by row; NULL: not wanted */
     struct lone_share lone;   /* of the core; entries owned */
     struct mixed_share mixed; /* the same */
     struct scratch *scratch;  /* borrowed: of the patch, and for work on it; NULL: the heap */

@@ -47,7 +47,7 @@ const combined = {
   name: "combined", title: "all effects through a lens", layer: "beauty", region: "all pixels",
   parts: { away: "visibility,0.5,1.5", edges: "visibility,-0.5,0.5" },
   relative: true, samples: "lens samples a pixel", error: "RMSE over mean radiance",
-  methods: ["average", "paths", "auto"], against: ["average", "paths"], at: 9, stage: "lens_light",
+  methods: ["average", "paths", "auto"], against: ["average", "paths"], at: 9, stage: "lens_relight",
   filter: (method) => ({ method: method === "paths" ? "none" : method }), layers: ["beauty"],
   says: "of the picture over all pixels, as parts of its mean; \"edges\" are those whose slopes over 256 lens samples do not lie " +
     "within one pixel; the variance of the reference itself, known from its two halves, is taken off" };

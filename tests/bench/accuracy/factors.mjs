@@ -38,7 +38,7 @@ export function errorAt(points, x) {
 }
 
 // CPU seconds of the filter itself, of a row or of what it cost with another instruction set.
-export const filterSeconds = ({ cpu_s }) => ["shadow", "indirect", "lens", "lens_light"].reduce((sum, stage) => sum + (cpu_s[stage] ?? 0), 0);
+export const filterSeconds = ({ cpu_s }) => ["shadow", "indirect", "lens", "lens_relight"].reduce((sum, stage) => sum + (cpu_s[stage] ?? 0), 0);
 
 // For every scene, method and count: factors against a plainer method.
 export function equalError(rows, against, part = "judged") {

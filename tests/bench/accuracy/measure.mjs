@@ -11,7 +11,7 @@ export const SEED = 3;
 const median = (values) => values.slice().sort((a, b) => a - b)[Math.floor((values.length - 1) / 2)];
 
 // From samples to the picture, whoever does it: what the methods differ in.
-const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect", "glossy", "lens", "lens_light"]
+const judgedSeconds = (cpu) => ["trace", "pack", "decode", "reconstruct", "shadow", "indirect", "glossy", "lens", "lens_relight"]
   .reduce((sum, stage) => sum + (cpu[stage] ?? 0), 0);
 
 const least = (values) => Math.min(...values);

@@ -20,7 +20,7 @@ export const STAGES = [
   { name: "trace", of: ["trace"], color: "#0060ad", ink: "#fff" },
   { name: "transport", of: ["pack", "decode"], color: "#8ec1e8", ink: "#111" },
   { name: "resolve", of: ["reconstruct"], color: "#f0d27a", ink: "#111" },
-  { name: "filters", of: ["shadow", "indirect", "glossy", "lens", "lens_light"], color: "#c2410c", ink: "#fff" },
+  { name: "filters", of: ["shadow", "indirect", "glossy", "lens", "lens_relight"], color: "#c2410c", ink: "#fff" },
   { name: "files", of: ["encode"], color: "#4c9a7a", ink: "#111" },
   { name: "coordinate", of: ["coordinate"], color: "#5b3a73", ink: "#fff" },
   { name: "other", of: [], color: "#d4d4d4", ink: "#111" }];

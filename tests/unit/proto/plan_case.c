@@ -63,7 +63,7 @@ void plan_case(struct plan *plan)
         .bounces = 1,
         .indirect_strata_per_axis = 3,
         .lens_strata_per_axis = 2,
-        .lens_light = LENS_LIGHT_DIFFUSE,
+        .lens_relight = LENS_RELIGHT_DIFFUSE,
         .radiance_scale = 0.25f,
         .length_unit = 8,
         .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_PATHS,

@@ -6,7 +6,7 @@
 #include "proto/samples.h"
 
 #define PLAN_CASE_PLANES                                                                           \
-    ((PLANE_BIT(ID_COUNT) - 1) & ~(PLANE_BIT(LENS_MORE) | PLANE_BIT(LENS_LOBE)))
+    ((PLANE_BIT(ID_COUNT) - 1) & ~(PLANE_BIT(LENS_SECOND_SET) | PLANE_BIT(LENS_LOBE)))
 
 #define PLAN_CASE_LIGHT_PLANES ((1u << LIGHT_PLANE_COUNT) - 1)
 

@@ -24,5 +24,5 @@ void without_lens(struct plan *plan)
 {
     plan->camera.aperture_radius = 0;
     plan->planes &= ~PLANES_LENS;
-    plan->lens_strata_per_axis = plan->lens_light = 0;
+    plan->lens_strata_per_axis = plan->lens_relight = 0;
 }

@@ -18,7 +18,7 @@ static void mixed_case(void)
     plan_case(&plan);
     plan.camera.aperture_radius = 0.0f;
     plan.paths = (struct plan_paths){0};
-    plan.lens_strata_per_axis = plan.lens_light = 0;
+    plan.lens_strata_per_axis = plan.lens_relight = 0;
     plan.planes = (plan.planes & ~(PLANES_PATH | PLANES_LENS_ALL)) | BIT(MIXED) | BIT(LONE);
 }
 

@@ -35,8 +35,8 @@ TEST(lens_samples_are_checked)
     EXPECT(plan.planes &= ~radiance, ERR_LIMIT, "lens_strata_per_axis");
     EXPECT((plan.planes &= ~radiance, plan.lens_strata_per_axis = 0), ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~slope, ERR_RANGE, "planes");
-    EXPECT((plan.planes &= ~(slope | PLANES_LENS_SURFACE), plan.lens_light = 0), ERR_OK, "");
-    EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = plan.lens_light = 0), ERR_OK,
+    EXPECT((plan.planes &= ~(slope | PLANES_LENS_SURFACE), plan.lens_relight = 0), ERR_OK, "");
+    EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = plan.lens_relight = 0), ERR_OK,
            "");
     EXPECT(plan.camera.aperture_radius = 0, ERR_RANGE, "planes");
     EXPECT(plan.lens_filter = LENS_FILTER_AXIS_ALIGNED, ERR_OK, "");
@@ -49,30 +49,31 @@ TEST(lens_samples_are_checked)
 }
 
 #define LOBES                                                                                      \
-    plan.planes |= PLANE_BIT(LENS_LOBE), plan.lens_light = LENS_LIGHT_INDIRECT,                    \
+    plan.planes |= PLANE_BIT(LENS_LOBE), plan.lens_relight = LENS_RELIGHT_INDIRECT,                \
                                          plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT
 
 /* Light fields that light lens samples are there, and all that these tell of their surfaces. */
 TEST(light_of_lens_samples_is_checked)
 {
     const uint64_t surface = PLANES_LENS_SURFACE;
-    EXPECT(plan.lens_light = LENS_LIGHT_SKY + 1, ERR_RANGE, "lens_light");
-    EXPECT((plan.lens_light = LENS_LIGHT_SKY, plan.environment.kind = ENVIRONMENT_CONSTANT), ERR_OK,
-           "");
-    EXPECT((plan.lens_light = LENS_LIGHT_SKY,
+    EXPECT(plan.lens_relight = LENS_RELIGHT_SKY + 1, ERR_RANGE, "lens_relight");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_SKY, plan.environment.kind = ENVIRONMENT_CONSTANT),
+           ERR_OK, "");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_SKY,
             plan.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE}),
-           ERR_RANGE, "lens_light");
-    EXPECT(plan.lens_light = LENS_LIGHT_INDIRECT, ERR_OK, "");
-    EXPECT(plan.lens_light = LENS_LIGHT_OWN, ERR_RANGE, "planes");
+           ERR_RANGE, "lens_relight");
+    EXPECT(plan.lens_relight = LENS_RELIGHT_INDIRECT, ERR_OK, "");
+    EXPECT(plan.lens_relight = LENS_RELIGHT_OWN, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~surface, ERR_RANGE, "planes");
-    EXPECT(plan.planes &= ~PLANE_BIT(LENS_LIGHT), ERR_RANGE, "planes");
-    EXPECT((plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_OK, "");
+    EXPECT(plan.planes &= ~PLANE_BIT(LENS_OWN_LIGHT), ERR_RANGE, "planes");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_OWN, plan.planes &= ~surface), ERR_OK, "");
     EXPECT((LOBES), ERR_OK, "");
-    EXPECT((LOBES, plan.lens_light = LENS_LIGHT_DIFFUSE), ERR_RANGE, "planes");
+    EXPECT((LOBES, plan.lens_relight = LENS_RELIGHT_DIFFUSE), ERR_RANGE, "planes");
     EXPECT((LOBES, plan.glossy_filter = GLOSSY_FILTER_NONE), ERR_RANGE, "planes");
-    EXPECT((LOBES, plan.lens_light = LENS_LIGHT_OWN, plan.planes &= ~surface), ERR_RANGE, "planes");
+    EXPECT((LOBES, plan.lens_relight = LENS_RELIGHT_OWN, plan.planes &= ~surface), ERR_RANGE,
+           "planes");
     EXPECT(plan.planes &= ~PLANE_BIT(NORMAL), ERR_RANGE, "planes");
-    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
+    EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
             plan.planes &= ~(PLANES_BOUNCE_RAYS | PLANES_GLOSSY), plan.bounces = 0,
             plan.occlusion_distance = 0, plan.planes &= ~PLANE_BIT(PATH_VISIBILITY)),
            ERR_RANGE, "planes");
@@ -81,25 +82,25 @@ TEST(light_of_lens_samples_is_checked)
 /* Mirrors are looked through where fields light what they show; each is a scattering. */
 TEST(mirrors_are_checked)
 {
-    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1), ERR_OK, "");
-    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 2), ERR_LIMIT,
+    EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.lens_mirrors = 1), ERR_OK, "");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.lens_mirrors = 2), ERR_LIMIT,
            "lens_mirrors");
-    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 4), ERR_OK,
-           "");
-    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 5),
+    EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 4),
+           ERR_OK, "");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.bounces = 9, plan.lens_mirrors = 5),
            ERR_LIMIT, "lens_mirrors");
     EXPECT(plan.lens_mirrors = 1, ERR_LIMIT, "lens_mirrors");
-    EXPECT((plan.lens_light = LENS_LIGHT_INDIRECT, plan.lens_mirrors = 1,
+    EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.lens_mirrors = 1,
             plan.indirect_filter = INDIRECT_FILTER_SHEARED),
            ERR_LIMIT, "lens_mirrors");
-    EXPECT((LOBES, plan.lens_rest = 1), ERR_OK, "");
-    EXPECT((LOBES, plan.lens_rest = 2), ERR_LIMIT, "lens_rest");
-    EXPECT(plan.lens_rest = 1, ERR_LIMIT, "lens_rest");
+    EXPECT((LOBES, plan.lens_lobes_only = 1), ERR_OK, "");
+    EXPECT((LOBES, plan.lens_lobes_only = 2), ERR_LIMIT, "lens_lobes_only");
+    EXPECT(plan.lens_lobes_only = 1, ERR_LIMIT, "lens_lobes_only");
 }
 
 #define EXTRA                                                                                      \
     (plan.lens_extra = 9, plan.lens_filter = LENS_FILTER_SHEARED,                                  \
-     plan.planes |= PLANE_BIT(LENS_MORE))
+     plan.planes |= PLANE_BIT(LENS_SECOND_SET))
 
 /* Second sets through the lens belong to its sheared filter, and have their plane. */
 TEST(lens_extra_is_checked)
@@ -108,7 +109,7 @@ TEST(lens_extra_is_checked)
     EXPECT((EXTRA, plan.lens_extra = 36), ERR_OK, "");
     EXPECT((EXTRA, plan.lens_extra = 37), ERR_LIMIT, "lens_extra");
     EXPECT((EXTRA, plan.lens_extra = 0), ERR_RANGE, "planes");
-    EXPECT((EXTRA, plan.planes &= ~PLANE_BIT(LENS_MORE)), ERR_RANGE, "planes");
+    EXPECT((EXTRA, plan.planes &= ~PLANE_BIT(LENS_SECOND_SET)), ERR_RANGE, "planes");
     EXPECT((EXTRA, plan.lens_filter = LENS_FILTER_AXIS_ALIGNED), ERR_RANGE, "lens_extra");
     EXPECT((EXTRA, ADAPTIVE), ERR_RANGE, "lens_extra");
 }
@@ -124,7 +125,7 @@ TEST(second_sets_through_the_lens_are_checked)
         .number = last, .strata = PLAN_LENS_EXTRA_STRATA, .strata_map = strata_map};
     assert_true(plan_has_rounds(&plan));
     assert_int_equal(plan_strata_maps(&plan), 1); /* though it asks how far lobes see */
-    assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_MORE);
+    assert_true(plan_pass_planes(&plan, last) == PLANES_LENS_SECOND_SET);
     assert_int_equal(plan_pass_check(&plan, &pass), 0);
     assert_int_equal(plan_strata_map_check(&pass, 4), 0);
     pass.lobes = strata_map;

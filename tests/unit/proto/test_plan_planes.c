@@ -37,15 +37,15 @@ TEST(paths_are_checked)
 TEST(paths_stand_alone)
 {
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 0, plan.sub_samples = 0,
-            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_relight = 0,
             plan.bounces = LIMIT_INDIRECT_BOUNCES),
            ERR_OK, "");
     EXPECT((plan.planes = PLANES_PATH,
-            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_light = 0,
+            plan.indirect_strata_per_axis = plan.lens_strata_per_axis = plan.lens_relight = 0,
             plan.bounces = 0),
            ERR_OK, "");
     EXPECT((plan.planes = PLANES_PATH, plan.light_planes = 1u << LIGHT_PLANE_SLOPES,
-            plan.indirect_strata_per_axis = 1, plan.lens_strata_per_axis = plan.lens_light = 0),
+            plan.indirect_strata_per_axis = 1, plan.lens_strata_per_axis = plan.lens_relight = 0),
            ERR_LIMIT, "indirect_strata_per_axis");
 }
 
@@ -64,11 +64,11 @@ TEST(planes_and_counts_are_checked)
     EXPECT((plan.indirect_strata_per_axis = 256, plan.planes &= ~PLANE_BIT(INDIRECT_STRATA)),
            ERR_OK, "");
     EXPECT((plan.bounces = 0, plan.planes = 1, plan.paths = (struct plan_paths){0},
-            plan.occlusion_distance = 0, plan.lens_strata_per_axis = plan.lens_light = 0),
+            plan.occlusion_distance = 0, plan.lens_strata_per_axis = plan.lens_relight = 0),
            ERR_LIMIT, "indirect_strata_per_axis");
     EXPECT((plan.planes = 0, plan.occlusion_distance = 0, plan.light_planes = 0,
             plan.sub_samples = 0, plan.indirect_strata_per_axis = 0,
-            plan.lens_strata_per_axis = plan.lens_light = 0, plan.paths = (struct plan_paths){0}),
+            plan.lens_strata_per_axis = plan.lens_relight = 0, plan.paths = (struct plan_paths){0}),
            ERR_OK, "");
     EXPECT(plan.radiance_scale = 0.3f, ERR_RANGE, "radiance_scale");
     EXPECT(plan.radiance_scale = 0, ERR_RANGE, "radiance_scale");
@@ -82,7 +82,7 @@ static void lone_case(struct plan *plan)
 {
     plan->paths = (struct plan_paths){0};
     plan->camera.aperture_radius = 0.0f;
-    plan->lens_strata_per_axis = plan->lens_light = 0;
+    plan->lens_strata_per_axis = plan->lens_relight = 0;
     plan->planes = (plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL)) | PLANE_BIT(LONE);
     plan->occlusion_distance = 1.0f;
 }
@@ -121,7 +121,7 @@ TEST(mixed_pixels_are_checked)
 static void paths_case(struct plan *plan)
 {
     plan->camera.aperture_radius = 0.0f;
-    plan->lens_strata_per_axis = plan->lens_light = plan->sub_samples = 0;
+    plan->lens_strata_per_axis = plan->lens_relight = plan->sub_samples = 0;
     plan->indirect_strata_per_axis = 0;
     plan->planes = PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID) | PLANE_BIT(PATH_RADIANCE) |
                    PLANE_BIT(MIXED);

@@ -10,7 +10,7 @@ static void plan_of_formula(uint64_t without)
     plan.light_count = 1;
     plan.planes &= ~(without | PLANES_PATH_ALL);
     if (!(plan.planes & PLANES_LENS)) plan.lens_strata_per_axis = 0;
-    if (!(plan.planes & PLANES_LENS_SURFACE)) plan.lens_light = LENS_LIGHT_OWN;
+    if (!(plan.planes & PLANES_LENS_SURFACE)) plan.lens_relight = LENS_RELIGHT_OWN;
     plan.shadow_filter = SHADOW_FILTER_SHEARED;
 }
 
@@ -64,7 +64,7 @@ TEST(layouts_do_not_overlap)
 {
     struct samples_layout layout;
     plan_case(&plan);
-    plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
+    plan.planes |= BIT(LENS_SECOND_SET) | BIT(LENS_LOBE);
     assert_int_equal(samples_layout_init(&layout, &plan, 0, 5, 3), 0);
     uint64_t sum = 0;
     for (uint32_t p = 0; p < PLANE_ID_COUNT; p++) {
@@ -112,7 +112,7 @@ static void round_trip(struct samples *s, uint64_t expected_dropped)
 TEST(planes_round_trip)
 {
     plan_case(&plan);
-    plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
+    plan.planes |= BIT(LENS_SECOND_SET) | BIT(LENS_LOBE);
     for (size_t i = 0; i < SIZES; i++) {
         struct samples *s = create(sizes[i][0], sizes[i][1]);
         samples_case_fill(s, UINT64_MAX, 15, i);
@@ -133,7 +133,7 @@ static uint64_t some_set(uint32_t i)
 TEST(every_set_of_filled_planes_round_trips)
 {
     plan_case(&plan);
-    plan.planes |= BIT(LENS_MORE) | BIT(LENS_LOBE);
+    plan.planes |= BIT(LENS_SECOND_SET) | BIT(LENS_LOBE);
     for (uint32_t i = 0; i < LIGHT_FIELD_SETS; i++) {
         const uint64_t planes = some_set(i);
         struct samples *s = create(7, 3);

@@ -132,7 +132,7 @@ TEST(damage_does_no_harm)
         struct samples *s, *back;                                                                  \
         struct fault fault = {0};                                                                  \
         plan_case(&plan);                                                                          \
-        plan.planes |= BIT(LENS_MORE);                                                             \
+        plan.planes |= BIT(LENS_SECOND_SET);                                                       \
         s = create(7, 3);                                                                          \
         samples_case_fill(s, UINT64_MAX, 15, 1);                                                   \
         change;                                                                                    \
@@ -182,12 +182,13 @@ TEST(numbers_are_checked)
     EXPECT(samples_u16(s, PLANE_LENS_SLOPE, 0)[at] = HALF_NAN, ERR_NOT_FINITE, "lens_slope[0]");
     EXPECT(samples_u16(s, PLANE_LENS_DEPTH, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_depth[3]");
     EXPECT(samples_u32(s, PLANE_LENS_ALBEDO, 3)[at] = UINT32_MAX, ERR_OK, "");
-    EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf5ffffffu, ERR_OK, "");
-    EXPECT(samples_u32(s, PLANE_LENS_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE, "lens_light[3]");
+    EXPECT(samples_u32(s, PLANE_LENS_OWN_LIGHT, 3)[at] = 0xf5ffffffu, ERR_OK, "");
+    EXPECT(samples_u32(s, PLANE_LENS_OWN_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE, "lens_own_light[3]");
     EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
            "lens_coverage[0]");
-    EXPECT(samples_f32(s, PLANE_LENS_MORE, 3)[at] = -1.0f, ERR_RANGE, "lens_more[3]");
-    EXPECT(samples_f32(s, PLANE_LENS_MORE, 0)[at] = NAN, ERR_NOT_FINITE, "lens_more[0]");
+    EXPECT(samples_f32(s, PLANE_LENS_SECOND_SET, 3)[at] = -1.0f, ERR_RANGE, "lens_second_set[3]");
+    EXPECT(samples_f32(s, PLANE_LENS_SECOND_SET, 0)[at] = NAN, ERR_NOT_FINITE,
+           "lens_second_set[0]");
     EXPECT(samples_light_irradiance(s, 2)[at] = NAN, ERR_NOT_FINITE, "lights[2].irradiance");
     EXPECT(samples_light_irradiance(s, 2)[at] = -1e-30f, ERR_RANGE, "lights[2].irradiance");
     EXPECT(samples_light_slope(s, 3, 0)[at] = HALF_NEGATIVE, ERR_RANGE, "lights[3].slopes");

@@ -16,7 +16,7 @@ static void find_light(const struct path_context *c, const struct path_harvest *
                        float out[3])
 {
     const struct path_rgb *direct = &h->diffuse_direct, *indirect = &h->diffuse_indirect;
-    const bool all = c->plan->lens_light != LENS_LIGHT_INDIRECT;
+    const bool all = c->plan->lens_relight != LENS_RELIGHT_INDIRECT;
     const float light[3] = {indirect->r[slot] + (all ? direct->r[slot] : 0.0f),
                             indirect->g[slot] + (all ? direct->g[slot] : 0.0f),
                             indirect->b[slot] + (all ? direct->b[slot] : 0.0f)};
@@ -30,7 +30,7 @@ void lens_surface_take_out(const struct path_context *c, size_t slot, struct pat
 {
     struct path_rgb *left = &h->indirect;
     const struct path_rgb *albedo = &h->albedo, *brought = &h->diffuse_indirect;
-    if (c->plan->lens_light == LENS_LIGHT_DIFFUSE) {
+    if (c->plan->lens_relight == LENS_RELIGHT_DIFFUSE) {
         struct path_rgb *direct = &h->direct;
         const bool good = direct->r[slot] + direct->g[slot] + direct->b[slot] < INFINITY;
         if (good) direct->r[slot] = direct->g[slot] = direct->b[slot] = 0.0f;
@@ -38,7 +38,7 @@ void lens_surface_take_out(const struct path_context *c, size_t slot, struct pat
         if (finite) left->r[slot] = left->g[slot] = left->b[slot] = 0.0f;
         return;
     }
-    if (c->plan->lens_light == LENS_LIGHT_SKY) {
+    if (c->plan->lens_relight == LENS_RELIGHT_SKY) {
         struct path_rgb *direct = &h->direct;
         const struct path_rgb *soft = &h->diffuse_direct;
         direct->r[slot] = fmaxf(direct->r[slot] - albedo->r[slot] * soft->r[slot], 0.0f);
@@ -75,7 +75,7 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
     struct lanes3 normal;
     uint16_t normals[LANES];
     uint32_t albedos[LANES], lights[LANES], lobes[LANES];
-    if (c->plan->lens_light == LENS_LIGHT_OWN) return;
+    if (c->plan->lens_relight == LENS_RELIGHT_OWN) return;
     lanes_of(&h->normal, first, &normal);
     c->queries->kernels->pack_normals(&normal, 8, packed);
     for (size_t i = 0; i < LANES; i++) {
@@ -98,7 +98,7 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
                               samples_u16(samples, PLANE_LENS_DEPTH, sample));
     block_store_u16(b, normals, samples_u16(samples, PLANE_LENS_NORMAL, sample));
     block_store_u32(b, albedos, samples_u32(samples, PLANE_LENS_ALBEDO, sample));
-    block_store_u32(b, lights, samples_u32(samples, PLANE_LENS_LIGHT, sample));
+    block_store_u32(b, lights, samples_u32(samples, PLANE_LENS_OWN_LIGHT, sample));
     if (c->skip & SKIP_GLOSSY_OF_LENS)
         block_store_u32(b, lobes, samples_u32(samples, PLANE_LENS_LOBE, sample));
 }

@@ -38,7 +38,7 @@ static int32_t cell_of(int32_t pixel)
 int centre_gbuffer_init(struct centre_gbuffer *out, const struct path_context *c, struct rect tile)
 {
     const struct rect image = {0, 0, c->plan->width_px, c->plan->height_px};
-    const int32_t reach = (int32_t)LENS_LIGHT_SLOPE_MOST + 1;
+    const int32_t reach = (int32_t)LENS_RELIGHT_SLOPE_MOST + 1;
     const struct rect r = rect_intersect(rect_grow(tile, reach), image);
     out->cells =
         (struct rect){cell_of(r.x0), cell_of(r.y0), cell_of(r.x1 - 1) + 1, cell_of(r.y1 - 1) + 1};
@@ -63,9 +63,9 @@ void centre_gbuffer_fini(struct centre_gbuffer *centres)
 static bool is_lit(const struct plan *plan, const struct surface *s, int i)
 {
     if (!s->hit.on[i]) return false;
-    return plan->lens_light == LENS_LIGHT_DIFFUSE || (s->albedo.x[i] >= ALBEDO_LEAST) |
-                                                         (s->albedo.y[i] >= ALBEDO_LEAST) |
-                                                         (s->albedo.z[i] >= ALBEDO_LEAST);
+    return plan->lens_relight == LENS_RELIGHT_DIFFUSE || (s->albedo.x[i] >= ALBEDO_LEAST) |
+                                                             (s->albedo.y[i] >= ALBEDO_LEAST) |
+                                                             (s->albedo.z[i] >= ALBEDO_LEAST);
 }
 
 static void trace_cell(struct centre_gbuffer *l, int32_t column, int32_t row, size_t cell)
@@ -135,7 +135,7 @@ static bool is_same(const struct plan *plan, const float point[3], const float n
 static bool is_near_focus(const struct plan *plan, float ahead)
 {
     const float slope = half_to_float(half_from_float(lens_slope(lens_sloper_of(plan), ahead)));
-    return fabsf(slope) < LENS_LIGHT_SLOPE_MOST;
+    return fabsf(slope) < LENS_RELIGHT_SLOPE_MOST;
 }
 
 /* Returns the centre that shows lane i's point, or NULL. */

@@ -208,10 +208,10 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
                           const struct path_vertex *v, struct path_harvest *h)
 {
     const struct surface *s = &v->surface;
-    const uint32_t lens = c->plan->lens_light;
-    if (lens == LENS_LIGHT_SKY) meet_soft_sky(c, p, v, h);
+    const uint32_t lens = c->plan->lens_relight;
+    if (lens == LENS_RELIGHT_SKY) meet_soft_sky(c, p, v, h);
     const bool paths = c->plan->paths.spp > 0 && !c->plan->paths.without_diffuse_direct;
-    if (paths || lens == LENS_LIGHT_INDIRECT || lens == LENS_LIGHT_SKY) return;
+    if (paths || lens == LENS_RELIGHT_INDIRECT || lens == LENS_RELIGHT_SKY) return;
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
         if (!s->hit.on[i] || s->light.on[i]) continue;

@@ -90,9 +90,9 @@ struct path_record_vertex {
 
 /* The kind of a sample. */
 enum path_record_kind {
-    PATH_RECORD_PATHS,    /* the path tracer's */
-    PATH_RECORD_LENS,     /* of the lens's light field */
-    PATH_RECORD_LENS_MORE /* of a second set through the lens */
+    PATH_RECORD_PATHS,          /* the path tracer's */
+    PATH_RECORD_LENS,           /* of the lens's light field */
+    PATH_RECORD_LENS_SECOND_SET /* of a second set through the lens */
 };
 
 struct path_record {

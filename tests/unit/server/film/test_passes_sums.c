@@ -234,21 +234,21 @@ TEST(second_sets_through_the_lens_land)
                               .tile_px = 32,
                               .lens_strata_per_axis = 2,
                               .lens_extra = 9,
-                              .planes = PLANES_LENS | PLANES_LENS_MORE};
+                              .planes = PLANES_LENS | PLANES_LENS_SECOND_SET};
     struct samples *sum = empty_pass(&plan, 0), *more = empty_pass(&plan, 1);
-    assert_true(more->layout.planes == PLANES_LENS_MORE);
+    assert_true(more->layout.planes == PLANES_LENS_SECOND_SET);
     for (int i = 0; i < 4; i++) {
         samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] = 3.0f;
         samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i] = half_from_float(1.0f);
         for (uint32_t c = 0; c < 4; c++)
-            samples_f32(more, PLANE_LENS_MORE, c)[i] = strata_map[i] ? (float)c + 1.0f : 0.0f;
+            samples_f32(more, PLANE_LENS_SECOND_SET, c)[i] = strata_map[i] ? (float)c + 1.0f : 0.0f;
     }
     const struct plan_pass pass = {.number = 1, .strata = 6, .strata_map = strata_map};
     passes_add(sum, (struct pass_counts){0}, more, pass_counts_of(&pass));
     for (int i = 0; i < 4; i++) {
         const float seen = half_to_float(samples_u16(sum, PLANE_LENS_COVERAGE, 0)[i]);
         for (uint32_t c = 0; c < 4; c++)
-            assert_true(samples_f32(sum, PLANE_LENS_MORE, c)[i] ==
+            assert_true(samples_f32(sum, PLANE_LENS_SECOND_SET, c)[i] ==
                         (strata_map[i] ? (float)c + 1.0f : 0.0f));
         assert_true(samples_f32(sum, PLANE_LENS_RADIANCE, 5)[i] == 3.0f);
         assert_true(near(seen, strata_map[i] ? 4.0 / 40.0 : 1.0, 1e-3));

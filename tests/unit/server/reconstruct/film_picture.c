@@ -61,8 +61,8 @@ static void add_statistics(const struct block_statistics *one, struct block_stat
     sum->indirect.blocks_skipped += one->indirect.blocks_skipped;
     sum->indirect_cpu_us += one->indirect_cpu_us;
     sum->lens.pixels_filtered += one->lens.pixels_filtered;
-    sum->lens_light.samples_lit += one->lens_light.samples_lit;
-    sum->lens_light.samples_own += one->lens_light.samples_own;
+    sum->lens_relight.samples_lit += one->lens_relight.samples_lit;
+    sum->lens_relight.samples_own += one->lens_relight.samples_own;
     sum->lens_cpu_us += one->lens_cpu_us;
 }
 

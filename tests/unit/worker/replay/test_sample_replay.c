@@ -236,15 +236,15 @@ static void lens_samples_are_those_of_tiles(const struct plan *p, struct traced 
             lit += r->stored[0] > 0.0f;
             free(r);
         }
-    assert_true(p->lens_light == LENS_LIGHT_DIFFUSE ? left > 0 : lit > 0);
+    assert_true(p->lens_relight == LENS_RELIGHT_DIFFUSE ? left > 0 : lit > 0);
 }
 
 TEST(so_are_lens_samples)
 {
-    for (uint32_t light = LENS_LIGHT_OWN; light <= LENS_LIGHT_DIFFUSE; light++) {
+    for (uint32_t light = LENS_RELIGHT_OWN; light <= LENS_RELIGHT_DIFFUSE; light++) {
         struct scene_fixture *f = fixture_new();
-        struct plan p = light == LENS_LIGHT_DIFFUSE ? floor_plan(f, 3.0f, SIDE_PX) : room(f);
-        if (light == LENS_LIGHT_DIFFUSE) {
+        struct plan p = light == LENS_RELIGHT_DIFFUSE ? floor_plan(f, 3.0f, SIDE_PX) : room(f);
+        if (light == LENS_RELIGHT_DIFFUSE) {
             fixture_panel(f, 0, (float[]){-1, 1, 0}, (float[]){0, 0, -1}, (float[]){0, 1, 0});
             fixture_ceiling_light(&p, 0, 3, 0, 0.5f, 1);
             p.camera.aperture_radius = 0.1f;
@@ -258,13 +258,13 @@ TEST(so_are_lens_samples)
         p.light_planes = 0;
         p.radiance_scale = 4;
         p.length_unit = 8;
-        p.lens_light = light;
-        if (light != LENS_LIGHT_OWN) {
+        p.lens_relight = light;
+        if (light != LENS_RELIGHT_OWN) {
             p.planes =
                 PLANES_LENS | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(INDIRECT_MEAN);
             p.indirect_strata_per_axis = 1;
         }
-        if (light == LENS_LIGHT_DIFFUSE) p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+        if (light == LENS_RELIGHT_DIFFUSE) p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
         struct traced t = trace_all(f, &p);
         lens_samples_are_those_of_tiles(&p, &t);
         traced_fini(&t);

@@ -95,13 +95,13 @@ static void lens_plan(struct plan *plan)
     plan->camera.aperture_radius = 0.1f;
     plan->camera.focus_distance = 4.0f;
     plan->planes = PLANES_LENS | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) |
-                   PLANE_BIT(ID) | PLANE_BIT(LENS_MORE);
+                   PLANE_BIT(ID) | PLANE_BIT(LENS_SECOND_SET);
     plan->light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
     plan->sub_samples = 0;
     plan->indirect_strata_per_axis = 2;
     plan->lens_strata_per_axis = 3;
     plan->lens_filter = LENS_FILTER_SHEARED;
-    plan->lens_light = LENS_LIGHT_DIFFUSE;
+    plan->lens_relight = LENS_RELIGHT_DIFFUSE;
     plan->lens_extra = 9;
 }
 

@@ -62,7 +62,7 @@ TEST(of_a_picture_that_is_dropped_the_cost_stays)
     statistics_forget_picture(&s);
     assert_memory_equal(&s.counters, &before.counters, sizeof s.counters);
     assert_memory_equal(&s.counters_resumed, &before.counters_resumed, sizeof s.counters);
-    assert_int_equal(s.lens_light_cpu_us, before.lens_light_cpu_us);
+    assert_int_equal(s.lens_relight_cpu_us, before.lens_relight_cpu_us);
     assert_int_equal(s.tiles_done, before.tiles_done);
     assert_int_equal(s.bytes_received, before.bytes_received);
     assert_int_equal(s.worker_peak_rss_bytes, before.worker_peak_rss_bytes);
@@ -82,11 +82,11 @@ TEST(take_up_blocks)
     assert_int_equal(s.pixels_background, block.pixels_background);
     assert_int_equal(s.shadow_pixels_alone, block.shadow.pixels_alone);
     assert_int_equal(s.indirect_blocks_skipped, block.indirect.blocks_skipped);
-    assert_int_equal(s.lens_samples_lit, 5 + block.lens_light.samples_lit);
+    assert_int_equal(s.lens_samples_lit, 5 + block.lens_relight.samples_lit);
     assert_int_equal(s.glossy_cpu_us, 7);
     assert_int_equal(statistics_add_filters(&s, &block),
                      block.shadow_cpu_us + block.indirect_cpu_us + block.glossy_cpu_us +
-                         block.lens_cpu_us + block.lens_light_cpu_us + block.residual_cpu_us);
+                         block.lens_cpu_us + block.lens_relight_cpu_us + block.residual_cpu_us);
     assert_int_equal(s.residual_pixels_filtered, block.residual.pixels);
     assert_int_equal(s.glossy_cpu_us, 7 + block.glossy_cpu_us);
     assert_int_equal(s.shadow_pixels_alone, block.shadow.pixels_alone);

@@ -122,5 +122,5 @@ TEST(plans_report_those_of_the_contract)
     report_has("indirect_filter", plan_indirect_filter_name, INDIRECT_FILTER_SHEARED);
     report_has("glossy_filter", plan_glossy_filter_name, GLOSSY_FILTER_BANDLIMIT);
     report_has("lens_filter", plan_lens_filter_name, LENS_FILTER_SHEARED);
-    report_has("lens_light", plan_lens_light_name, LENS_LIGHT_SKY);
+    report_has("lens_relight", plan_lens_relight_name, LENS_RELIGHT_SKY);
 }

@@ -24,7 +24,7 @@ TEST(lenses_have_light_fields)
     assert_int_equal(s->plan.light_planes, LIGHT_PLANES_STRATA);
     assert_int_equal(s->plan.sub_samples, 0);
     assert_int_equal(s->plan.bounces, 1);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_DIFFUSE);
     assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_SHEARED);
     assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_CONSTANT);
     assert_int_equal(s->plan.capabilities, CAPABILITY_LENS | CAPABILITY_PATHS | CAPABILITY_DIRECT |
@@ -53,19 +53,20 @@ TEST(fields_light_samples_where_they_have_what_to_filter)
         s->material.roughness = 0.5f;
         s->job.lens = filtered ? LENS_AUTO : LENS_AVERAGE;
         must_make(s);
-        const uint32_t light = !filtered                      ? LENS_LIGHT_OWN
-                               : lambert && (area || bounces) ? LENS_LIGHT_DIFFUSE
-                               : sky && bounces               ? LENS_LIGHT_SKY
-                               : !lambert && bounces          ? LENS_LIGHT_INDIRECT
-                                                              : LENS_LIGHT_OWN;
-        const bool fields = light != LENS_LIGHT_OWN, all = light == LENS_LIGHT_DIFFUSE;
-        assert_int_equal(s->plan.lens_light, light);
+        const uint32_t light = !filtered                      ? LENS_RELIGHT_OWN
+                               : lambert && (area || bounces) ? LENS_RELIGHT_DIFFUSE
+                               : sky && bounces               ? LENS_RELIGHT_SKY
+                               : !lambert && bounces          ? LENS_RELIGHT_INDIRECT
+                                                              : LENS_RELIGHT_OWN;
+        const bool fields = light != LENS_RELIGHT_OWN, all = light == LENS_RELIGHT_DIFFUSE;
+        assert_int_equal(s->plan.lens_relight, light);
         if (!fields)
             assert_int_equal(s->plan.planes & ~own, 0);
         else
             assert_int_equal(s->plan.planes & PLANES_LENS, PLANES_LENS);
         assert_int_equal((s->plan.planes & PLANES_BOUNCE_LIGHT) != 0, fields && bounces);
-        const bool lobes = (light == LENS_LIGHT_INDIRECT || light == LENS_LIGHT_SKY) && !(k & 4);
+        const bool lobes =
+            (light == LENS_RELIGHT_INDIRECT || light == LENS_RELIGHT_SKY) && !(k & 4);
         assert_int_equal((s->plan.planes & PLANE_BIT(LENS_LOBE)) != 0, lobes);
         assert_int_equal(s->plan.glossy_filter != GLOSSY_FILTER_NONE, lobes);
         assert_int_equal((s->plan.planes & PLANES_GLOSSY) != 0, lobes);
@@ -73,7 +74,7 @@ TEST(fields_light_samples_where_they_have_what_to_filter)
         assert_int_equal(s->plan.light_planes != 0, all);
         assert_int_equal(s->plan.shadow_filter != SHADOW_FILTER_NONE, all && area);
         assert_int_equal(s->plan.sub_samples, 0);
-        assert_true(s->report.lens_light_why[0] != '\0');
+        assert_true(s->report.lens_relight_why[0] != '\0');
         assert_int_equal(why(s, "light fields of pixel centres") == NULL, fields);
     }
 }
@@ -88,7 +89,7 @@ TEST(many_samples_leave_lobes_to_paths)
         s->job.width_px = 4000;
         s->job.height_px = k ? 2400 : 2100;
         must_make(s);
-        assert_int_equal(s->plan.lens_light, LENS_LIGHT_INDIRECT);
+        assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_INDIRECT);
         assert_int_equal((s->plan.planes & PLANE_BIT(LENS_LOBE)) != 0, !k);
         assert_int_equal((s->plan.planes & PLANES_GLOSSY) != 0, !k);
     }
@@ -100,20 +101,20 @@ TEST(some_frames_keep_the_light_of_samples)
     struct stage *s = *state;
     s->job.indirect = INDIRECT_ADAPTIVE;
     must_make(s);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
-    assert_non_null(strstr(s->report.lens_light_why, "adaptive"));
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
+    assert_non_null(strstr(s->report.lens_relight_why, "adaptive"));
     s->job.indirect = INDIRECT_AVERAGE;
     s->job.method = FILTER_AVERAGE;
     s->job.lens = LENS_SHEARED;
     must_make(s);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
     s->job.method = FILTER_AUTO;
     must_make(s);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_DIFFUSE);
     s->job.pixel_filter = PIXEL_FILTER_TENT;
     must_make(s);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
-    assert_string_equal(s->report.lens_light_why, "image.pixel_filter is not box");
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
+    assert_string_equal(s->report.lens_relight_why, "image.pixel_filter is not box");
 }
 
 /* Without a lens nothing of it is in the plan, whatever is said of it. */
@@ -159,14 +160,14 @@ TEST(second_sets_are_planned)
     s->job.lens_extra = 9;
     must_make(s);
     assert_int_equal(s->plan.lens_extra, 9);
-    assert_true(s->plan.planes & BIT(LENS_MORE) && plan_has_rounds(&s->plan));
+    assert_true(s->plan.planes & BIT(LENS_SECOND_SET) && plan_has_rounds(&s->plan));
     assert_true(s->plan.capabilities & CAPABILITY_STRATA_MAPS);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
-    assert_int_equal(plan_pass_planes(&s->plan, plan_pass_count(&s->plan)), PLANES_LENS_MORE);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_DIFFUSE);
+    assert_int_equal(plan_pass_planes(&s->plan, plan_pass_count(&s->plan)), PLANES_LENS_SECOND_SET);
     s->job.indirect = INDIRECT_ADAPTIVE; /* has a second set of its own, but none with a lens */
     must_make(s);
     assert_int_equal(s->plan.lens_extra, 9);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
     s->job.indirect = INDIRECT_AUTO;
     s->job.lens_spp = 1;
     must_make(s);
@@ -176,7 +177,7 @@ TEST(second_sets_are_planned)
     s->job.lens_spp = 9;
     s->job.lens = LENS_AXIS_ALIGNED;
     must_make(s);
-    assert_true(s->plan.lens_extra == 0 && !(s->plan.planes & BIT(LENS_MORE)));
+    assert_true(s->plan.lens_extra == 0 && !(s->plan.planes & BIT(LENS_SECOND_SET)));
     assert_string_equal(why(s, "sampling.lens_extra"),
                         "only the sheared filter mixes second sets in");
     s->job.aperture_radius = s->job.focus_distance = 0;
@@ -197,21 +198,21 @@ TEST(blocks_fit_a_threads_memory)
         s->job.lens_spp = sides[k].lens_spp;
         s->job.width_px = s->job.height_px = sides[k].width_px;
         must_make(s);
-        assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+        assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_DIFFUSE);
         assert_int_equal(block_side_px(&s->plan), sides[k].side_px);
         const int32_t side = block_side_px(&s->plan) + 2 * block_halo_px(&s->plan);
         assert_true(patch_bytes(&s->plan, (size_t)side * (size_t)side) <= LIMIT_PATCH_BYTES);
     }
     s->job.lens_spp = 196;
     must_make(s);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_OWN);
-    assert_string_equal(s->report.lens_light_why,
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
+    assert_string_equal(s->report.lens_relight_why,
                         "a block's lens samples with their surfaces are above 268435456 bytes");
     assert_non_null(why(s, "light fields of pixel centres"));
     assert_int_equal(block_side_px(&s->plan), 128); /* without surfaces */
     s->job.width_px = s->job.height_px = 128;       /* there is not so much around a block */
     must_make(s);
-    assert_int_equal(s->plan.lens_light, LENS_LIGHT_DIFFUSE);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_DIFFUSE);
 }
 
 /* They are kept until all samples are known, with all that the plan has beside them. */
@@ -231,7 +232,7 @@ TEST(second_sets_are_left_out_where_samples_are_too_many)
     must_make(s);
     assert_int_equal(s->report.integrator, INTEGRATOR_LENS_FIELD);
     assert_int_equal(s->plan.lens_extra, 0);
-    assert_false(plan_has_rounds(&s->plan) || s->plan.planes & BIT(LENS_MORE));
+    assert_false(plan_has_rounds(&s->plan) || s->plan.planes & BIT(LENS_SECOND_SET));
     assert_false(s->plan.capabilities & CAPABILITY_STRATA_MAPS);
     assert_non_null(why(s, "sampling.lens_extra"));
     assert_true(has_warning(s, "sampling.lens_extra is left out: 4194304 pixels keep "));
@@ -321,8 +322,8 @@ TEST(reports_the_lens_as_json)
     assert_int_equal(json_integer_value(json_object_get(samples, "lens")), 9);
     assert_int_equal(json_integer_value(json_object_get(samples, "primary")), 1);
     assert_int_equal(json_integer_value(json_object_get(samples, "indirect")), 9);
-    assert_string_equal(json_string_value(json_object_get(json, "lens_light")), "diffuse");
-    assert_string_equal(json_string_value(json_object_get(json, "lens_light_why")),
+    assert_string_equal(json_string_value(json_object_get(json, "lens_relight")), "diffuse");
+    assert_string_equal(json_string_value(json_object_get(json, "lens_relight_why")),
                         "soft shadows and indirect light are filtered first, at pixel centres");
     assert_null(json_object_get(samples, "paths"));
     assert_string_equal(json_string_value(json_array_get(json_object_get(json, "planes"), 6)),

@@ -45,7 +45,7 @@ static void board_init(struct board *b, uint32_t light, uint32_t strata, bool fl
     struct random r = {7};
     *b = (struct board){0};
     room_plan(&b->plan, 512, INDIRECT_FILTER_CONSTANT, strata);
-    b->plan.lens_light = light;
+    b->plan.lens_relight = light;
     assert_int_equal(patch_create(&b->plan, (struct rect){0, 0, SIDE, SIDE}, &b->patch), 0);
     for (int c = 0; c < 3; c++) assert_non_null(b->out[c] = calloc(AREA, sizeof(float)));
     for (int32_t y = 0; y < SIDE; y++)
@@ -101,9 +101,9 @@ static float error_with(uint32_t light, uint32_t strata, float noise, uint64_t *
 TEST(noise_goes)
 {
     uint64_t isolated;
-    const float noise = error_with(LENS_LIGHT_OWN, 3, 4.0f, &isolated);
+    const float noise = error_with(LENS_RELIGHT_OWN, 3, 4.0f, &isolated);
     assert_int_equal(isolated, 0);
-    const float left = error_with(LENS_LIGHT_SKY, 3, 4.0f, &isolated);
+    const float left = error_with(LENS_RELIGHT_SKY, 3, 4.0f, &isolated);
     assert_int_equal(isolated, rect_area(inner));
     print_message("noise of %.3f, alone %.3f, in windows %.3f\n", 4.0 / sqrt(12.0), (double)noise,
                   (double)left);
@@ -114,9 +114,9 @@ TEST(noise_goes)
 TEST(bias_goes)
 {
     uint64_t isolated;
-    const float few = error_with(LENS_LIGHT_SKY, 1, 0.0f, &isolated);
-    const float more = error_with(LENS_LIGHT_SKY, 3, 0.0f, &isolated);
-    const float many = error_with(LENS_LIGHT_SKY, 8, 0.0f, &isolated);
+    const float few = error_with(LENS_RELIGHT_SKY, 1, 0.0f, &isolated);
+    const float more = error_with(LENS_RELIGHT_SKY, 3, 0.0f, &isolated);
+    const float many = error_with(LENS_RELIGHT_SKY, 8, 0.0f, &isolated);
     print_message("off by %.4f, %.4f, %.6f\n", (double)few, (double)more, (double)many);
     assert_true(few < 0.11f && more < 0.9f * few);
     assert_true(many < 1e-5f);
@@ -126,8 +126,8 @@ TEST(bias_goes)
 TEST(planes_are_left_alone)
 {
     struct board own, lens;
-    board_init(&own, LENS_LIGHT_OWN, 3, true, 4.0f);
-    board_init(&lens, LENS_LIGHT_SKY, 3, true, 4.0f);
+    board_init(&own, LENS_RELIGHT_OWN, 3, true, 4.0f);
+    board_init(&lens, LENS_RELIGHT_SKY, 3, true, 4.0f);
     assert_int_equal(lens.statistics.pixels_isolated, 0);
     for (int c = 0; c < 3; c++) assert_memory_equal(own.out[c], lens.out[c], AREA * sizeof(float));
     board_fini(&own);
@@ -138,7 +138,7 @@ TEST(planes_are_left_alone)
 TEST(windows_keep_constants)
 {
     struct board b;
-    board_init(&b, LENS_LIGHT_INDIRECT, 3, false, 0.0f);
+    board_init(&b, LENS_RELIGHT_INDIRECT, 3, false, 0.0f);
     for (size_t i = 0; i < AREA; i++) b.patch->indirect[0][i] = 0.75f;
     const float *const in[3] = {b.patch->indirect[0], b.patch->indirect[0], b.patch->indirect[0]};
     assert_int_equal(indirect_filter(&b.plan, b.patch, inner, 3, in, b.out, NULL, &b.statistics),

@@ -86,7 +86,7 @@ static void brute_add(const struct lens_field *f, const struct brute_layer *b, u
     if (s < b->low) return;
     sum->share += weight;
     for (uint32_t k = 0; k < 3; k++) {
-        const float c = *lens_light(f, j, k, x, y);
+        const float c = *lens_sample_light(f, j, k, x, y);
         sum->light[k] += weight * c;
         sum->light[3] += weight * c * c;
     }
@@ -149,7 +149,7 @@ static void brute_focus_pixel(struct lens_field *f, int32_t x, int32_t y)
                     if (s < b.low) continue;
                     sum.share += 1.0f;
                     for (uint32_t k = 0; k < 3; k++) {
-                        const float c = *lens_light(f, j, k, u, v);
+                        const float c = *lens_sample_light(f, j, k, u, v);
                         sum.light[k] += c;
                         sum.light[3] += c * c;
                     }

@@ -32,7 +32,7 @@ void wall_plan(struct plan *plan, uint32_t filter)
         .light_planes = 1u << LIGHT_PLANE_IRRADIANCE,
         .lens_strata_per_axis = L,
         .lens_filter = filter,
-        .lens_light = LENS_LIGHT_DIFFUSE,
+        .lens_relight = LENS_RELIGHT_DIFFUSE,
         .radiance_scale = 4,
         .length_unit = 1,
         .mu = 1,
@@ -73,7 +73,7 @@ static void put_sample(const struct plan *plan, struct samples *s, int32_t x, in
     samples_u16(s, PLANE_LENS_DEPTH, k)[at] = half_from_float(z);
     samples_u16(s, PLANE_LENS_NORMAL, k)[at] = octahedron_pack8(normal);
     samples_u32(s, PLANE_LENS_ALBEDO, k)[at] = shared_exponent_pack(albedo, SHARED_EXPONENT_9);
-    samples_u32(s, PLANE_LENS_LIGHT, k)[at] = shared_exponent_pack(own, SHARED_EXPONENT_8);
+    samples_u32(s, PLANE_LENS_OWN_LIGHT, k)[at] = shared_exponent_pack(own, SHARED_EXPONENT_8);
     samples_f32(s, PLANE_LENS_RADIANCE, k * 3 + 2)[at] = 0.125f; /* shines by itself */
 }
 

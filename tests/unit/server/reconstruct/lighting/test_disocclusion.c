@@ -12,15 +12,15 @@ struct placed {
     float across, down, off, point[3], normal[3];
 };
 
-static struct lens_light_row row_of(struct placed *p)
+static struct lens_relight_row row_of(struct placed *p)
 {
-    return (struct lens_light_row){.column = &p->column,
-                                   .row = &p->row,
-                                   .across = &p->across,
-                                   .down = &p->down,
-                                   .off = &p->off,
-                                   .point = {p->point, p->point + 1, p->point + 2},
-                                   .normal = {p->normal, p->normal + 1, p->normal + 2}};
+    return (struct lens_relight_row){.column = &p->column,
+                                     .row = &p->row,
+                                     .across = &p->across,
+                                     .down = &p->down,
+                                     .off = &p->off,
+                                     .point = {p->point, p->point + 1, p->point + 2},
+                                     .normal = {p->normal, p->normal + 1, p->normal + 2}};
 }
 
 /* On a wall at z, a sample in the middle of cell (x, y). */
@@ -37,7 +37,7 @@ static struct placed on_wall(int32_t x, int32_t y, float z)
 
 static int add(struct disocclusion *h, struct placed p, float value, size_t at)
 {
-    const struct lens_light_row row = row_of(&p);
+    const struct lens_relight_row row = row_of(&p);
     const float light[3] = {value, 2.0f * value, 0.5f * value};
     const float rest[3] = {10.0f * value, value, value};
     return disocclusion_add(h, &row, 0, light, rest, DISOCCLUSION_LIGHT, at);
@@ -179,7 +179,7 @@ TEST(reflections_are_shared)
     float rest[3];
     assert_int_equal(disocclusion_create(NULL, SIDE, SIDE, 3, &h), 0);
     struct placed p = on_wall(10, 10, 5);
-    const struct lens_light_row row = row_of(&p);
+    const struct lens_relight_row row = row_of(&p);
     assert_int_equal(disocclusion_add(&h, &row, 0, bright, bright, DISOCCLUSION_REST, 0), 1);
     assert_int_equal(disocclusion_add(&h, &row, 0, zero, zero, DISOCCLUSION_REST, 1), 1);
     assert_int_equal(disocclusion_add(&h, &row, 0, zero, zero, 3, 2), 1);
@@ -202,7 +202,7 @@ TEST(reflections_stay_on_their_surface)
     struct placed dim = on_wall(10, 10, 5), bent = on_wall(10, 10, 5);
     bent.normal[0] = 0.5f;
     bent.normal[2] = sqrtf(0.75f);
-    const struct lens_light_row dims = row_of(&dim), bents = row_of(&bent);
+    const struct lens_relight_row dims = row_of(&dim), bents = row_of(&bent);
     for (int k = 0; k < 104; k++) {
         const float sent[3] = {k < 4 ? 100.0f : 1.0f, 1, 1};
         assert_int_equal(disocclusion_add(&h, k < 4 ? &bents : &dims, 0, sent, sent,

@@ -91,7 +91,7 @@ static void put_sample(const struct plan *plan, struct samples *s, int32_t x, in
     samples_u16(s, PLANE_LENS_DEPTH, k)[at] = half_from_float(z);
     samples_u16(s, PLANE_LENS_NORMAL, k)[at] = octahedron_pack8(normal);
     samples_u32(s, PLANE_LENS_ALBEDO, k)[at] = shared_exponent_pack(albedo, SHARED_EXPONENT_9);
-    samples_u32(s, PLANE_LENS_LIGHT, k)[at] = shared_exponent_pack(own, SHARED_EXPONENT_8);
+    samples_u32(s, PLANE_LENS_OWN_LIGHT, k)[at] = shared_exponent_pack(own, SHARED_EXPONENT_8);
 }
 
 /* Centres see the near wall up to the edge. */

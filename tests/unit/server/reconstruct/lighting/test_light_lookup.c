@@ -22,14 +22,14 @@ static bool look_up(float z, float tilt, float light[3], float gloss[3])
     int32_t zero = 0;
     float half = 0.5f, off = 0.01f, distance = z;
     float point[3] = {0, 0, -z}, normal[3] = {0, cosf(tilt), sinf(tilt)};
-    const struct lens_light_row row = {.column = &zero,
-                                       .row = &zero,
-                                       .across = &half,
-                                       .down = &half,
-                                       .off = &off,
-                                       .distance = &distance,
-                                       .point = {point, point + 1, point + 2},
-                                       .normal = {normal, normal + 1, normal + 2}};
+    const struct lens_relight_row row = {.column = &zero,
+                                         .row = &zero,
+                                         .across = &half,
+                                         .down = &half,
+                                         .off = &off,
+                                         .distance = &distance,
+                                         .point = {point, point + 1, point + 2},
+                                         .normal = {normal, normal + 1, normal + 2}};
     surface_view_init(&lookup.view, &plan);
     for (int k = 0; k < 4; k++)
         pixels[k] = (struct light_lookup_pixel){{0, 1, 0, 0}, {1, 2, 3, 4}, {0, 0, -4, 0}};

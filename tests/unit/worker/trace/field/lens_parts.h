@@ -13,7 +13,7 @@ static inline void parts_of(const struct traced *t, uint32_t k, size_t i, float 
     float albedo[3];
     shared_exponent_unpack(samples_u32(t->samples, PLANE_LENS_ALBEDO, k)[i], SHARED_EXPONENT_9,
                            albedo);
-    shared_exponent_unpack(samples_u32(t->samples, PLANE_LENS_LIGHT, k)[i], SHARED_EXPONENT_8,
+    shared_exponent_unpack(samples_u32(t->samples, PLANE_LENS_OWN_LIGHT, k)[i], SHARED_EXPONENT_8,
                            light);
     for (uint32_t c = 0; c < 3; c++) {
         left[c] = samples_f32(t->samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];

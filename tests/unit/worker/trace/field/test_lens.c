@@ -257,7 +257,7 @@ TEST(second_sets_are_of_pixels_that_ask)
     struct scene_fixture *f = fixture_new();
     struct plan p = lens_plan(SIDE, 3);
     add_room(f, &p);
-    p.planes |= PLANE_BIT(LENS_MORE);
+    p.planes |= PLANE_BIT(LENS_SECOND_SET);
     p.lens_filter = LENS_FILTER_SHEARED;
     p.lens_extra = 9;
     struct traced t = trace_all(f, &p);
@@ -294,9 +294,9 @@ TEST(second_sets_are_of_pixels_that_ask)
         assert_int_equal(counters.value[COUNTER_PATHS], 86 * 36);
         assert_int_equal(counters.value[COUNTER_SKIPPED_ENOUGH], 256 - 86);
         for (int i = 0; i < SIDE * SIDE; i++) {
-            double root = (double)samples_f32(more, PLANE_LENS_MORE, 3)[i], square = 0.0;
+            double root = (double)samples_f32(more, PLANE_LENS_SECOND_SET, 3)[i], square = 0.0;
             for (uint32_t c = 0; c < 3; c++) {
-                const double mean = (double)samples_f32(more, PLANE_LENS_MORE, c)[i];
+                const double mean = (double)samples_f32(more, PLANE_LENS_SECOND_SET, c)[i];
                 square += mean * mean;
                 second += mean;
                 for (uint32_t k = 0; k < 9 && strata_map[i]; k++)
@@ -307,9 +307,9 @@ TEST(second_sets_are_of_pixels_that_ask)
         for (int32_t y = part.y0; y < part.y1; y++)
             for (int32_t x = part.x0; x < part.x1; x++)
                 for (uint32_t c = 0; c < 4; c++)
-                    assert_true(
-                        samples_f32(some, PLANE_LENS_MORE, c)[(y - part.y0) * 11 + x - part.x0] ==
-                        samples_f32(more, PLANE_LENS_MORE, c)[y * SIDE + x]);
+                    assert_true(samples_f32(some, PLANE_LENS_SECOND_SET,
+                                            c)[(y - part.y0) * 11 + x - part.x0] ==
+                                samples_f32(more, PLANE_LENS_SECOND_SET, c)[y * SIDE + x]);
         samples_destroy(&own);
         samples_destroy(&more);
         samples_destroy(&some);

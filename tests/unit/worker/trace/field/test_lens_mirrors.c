@@ -23,7 +23,7 @@ static struct plan mirror_plan(struct scene_fixture *f, float half, uint32_t mir
     p.light_planes = 0;
     p.bounces = 2;
     p.lens_strata_per_axis = L;
-    p.lens_light = LENS_LIGHT_SKY;
+    p.lens_relight = LENS_RELIGHT_SKY;
     p.lens_mirrors = mirrors;
     p.indirect_strata_per_axis = 1;
     p.camera.aperture_radius = 0.1f;

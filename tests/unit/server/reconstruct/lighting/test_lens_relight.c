@@ -4,13 +4,13 @@
 
 #include "proto/job/job.h"
 #include "server/reconstruct/lens/lens.h"
-#include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/lighting/lens_relight.h"
 #include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/lighting/lens_wall.h"
 #include "tests/unit/unit.h"
 
 static struct image *picture(const struct plan *plan, int32_t block_px,
-                             struct lens_light_statistics *sum)
+                             struct lens_relight_statistics *sum)
 {
     struct film *film = picture_film(plan, block_px, 0);
     struct image *image;
@@ -18,7 +18,7 @@ static struct image *picture(const struct plan *plan, int32_t block_px,
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
     wall_land(plan, film);
     picture_draw(plan, film, image, &all);
-    *sum = all.lens_light;
+    *sum = all.lens_relight;
     film_destroy(&film);
     return image;
 }
@@ -29,7 +29,7 @@ TEST(samples_take_light_from_where_the_middle_sees_their_point)
 {
     static const float colors[] = {3, 2, 1}, albedo[] = {0.5f, 0.5f, 0.25f};
     static const char *const names[] = {"R", "G", "B"};
-    struct lens_light_statistics sum;
+    struct lens_relight_statistics sum;
     struct plan plan;
     wall_plan(&plan, LENS_FILTER_NONE);
     struct image *image = picture(&plan, 64, &sum);
@@ -53,7 +53,7 @@ TEST(samples_take_light_from_where_the_middle_sees_their_point)
  */
 TEST(hidden_points_keep_their_own_light)
 {
-    struct lens_light_statistics sum;
+    struct lens_relight_statistics sum;
     struct plan plan;
     double hidden = 0.0, open = 0.0;
     wall_plan(&plan, LENS_FILTER_NONE);
@@ -76,7 +76,7 @@ TEST(blocks_do_not_show)
                                        LENS_FILTER_SHEARED};
     static const float apertures[] = {0.18f, 0.47f, 0.1f, 0.05f}; /* slopes of 1.2 to almost 24 */
     static const char *const names[] = {"R", "G", "B"};
-    struct lens_light_statistics small, large;
+    struct lens_relight_statistics small, large;
     struct plan plan;
     for (size_t k = 0; k < 4 * sizeof filters / sizeof filters[0]; k++) {
         wall_plan(&plan, filters[k / 4]);
@@ -112,7 +112,7 @@ TEST(second_sets_go_where_lit_samples_differ)
     uint32_t block;
     int32_t hidden = 0, open = 0;
     wall_plan(&plan, LENS_FILTER_SHEARED);
-    plan.planes |= PLANE_BIT(LENS_MORE);
+    plan.planes |= PLANE_BIT(LENS_SECOND_SET);
     plan.lens_extra = 9;
     struct film *film = picture_film(&plan, SIDE, 0);
     assert_int_equal(image_create(LAYER_BEAUTY, SIDE, SIDE, &image), 0);
@@ -140,9 +140,9 @@ TEST(others_have_no_ring)
 {
     struct plan plan;
     wall_plan(&plan, LENS_FILTER_SHEARED);
-    assert_true(lens_light_ring_px(&plan) > 24);
-    plan.lens_light = LENS_LIGHT_OWN;
+    assert_true(lens_relight_ring_px(&plan) > 24);
+    plan.lens_relight = LENS_RELIGHT_OWN;
     plan.planes &= ~PLANES_LENS_SURFACE;
-    assert_int_equal(lens_light_ring_px(&plan), 0);
+    assert_int_equal(lens_relight_ring_px(&plan), 0);
     assert_int_equal(block_halo_px(&plan), lens_halo_px(&plan));
 }

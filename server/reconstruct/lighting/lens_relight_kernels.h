@@ -6,7 +6,7 @@
 #include "proto/runtime/kernels.h"
 
 /* Numbers of the pixels of a row and a line of the lens, and of samples k of that line. */
-struct lens_light_row {
+struct lens_relight_row {
     const float *along, *height, *left, *length; /* of lens_pattern.h */
     const uint32_t *order, *u, *v;               /* path_seeds of points in pixels */
     float x, y;                                  /* of the first pixel */
@@ -30,9 +30,9 @@ struct lens_light_row {
     float *distance, *off, *point[3], *normal[3]; /* off: a little less than is allowed */
 };
 
-struct lens_light_kernels {
+struct lens_relight_kernels {
     /* Places samples begin .. end - 1. */
-    void (*place)(const struct lens_light_row *row, uint32_t begin, uint32_t end);
+    void (*place)(const struct lens_relight_row *row, uint32_t begin, uint32_t end);
 
     /* Unpacks the light of `count` samples and multiplies it by `scale`. */
     void (*own)(const uint32_t *packed, float scale, uint32_t count, float *const light[3]);
@@ -46,5 +46,5 @@ struct lens_light_kernels {
 };
 
 /* The kernels of each instruction set (kernels.h). All give the same bits. */
-extern const struct lens_light_kernels lens_light_kernels_sse42, lens_light_kernels_avx2,
-    lens_light_kernels_avx512;
+extern const struct lens_relight_kernels lens_relight_kernels_sse42, lens_relight_kernels_avx2,
+    lens_relight_kernels_avx512;

@@ -1,7 +1,7 @@
 /* Second sets of paths through the lens: who needs them, and what they do to the picture. */
 #include <stdlib.h>
 
-#include "server/reconstruct/lens/lens_extra.h"
+#include "server/reconstruct/lens/lens_second_set.h"
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
 #include "tests/unit/unit.h"
 
@@ -23,7 +23,7 @@ static void create(enum lens_scene scene, struct extra_picture *out)
     out->first.plan.lens_extra = 9;
     out->more = calloc(4 * AREA, sizeof *out->more);
     out->paths = calloc(AREA, sizeof *out->paths);
-    out->first.patch.lens_more = out->more;
+    out->first.patch.lens_second_set = out->more;
     out->first.patch.lens_paths = out->paths;
 }
 
@@ -78,12 +78,12 @@ TEST(errors_fall)
         float *reference = lens_reference((enum lens_scene)scene, 0);
         create((enum lens_scene)scene, &p);
         p.first.patch.lens_paths = NULL;
-        assert_int_equal(lens_extra_levels(&p.first.plan, &p.first.patch, all, levels), 0);
+        assert_int_equal(lens_second_set_levels(&p.first.plan, &p.first.patch, all, levels), 0);
         p.first.patch.lens_paths = p.paths;
         trace_second((enum lens_scene)scene, levels, level_of_quarter(levels), &p);
         assert_int_equal(lens_run(&p.first, LENS_FILTER_SHEARED, &statistics), 0);
         const struct lens_error before = lens_error_of(&p.first, reference);
-        assert_int_equal(lens_extra_mix(&p.first.plan, &p.first.patch, all, p.first.out), 0);
+        assert_int_equal(lens_second_set_mix(&p.first.plan, &p.first.patch, all, p.first.out), 0);
         const struct lens_error after = lens_error_of(&p.first, reference);
         print_message("%-6s: %.2f %% of the mean, %.2f %% with second sets\n",
                       lens_scene_names[scene], 100 * before.all, 100 * after.all);
@@ -107,7 +107,7 @@ static uint8_t level_in_square(struct extra_picture *p, float slope, float noise
                     1.0f + (in && j % 2 ? noise : 0.0f);
         }
     }
-    assert_int_equal(lens_extra_levels(&p->first.plan, &p->first.patch, all, levels), 0);
+    assert_int_equal(lens_second_set_levels(&p->first.plan, &p->first.patch, all, levels), 0);
     assert_int_equal(levels[20 * LENS_SIDE + 20], 0);
     assert_int_equal(levels[30 * LENS_SIDE + 36], 0);
     assert_true(levels[31 * LENS_SIDE + 36] > 0); /* beside it */
@@ -137,14 +137,14 @@ TEST(errors_weigh)
     assert_int_equal(lens_run(&p.first, LENS_FILTER_SHEARED, &statistics), 0);
     float *before = malloc(3 * AREA * sizeof *before);
     memcpy(before, p.first.out[0], 3 * AREA * sizeof *before);
-    assert_int_equal(lens_extra_mix(&p.first.plan, &p.first.patch, all, p.first.out), 0);
+    assert_int_equal(lens_second_set_mix(&p.first.plan, &p.first.patch, all, p.first.out), 0);
     assert_memory_equal(before, p.first.out[0], 3 * AREA * sizeof *before);
     const size_t sure = 20 * LENS_SIDE + 20, noisy = 60 * LENS_SIDE + 60;
     p.paths[sure] = p.paths[noisy] = PATHS;
     for (size_t c = 0; c < 3; c++) p.more[c * AREA + sure] = p.more[c * AREA + noisy] = 2.0f;
     p.more[3 * AREA + sure] = sqrtf(12.0f) * 0.999999f;
     p.more[3 * AREA + noisy] = 1e6f;
-    assert_int_equal(lens_extra_mix(&p.first.plan, &p.first.patch, all, p.first.out), 0);
+    assert_int_equal(lens_second_set_mix(&p.first.plan, &p.first.patch, all, p.first.out), 0);
     for (size_t i = 0; i < AREA; i++)
         for (size_t c = 0; c < 3; c++) {
             const float is = p.first.out[c][i], was = before[c * AREA + i];

@@ -1,4 +1,4 @@
-#include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/lighting/lens_relight.h"
 #include "server/reconstruct/lens/lens_cells.h"
 
 #include <math.h>
@@ -16,11 +16,11 @@
 #define AROUND_PX 2  /* between q and the pixels that lend */
 #define RUN_PX    16 /* samples side by side are lit if one of them is read */
 
-int32_t lens_light_ring_px(const struct plan *plan)
+int32_t lens_relight_ring_px(const struct plan *plan)
 {
-    if (plan->lens_light == LENS_LIGHT_OWN) return 0;
+    if (plan->lens_relight == LENS_RELIGHT_OWN) return 0;
     if (plan->lens_filter == LENS_FILTER_AXIS_ALIGNED)
-        return LENS_AXIS_ALIGNED_REACH_PX + (int32_t)LENS_LIGHT_SLOPE_MOST + AROUND_PX;
+        return LENS_AXIS_ALIGNED_REACH_PX + (int32_t)LENS_RELIGHT_SLOPE_MOST + AROUND_PX;
     /* Pixels look at points of a layer that lie as far from them as its cells reach. Averages are
      * compared a little around. */
     int32_t most = 0;
@@ -45,7 +45,7 @@ struct lit_lens {
     float *least, *light[3]; /* of the row: slopes that are read, and what falls on samples */
     float *gloss[3];         /* and what their glossy lobes see */
     float *radiance;
-    struct lens_light_statistics *statistics;
+    struct lens_relight_statistics *statistics;
     void *memory;
 };
 
@@ -90,7 +90,7 @@ static bool takes_light(uint32_t albedo)
  * slope takes them near. */
 static bool is_read(const struct lit_lens *f, uint32_t i, bool row_near)
 {
-    const struct lens_light_row *r = &f->row.samples;
+    const struct lens_relight_row *r = &f->row.samples;
     const int32_t pixel = f->row.x + (int32_t)i;
     if (row_near && pixel >= f->cull.near.x0 && pixel < f->cull.near.x1) return true;
     return lens_cull_reads(&f->cull, r->slope[i], r->x_low + (float)r->column[i],
@@ -113,7 +113,8 @@ static void hide(struct lit_lens *f, uint32_t sample, uint32_t i, uint32_t share
 }
 
 /* Returns whether the pixel is clearly on another surface than sample i of the row. */
-static bool is_other(const struct lens_light_row *r, uint32_t i, const struct light_lookup_pixel *l)
+static bool is_other(const struct lens_relight_row *r, uint32_t i,
+                     const struct light_lookup_pixel *l)
 {
     float cosine = 0.0f, off = -l->plane[3];
     for (int c = 0; c < 3; c++) {
@@ -127,7 +128,7 @@ static bool is_other(const struct lens_light_row *r, uint32_t i, const struct li
  * Where a surface has lobes here and there, what they reflect is not for all of it. */
 static bool has_lobe(const struct lit_lens *f, uint32_t i)
 {
-    const struct lens_light_row *r = &f->row.samples;
+    const struct lens_relight_row *r = &f->row.samples;
     const size_t first = (size_t)r->row[i] * f->lookup.width + (size_t)r->column[i];
     bool any = false;
     for (size_t k = 0; k < 4; k++) {
@@ -144,7 +145,7 @@ static bool has_lobe(const struct lit_lens *f, uint32_t i)
 /* Lights samples by fields. Samples without one keep the light of their paths, or share it. */
 static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint32_t end)
 {
-    const struct lens_light_row *r = &f->row.samples;
+    const struct lens_relight_row *r = &f->row.samples;
     const struct rect b = f->block;
     const uint32_t *albedo = f->patch->lens_albedo + sample_at(f, sample);
     const uint32_t *lobe = f->patch->lens_lobe ? f->patch->lens_lobe + sample_at(f, sample) : NULL;
@@ -156,7 +157,7 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         for (int c = 0; c < 3; c++) f->gloss[c][i] = 0.0f;
         const bool takes = takes_light(albedo[i]) || (lobe && takes_light(lobe[i]));
         if (!(takes || f->shares_rest) || !is_read(f, i, near)) continue;
-        const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_LIGHT_SLOPE_MOST;
+        const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_RELIGHT_SLOPE_MOST;
         const bool lit = known && takes && light_lookup_at(&f->lookup, r, i, light, gloss);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c], f->gloss[c][i] = gloss[c];
         const bool sharp =
@@ -187,7 +188,7 @@ static void add_run(const struct lit_lens *f, uint32_t sample, uint32_t begin, u
 static void light_samples_of(struct lit_lens *f, uint32_t k, uint32_t begin, uint32_t end)
 {
     const uint32_t sample = f->row.line * f->row.pattern.l + k;
-    const uint32_t *own = f->patch->lens_light + sample_at(f, sample) + begin;
+    const uint32_t *own = f->patch->lens_own_light + sample_at(f, sample) + begin;
     float *const light[3] = {f->light[0] + begin, f->light[1] + begin, f->light[2] + begin};
     lens_row_place(&f->row, k, begin, end);
     f->row.kernels->own(own, 1.0f / f->plan->radiance_scale, end - begin, light);
@@ -269,14 +270,15 @@ static void light_disoccluded(const struct lit_lens *f)
     }
 }
 
-int lens_light_take(const struct plan *plan, const struct patch *patch,
-                    const struct lighting *lighting, struct rect lit, struct rect seen,
-                    struct rect block, float *radiance, struct lens_light_statistics *statistics)
+int lens_relight_take(const struct plan *plan, const struct patch *patch,
+                      const struct lighting *lighting, struct rect lit, struct rect seen,
+                      struct rect block, float *radiance,
+                      struct lens_relight_statistics *statistics)
 {
     struct lit_lens f = {.plan = plan,
                          .patch = patch,
                          .shares = plan->lens_filter == LENS_FILTER_SHEARED,
-                         .shares_rest = plan->lens_rest != 0,
+                         .shares_rest = plan->lens_lobes_only != 0,
                          .seen = seen,
                          .block = block,
                          .radiance = radiance,

@@ -24,7 +24,7 @@ static uint64_t block_bytes(const struct job *job, const struct plan *plan)
 {
     char unused[PLAN_FILTER_WHY_BYTES];
     struct plan lit = *plan;
-    lit.lens_light = LENS_LIGHT_DIFFUSE;
+    lit.lens_relight = LENS_RELIGHT_DIFFUSE;
     lit.lens_strata_per_axis = job_strata_per_axis(job->lens_spp ? job->lens_spp : job->spp);
     lit.lens_filter = plan_choose_lens_filter(job, unused);
     lit.planes |= PLANES_LENS_ALL | PLANES_GLOSSY_LIGHT | PLANES_BOUNCE_LIGHT | PLANE_BIT(DEPTH) |
@@ -64,15 +64,15 @@ static bool is_possible(const struct job *job, const struct scene *scene, const 
     return false;
 }
 
-uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene,
-                                const struct plan *plan, const struct plan_emitters *emitters,
-                                char why[PLAN_FILTER_WHY_BYTES])
+uint32_t plan_choose_lens_relight(const struct job *job, const struct scene *scene,
+                                  const struct plan *plan, const struct plan_emitters *emitters,
+                                  char why[PLAN_FILTER_WHY_BYTES])
 {
     const size_t n = PLAN_FILTER_WHY_BYTES;
     char unused[PLAN_FILTER_WHY_BYTES], but[PLAN_WHY_BYTES];
     if (!is_possible(job, scene, plan, but)) {
         snprintf(why, n, "%s", but);
-        return LENS_LIGHT_OWN;
+        return LENS_RELIGHT_OWN;
     }
     const bool covers = plan_light_field_covers(job, scene, plan, emitters, but);
     const bool indirect = is_indirect_filtered(job, plan);
@@ -82,30 +82,30 @@ uint32_t plan_choose_lens_light(const struct job *job, const struct scene *scene
                  !indirect ? "soft shadows are"
                  : shadows ? "soft shadows and indirect light are"
                            : "indirect light is");
-        return LENS_LIGHT_DIFFUSE;
+        return LENS_RELIGHT_DIFFUSE;
     }
     if (!covers && indirect && plan->environment.kind != ENVIRONMENT_NONE) {
         snprintf(why, n, "indirect light and the sky's come filtered; others by paths: %s", but);
-        return LENS_LIGHT_SKY;
+        return LENS_RELIGHT_SKY;
     }
     if (!covers && indirect) {
         snprintf(why, n, "indirect light is filtered first; direct comes along paths: %s", but);
-        return LENS_LIGHT_INDIRECT;
+        return LENS_RELIGHT_INDIRECT;
     }
     if (covers)
         snprintf(why, n, "there is neither a soft shadow nor indirect light to filter");
     else
         snprintf(why, n, "no indirect light to filter; direct comes along paths: %s", but);
-    return LENS_LIGHT_OWN;
+    return LENS_RELIGHT_OWN;
 }
 
-const char *plan_lens_light_name(uint32_t light)
+const char *plan_lens_relight_name(uint32_t light)
 {
     static const char *const names[] = {
-        [LENS_LIGHT_OWN] = "own",
-        [LENS_LIGHT_INDIRECT] = "indirect",
-        [LENS_LIGHT_DIFFUSE] = "diffuse",
-        [LENS_LIGHT_SKY] = "sky",
+        [LENS_RELIGHT_OWN] = "own",
+        [LENS_RELIGHT_INDIRECT] = "indirect",
+        [LENS_RELIGHT_DIFFUSE] = "diffuse",
+        [LENS_RELIGHT_SKY] = "sky",
     };
     return names[light];
 }
@@ -114,7 +114,7 @@ const char *plan_lens_light_name(uint32_t light)
 static void plan_own(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     static const char each[] = "with a lens every sample is a path, with light of its own";
-    const char *why = report->lens_light_why;
+    const char *why = report->lens_relight_why;
     plan_filter_none(job, each, report);
     plan_indirect_none(job, each, report);
     plan_skip(report, "light fields of pixel centres", "%.*s", (int)PLAN_WHY_BYTES - 1, why);
@@ -160,12 +160,12 @@ static void plan_mirrors(const struct scene *scene, struct plan *plan, struct pl
         plan->lens_mirrors = plan->bounces < PLAN_LENS_MIRRORS ? plan->bounces : PLAN_LENS_MIRRORS;
 }
 
-void plan_lens_light(const struct job *job, const struct scene *scene, struct plan *plan,
-                     struct plan_report *report)
+void plan_lens_relight(const struct job *job, const struct scene *scene, struct plan *plan,
+                       struct plan_report *report)
 {
-    plan->lens_light =
-        plan_choose_lens_light(job, scene, plan, &report->emitters, report->lens_light_why);
-    if (plan->lens_light == LENS_LIGHT_OWN) {
+    plan->lens_relight =
+        plan_choose_lens_relight(job, scene, plan, &report->emitters, report->lens_relight_why);
+    if (plan->lens_relight == LENS_RELIGHT_OWN) {
         plan_own(job, plan, report);
         return;
     }
@@ -174,7 +174,7 @@ void plan_lens_light(const struct job *job, const struct scene *scene, struct pl
     plan->sub_samples = 0;
     plan->planes |= PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANES_LENS_SURFACE;
     plan_skip(report, "planes of sub-samples", "lens samples make the picture");
-    if (plan->lens_light == LENS_LIGHT_DIFFUSE) {
+    if (plan->lens_relight == LENS_RELIGHT_DIFFUSE) {
         plan_filter(job, plan, report);
         plan_direct(plan, report);
         return;

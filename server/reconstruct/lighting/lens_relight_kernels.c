@@ -1,6 +1,6 @@
 /* The turns of these plain loops do not depend on each other: the compiler makes vectors of them,
  * and pictures do not depend on the CPU. */
-#include "server/reconstruct/lighting/lens_light_kernels.h"
+#include "server/reconstruct/lighting/lens_relight_kernels.h"
 
 #include <math.h>
 
@@ -10,15 +10,15 @@
 #include "proto/samples.h"
 #include "proto/shared_exponent.h"
 
-static inline float lens_light_clamp(float x, float low, float high)
+static inline float lens_relight_clamp(float x, float low, float high)
 {
     const float from = x > low ? x : low;
     return from < high ? from : high;
 }
 
 /* A sample of pixel position p at lens position u shows what the middle sees at p + slope u. */
-static void lens_light_find(const struct lens_light_row r, uint32_t begin, uint32_t end,
-                            float *restrict across, float *restrict down)
+static void lens_relight_find(const struct lens_relight_row r, uint32_t begin, uint32_t end,
+                              float *restrict across, float *restrict down)
 {
     const float *restrict slope = r.slope, *restrict along = r.along, *restrict height = r.height;
     const float *restrict left = r.left, *restrict length = r.length;
@@ -33,10 +33,10 @@ static void lens_light_find(const struct lens_light_row r, uint32_t begin, uint3
     }
 }
 
-static void lens_light_project(const struct lens_light_row r, uint32_t begin, uint32_t end,
-                               const float *restrict across, const float *restrict down,
-                               float *restrict z, float *restrict distance, float *restrict off,
-                               float *restrict px, float *restrict py, float *restrict pz)
+static void lens_relight_project(const struct lens_relight_row r, uint32_t begin, uint32_t end,
+                                 const float *restrict across, const float *restrict down,
+                                 float *restrict z, float *restrict distance, float *restrict off,
+                                 float *restrict px, float *restrict py, float *restrict pz)
 {
     for (uint32_t i = begin; i < end; i++) {
         const float a = r.a_start + r.a_step * across[i], b = r.b_start + r.b_step * down[i];
@@ -51,18 +51,18 @@ static void lens_light_project(const struct lens_light_row r, uint32_t begin, ui
 }
 
 /* Places become pixels, counted from `low` on, and the rest. */
-static void lens_light_pixels(float low, float high, uint32_t begin, uint32_t end,
-                              float *restrict place, int32_t *restrict pixel)
+static void lens_relight_pixels(float low, float high, uint32_t begin, uint32_t end,
+                                float *restrict place, int32_t *restrict pixel)
 {
     for (uint32_t i = begin; i < end; i++) {
-        const float x = lens_light_clamp(place[i] - 0.5f, low, high), whole = floorf(x);
+        const float x = lens_relight_clamp(place[i] - 0.5f, low, high), whole = floorf(x);
         pixel[i] = (int32_t)(whole - low);
         place[i] = x - whole;
     }
 }
 
-static void lens_light_normals(const uint16_t *restrict code, uint32_t begin, uint32_t end,
-                               float *restrict x, float *restrict y, float *restrict z)
+static void lens_relight_normals(const uint16_t *restrict code, uint32_t begin, uint32_t end,
+                                 float *restrict x, float *restrict y, float *restrict z)
 {
     for (uint32_t i = begin; i < end; i++) {
         float n[3];
@@ -73,19 +73,19 @@ static void lens_light_normals(const uint16_t *restrict code, uint32_t begin, ui
     }
 }
 
-static void kernel_place(const struct lens_light_row *row, uint32_t begin, uint32_t end)
+static void kernel_place(const struct lens_relight_row *row, uint32_t begin, uint32_t end)
 {
-    const struct lens_light_row r = *row;
-    lens_light_find(r, begin, end, r.across, r.down);
-    lens_light_project(r, begin, end, r.across, r.down, r.z, r.distance, r.off, r.point[0],
-                       r.point[1], r.point[2]);
-    lens_light_pixels(r.x_low, r.x_high, begin, end, r.across, r.column);
-    lens_light_pixels(r.y_low, r.y_high, begin, end, r.down, r.row);
-    lens_light_normals(r.code, begin, end, r.normal[0], r.normal[1], r.normal[2]);
+    const struct lens_relight_row r = *row;
+    lens_relight_find(r, begin, end, r.across, r.down);
+    lens_relight_project(r, begin, end, r.across, r.down, r.z, r.distance, r.off, r.point[0],
+                         r.point[1], r.point[2]);
+    lens_relight_pixels(r.x_low, r.x_high, begin, end, r.across, r.column);
+    lens_relight_pixels(r.y_low, r.y_high, begin, end, r.down, r.row);
+    lens_relight_normals(r.code, begin, end, r.normal[0], r.normal[1], r.normal[2]);
 }
 
-static void lens_light_unpack(const uint32_t *restrict packed, float scale, uint32_t count,
-                              float *restrict r, float *restrict g, float *restrict b)
+static void lens_relight_unpack(const uint32_t *restrict packed, float scale, uint32_t count,
+                                float *restrict r, float *restrict g, float *restrict b)
 {
     for (uint32_t i = 0; i < count; i++) {
         float light[3];
@@ -98,7 +98,7 @@ static void lens_light_unpack(const uint32_t *restrict packed, float scale, uint
 
 static void kernel_own(const uint32_t *packed, float scale, uint32_t count, float *const light[3])
 {
-    lens_light_unpack(packed, scale, count, light[0], light[1], light[2]);
+    lens_relight_unpack(packed, scale, count, light[0], light[1], light[2]);
 }
 
 static void kernel_add(const uint32_t *restrict albedo, const float *restrict light,
@@ -132,7 +132,7 @@ static float kernel_most(const float *restrict slope, uint32_t count, float most
     return most;
 }
 
-const struct lens_light_kernels KERNELS(lens_light_kernels) = {
+const struct lens_relight_kernels KERNELS(lens_relight_kernels) = {
     .place = kernel_place,
     .own = kernel_own,
     .add = kernel_add,

@@ -1,4 +1,4 @@
-#include "worker/trace/field/lens_more.h"
+#include "worker/trace/field/lens_second_set.h"
 
 #include <math.h>
 #include <string.h>
@@ -6,7 +6,7 @@
 #include "worker/trace/hit/block_store.h"
 
 static bool choose(const struct path_context *c, const struct block *block,
-                   const uint8_t *strata_map, struct lens_more *m)
+                   const uint8_t *strata_map, struct lens_second_set *m)
 {
     m->block = *block;
     m->block.whole = false;
@@ -22,7 +22,7 @@ static bool choose(const struct path_context *c, const struct block *block,
 
 /* Samples that are not finite count as black. */
 static void add(const struct path_context *c, const struct path_harvest *h, uint32_t count,
-                struct lens_more *m)
+                struct lens_second_set *m)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
     for (size_t k = 0; k < (size_t)count * LANES; k++) {
@@ -42,7 +42,7 @@ static void add(const struct path_context *c, const struct path_harvest *h, uint
     }
 }
 
-static void store(const struct lens_more *m, struct samples *samples)
+static void store(const struct lens_second_set *m, struct samples *samples)
 {
     const double count = PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA;
     for (uint32_t k = 0; k < 4; k++) {
@@ -51,15 +51,15 @@ static void store(const struct lens_more *m, struct samples *samples)
             const double mean = m->sum[i][k] / count;
             value[i] = (float)(k < 3 ? mean : sqrt(mean));
         }
-        block_store_f32(&m->block, value, samples_f32(samples, PLANE_LENS_MORE, k));
+        block_store_f32(&m->block, value, samples_f32(samples, PLANE_LENS_SECOND_SET, k));
     }
     block_store_half(&m->block, m->seen, 1.0f / (float)count,
                      samples_u16(samples, PLANE_LENS_COVERAGE, 0));
 }
 
-void lens_more_trace(const struct path_context *c, const struct block *block,
-                     const uint8_t *strata_map, struct lens_more *m, struct path_scratch *paths,
-                     struct samples *samples)
+void lens_second_set_trace(const struct path_context *c, const struct block *block,
+                           const uint8_t *strata_map, struct lens_second_set *m,
+                           struct path_scratch *paths, struct samples *samples)
 {
     const uint32_t count = PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA;
     if (!choose(c, block, strata_map, m)) return;
@@ -68,7 +68,7 @@ void lens_more_trace(const struct path_context *c, const struct block *block,
     for (uint32_t done = 0; done < count;) {
         const uint32_t left = count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;
-        path_trace(c, &m->block, LENS_MORE_FIRST + done, n, paths);
+        path_trace(c, &m->block, LENS_SECOND_SET_FIRST + done, n, paths);
         add(c, &paths->harvest, n, m);
         done += n;
     }

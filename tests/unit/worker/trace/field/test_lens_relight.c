@@ -27,10 +27,10 @@ static struct plan board_plan(struct scene_fixture *f, uint32_t light)
     p.camera.focus_distance = 6;
     p.radiance_scale = 4;
     p.length_unit = 8;
-    if (light == LENS_LIGHT_OWN) return p;
-    p.lens_light = light;
+    if (light == LENS_RELIGHT_OWN) return p;
+    p.lens_relight = light;
     p.planes = PLANES_LENS | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(INDIRECT_MEAN);
-    if (light == LENS_LIGHT_DIFFUSE) p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
+    if (light == LENS_RELIGHT_DIFFUSE) p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
     p.indirect_strata_per_axis = 1;
     return p;
 }
@@ -40,8 +40,8 @@ static struct plan board_plan(struct scene_fixture *f, uint32_t light)
 static void expect_parts(uint32_t light)
 {
     struct scene_fixture *f = fixture_new(), *g = fixture_new();
-    struct plan own = board_plan(f, LENS_LIGHT_OWN), lit = board_plan(g, light);
-    if (light == LENS_LIGHT_SKY)
+    struct plan own = board_plan(f, LENS_RELIGHT_OWN), lit = board_plan(g, light);
+    if (light == LENS_RELIGHT_SKY)
         own.environment = lit.environment = (struct plan_environment){
             .kind = ENVIRONMENT_CONSTANT, .radiance = {1, 2, 4}, .power = 1};
     struct traced a = trace_all(f, &own), b = trace_all(g, &lit);
@@ -54,7 +54,7 @@ static void expect_parts(uint32_t light)
                 all += samples_f32(a.samples, PLANE_LENS_RADIANCE, k * 3 + c)[i];
                 sum += left[c] + brought[c];
             }
-            if (light == LENS_LIGHT_DIFFUSE && is_black(brought)) {
+            if (light == LENS_RELIGHT_DIFFUSE && is_black(brought)) {
                 left_out++;
                 assert_true(is_black(left));
                 continue;
@@ -65,8 +65,8 @@ static void expect_parts(uint32_t light)
             if (!is_black(brought)) assert_true(fabsf(sum - all) < 0.01f * all);
         }
     assert_true(whole > 100);
-    if (light == LENS_LIGHT_DIFFUSE) assert_true(left_out > 8 * whole);
-    if (light == LENS_LIGHT_SKY) assert_true(less > 4 * whole);
+    if (light == LENS_RELIGHT_DIFFUSE) assert_true(left_out > 8 * whole);
+    if (light == LENS_RELIGHT_SKY) assert_true(less > 4 * whole);
     assert_true(count(&b, COUNTER_RAYS_LENS_CENTRES) >= SIDE * SIDE / 2);
     assert_true(count(&b, COUNTER_SKIPPED_LIGHT_FIELD) > 0);
     assert_int_equal(count(&a, COUNTER_RAYS_LENS_CENTRES), 0);
@@ -79,9 +79,9 @@ static void expect_parts(uint32_t light)
 
 TEST(samples_bring_their_light_in_parts)
 {
-    expect_parts(LENS_LIGHT_DIFFUSE);
-    expect_parts(LENS_LIGHT_INDIRECT);
-    expect_parts(LENS_LIGHT_SKY);
+    expect_parts(LENS_RELIGHT_DIFFUSE);
+    expect_parts(LENS_RELIGHT_INDIRECT);
+    expect_parts(LENS_RELIGHT_SKY);
 }
 
 /* Both boards of glTF's model, as rough as that. */
@@ -96,7 +96,7 @@ static struct plan glossy_plan(struct scene_fixture *f, uint32_t light, float ro
     }
     p.environment =
         (struct plan_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 2, 4}, .power = 1};
-    if (light == LENS_LIGHT_OWN) return p;
+    if (light == LENS_RELIGHT_OWN) return p;
     p.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(LENS_LOBE) | PLANE_BIT(ID);
     p.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT;
     return p;
@@ -107,8 +107,8 @@ static struct plan glossy_plan(struct scene_fixture *f, uint32_t light, float ro
 static uint32_t lobes_of(float roughness)
 {
     struct scene_fixture *f = fixture_new(), *g = fixture_new();
-    struct plan bare = glossy_plan(f, LENS_LIGHT_OWN, roughness);
-    struct plan lit = glossy_plan(g, LENS_LIGHT_SKY, roughness);
+    struct plan bare = glossy_plan(f, LENS_RELIGHT_OWN, roughness);
+    struct plan lit = glossy_plan(g, LENS_RELIGHT_SKY, roughness);
     bare.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
     bare.bounces = 0;
     struct traced a = trace_all(f, &bare), b = trace_all(g, &lit);
@@ -145,7 +145,7 @@ TEST(lobes_are_left_to_fields)
 TEST(samples_tell_of_their_surface)
 {
     struct scene_fixture *f = fixture_new();
-    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
+    struct plan p = board_plan(f, LENS_RELIGHT_DIFFUSE);
     struct traced t = trace_all(f, &p);
     uint32_t near = 0;
     for (uint32_t k = 0; k < N; k++)
@@ -170,7 +170,7 @@ TEST(samples_tell_of_their_surface)
 TEST(tiles_do_not_show)
 {
     struct scene_fixture *f = fixture_new(), *g = fixture_new();
-    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE), q = board_plan(g, LENS_LIGHT_DIFFUSE);
+    struct plan p = board_plan(f, LENS_RELIGHT_DIFFUSE), q = board_plan(g, LENS_RELIGHT_DIFFUSE);
     const struct rect part = {17, 10, 31, 30};
     struct traced whole = trace_all(f, &p), tile = trace(g, &q, part);
     for (uint32_t k = 0; k < N; k++)
@@ -178,8 +178,8 @@ TEST(tiles_do_not_show)
             for (int32_t x = part.x0; x < part.x1; x++) {
                 const size_t i = (size_t)(y * SIDE + x);
                 const size_t j = (size_t)((y - part.y0) * rect_width(part) + x - part.x0);
-                assert_int_equal(samples_u32(whole.samples, PLANE_LENS_LIGHT, k)[i],
-                                 samples_u32(tile.samples, PLANE_LENS_LIGHT, k)[j]);
+                assert_int_equal(samples_u32(whole.samples, PLANE_LENS_OWN_LIGHT, k)[i],
+                                 samples_u32(tile.samples, PLANE_LENS_OWN_LIGHT, k)[j]);
                 assert_true(samples_f32(whole.samples, PLANE_LENS_RADIANCE, k * 3)[i] ==
                             samples_f32(tile.samples, PLANE_LENS_RADIANCE, k * 3)[j]);
             }
@@ -194,7 +194,7 @@ TEST(tiles_do_not_show)
 static uint32_t board_samples(float slope, float as_it_travels, uint32_t *black)
 {
     struct scene_fixture *f = fixture_new();
-    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
+    struct plan p = board_plan(f, LENS_RELIGHT_DIFFUSE);
     uint32_t samples = 0;
     *black = 0;
     p.camera.aperture_radius = slope / (SIDE * (1.0f / 2 - 1.0f / 6));
@@ -230,7 +230,7 @@ TEST(albedos_are_right_in_the_mean)
     struct scene_fixture *f = fixture_new();
     const uint32_t paint = fixture_material(f, albedo[0], albedo[1], albedo[2]);
     double sum[3] = {0};
-    struct plan p = board_plan(f, LENS_LIGHT_DIFFUSE);
+    struct plan p = board_plan(f, LENS_RELIGHT_DIFFUSE);
     fixture_panel(f, paint, (float[]){0, 0, -1.5f}, (float[]){9, 0, 0}, (float[]){0, 9, 0});
     struct traced t = trace_all(f, &p);
     for (uint32_t k = 0; k < N; k++)
@@ -255,7 +255,7 @@ static struct samples *second_set(uint32_t light, struct counters *counters)
     struct plan p = board_plan(f, light);
     uint8_t strata_map[SIDE * SIDE];
     struct samples *out;
-    p.planes |= PLANE_BIT(LENS_MORE);
+    p.planes |= PLANE_BIT(LENS_SECOND_SET);
     p.lens_filter = LENS_FILTER_SHEARED;
     p.lens_extra = 9;
     for (int i = 0; i < SIDE * SIDE; i++) strata_map[i] = i % 5 == 0 ? PLAN_LENS_EXTRA_STRATA : 0;
@@ -277,17 +277,17 @@ static struct samples *second_set(uint32_t light, struct counters *counters)
 
 TEST(second_sets_are_whole_paths)
 {
-    static const uint32_t lights[] = {LENS_LIGHT_INDIRECT, LENS_LIGHT_DIFFUSE};
+    static const uint32_t lights[] = {LENS_RELIGHT_INDIRECT, LENS_RELIGHT_DIFFUSE};
     struct counters counters = {0};
-    struct samples *own = second_set(LENS_LIGHT_OWN, &counters);
+    struct samples *own = second_set(LENS_RELIGHT_OWN, &counters);
     const size_t bytes = (size_t)SIDE * SIDE * sizeof(float);
-    assert_true(samples_f32(own, PLANE_LENS_MORE, 0)[5 * SIDE] > 0.0f);
+    assert_true(samples_f32(own, PLANE_LENS_SECOND_SET, 0)[5 * SIDE] > 0.0f);
     for (size_t i = 0; i < sizeof lights / sizeof lights[0]; i++) {
         counters = (struct counters){0};
         struct samples *lit = second_set(lights[i], &counters);
         for (uint32_t c = 0; c < 4; c++)
-            assert_memory_equal(samples_f32(own, PLANE_LENS_MORE, c),
-                                samples_f32(lit, PLANE_LENS_MORE, c), bytes);
+            assert_memory_equal(samples_f32(own, PLANE_LENS_SECOND_SET, c),
+                                samples_f32(lit, PLANE_LENS_SECOND_SET, c), bytes);
         assert_int_equal(counters.value[COUNTER_RAYS_LENS_CENTRES], 0);
         assert_int_equal(counters.value[COUNTER_SKIPPED_LIGHT_FIELD], 0);
         samples_destroy(&lit);

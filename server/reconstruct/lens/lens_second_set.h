@@ -18,11 +18,11 @@
 
 /* Writes the error level of each pixel of `inner`, row by row. 0 is none; else two steps are a
  * doubling of the squared error. Reads a pixel around it where the patch has one. ERR_MEMORY. */
-int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct rect inner,
-                      uint8_t *levels);
+int lens_second_set_levels(const struct plan *plan, const struct patch *patch, struct rect inner,
+                           uint8_t *levels);
 
 /* Mixes second sets into the filtered picture of `inner`, arrays of the patch's size. Reads three
  * pixels around it where the patch has them, as every patch has that does not end with the picture.
  * ERR_MEMORY. */
-int lens_extra_mix(const struct plan *plan, const struct patch *patch, struct rect inner,
-                   float *const out[3]);
+int lens_second_set_mix(const struct plan *plan, const struct patch *patch, struct rect inner,
+                        float *const out[3]);

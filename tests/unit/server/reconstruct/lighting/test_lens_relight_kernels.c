@@ -5,33 +5,33 @@
 #include "proto/octahedron.h"
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
-#include "tests/kernel/kernel_lens_light.h"
+#include "tests/kernel/kernel_lens_relight.h"
 #include "tests/kernel/kernel_tests.h"
 #include "tests/unit/unit.h"
 
 #define NUMBERS 131 /* of a row: no multiple of any vector */
 #define FIRST   3   /* samples that are placed: not from the row's start on */
 
-static void compare(const struct lens_light_kernels *tested)
+static void compare(const struct lens_relight_kernels *tested)
 {
     for (uint32_t seed = 1; seed <= 4; seed++) {
-        struct lens_light_case k;
-        lens_light_case_init(&k, 27 + 20 * seed, seed);
-        for (enum lens_light_kernel i = 0; i < LIT_LENS_KERNEL_COUNT; i++)
+        struct lens_relight_case k;
+        lens_relight_case_init(&k, 27 + 20 * seed, seed);
+        for (enum lens_relight_kernel i = 0; i < LIT_LENS_KERNEL_COUNT; i++)
             for (uint32_t first = 0; first <= FIRST; first += FIRST)
-                assert_true(lens_light_case_compare(&k, tested, i, first) == 0.0f);
-        lens_light_case_fini(&k);
+                assert_true(lens_relight_case_compare(&k, tested, i, first) == 0.0f);
+        lens_relight_case_fini(&k);
     }
 }
 
 TEST(samples_lie_where_the_middle_sees_their_points)
 {
-    static float out[LENS_LIGHT_PLANES * NUMBERS];
-    struct lens_light_case k;
+    static float out[LENS_RELIGHT_PLANES * NUMBERS];
+    struct lens_relight_case k;
     int within = 0;
-    lens_light_case_init(&k, NUMBERS, 5);
-    lens_light_case_run(&k, &lens_light_kernels_sse42, LIT_LENS_PLACE, FIRST, out);
-    const struct lens_light_row row = lens_light_case_row(&k, out);
+    lens_relight_case_init(&k, NUMBERS, 5);
+    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_PLACE, FIRST, out);
+    const struct lens_relight_row row = lens_relight_case_row(&k, out);
     for (int i = FIRST; i < NUMBERS; i++) {
         const struct path_seeds seeds = {row.order[i], row.u[i], row.v[i]};
         float p[2], normal[3];
@@ -52,18 +52,18 @@ TEST(samples_lie_where_the_middle_sees_their_points)
         within++;
     }
     assert_true(within > NUMBERS / 2);
-    lens_light_case_fini(&k);
+    lens_relight_case_fini(&k);
 }
 
 TEST(samples_send_on_what_falls_on_them)
 {
     static float own[3][NUMBERS], sent[3][NUMBERS];
-    struct lens_light_case k;
+    struct lens_relight_case k;
     float most = 0.0f, found;
-    lens_light_case_init(&k, NUMBERS, 5);
-    lens_light_case_run(&k, &lens_light_kernels_sse42, LIT_LENS_OWN, 0, own[0]);
-    lens_light_case_run(&k, &lens_light_kernels_sse42, LIT_LENS_ADD, 0, sent[0]);
-    lens_light_case_run(&k, &lens_light_kernels_sse42, LIT_LENS_MOST, 0, &found);
+    lens_relight_case_init(&k, NUMBERS, 5);
+    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_OWN, 0, own[0]);
+    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_ADD, 0, sent[0]);
+    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_MOST, 0, &found);
     for (int i = 0; i < NUMBERS; i++) {
         float albedo[3], light[3];
         shared_exponent_unpack(k.words[3][i], SHARED_EXPONENT_9, albedo);
@@ -77,9 +77,9 @@ TEST(samples_send_on_what_falls_on_them)
     assert_true(found == most);
     k.number[5][0] = LENS_RADIANCE_MAX * 4.0f;
     k.words[3][0] |= 511u;
-    lens_light_case_run(&k, &lens_light_kernels_sse42, LIT_LENS_ADD, 0, sent[0]);
+    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_ADD, 0, sent[0]);
     assert_true(sent[0][0] <= LENS_RADIANCE_MAX);
-    lens_light_case_fini(&k);
+    lens_relight_case_fini(&k);
 }
 
-KERNEL_TESTS(lens_light, compare)
+KERNEL_TESTS(lens_relight, compare)

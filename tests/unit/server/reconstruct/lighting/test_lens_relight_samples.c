@@ -8,8 +8,8 @@
 #include "proto/shared_exponent.h"
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/lens/lens.h"
-#include "server/reconstruct/lens/lens_extra.h"
-#include "server/reconstruct/lighting/lens_light.h"
+#include "server/reconstruct/lens/lens_second_set.h"
+#include "server/reconstruct/lighting/lens_relight.h"
 #include "tests/unit/server/reconstruct/film_picture.h"
 #include "tests/unit/server/reconstruct/lighting/lens_wall.h"
 #include "tests/unit/unit.h"
@@ -29,7 +29,7 @@ static struct rect gather_middle(const struct plan *plan, struct film **film, st
         film_block_done(*film, k);
     }
     assert_int_equal(film_gather(*film, k, patch), 0);
-    const struct rect lit = rect_grow(block, lens_light_ring_px(plan));
+    const struct rect lit = rect_grow(block, lens_relight_ring_px(plan));
     assert_int_equal(
         lighting_create(plan, *patch, rect_intersect(lit, (*patch)->core), false, lighting, &cost),
         0);
@@ -43,24 +43,25 @@ static void see_beside(const struct plan *plan, const struct patch *patch,
                        float *const out[3], uint8_t *levels)
 {
     const size_t count = (size_t)rect_area(patch->rect) * N * 3;
-    const struct rect lit = rect_intersect(rect_grow(block, lens_light_ring_px(plan)), patch->core);
-    struct lens_light_statistics lights = {0};
+    const struct rect lit =
+        rect_intersect(rect_grow(block, lens_relight_ring_px(plan)), patch->core);
+    struct lens_relight_statistics lights = {0};
     struct lens_statistics lens = {0};
     struct patch shown = *patch;
     shown.lens_radiance = malloc(count * sizeof(float));
     assert_non_null(shown.lens_radiance);
     for (size_t i = 0; i < count; i++) shown.lens_radiance[i] = other;
     assert_int_equal(
-        lens_light_take(plan, patch, lighting, lit,
-                        rect_intersect(rect_grow(block, lens_halo_px(plan)), patch->rect), block,
-                        shown.lens_radiance, &lights),
+        lens_relight_take(plan, patch, lighting, lit,
+                          rect_intersect(rect_grow(block, lens_halo_px(plan)), patch->rect), block,
+                          shown.lens_radiance, &lights),
         0);
     assert_int_equal(lens_filter(plan, &shown, block, out, NULL, &lens), 0);
-    assert_int_equal(lens_extra_levels(plan, &shown, block, levels), 0);
+    assert_int_equal(lens_second_set_levels(plan, &shown, block, levels), 0);
     free(shown.lens_radiance);
 }
 
-/* The radiance of all samples of the block in the middle, as lens_light_take leaves it; whether
+/* The radiance of all samples of the block in the middle, as lens_relight_take leaves it; whether
  * fields light any lobes of theirs. */
 struct middle {
     struct plan plan;
@@ -92,12 +93,12 @@ static void middle_fini(struct middle *m)
 static void middle_take(struct middle *m)
 {
     const struct rect lit =
-        rect_intersect(rect_grow(m->block, lens_light_ring_px(&m->plan)), m->patch->core);
+        rect_intersect(rect_grow(m->block, lens_relight_ring_px(&m->plan)), m->patch->core);
     const struct rect seen =
         rect_intersect(rect_grow(m->block, lens_halo_px(&m->plan)), m->patch->rect);
-    struct lens_light_statistics lights = {0};
-    assert_int_equal(lens_light_take(&m->plan, m->patch, &m->lighting, lit, seen, m->block,
-                                     m->radiance, &lights),
+    struct lens_relight_statistics lights = {0};
+    assert_int_equal(lens_relight_take(&m->plan, m->patch, &m->lighting, lit, seen, m->block,
+                                       m->radiance, &lights),
                      0);
 }
 

@@ -1,4 +1,4 @@
-#include "server/reconstruct/lens/lens_extra.h"
+#include "server/reconstruct/lens/lens_second_set.h"
 
 #include <math.h>
 #include <string.h>
@@ -51,12 +51,14 @@ static float square_of(const struct plan *plan, const struct patch *patch, size_
 static double second_square(const struct plan *plan, const struct patch *p, size_t i)
 {
     const size_t area = (size_t)rect_area(p->rect);
-    const double scale = (double)plan->radiance_scale, root = (double)p->lens_more[3 * area + i];
+    const double scale = (double)plan->radiance_scale,
+                 root = (double)p->lens_second_set[3 * area + i];
     const double paths = (double)p->lens_paths[i];
     double variance = root * root;
     if (!(paths > 1.0)) return 0.0;
     for (size_t c = 0; c < 3; c++)
-        variance -= (double)p->lens_more[c * area + i] * (double)p->lens_more[c * area + i];
+        variance -=
+            (double)p->lens_second_set[c * area + i] * (double)p->lens_second_set[c * area + i];
     return variance > 0.0 ? scale * scale * variance / (paths - 1.0) : 0.0;
 }
 
@@ -120,8 +122,8 @@ static uint8_t level_of(float square)
     return (uint8_t)(level < 1 ? 1 : level > UINT8_MAX ? UINT8_MAX : level);
 }
 
-int lens_extra_levels(const struct plan *plan, const struct patch *patch, struct rect inner,
-                      uint8_t *levels)
+int lens_second_set_levels(const struct plan *plan, const struct patch *patch, struct rect inner,
+                           uint8_t *levels)
 {
     struct errors e;
     struct patch first = *patch; /* before second sets, of all pixels */
@@ -150,8 +152,8 @@ static float share_of(const struct errors *e, int32_t x, int32_t y)
     return first > 0.0 ? (float)(first / (first + second)) : 0.0f;
 }
 
-int lens_extra_mix(const struct plan *plan, const struct patch *patch, struct rect inner,
-                   float *const out[3])
+int lens_second_set_mix(const struct plan *plan, const struct patch *patch, struct rect inner,
+                        float *const out[3])
 {
     const size_t area = (size_t)rect_area(patch->rect);
     bool any = false;
@@ -168,7 +170,7 @@ int lens_extra_mix(const struct plan *plan, const struct patch *patch, struct re
             if (!(patch->lens_paths[i] > 0.0f)) continue;
             const float share = share_of(&e, x, y);
             for (size_t c = 0; c < 3; c++)
-                out[c][i] += share * (patch->lens_more[c * area + i] - out[c][i]);
+                out[c][i] += share * (patch->lens_second_set[c * area + i] - out[c][i]);
         }
     errors_fini(&e);
     return 0;

@@ -2,10 +2,10 @@
 /* Random lens samples for the kernels that light them: where the middle of the lens sees their
  * points, some of them outside of what it sees, what their paths have found, and what they send. */
 #include "proto/shared_exponent.h"
-#include "server/reconstruct/lighting/lens_light_kernels.h"
+#include "server/reconstruct/lighting/lens_relight_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
-enum lens_light_kernel {
+enum lens_relight_kernel {
     LIT_LENS_PLACE,
     LIT_LENS_OWN,
     LIT_LENS_ADD,
@@ -13,29 +13,30 @@ enum lens_light_kernel {
     LIT_LENS_KERNEL_COUNT
 };
 
-static const char *const lens_light_kernel_names[LIT_LENS_KERNEL_COUNT] = {
+static const char *const lens_relight_kernel_names[LIT_LENS_KERNEL_COUNT] = {
     "light place", "light own", "light add", "light most"};
 
-#define LENS_LIGHT_NUMBERS 6  /* along, height, left, length, slope, z */
-#define LENS_LIGHT_WORDS   5  /* seeds of three kinds, albedo, light */
-#define LENS_LIGHT_PLANES  13 /* at most are written */
+#define LENS_RELIGHT_NUMBERS 6  /* along, height, left, length, slope, z */
+#define LENS_RELIGHT_WORDS   5  /* seeds of three kinds, albedo, light */
+#define LENS_RELIGHT_PLANES  13 /* at most are written */
 
-struct lens_light_case {
-    float *number[LENS_LIGHT_NUMBERS]; /* owned */
-    uint32_t *words[LENS_LIGHT_WORDS]; /* owned */
-    uint16_t *code;                    /* owned */
+struct lens_relight_case {
+    float *number[LENS_RELIGHT_NUMBERS]; /* owned */
+    uint32_t *words[LENS_RELIGHT_WORDS]; /* owned */
+    uint16_t *code;                      /* owned */
     uint32_t count;
 };
 
-static inline void lens_light_case_init(struct lens_light_case *out, uint32_t count, uint64_t seed)
+static inline void lens_relight_case_init(struct lens_relight_case *out, uint32_t count,
+                                          uint64_t seed)
 {
     static const float low[] = {0.0f, -1.0f, -1.0f, 0.0f, -24.0f, 0.01f};
     static const float high[] = {1.0f, 1.0f, 0.0f, 1.0f, 24.0f, 9.0f};
     struct random r = {seed};
-    *out = (struct lens_light_case){.count = count};
-    for (int k = 0; k < LENS_LIGHT_NUMBERS; k++)
+    *out = (struct lens_relight_case){.count = count};
+    for (int k = 0; k < LENS_RELIGHT_NUMBERS; k++)
         out->number[k] = field_numbers(&r, count, low[k], high[k]);
-    for (int k = 0; k < LENS_LIGHT_WORDS; k++)
+    for (int k = 0; k < LENS_RELIGHT_WORDS; k++)
         out->words[k] = field_memory(count * sizeof *out->words[k]);
     out->code = field_memory(count * sizeof *out->code);
     for (uint32_t i = 0; i < count; i++) {
@@ -51,24 +52,25 @@ static inline void lens_light_case_init(struct lens_light_case *out, uint32_t co
     }
 }
 
-static inline void lens_light_case_fini(struct lens_light_case *c)
+static inline void lens_relight_case_fini(struct lens_relight_case *c)
 {
-    for (int k = 0; k < LENS_LIGHT_NUMBERS; k++) free(c->number[k]);
-    for (int k = 0; k < LENS_LIGHT_WORDS; k++) free(c->words[k]);
+    for (int k = 0; k < LENS_RELIGHT_NUMBERS; k++) free(c->number[k]);
+    for (int k = 0; k < LENS_RELIGHT_WORDS; k++) free(c->words[k]);
     free(c->code);
 }
 
-/* What lens_light_case_run writes. */
-static inline size_t lens_light_case_size(const struct lens_light_case *k)
+/* What lens_relight_case_run writes. */
+static inline size_t lens_relight_case_size(const struct lens_relight_case *k)
 {
-    return LENS_LIGHT_PLANES * (size_t)k->count;
+    return LENS_RELIGHT_PLANES * (size_t)k->count;
 }
 
-static inline struct lens_light_row lens_light_case_row(const struct lens_light_case *k, float *out)
+static inline struct lens_relight_row lens_relight_case_row(const struct lens_relight_case *k,
+                                                            float *out)
 {
     const size_t n = k->count;
     memcpy(out + 12 * n, k->number[5], n * sizeof *out);
-    return (struct lens_light_row){
+    return (struct lens_relight_row){
         .along = k->number[0],
         .height = k->number[1],
         .left = k->number[2],
@@ -109,14 +111,15 @@ static inline struct lens_light_row lens_light_case_row(const struct lens_light_
 }
 
 /* Samples from `first` on. */
-static inline void lens_light_case_run(const struct lens_light_case *k,
-                                       const struct lens_light_kernels *kernels,
-                                       enum lens_light_kernel kernel, uint32_t first, float *out)
+static inline void lens_relight_case_run(const struct lens_relight_case *k,
+                                         const struct lens_relight_kernels *kernels,
+                                         enum lens_relight_kernel kernel, uint32_t first,
+                                         float *out)
 {
     const uint32_t count = k->count - first;
     const size_t n = k->count;
     if (kernel == LIT_LENS_PLACE) {
-        const struct lens_light_row row = lens_light_case_row(k, out);
+        const struct lens_relight_row row = lens_relight_case_row(k, out);
         kernels->place(&row, first, k->count);
     } else if (kernel == LIT_LENS_OWN) {
         kernels->own(k->words[4] + first, 0.25f, count, (float *[3]){out, out + n, out + 2 * n});
@@ -132,14 +135,14 @@ static inline void lens_light_case_run(const struct lens_light_case *k,
 }
 
 /* 0 where all bits are the reference's. */
-static inline float lens_light_case_compare(const struct lens_light_case *k,
-                                            const struct lens_light_kernels *tested,
-                                            enum lens_light_kernel kernel, uint32_t first)
+static inline float lens_relight_case_compare(const struct lens_relight_case *k,
+                                              const struct lens_relight_kernels *tested,
+                                              enum lens_relight_kernel kernel, uint32_t first)
 {
-    const size_t size = lens_light_case_size(k);
+    const size_t size = lens_relight_case_size(k);
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);
-    lens_light_case_run(k, &lens_light_kernels_sse42, kernel, first, a);
-    lens_light_case_run(k, tested, kernel, first, b);
+    lens_relight_case_run(k, &lens_relight_kernels_sse42, kernel, first, a);
+    lens_relight_case_run(k, tested, kernel, first, b);
     const float difference = memcmp(a, b, size * sizeof *a) ? INFINITY : 0.0f;
     free(a);
     free(b);
