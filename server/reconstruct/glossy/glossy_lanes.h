@@ -15,40 +15,40 @@
 #include <string.h>
 
 #include "server/reconstruct/glossy/glossy_kernels.h"
-#include "server/reconstruct/simd/lanes_vector.h"
 #include "server/reconstruct/simd/tap_lanes.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define GLOSSY_LOG_2     0.693147181f
 #define GLOSSY_DET_LEAST 1e-30f
 #define GLOSSY_SLOPE     0.1225f /* squared: neighbours may lie so far off the plane, over distance */
 
-_Static_assert(TAPS_MOST >= GLOSSY_TAPS && LANES_COUNT == GLOSSY_LANES, "a line's neighbours");
+_Static_assert(TAPS_MOST >= GLOSSY_TAPS && SIMD_LANES == GLOSSY_LANES, "a line's neighbours");
 
 /* Sixteen receivers. */
 struct glossy_receivers {
-    struct lanes point[3], normal[3], mirror[3];
-    struct lanes e1[3], e2[3];                    /* along and across, unit */
-    struct lanes s11, s22;                        /* the covariance, which is diagonal there */
-    struct lanes sharpness, nearness, off;        /* of the tangent plane */
-    struct lanes similarity, distance, footprint; /* of the rule */
-    struct lanes_whole object, receives;
+    struct simd point[3], normal[3], mirror[3];
+    struct simd e1[3], e2[3];                    /* along and across, unit */
+    struct simd s11, s22;                        /* the covariance, which is diagonal there */
+    struct simd sharpness, nearness, off;        /* of the tangent plane */
+    struct simd similarity, distance, footprint; /* of the rule */
+    struct simd_whole object, receives;
 };
 
 /* Computes unit axes of the receivers. Without a lobe they are any finite numbers. */
-static inline void glossy_axis(const float *const in[3], size_t p, struct lanes unit[3],
-                               struct lanes *square)
+static inline void glossy_axis(const float *const in[3], size_t p, struct simd unit[3],
+                               struct simd *square)
 {
-    for (int k = 0; k < 3; k++) unit[k] = lanes_load(in[k] + p);
-    for (int v = 0; v < LANES_VECTORS; v++) {
-        const lanes_vector a[3] = {unit[0].v[v], unit[1].v[v], unit[2].v[v]};
-        const lanes_vector squared = lanes_dot(a, a);
-        const lanes_vector fit =
-            lanes_select(squared > GLOSSY_DET_LEAST, squared, lanes_all(1.0f).v[v]);
-        float root[LANES_PER_VECTOR];
-        lanes_vector length;
+    for (int k = 0; k < 3; k++) unit[k] = simd_load(in[k] + p);
+    for (int v = 0; v < SIMD_VECTORS; v++) {
+        const simd_vector a[3] = {unit[0].v[v], unit[1].v[v], unit[2].v[v]};
+        const simd_vector squared = simd_dot(a, a);
+        const simd_vector fit =
+            simd_select(squared > GLOSSY_DET_LEAST, squared, simd_all(1.0f).v[v]);
+        float root[SIMD_PER_VECTOR];
+        simd_vector length;
         memcpy(root, &fit, sizeof root);
-        for (int i = 0; i < LANES_PER_VECTOR; i++) root[i] = sqrtf(root[i]);
-        length = lanes_load_vector(root);
+        for (int i = 0; i < SIMD_PER_VECTOR; i++) root[i] = sqrtf(root[i]);
+        length = simd_load_vector(root);
         for (int k = 0; k < 3; k++) unit[k].v[v] = a[k] / length;
         square->v[v] = fit;
     }
@@ -59,49 +59,49 @@ static inline void glossy_load_receivers(const struct glossy_field *f,
                                          struct glossy_receivers *a)
 {
     const bool own = f->similarity != NULL;
-    a->similarity = own ? lanes_load(f->similarity + p) : lanes_all(rule->similarity);
-    a->distance = own ? lanes_load(f->distance + p) : lanes_all(rule->distance);
-    a->footprint = own ? lanes_load(f->footprint + p) : lanes_all(rule->footprint);
+    a->similarity = own ? simd_load(f->similarity + p) : simd_all(rule->similarity);
+    a->distance = own ? simd_load(f->distance + p) : simd_all(rule->distance);
+    a->footprint = own ? simd_load(f->footprint + p) : simd_all(rule->footprint);
     for (int k = 0; k < 3; k++) {
-        a->point[k] = lanes_load(f->point[k] + p);
-        a->normal[k] = lanes_load(f->normal[k] + p);
-        a->mirror[k] = lanes_load(f->mirror[k] + p);
+        a->point[k] = simd_load(f->point[k] + p);
+        a->normal[k] = simd_load(f->normal[k] + p);
+        a->mirror[k] = simd_load(f->mirror[k] + p);
     }
     glossy_axis(f->along, p, a->e1, &a->s11);
     glossy_axis(f->across, p, a->e2, &a->s22);
-    a->sharpness = lanes_load(f->sharpness + p);
-    a->nearness = lanes_load(f->nearness + p);
-    a->off = lanes_load(f->near_plane + p);
-    a->object = lanes_load_whole(f->object + p);
-    for (int v = 0; v < LANES_VECTORS; v++) a->receives.v[v] = a->object.v[v] != 0;
+    a->sharpness = simd_load(f->sharpness + p);
+    a->nearness = simd_load(f->nearness + p);
+    a->off = simd_load(f->near_plane + p);
+    a->object = simd_load_whole(f->object + p);
+    for (int v = 0; v < SIMD_VECTORS; v++) a->receives.v[v] = a->object.v[v] != 0;
 }
 
 /* Returns the natural logarithm of normal numbers above 0, for a mantissa from 0.7 to 1.4 as 2
  * artanh. The absolute error is 2e-7 beside that of adding the exponent. */
-static inline lanes_vector glossy_log(lanes_vector x)
+static inline simd_vector glossy_log(simd_vector x)
 {
-    const lanes_mask bits = (lanes_mask)x;
-    const lanes_mask scaled = (bits & 0x007fffff) | 0x3f800000; /* 1 to 2 */
-    const lanes_mask large = (lanes_vector)scaled > 1.41421356f;
-    const lanes_vector m = (lanes_vector)(scaled - (large & 0x00800000));
-    const lanes_vector e = __builtin_convertvector((bits >> 23) - 127 - large, lanes_vector);
-    const lanes_vector t = (m - 1.0f) / (m + 1.0f), s = t * t;
-    const lanes_vector low = lanes_fused(s, lanes_same(0.2f), lanes_same(0.333333333f));
-    const lanes_vector high = lanes_fused(s, lanes_same(0.111111111f), lanes_same(0.142857143f));
-    const lanes_vector series = lanes_fused(t * s, lanes_fused(s * s, high, low), t);
-    return lanes_fused(e, lanes_same(GLOSSY_LOG_2), series + series);
+    const simd_mask bits = (simd_mask)x;
+    const simd_mask scaled = (bits & 0x007fffff) | 0x3f800000; /* 1 to 2 */
+    const simd_mask large = (simd_vector)scaled > 1.41421356f;
+    const simd_vector m = (simd_vector)(scaled - (large & 0x00800000));
+    const simd_vector e = __builtin_convertvector((bits >> 23) - 127 - large, simd_vector);
+    const simd_vector t = (m - 1.0f) / (m + 1.0f), s = t * t;
+    const simd_vector low = simd_fused(s, simd_same(0.2f), simd_same(0.333333333f));
+    const simd_vector high = simd_fused(s, simd_same(0.111111111f), simd_same(0.142857143f));
+    const simd_vector series = simd_fused(t * s, simd_fused(s * s, high, low), t);
+    return simd_fused(e, simd_same(GLOSSY_LOG_2), series + series);
 }
 
 /* Returns exp(-x) for x from 0 to GLOSSY_CUT, as the sixteenth power of exp(-x/16)'s series. The
  * relative error is 4.1e-5, and 0 at 0. Results beyond are undefined. */
-static inline lanes_vector glossy_exp_minus(lanes_vector x)
+static inline simd_vector glossy_exp_minus(simd_vector x)
 {
-    const lanes_vector y = x * -0.0625f, squared = y * y;
-    const lanes_vector linear = lanes_fused(y, lanes_same(1.0f / 6), lanes_same(0.5f));
-    const lanes_vector low = lanes_fused(squared, linear, 1.0f + y);
-    const lanes_vector fourth = lanes_fused(y, lanes_same(1.0f / 120), lanes_same(1.0f / 24));
-    const lanes_vector high = lanes_fused(squared, lanes_same(1.0f / 720), fourth);
-    lanes_vector p = lanes_fused(squared * squared, high, low);
+    const simd_vector y = x * -0.0625f, squared = y * y;
+    const simd_vector linear = simd_fused(y, simd_same(1.0f / 6), simd_same(0.5f));
+    const simd_vector low = simd_fused(squared, linear, 1.0f + y);
+    const simd_vector fourth = simd_fused(y, simd_same(1.0f / 120), simd_same(1.0f / 24));
+    const simd_vector high = simd_fused(squared, simd_same(1.0f / 720), fourth);
+    simd_vector p = simd_fused(squared * squared, high, low);
     p = p * p;
     p = p * p;
     p = p * p;
@@ -122,48 +122,48 @@ struct glossy_met {
 /* Compares the lobes of vector v of the receivers with those of the neighbours at `at`, whose
  * points lie at d from the receivers'. */
 static inline void glossy_compare(const struct glossy_field *f, const struct glossy_receivers *a,
-                                  size_t at, int v, const lanes_vector d[3], struct glossy_met *out)
+                                  size_t at, int v, const simd_vector d[3], struct glossy_met *out)
 {
     const uint32_t t = out->taps.count;
-    const size_t lane = (size_t)v * LANES_PER_VECTOR;
-    const lanes_vector e1[3] = {a->e1[0].v[v], a->e1[1].v[v], a->e1[2].v[v]};
-    const lanes_vector e2[3] = {a->e2[0].v[v], a->e2[1].v[v], a->e2[2].v[v]};
-    const lanes_vector near = a->nearness.v[v];
-    lanes_vector along[3], across[3], h[3];
+    const size_t lane = (size_t)v * SIMD_PER_VECTOR;
+    const simd_vector e1[3] = {a->e1[0].v[v], a->e1[1].v[v], a->e1[2].v[v]};
+    const simd_vector e2[3] = {a->e2[0].v[v], a->e2[1].v[v], a->e2[2].v[v]};
+    const simd_vector near = a->nearness.v[v];
+    simd_vector along[3], across[3], h[3];
     for (int k = 0; k < 3; k++) {
-        along[k] = lanes_load_vector(f->along[k] + at);
-        across[k] = lanes_load_vector(f->across[k] + at);
-        h[k] = lanes_fused(near, d[k], lanes_load_vector(f->mirror[k] + at) - a->mirror[k].v[v]);
+        along[k] = simd_load_vector(f->along[k] + at);
+        across[k] = simd_load_vector(f->across[k] + at);
+        h[k] = simd_fused(near, d[k], simd_load_vector(f->mirror[k] + at) - a->mirror[k].v[v]);
     }
-    const lanes_vector p1 = lanes_dot(along, e1), p2 = lanes_dot(along, e2);
-    const lanes_vector q1 = lanes_dot(across, e1), q2 = lanes_dot(across, e2);
-    const lanes_vector h1 = lanes_dot(h, e1), h2 = lanes_dot(h, e2);
-    const lanes_vector s11 = lanes_fused(p1, p1, lanes_fused(q1, q1, a->s11.v[v]));
-    const lanes_vector s22 = lanes_fused(p2, p2, lanes_fused(q2, q2, a->s22.v[v]));
-    const lanes_vector s12 = lanes_fused(p1, p2, q1 * q2);
-    const lanes_vector raw = lanes_fused(s11, s22, -s12 * s12);
+    const simd_vector p1 = simd_dot(along, e1), p2 = simd_dot(along, e2);
+    const simd_vector q1 = simd_dot(across, e1), q2 = simd_dot(across, e2);
+    const simd_vector h1 = simd_dot(h, e1), h2 = simd_dot(h, e2);
+    const simd_vector s11 = simd_fused(p1, p1, simd_fused(q1, q1, a->s11.v[v]));
+    const simd_vector s22 = simd_fused(p2, p2, simd_fused(q2, q2, a->s22.v[v]));
+    const simd_vector s12 = simd_fused(p1, p2, q1 * q2);
+    const simd_vector raw = simd_fused(s11, s22, -s12 * s12);
     /* h1 (h1 s22 - h2 s12) + h2 (h2 s11 - h1 s12) */
-    const lanes_vector first = lanes_fused(h1, s22, -h2 * s12);
-    const lanes_vector second = lanes_fused(h2, s11, -h1 * s12);
-    *(lanes_stored *)(out->det[t] + lane) =
-        lanes_select(raw > GLOSSY_DET_LEAST, raw, lanes_same(GLOSSY_DET_LEAST));
-    *(lanes_stored *)(out->apart[t] + lane) = lanes_fused(h1, first, h2 * second);
-    *(lanes_stored *)(out->sharp[t] + lane) =
-        a->sharpness.v[v] + lanes_load_vector(f->sharpness + at);
+    const simd_vector first = simd_fused(h1, s22, -h2 * s12);
+    const simd_vector second = simd_fused(h2, s11, -h1 * s12);
+    *(simd_stored *)(out->det[t] + lane) =
+        simd_select(raw > GLOSSY_DET_LEAST, raw, simd_same(GLOSSY_DET_LEAST));
+    *(simd_stored *)(out->apart[t] + lane) = simd_fused(h1, first, h2 * second);
+    *(simd_stored *)(out->sharp[t] + lane) =
+        a->sharpness.v[v] + simd_load_vector(f->sharpness + at);
 }
 
 /* Returns the mask of receivers of vector v that may accept the neighbours from q on. */
-static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct glossy_receivers *a,
-                                     size_t q, int v, struct glossy_met *out)
+static inline simd_mask glossy_meet(const struct glossy_field *f, const struct glossy_receivers *a,
+                                    size_t q, int v, struct glossy_met *out)
 {
-    const size_t at = q + (size_t)v * LANES_PER_VECTOR;
-    const lanes_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
-    lanes_vector d[3];
-    for (int k = 0; k < 3; k++) d[k] = lanes_load_vector(f->point[k] + at) - a->point[k].v[v];
-    const lanes_vector off = lanes_dot(d, n), length = lanes_dot(d, d);
-    const lanes_mask flat =
-        (lanes_positive(off) <= a->off.v[v]) | (off * off <= GLOSSY_SLOPE * length);
-    const lanes_mask same = lanes_load_mask(f->object + at) == a->object.v[v];
+    const size_t at = q + (size_t)v * SIMD_PER_VECTOR;
+    const simd_vector n[3] = {a->normal[0].v[v], a->normal[1].v[v], a->normal[2].v[v]};
+    simd_vector d[3];
+    for (int k = 0; k < 3; k++) d[k] = simd_load_vector(f->point[k] + at) - a->point[k].v[v];
+    const simd_vector off = simd_dot(d, n), length = simd_dot(d, d);
+    const simd_mask flat =
+        (simd_positive(off) <= a->off.v[v]) | (off * off <= GLOSSY_SLOPE * length);
+    const simd_mask same = simd_load_mask(f->object + at) == a->object.v[v];
     glossy_compare(f, a, at, v, d, out);
     return flat & same & a->receives.v[v];
 }
@@ -172,11 +172,11 @@ static inline lanes_mask glossy_meet(const struct glossy_field *f, const struct 
 static inline int glossy_meets(const struct glossy_field *f, const struct glossy_receivers *a,
                                size_t q)
 {
-    struct lanes_whole same;
-    for (int v = 0; v < LANES_VECTORS; v++)
+    struct simd_whole same;
+    for (int v = 0; v < SIMD_VECTORS; v++)
         same.v[v] = a->receives.v[v] &
-                    (lanes_load_mask(f->object + q + v * LANES_PER_VECTOR) == a->object.v[v]);
-    return lanes_any(&same);
+                    (simd_load_mask(f->object + q + v * SIMD_PER_VECTOR) == a->object.v[v]);
+    return simd_any(&same);
 }
 
 /* Meets the neighbours to one side, without those that no receiver may accept. */
@@ -185,14 +185,14 @@ static inline void glossy_walk(const struct glossy_field *f, const struct glossy
 {
     for (int32_t k = 1; k <= reach; k++) {
         const size_t q = (size_t)((ptrdiff_t)p + k * step);
-        struct lanes_whole taken;
-        struct lanes masks;
+        struct simd_whole taken;
+        struct simd masks;
         if (!glossy_meets(f, a, q)) continue;
-        for (int v = 0; v < LANES_VECTORS; v++) {
+        for (int v = 0; v < SIMD_VECTORS; v++) {
             taken.v[v] = glossy_meet(f, a, q, v, out);
-            masks.v[v] = (lanes_vector)taken.v[v];
+            masks.v[v] = (simd_vector)taken.v[v];
         }
-        if (!lanes_any(&taken)) continue;
+        if (!simd_any(&taken)) continue;
         out->square[out->taps.count] = (float)k * (float)k;
         taps_add(&out->taps, q, &masks);
     }
@@ -200,30 +200,29 @@ static inline void glossy_walk(const struct glossy_field *f, const struct glossy
 
 /* Returns the weights that vector v of the receivers gives to tap t. Parallax within a pixel's
  * footprint is forgiven, because the picture does not resolve it. */
-static inline lanes_vector glossy_weight(const struct glossy_receivers *a,
-                                         const struct glossy_met *met, uint32_t t, int v)
+static inline simd_vector glossy_weight(const struct glossy_receivers *a,
+                                        const struct glossy_met *met, uint32_t t, int v)
 {
-    const size_t lane = (size_t)v * LANES_PER_VECTOR;
-    const lanes_mask may = (lanes_mask)lanes_load_vector(met->taps.weight[t] + lane);
-    const lanes_vector det = lanes_load_vector(met->det[t] + lane);
-    const lanes_vector square = lanes_same(met->square[t]);
-    const lanes_vector sharp = lanes_load_vector(met->sharp[t] + lane);
-    const lanes_vector shape =
-        lanes_fused(glossy_log(det), lanes_same(0.5f), -(sharp + GLOSSY_LOG_2));
-    const lanes_vector apart = lanes_load_vector(met->apart[t] + lane) / det;
-    const lanes_vector view = a->similarity.v[v] * (0.5f * apart);
-    const lanes_vector most = square * a->footprint.v[v];
-    const lanes_vector own = lanes_fused(a->similarity.v[v], shape, lanes_least(view, most));
-    const lanes_vector x = lanes_fused(a->distance.v[v], square, lanes_where(own > 0.0f, own));
-    return lanes_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
+    const size_t lane = (size_t)v * SIMD_PER_VECTOR;
+    const simd_mask may = (simd_mask)simd_load_vector(met->taps.weight[t] + lane);
+    const simd_vector det = simd_load_vector(met->det[t] + lane);
+    const simd_vector square = simd_same(met->square[t]);
+    const simd_vector sharp = simd_load_vector(met->sharp[t] + lane);
+    const simd_vector shape = simd_fused(glossy_log(det), simd_same(0.5f), -(sharp + GLOSSY_LOG_2));
+    const simd_vector apart = simd_load_vector(met->apart[t] + lane) / det;
+    const simd_vector view = a->similarity.v[v] * (0.5f * apart);
+    const simd_vector most = square * a->footprint.v[v];
+    const simd_vector own = simd_fused(a->similarity.v[v], shape, simd_least(view, most));
+    const simd_vector x = simd_fused(a->distance.v[v], square, simd_where(own > 0.0f, own));
+    return simd_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
 }
 
 static inline void glossy_weigh(const struct glossy_receivers *a, struct glossy_met *met)
 {
     for (uint32_t t = 0; t < met->taps.count; t++) {
-        struct lanes weight;
-        for (int v = 0; v < LANES_VECTORS; v++) weight.v[v] = glossy_weight(a, met, t, v);
-        lanes_store(&weight, met->taps.weight[t]);
+        struct simd weight;
+        for (int v = 0; v < SIMD_VECTORS; v++) weight.v[v] = glossy_weight(a, met, t, v);
+        simd_store(&weight, met->taps.weight[t]);
     }
 }
 
@@ -233,7 +232,7 @@ static inline void glossy_gather(const struct glossy_field *f, const struct glos
     struct glossy_receivers receivers;
     out->taps.count = 0;
     glossy_load_receivers(f, rule, p, &receivers);
-    if (!lanes_any(&receivers.receives)) return;
+    if (!simd_any(&receivers.receives)) return;
     glossy_walk(f, &receivers, p, -run->step, run->before, out);
     glossy_walk(f, &receivers, p, run->step, run->after, out);
     glossy_weigh(&receivers, out);

@@ -8,8 +8,8 @@
 #include "proto/v_plane.h"
 #include "server/reconstruct/indirect/v_plane_kernels.h"
 #include "server/reconstruct/simd/fused.h"
-#include "server/reconstruct/simd/lanes_inline.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define V_PLANE_TURN 6.28318531f
 
@@ -73,78 +73,78 @@ static void kernel_strata(const struct v_plane_strata *s, const float *jitter_u,
 }
 
 /* The first `n` lanes, all of them where the compiler knows so; 0 beyond. */
-LANES_INLINE lanes_vector v_plane_load(const float *from, size_t n)
+SIMD_INLINE simd_vector v_plane_load(const float *from, size_t n)
 {
-    lanes_vector out = {0};
+    simd_vector out = {0};
     memcpy(&out, from, n * sizeof *from);
     return out;
 }
 
-LANES_INLINE lanes_mask v_plane_load_mask(const int32_t *from, size_t n)
+SIMD_INLINE simd_mask v_plane_load_mask(const int32_t *from, size_t n)
 {
-    lanes_mask out = {0};
+    simd_mask out = {0};
     memcpy(&out, from, n * sizeof *from);
     return out;
 }
 
-static inline lanes_vector v_plane_root(lanes_vector x)
+static inline simd_vector v_plane_root(simd_vector x)
 {
 #ifdef __AVX512F__
-    return (lanes_vector)_mm512_sqrt_ps((__m512)x);
+    return (simd_vector)_mm512_sqrt_ps((__m512)x);
 #elif defined __AVX__
-    return (lanes_vector)_mm256_sqrt_ps((__m256)x);
+    return (simd_vector)_mm256_sqrt_ps((__m256)x);
 #else
-    return (lanes_vector)_mm_sqrt_ps((__m128)x);
+    return (simd_vector)_mm_sqrt_ps((__m128)x);
 #endif
 }
 
 /* What pixels' samples add up to. */
 struct v_plane_sums {
-    lanes_vector weight, mean, square;
+    simd_vector weight, mean, square;
 };
 
 /* Stratum (column, row) of `n` pixels from `at` on. */
-LANES_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
-                                     const struct v_plane_planes *planes, uint32_t column,
-                                     uint32_t row, size_t at, size_t n, lanes_vector inverse,
-                                     float least, struct v_plane_sums *sums)
+SIMD_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
+                                    const struct v_plane_planes *planes, uint32_t column,
+                                    uint32_t row, size_t at, size_t n, simd_vector inverse,
+                                    float least, struct v_plane_sums *sums)
 {
     const float *r = planes->first + 4 * (size_t)(row * s->l + column) * planes->stride + at;
     const float *g = r + planes->stride, *b = g + planes->stride;
-    const lanes_vector t = v_plane_load(b + planes->stride, n), lowest = lanes_all(least).v[0];
-    const lanes_vector z = v_plane_load(s->height + column * s->stride + at, n) *
-                           v_plane_load(s->cosine + row * s->stride + at, n);
-    const lanes_vector up = t * inverse * z, met = 1.0f / lanes_select(up > lowest, up, lowest);
-    const lanes_mask hit = t > 0.0f, bright = (v_plane_load(r, n) > 0.0f) |
-                                              (v_plane_load(g, n) > 0.0f) |
-                                              (v_plane_load(b, n) > 0.0f);
-    const lanes_vector a = lanes_where(hit, met), w = lanes_where(hit | bright, z * z);
+    const simd_vector t = v_plane_load(b + planes->stride, n), lowest = simd_all(least).v[0];
+    const simd_vector z = v_plane_load(s->height + column * s->stride + at, n) *
+                          v_plane_load(s->cosine + row * s->stride + at, n);
+    const simd_vector up = t * inverse * z, met = 1.0f / simd_select(up > lowest, up, lowest);
+    const simd_mask hit = t > 0.0f, bright = (v_plane_load(r, n) > 0.0f) |
+                                             (v_plane_load(g, n) > 0.0f) |
+                                             (v_plane_load(b, n) > 0.0f);
+    const simd_vector a = simd_where(hit, met), w = simd_where(hit | bright, z * z);
     sums->weight += w;
-    sums->mean = lanes_fused(w, a, sums->mean);
-    sums->square = lanes_fused(w * a, a, sums->square);
+    sums->mean = simd_fused(w, a, sums->mean);
+    sums->square = simd_fused(w * a, a, sums->square);
 }
 
 /* `n` pixels from `at` on, of a vector at most. */
-LANES_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
-                                        const struct v_plane_planes *planes,
-                                        const struct v_plane_source *sources, float least_px,
-                                        size_t at, size_t n, float *mean, float *deviation)
+SIMD_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
+                                       const struct v_plane_planes *planes,
+                                       const struct v_plane_source *sources, float least_px,
+                                       size_t at, size_t n, float *mean, float *deviation)
 {
-    const lanes_vector zero = {0}, one = lanes_all(1.0f).v[0];
+    const simd_vector zero = {0}, one = simd_all(1.0f).v[0];
     struct v_plane_sums sums = {zero, zero, zero};
-    float pixel[LANES_PER_VECTOR] = {0};
+    float pixel[SIMD_PER_VECTOR] = {0};
     for (size_t k = 0; k < n; k++) pixel[k] = sources[at + k].pixel;
-    const lanes_vector size = lanes_load_vector(pixel);
-    const lanes_mask measured = size > 0.0f; /* then it is not 0 */
-    const lanes_vector inverse = lanes_where(measured, one / lanes_select(measured, size, one));
+    const simd_vector size = simd_load_vector(pixel);
+    const simd_mask measured = size > 0.0f; /* then it is not 0 */
+    const simd_vector inverse = simd_where(measured, one / simd_select(measured, size, one));
     for (uint32_t row = 0; row < s->l; row++)
         for (uint32_t column = 0; column < s->l; column++)
             v_plane_add_slopes(s, planes, column, row, at, n, inverse, least_px, &sums);
-    const lanes_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
-    const lanes_vector scale = lanes_where(any, one / lanes_select(any, sums.weight, one));
-    const lanes_vector m = sums.mean * scale, square = lanes_fused(sums.square, scale, -m * m);
-    const lanes_vector root = v_plane_root(lanes_where(any & (square > 0.0f), square));
-    const lanes_vector answer = lanes_select(any, m, zero - one);
+    const simd_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
+    const simd_vector scale = simd_where(any, one / simd_select(any, sums.weight, one));
+    const simd_vector m = sums.mean * scale, square = simd_fused(sums.square, scale, -m * m);
+    const simd_vector root = v_plane_root(simd_where(any & (square > 0.0f), square));
+    const simd_vector answer = simd_select(any, m, zero - one);
     memcpy(mean + at, &answer, n * sizeof *mean);
     memcpy(deviation + at, &root, n * sizeof *deviation);
 }
@@ -154,39 +154,39 @@ static void kernel_slopes(const struct v_plane_strata *s, const struct v_plane_p
                           float *deviation)
 {
     size_t at = 0;
-    for (; at + LANES_PER_VECTOR <= s->count; at += LANES_PER_VECTOR)
-        v_plane_slopes_vector(s, planes, sources, least_px, at, LANES_PER_VECTOR, mean, deviation);
+    for (; at + SIMD_PER_VECTOR <= s->count; at += SIMD_PER_VECTOR)
+        v_plane_slopes_vector(s, planes, sources, least_px, at, SIMD_PER_VECTOR, mean, deviation);
     if (at < s->count)
         v_plane_slopes_vector(s, planes, sources, least_px, at, s->count - at, mean, deviation);
 }
 
 /* `n` pixels from p on, of a vector at most. */
-LANES_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n,
-                                         float *mean, float *deviation)
+SIMD_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n,
+                                        float *mean, float *deviation)
 {
     const float *const *normal = in->normal;
-    const lanes_vector own[3] = {v_plane_load(normal[0] + p, n), v_plane_load(normal[1] + p, n),
-                                 v_plane_load(normal[2] + p, n)};
-    const lanes_mask object = v_plane_load_mask(in->object + p, n);
-    lanes_vector m = {0}, d = {0};
-    lanes_mask counts = {0};
+    const simd_vector own[3] = {v_plane_load(normal[0] + p, n), v_plane_load(normal[1] + p, n),
+                                v_plane_load(normal[2] + p, n)};
+    const simd_mask object = v_plane_load_mask(in->object + p, n);
+    simd_vector m = {0}, d = {0};
+    simd_mask counts = {0};
     for (int32_t v = -V_PLANE_SLOPES_PX; v <= V_PLANE_SLOPES_PX; v++) {
         for (int32_t u = -V_PLANE_SLOPES_PX; u <= V_PLANE_SLOPES_PX; u++) {
             const size_t q = (size_t)((ptrdiff_t)p + (ptrdiff_t)v * in->width + u);
-            const lanes_vector other[3] = {v_plane_load(normal[0] + q, n),
-                                           v_plane_load(normal[1] + q, n),
-                                           v_plane_load(normal[2] + q, n)};
-            const lanes_vector alike = lanes_dot(own, other);
-            const lanes_vector near = v_plane_load(in->mean + q, n);
-            const lanes_mask same = (v_plane_load_mask(in->object + q, n) == object) &
-                                    (near >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
-            m += lanes_where(same, near);
-            d += lanes_where(same, v_plane_load(in->deviation + q, n));
+            const simd_vector other[3] = {v_plane_load(normal[0] + q, n),
+                                          v_plane_load(normal[1] + q, n),
+                                          v_plane_load(normal[2] + q, n)};
+            const simd_vector alike = simd_dot(own, other);
+            const simd_vector near = v_plane_load(in->mean + q, n);
+            const simd_mask same = (v_plane_load_mask(in->object + q, n) == object) &
+                                   (near >= 0.0f) & (alike >= V_PLANE_COS_NORMALS);
+            m += simd_where(same, near);
+            d += simd_where(same, v_plane_load(in->deviation + q, n));
             counts -= same;
         }
     }
-    const lanes_mask none = counts == 0; /* then sums are 0 */
-    const lanes_vector scale = 1.0f / __builtin_convertvector(counts - none, lanes_vector);
+    const simd_mask none = counts == 0; /* then sums are 0 */
+    const simd_vector scale = 1.0f / __builtin_convertvector(counts - none, simd_vector);
     m *= scale;
     d *= scale;
     memcpy(mean + p, &m, n * sizeof *mean);
@@ -197,8 +197,8 @@ static void kernel_average(const struct v_plane_slopes_field *in, size_t first, 
                            float *mean, float *deviation)
 {
     size_t at = 0;
-    for (; at + LANES_PER_VECTOR <= count; at += LANES_PER_VECTOR)
-        v_plane_average_vector(in, first + at, LANES_PER_VECTOR, mean, deviation);
+    for (; at + SIMD_PER_VECTOR <= count; at += SIMD_PER_VECTOR)
+        v_plane_average_vector(in, first + at, SIMD_PER_VECTOR, mean, deviation);
     if (at < count) v_plane_average_vector(in, first + at, count - at, mean, deviation);
 }
 

@@ -6,8 +6,8 @@
 #include "server/reconstruct/indirect/v_plane_kernels.h"
 #include "server/reconstruct/simd/fused.h"
 #include "server/reconstruct/simd/gaussian.h"
-#include "server/reconstruct/simd/lanes_inline.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define V_PLANE_TAPS     (2 * V_PLANE_REACH_PX + 1)
 #define V_PLANE_PADDED   48 /* taps in whole lanes */
@@ -101,17 +101,17 @@ static inline void v_plane_weigh(const struct v_plane_walk *w, const struct v_pl
 struct v_plane_order {
     uint64_t taps[V_PLANE_CELLS];
 };
-_Static_assert(V_PLANE_PADDED <= 64 && V_PLANE_PADDED % LANES_PER_VECTOR == 0, "taps as bits");
+_Static_assert(V_PLANE_PADDED <= 64 && V_PLANE_PADDED % SIMD_PER_VECTOR == 0, "taps as bits");
 
 static inline void v_plane_sort(const struct v_plane_taps *taps, uint32_t count,
                                 struct v_plane_order *out)
 {
     memset(out, 0, sizeof *out);
-    for (uint32_t i = 0; i < count; i += LANES_PER_VECTOR) {
-        const lanes_mask counts = lanes_load_vector(taps->weight + i) > 0.0f;
-        const lanes_mask cells = lanes_load_mask(taps->cell + i);
+    for (uint32_t i = 0; i < count; i += SIMD_PER_VECTOR) {
+        const simd_mask counts = simd_load_vector(taps->weight + i) > 0.0f;
+        const simd_mask cells = simd_load_mask(taps->cell + i);
         for (int32_t c = 0; c < V_PLANE_CELLS; c++)
-            out->taps[c] |= (uint64_t)lanes_signs(counts & (cells == c)) << i;
+            out->taps[c] |= (uint64_t)simd_signs(counts & (cells == c)) << i;
     }
 }
 
@@ -119,22 +119,22 @@ static inline void v_plane_sort(const struct v_plane_taps *taps, uint32_t count,
  * the cosine's square within the column. */
 static inline void v_plane_gather(const struct v_plane_taps *taps, const float *const *records,
                                   uint64_t own, size_t lanes, size_t at,
-                                  lanes_vector sums[V_PLANE_POWERS * 4])
+                                  simd_vector sums[V_PLANE_POWERS * 4])
 {
-    for (uint32_t n = 0; n < V_PLANE_POWERS * 4; n++) sums[n] = (lanes_vector){0};
+    for (uint32_t n = 0; n < V_PLANE_POWERS * 4; n++) sums[n] = (simd_vector){0};
     for (uint64_t left = own; left != 0; left &= left - 1) {
         const int i = __builtin_ctzll(left);
-        const lanes_vector *record = (const lanes_vector *)(const void *)(records[i] + at);
-        const size_t step = lanes / LANES_PER_VECTOR;
-        const lanes_vector shift = lanes_same(taps->shift[i]);
+        const simd_vector *record = (const simd_vector *)(const void *)(records[i] + at);
+        const size_t step = lanes / SIMD_PER_VECTOR;
+        const simd_vector shift = simd_same(taps->shift[i]);
         /* at least 0.38 */
-        const lanes_vector slope = lanes_fused(-shift, record[step], record[0]);
-        const lanes_vector ratio = lanes_fused(-shift, slope, lanes_same(1.0f));
-        const lanes_vector inverse = 1.0f / ratio, cosine = record[2 * step] * inverse;
-        lanes_vector w = taps->weight[i] * (inverse * inverse);
+        const simd_vector slope = simd_fused(-shift, record[step], record[0]);
+        const simd_vector ratio = simd_fused(-shift, slope, simd_same(1.0f));
+        const simd_vector inverse = 1.0f / ratio, cosine = record[2 * step] * inverse;
+        simd_vector w = taps->weight[i] * (inverse * inverse);
         for (uint32_t power = 0; power < V_PLANE_POWERS; power++, w *= cosine) {
             for (uint32_t c = 0; c < 3; c++)
-                sums[4 * power + c] = lanes_fused(w, record[(3 + c) * step], sums[4 * power + c]);
+                sums[4 * power + c] = simd_fused(w, record[(3 + c) * step], sums[4 * power + c]);
             sums[4 * power + 3] += w;
         }
     }
@@ -147,10 +147,10 @@ struct v_plane_columns {
 };
 
 /* Adds lanes from `first` on, four by four: in an order that does not hang on the register. */
-static inline void v_plane_sum_rows(uint32_t l, const lanes_vector sums[V_PLANE_POWERS * 4],
+static inline void v_plane_sum_rows(uint32_t l, const simd_vector sums[V_PLANE_POWERS * 4],
                                     uint32_t first, struct v_plane_columns *out)
 {
-    enum { FOURS = LANES_PER_VECTOR / 4 };
+    enum { FOURS = SIMD_PER_VECTOR / 4 };
     const uint32_t blocks = v_plane_row_lanes(l) / 4, left = l * blocks - first / 4;
     v_plane_four number[V_PLANE_POWERS * 4][FOURS];
     memcpy(number, sums, sizeof number);
@@ -204,41 +204,41 @@ static inline uint32_t v_plane_list(uint32_t strata, uint32_t directions,
 }
 
 /* A cell, again and again. */
-static inline lanes_vector v_plane_repeat(const v_plane_four *cell)
+static inline simd_vector v_plane_repeat(const v_plane_four *cell)
 {
-#if LANES_PER_VECTOR == 16
-    return (lanes_vector)_mm512_broadcast_f32x4((__m128)*cell);
-#elif LANES_PER_VECTOR == 8
-    return (lanes_vector)_mm256_broadcast_ps((const __m128 *)cell);
+#if SIMD_PER_VECTOR == 16
+    return (simd_vector)_mm512_broadcast_f32x4((__m128)*cell);
+#elif SIMD_PER_VECTOR == 8
+    return (simd_vector)_mm256_broadcast_ps((const __m128 *)cell);
 #else
     return *cell;
 #endif
 }
 
 /* Pass 2a: from the cells of `pixels` to nodes, V_PLANE_NODE_FLOATS of each. */
-LANES_INLINE void v_plane_project(const struct v_plane_field *f, const struct v_plane_group *group,
-                                  uint32_t pixels, float *const out[V_PLANE_TOGETHER])
+SIMD_INLINE void v_plane_project(const struct v_plane_field *f, const struct v_plane_group *group,
+                                 uint32_t pixels, float *const out[V_PLANE_TOGETHER])
 {
-    enum { STEP = V_PLANE_AT_ONCE * LANES_PER_VECTOR };
+    enum { STEP = V_PLANE_AT_ONCE * SIMD_PER_VECTOR };
     uint32_t cells[V_PLANE_SUMS_MAX];
     const uint32_t n = v_plane_list(f->strata, group->directions, cells);
     for (uint32_t first = 0; first < V_PLANE_NODE_FLOATS; first += STEP) {
-        lanes_vector sums[V_PLANE_TOGETHER * V_PLANE_AT_ONCE];
-        for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++) sums[i] = (lanes_vector){0};
+        simd_vector sums[V_PLANE_TOGETHER * V_PLANE_AT_ONCE];
+        for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++) sums[i] = (simd_vector){0};
         for (uint32_t c = 0; c < n; c++) {
             const float *at = f->ratios + (size_t)cells[c] * V_PLANE_NODE_FLOATS + first;
-            const lanes_vector *ratio = (const lanes_vector *)(const void *)at;
+            const simd_vector *ratio = (const simd_vector *)(const void *)at;
             for (uint32_t k = 0; k < pixels; k++) {
-                const lanes_vector cell = v_plane_repeat(&group->cells[k][cells[c]]);
+                const simd_vector cell = v_plane_repeat(&group->cells[k][cells[c]]);
                 for (uint32_t i = 0; i < V_PLANE_AT_ONCE; i++)
                     sums[k * V_PLANE_AT_ONCE + i] =
-                        lanes_fused(ratio[i], cell, sums[k * V_PLANE_AT_ONCE + i]);
+                        simd_fused(ratio[i], cell, sums[k * V_PLANE_AT_ONCE + i]);
             }
         }
 #pragma GCC unroll 8
         for (uint32_t i = 0; i < pixels * V_PLANE_AT_ONCE; i++)
-            *(lanes_stored *)(out[i / V_PLANE_AT_ONCE] + first +
-                              i % V_PLANE_AT_ONCE * LANES_PER_VECTOR) = sums[i];
+            *(simd_stored *)(out[i / V_PLANE_AT_ONCE] + first +
+                             i % V_PLANE_AT_ONCE * SIMD_PER_VECTOR) = sums[i];
     }
 }
 
@@ -251,8 +251,8 @@ static inline void v_plane_fill_cells(const struct v_plane_field *f,
     for (uint32_t c = 0; c < V_PLANE_CELLS; c++) {
         struct v_plane_columns columns;
         memset(&columns, 0, (l + 3) / 4 * sizeof columns.number[0]);
-        for (uint32_t at = 0; order->taps[c] != 0 && at < used; at += LANES_PER_VECTOR) {
-            lanes_vector sums[V_PLANE_POWERS * 4];
+        for (uint32_t at = 0; order->taps[c] != 0 && at < used; at += SIMD_PER_VECTOR) {
+            simd_vector sums[V_PLANE_POWERS * 4];
             v_plane_gather(taps, records, order->taps[c], f->lanes, at, sums);
             v_plane_sum_rows(l, sums, at, &columns);
         }

@@ -6,88 +6,87 @@
 
 #include "server/reconstruct/lens/lens_cell_lanes.h"
 #include "server/reconstruct/lens/lens_kernels.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/vector.h"
 
 /* Returns the greatest whole numbers not above x, which are small. */
-static inline lanes_mask lens_floor(lanes_vector x)
+static inline simd_mask lens_floor(simd_vector x)
 {
 #ifdef __AVX512F__
-    return (lanes_mask)_mm512_cvttps_epi32(_mm512_floor_ps((__m512)x));
+    return (simd_mask)_mm512_cvttps_epi32(_mm512_floor_ps((__m512)x));
 #elif defined __AVX__
-    return (lanes_mask)_mm256_cvttps_epi32(_mm256_floor_ps((__m256)x));
+    return (simd_mask)_mm256_cvttps_epi32(_mm256_floor_ps((__m256)x));
 #else
-    return (lanes_mask)_mm_cvttps_epi32(_mm_floor_ps((__m128)x));
+    return (simd_mask)_mm_cvttps_epi32(_mm_floor_ps((__m128)x));
 #endif
 }
 
 /* Returns where samples lie on the lens along rows. */
-static inline lanes_vector lens_along(const float *along, const float *left, const float *chord,
-                                      float stratum, float strata_inverse)
+static inline simd_vector lens_along(const float *along, const float *left, const float *chord,
+                                     float stratum, float strata_inverse)
 {
-    return lanes_load_vector(left) +
-           lanes_load_vector(chord) * ((stratum + lanes_load_vector(along)) * strata_inverse);
+    return simd_load_vector(left) +
+           simd_load_vector(chord) * ((stratum + simd_load_vector(along)) * strata_inverse);
 }
 
 /* Returns the columns of the pixels of a vector of samples. */
-static inline lanes_mask lens_columns(int32_t first)
+static inline simd_mask lens_columns(int32_t first)
 {
     static const int32_t steps[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    return lanes_load_mask(steps) + first;
+    return simd_load_mask(steps) + first;
 }
 
 /* Returns the mask of numbers from 0 below `end`. */
-static inline lanes_mask lens_within(lanes_mask numbers, int32_t end)
+static inline simd_mask lens_within(simd_mask numbers, int32_t end)
 {
-    typedef uint32_t whole __attribute__((vector_size(LANES_VECTOR_BYTES)));
-    return (lanes_mask)((whole)numbers < (uint32_t)end);
+    typedef uint32_t whole __attribute__((vector_size(SIMD_VECTOR_BYTES)));
+    return (simd_mask)((whole)numbers < (uint32_t)end);
 }
 
 /* The pixels of a vector: where they lie in their cells, in pixels, and the columns of these. */
 struct lens_pixels {
-    lanes_vector phase;
-    lanes_mask column;
+    simd_vector phase;
+    simd_mask column;
 };
 
 static inline struct lens_pixels lens_pixels_at(const struct lens_splat *p, uint32_t i)
 {
-    const lanes_mask pixel = lens_columns(p->x + (int32_t)i),
-                     phase = pixel & ((1 << p->coarse) - 1);
-    return (struct lens_pixels){.phase = __builtin_convertvector(phase, lanes_vector) + 0.5f,
+    const simd_mask pixel = lens_columns(p->x + (int32_t)i), phase = pixel & ((1 << p->coarse) - 1);
+    return (struct lens_pixels){.phase = __builtin_convertvector(phase, simd_vector) + 0.5f,
                                 .column = (pixel >> p->coarse << p->fine) - p->column};
 }
 
 /* Returns the slopes by which samples are moved. */
-static inline lanes_vector lens_moves(const struct lens_splat *p, uint32_t i, lanes_vector s,
-                                      int beyond)
+static inline simd_vector lens_moves(const struct lens_splat *p, uint32_t i, simd_vector s,
+                                     int beyond)
 {
-    if (p->fixed) return lanes_load_vector(p->pass + i);
-    return beyond ? lanes_select(s >= p->close, s, lanes_load_vector(p->pass + i)) : s;
+    if (p->fixed) return simd_load_vector(p->pass + i);
+    return beyond ? simd_select(s >= p->close, s, simd_load_vector(p->pass + i)) : s;
 }
 
 /* Computes where samples from i on lie, in bytes from the first cell's sums. Those of the layer lie
  * where their slope takes them. Others, and those without `wanted`, lie in spare cells. Returns
  * whether any lies in the layer. */
 static inline int lens_splat_vector(const struct lens_splat *p, uint32_t i,
-                                    const struct lens_pixels *pixels, lanes_mask wanted,
-                                    lanes_mask *at, int beyond)
+                                    const struct lens_pixels *pixels, simd_mask wanted,
+                                    simd_mask *at, int beyond)
 {
-    const lanes_vector s = lanes_load_vector(p->slope + i);
-    const lanes_mask near = s >= p->low, taken = beyond ? ~near : near & (s < p->high);
-    if (!lanes_signs(taken)) return 0;
-    const lanes_vector slope = lens_moves(p, i, s, beyond);
-    const lanes_vector u =
+    const simd_vector s = simd_load_vector(p->slope + i);
+    const simd_mask near = s >= p->low, taken = beyond ? ~near : near & (s < p->high);
+    if (!simd_signs(taken)) return 0;
+    const simd_vector slope = lens_moves(p, i, s, beyond);
+    const simd_vector u =
         lens_along(p->along + i, p->left + i, p->chord + i, p->stratum, p->strata_inverse);
-    const lanes_vector x = p->cells * (pixels->phase + slope * u);
-    const lanes_vector y =
-        p->cells * (p->row_phase + 0.5f + slope * lanes_load_vector(p->height + i));
-    const lanes_mask column = pixels->column + lens_floor(x), row = lens_floor(y) - p->row;
-    lanes_mask cell = row * p->stride + (column >> p->fine);
+    const simd_vector x = p->cells * (pixels->phase + slope * u);
+    const simd_vector y =
+        p->cells * (p->row_phase + 0.5f + slope * simd_load_vector(p->height + i));
+    const simd_mask column = pixels->column + lens_floor(x), row = lens_floor(y) - p->row;
+    simd_mask cell = row * p->stride + (column >> p->fine);
     if (p->fine) cell += (column & ((1 << p->fine) - 1)) * p->phase_step;
-    const lanes_mask in =
+    const simd_mask in =
         taken & wanted & lens_within(column, p->columns) & lens_within(row, p->rows);
     cell = (in & cell) | (~in & lens_columns(p->spare));
     *at = cell * (LENS_CELL_SUMS * (int32_t)sizeof(float));
-    return lanes_signs(in) != 0;
+    return simd_signs(in) != 0;
 }
 
 /* What eight samples, or four, add to the sums of their cells, with numbers of two kinds side by
@@ -221,12 +220,12 @@ static inline void lens_add_passing(const struct lens_splat *p, uint32_t i, cons
 }
 
 /* Adds a vector of samples from i on. */
-static inline void lens_add_vector(const struct lens_splat *p, uint32_t i, lanes_mask at,
+static inline void lens_add_vector(const struct lens_splat *p, uint32_t i, simd_mask at,
                                    float *sums, int beyond)
 {
-    uint32_t all[LANES_PER_VECTOR];
-    *(lanes_stored_mask *)(void *)all = at;
-    for (uint32_t k = 0; k < LANES_PER_VECTOR; k += LENS_QUADS)
+    uint32_t all[SIMD_PER_VECTOR];
+    *(simd_stored_mask *)(void *)all = at;
+    for (uint32_t k = 0; k < SIMD_PER_VECTOR; k += LENS_QUADS)
         if (beyond)
             lens_add_passing(p, i + k, all + k, sums);
         else
@@ -238,8 +237,8 @@ static inline void lens_add_vector(const struct lens_splat *p, uint32_t i, lanes
 /* Adds fewer samples than a vector has. */
 static inline void lens_add_few(const struct lens_splat *p, uint32_t count, float *sums, int beyond)
 {
-    float memory[LENS_PLACE_ARRAYS][LANES_PER_VECTOR] = {{0}};
-    lanes_mask cell = {0};
+    float memory[LENS_PLACE_ARRAYS][SIMD_PER_VECTOR] = {{0}};
+    simd_mask cell = {0};
     struct lens_splat few = *p;
     const struct lens_pixels pixels = lens_pixels_at(p, 0);
     const float **const arrays[LENS_PLACE_ARRAYS] = {
@@ -249,7 +248,7 @@ static inline void lens_add_few(const struct lens_splat *p, uint32_t count, floa
         memcpy(memory[k], *arrays[k], count * sizeof(float));
         *arrays[k] = memory[k];
     }
-    const lanes_mask wanted = lens_columns(-(int32_t)count) < 0;
+    const simd_mask wanted = lens_columns(-(int32_t)count) < 0;
     if (lens_splat_vector(&few, 0, &pixels, wanted, &cell, beyond))
         lens_add_vector(&few, 0, cell, sums, beyond);
 }
@@ -266,27 +265,27 @@ static inline void lens_add_row(const struct lens_splat *splat, uint32_t count, 
                                 int beyond)
 {
     const struct lens_splat p = *splat;
-    const uint32_t most = LANES_PER_VECTOR, last = count - most;
-    const lanes_mask all = (lanes_mask){0} - 1;
+    const uint32_t most = SIMD_PER_VECTOR, last = count - most;
+    const simd_mask all = (simd_mask){0} - 1;
     struct lens_pixels pixels = lens_pixels_at(&p, 0);
     for (uint32_t i = 0; i <= last; i += most) {
-        lanes_mask cell = {0};
+        simd_mask cell = {0};
         if (i % LENS_LANES == 0) lens_fetch(&p, i, beyond);
         if (lens_splat_vector(&p, i, &pixels, all, &cell, beyond))
             lens_add_vector(&p, i, cell, sums, beyond);
         pixels.column += (int32_t)most >> p.coarse << p.fine;
     }
     if (count % most == 0) return;
-    lanes_mask cell = {0};
+    simd_mask cell = {0};
     pixels = lens_pixels_at(&p, last);
-    const lanes_mask wanted = lens_columns((int32_t)(count % most) - (int32_t)most) >= 0;
+    const simd_mask wanted = lens_columns((int32_t)(count % most) - (int32_t)most) >= 0;
     if (lens_splat_vector(&p, last, &pixels, wanted, &cell, beyond))
         lens_add_vector(&p, last, cell, sums, beyond);
 }
 
 static void kernel_add(const struct lens_splat *splat, uint32_t count, float *sums)
 {
-    if (count < LANES_PER_VECTOR)
+    if (count < SIMD_PER_VECTOR)
         lens_add_few(splat, count, sums, splat->beyond != 0);
     else if (splat->beyond)
         lens_add_row(splat, count, sums, 1);

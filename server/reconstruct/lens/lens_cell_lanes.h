@@ -3,19 +3,19 @@
  * samples pass it, a vector of pixels or cells at a time. Whatever instruction set the including
  * file is compiled for, each sees the same operations in the same order. */
 #include "server/reconstruct/lens/lens_kernels.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/vector.h"
 
 static void kernel_slopes(const float *slope, float low, float high, uint32_t count, float *sums,
                           float *counts)
 {
-    const uint32_t most = LANES_PER_VECTOR;
-    const lanes_vector one = 1.0f - (lanes_vector){0};
+    const uint32_t most = SIMD_PER_VECTOR;
+    const simd_vector one = 1.0f - (simd_vector){0};
     uint32_t i = 0;
     for (; i + most <= count; i += most) {
-        const lanes_vector s = lanes_load_vector(slope + i);
-        const lanes_mask own = (s >= low) & (s < high);
-        *(lanes_stored *)(sums + i) += lanes_where(own, s);
-        *(lanes_stored *)(counts + i) += lanes_where(own, one);
+        const simd_vector s = simd_load_vector(slope + i);
+        const simd_mask own = (s >= low) & (s < high);
+        *(simd_stored *)(sums + i) += simd_where(own, s);
+        *(simd_stored *)(counts + i) += simd_where(own, one);
     }
     for (; i < count; i++) {
         const int own = slope[i] >= low && slope[i] < high;
@@ -27,12 +27,12 @@ static void kernel_slopes(const float *slope, float low, float high, uint32_t co
 static void kernel_passes(const float *sums, const float *counts, float middle, int32_t fixed,
                           size_t count, float *pass)
 {
-    const lanes_vector others = middle - (lanes_vector){0};
-    for (size_t i = 0; i < count; i += LANES_PER_VECTOR) {
-        const lanes_vector number = lanes_load_vector(counts + i);
-        const lanes_mask known = (number > 0.0f) & (fixed ? 0 : -1);
-        *(lanes_stored *)(pass + i) =
-            lanes_select(known, lanes_load_vector(sums + i) / number, others);
+    const simd_vector others = middle - (simd_vector){0};
+    for (size_t i = 0; i < count; i += SIMD_PER_VECTOR) {
+        const simd_vector number = simd_load_vector(counts + i);
+        const simd_mask known = (number > 0.0f) & (fixed ? 0 : -1);
+        *(simd_stored *)(pass + i) =
+            simd_select(known, simd_load_vector(sums + i) / number, others);
     }
 }
 
@@ -57,19 +57,18 @@ static inline void lens_turn(const float *sums, float turned[LENS_CELL_SUMS][LEN
 static inline void lens_finish_vector(const struct lens_finish *f,
                                       float sums[LENS_CELL_SUMS][LENS_LANES], size_t i, size_t at)
 {
-    const lanes_vector middle = f->middle - (lanes_vector){0};
-    const lanes_vector samples = lanes_load_vector(sums[4] + i),
-                       all = lanes_load_vector(sums[6] + i), known = lanes_load_vector(sums[7] + i);
-    const lanes_mask own = (known > 0.0f) & (f->fixed ? 0 : -1), any = all > 0.0f;
-    const lanes_vector slope = lanes_select(own, lanes_load_vector(sums[5] + i) / known, middle);
-    const lanes_vector weight = lanes_where(any, 1.0f / (slope * slope)); /* slopes: 1 at least */
-    const lanes_vector each = lanes_where(any, weight / all);
-    *(lanes_stored *)(f->plane[LENS_CELL_REACH] + at) = slope * f->inradius + 0.5f;
-    *(lanes_stored *)(f->plane[LENS_CELL_WEIGHT] + at) = weight;
-    *(lanes_stored *)(f->plane[LENS_CELL_SHARE] + at) = samples * each;
+    const simd_vector middle = f->middle - (simd_vector){0};
+    const simd_vector samples = simd_load_vector(sums[4] + i), all = simd_load_vector(sums[6] + i),
+                      known = simd_load_vector(sums[7] + i);
+    const simd_mask own = (known > 0.0f) & (f->fixed ? 0 : -1), any = all > 0.0f;
+    const simd_vector slope = simd_select(own, simd_load_vector(sums[5] + i) / known, middle);
+    const simd_vector weight = simd_where(any, 1.0f / (slope * slope)); /* slopes: 1 at least */
+    const simd_vector each = simd_where(any, weight / all);
+    *(simd_stored *)(f->plane[LENS_CELL_REACH] + at) = slope * f->inradius + 0.5f;
+    *(simd_stored *)(f->plane[LENS_CELL_WEIGHT] + at) = weight;
+    *(simd_stored *)(f->plane[LENS_CELL_SHARE] + at) = samples * each;
     for (int k = 0; k < LENS_LIGHTS; k++)
-        *(lanes_stored *)(f->plane[LENS_CELL_LIGHT + k] + at) =
-            lanes_load_vector(sums[k] + i) * each;
+        *(simd_stored *)(f->plane[LENS_CELL_LIGHT + k] + at) = simd_load_vector(sums[k] + i) * each;
 }
 
 static void kernel_finish(const struct lens_finish *finish, size_t first, size_t count)
@@ -77,7 +76,7 @@ static void kernel_finish(const struct lens_finish *finish, size_t first, size_t
     for (size_t at = first; at < first + count; at += LENS_LANES) {
         float sums[LENS_CELL_SUMS][LENS_LANES];
         lens_turn(finish->sums + LENS_CELL_SUMS * at, sums);
-        for (size_t i = 0; i < LENS_LANES; i += LANES_PER_VECTOR)
+        for (size_t i = 0; i < LENS_LANES; i += SIMD_PER_VECTOR)
             lens_finish_vector(finish, sums, i, at + i);
     }
 }

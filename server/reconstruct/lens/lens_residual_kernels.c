@@ -2,7 +2,7 @@
  * with the same operations in the same order for every instruction set. */
 #include "server/reconstruct/lens/lens_residual_kernels.h"
 
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/vector.h"
 
 static void average_few(const float *in, size_t step, uint32_t n, size_t count, float *out,
                         float *squares)
@@ -23,15 +23,15 @@ static void kernel_average(const float *in, size_t step, uint32_t n, size_t coun
                            float *squares)
 {
     size_t x = 0;
-    for (; x + LANES_PER_VECTOR <= count; x += LANES_PER_VECTOR) {
-        lanes_vector sum = {0}, square = {0};
+    for (; x + SIMD_PER_VECTOR <= count; x += SIMD_PER_VECTOR) {
+        simd_vector sum = {0}, square = {0};
         for (size_t j = 0; j < n; j++) {
-            const lanes_vector v = lanes_load_vector(in + j * step + x);
+            const simd_vector v = simd_load_vector(in + j * step + x);
             sum += v;
             square += v * v;
         }
-        *(lanes_stored *)(out + x) = sum / (float)n;
-        *(lanes_stored *)(squares + x) += square;
+        *(simd_stored *)(out + x) = sum / (float)n;
+        *(simd_stored *)(squares + x) += square;
     }
     average_few(in + x, step, n, count - x, out + x, squares + x);
 }

@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define TX RESIDUAL_TILE_X
 
@@ -42,11 +42,11 @@
 #define WEIGHT_LEAST 9.313225746154785e-10f /* 2^-30 */
 
 /* 2^-x by straight lines between whole x, less what is left at 30: there and farther on 0. */
-static inline lanes_vector power_of_half(lanes_vector units)
+static inline simd_vector power_of_half(simd_vector units)
 {
-    const lanes_mask below =
-        __builtin_convertvector(lanes_least(units, lanes_same(EXPONENT_MOST)), lanes_mask);
-    return (lanes_vector)((127 << 23) - below) - WEIGHT_LEAST;
+    const simd_mask below =
+        __builtin_convertvector(simd_least(units, simd_same(EXPONENT_MOST)), simd_mask);
+    return (simd_vector)((127 << 23) - below) - WEIGHT_LEAST;
 }
 
 static void compare_row(const struct residual_features *f, struct residual_tap tap, size_t at,
@@ -93,12 +93,12 @@ static void kernel_compare_features(const struct residual_features *f,
 static inline void compare_guides(const float *restrict g, const float *restrict v, ptrdiff_t o,
                                   size_t count, float sharpness, float *restrict out)
 {
-    for (size_t x = 0; x < count; x += LANES_PER_VECTOR) {
-        const lanes_vector d = lanes_load_vector(g + x) - lanes_load_vector(g + x + o);
-        const lanes_vector here = lanes_load_vector(v + x), there = lanes_load_vector(v + x + o);
-        const lanes_vector excess = d * d - here - lanes_least(here, there);
-        const lanes_vector distance = excess * sharpness / (here + there + VARIANCE_LEAST);
-        *(lanes_vector *)(out + x) = lanes_least(distance, lanes_same(DISTANCE_MOST));
+    for (size_t x = 0; x < count; x += SIMD_PER_VECTOR) {
+        const simd_vector d = simd_load_vector(g + x) - simd_load_vector(g + x + o);
+        const simd_vector here = simd_load_vector(v + x), there = simd_load_vector(v + x + o);
+        const simd_vector excess = d * d - here - simd_least(here, there);
+        const simd_vector distance = excess * sharpness / (here + there + VARIANCE_LEAST);
+        *(simd_vector *)(out + x) = simd_least(distance, simd_same(DISTANCE_MOST));
     }
 }
 
@@ -106,23 +106,23 @@ static inline void compare_guides(const float *restrict g, const float *restrict
 static inline void sum_across(const float *restrict d, int32_t patch_px, size_t width,
                               float *restrict out)
 {
-    for (size_t x = 0; x < width; x += LANES_PER_VECTOR) {
-        lanes_vector sum = lanes_load_vector(d + x) + lanes_load_vector(d + x + 1);
+    for (size_t x = 0; x < width; x += SIMD_PER_VECTOR) {
+        simd_vector sum = simd_load_vector(d + x) + simd_load_vector(d + x + 1);
         if (patch_px == 3)
-            sum = (sum + (lanes_load_vector(d + x + 2) + lanes_load_vector(d + x + 3))) +
-                  ((lanes_load_vector(d + x + 4) + lanes_load_vector(d + x + 5)) +
-                   lanes_load_vector(d + x + 6));
+            sum = (sum + (simd_load_vector(d + x + 2) + simd_load_vector(d + x + 3))) +
+                  ((simd_load_vector(d + x + 4) + simd_load_vector(d + x + 5)) +
+                   simd_load_vector(d + x + 6));
         else
-            sum += lanes_load_vector(d + x + 2);
-        *(lanes_vector *)(out + x) = sum;
+            sum += simd_load_vector(d + x + 2);
+        *(simd_vector *)(out + x) = sum;
     }
 }
 
 static inline void add_rows(const float *restrict a, size_t width, float *restrict out)
 {
-    for (size_t x = 0; x < width; x += LANES_PER_VECTOR)
-        *(lanes_vector *)(out + x) =
-            *(const lanes_vector *)(a + x) + *(const lanes_vector *)(a + x + TX);
+    for (size_t x = 0; x < width; x += SIMD_PER_VECTOR)
+        *(simd_vector *)(out + x) =
+            *(const simd_vector *)(a + x) + *(const simd_vector *)(a + x + TX);
 }
 
 /* Sums of distances over the rows and columns around the tile. */
@@ -132,7 +132,7 @@ static inline void sum_patches(int32_t p, const float *guide, const float *varia
 {
     const size_t rows = tile->height + 2 * (size_t)p;
     const size_t columns =
-        (tile->width + 2 * (size_t)p + LANES_PER_VECTOR - 1) / LANES_PER_VECTOR * LANES_PER_VECTOR;
+        (tile->width + 2 * (size_t)p + SIMD_PER_VECTOR - 1) / SIMD_PER_VECTOR * SIMD_PER_VECTOR;
     const size_t first = tile->base - (size_t)p * stride - (size_t)p;
     for (size_t y = 0; y < rows; y++)
         compare_guides(guide + first + y * stride, variance + first + y * stride, o, columns,
@@ -144,18 +144,18 @@ static inline void sum_patches(int32_t p, const float *guide, const float *varia
 }
 
 /* Weights of pixels from sums over patches' columns, and of seven rows from those of two. */
-static inline lanes_vector weigh(const struct residual_patches *patches, size_t i, int32_t p,
-                                 const float *exponent)
+static inline simd_vector weigh(const struct residual_patches *patches, size_t i, int32_t p,
+                                const float *exponent)
 {
     const float share = LOG2_E * EXPONENT_UNIT / (float)((2 * p + 1) * (2 * p + 1));
     const float *h = patches->across + i, *pairs = patches->pairs + i;
-    lanes_vector sum;
+    simd_vector sum;
     if (p == 3)
-        sum = (lanes_load_vector(pairs) + lanes_load_vector(pairs + 2 * TX)) +
-              (lanes_load_vector(pairs + 4 * TX) + lanes_load_vector(h + 6 * TX));
+        sum = (simd_load_vector(pairs) + simd_load_vector(pairs + 2 * TX)) +
+              (simd_load_vector(pairs + 4 * TX) + simd_load_vector(h + 6 * TX));
     else
-        sum = lanes_load_vector(h) + lanes_load_vector(h + TX) + lanes_load_vector(h + 2 * TX);
-    return power_of_half(lanes_most(sum, lanes_same(0.0f)) * share + lanes_load_vector(exponent));
+        sum = simd_load_vector(h) + simd_load_vector(h + TX) + simd_load_vector(h + 2 * TX);
+    return power_of_half(simd_most(sum, simd_same(0.0f)) * share + simd_load_vector(exponent));
 }
 
 /* What taps are added to and taken from, of a row of the tile. */
@@ -168,38 +168,38 @@ struct row {
     uint32_t count;
 };
 
-static inline void add_channels(const float *from, size_t plane, ptrdiff_t o, lanes_vector w,
-                                const lanes_vector own[3], lanes_vector sum[3])
+static inline void add_channels(const float *from, size_t plane, ptrdiff_t o, simd_vector w,
+                                const simd_vector own[3], simd_vector sum[3])
 {
-    for (size_t c = 0; c < 3; c++) sum[c] += w * (lanes_load_vector(from + c * plane + o) - own[c]);
+    for (size_t c = 0; c < 3; c++) sum[c] += w * (simd_load_vector(from + c * plane + o) - own[c]);
 }
 
 /* Adds all taps to one vector of pixels. */
 static inline void add_vector(const struct row *r, int halves, int32_t p, size_t x,
                               struct residual_tile *tile)
 {
-    lanes_vector own[2][3], sum[2][3], weights = *(lanes_vector *)(r->weights + x);
+    simd_vector own[2][3], sum[2][3], weights = *(simd_vector *)(r->weights + x);
     for (int h = 0; h < halves; h++)
         for (size_t c = 0; c < 3; c++) {
-            own[h][c] = lanes_load_vector(r->from[h] + c * r->plane + x);
-            sum[h][c] = *(lanes_vector *)(r->sum[h][c] + x);
+            own[h][c] = simd_load_vector(r->from[h] + c * r->plane + x);
+            sum[h][c] = *(simd_vector *)(r->sum[h][c] + x);
         }
     for (uint32_t k = 0; k < r->count; k++) {
-        const lanes_vector w =
+        const simd_vector w =
             weigh(&tile->patches[k], r->first + x, p, r->exponent[k] + r->first + x);
         weights += w;
-        *(lanes_vector *)(tile->weight[k] + x) = w;
+        *(simd_vector *)(tile->weight[k] + x) = w;
         for (int h = 0; h < halves; h++)
             add_channels(r->from[h] + x, r->plane, r->offset[k], w, own[h], sum[h]);
     }
-    *(lanes_vector *)(r->weights + x) = weights;
+    *(simd_vector *)(r->weights + x) = weights;
     for (int h = 0; h < halves; h++)
-        for (size_t c = 0; c < 3; c++) *(lanes_vector *)(r->sum[h][c] + x) = sum[h][c];
+        for (size_t c = 0; c < 3; c++) *(simd_vector *)(r->sum[h][c] + x) = sum[h][c];
 }
 
 static inline void add_row(const struct row *r, int halves, int32_t p, struct residual_tile *tile)
 {
-    for (size_t x = 0; x < tile->width; x += LANES_PER_VECTOR) add_vector(r, halves, p, x, tile);
+    for (size_t x = 0; x < tile->width; x += SIMD_PER_VECTOR) add_vector(r, halves, p, x, tile);
 }
 
 static void add_probe_row(const float *restrict w, const float *restrict s, ptrdiff_t o,

@@ -6,13 +6,13 @@
 
 #include "server/reconstruct/shadow/compatible_lanes.h"
 #include "server/reconstruct/simd/gaussian_lanes.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define BLUR_TOGETHER 16 /* taps that are met before any is weighed */
 
 /* Computes exponents of SHADOW_LANES pixels' weights at tap k; infinite where they refuse it. */
-LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at, int32_t k,
-                            float out[SHADOW_LANES])
+SIMD_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at, int32_t k,
+                           float out[SHADOW_LANES])
 {
     const struct shadow_pixels *pixels = f->pixels;
     const float *px = pixels->point[0], *py = pixels->point[1], *pz = pixels->point[2];
@@ -37,16 +37,15 @@ LANES_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at
 
 /* Adds `count` taps, the first of which reads `values`, to the sums of weighted values and of
  * weights. */
-LANES_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const float *values,
-                           ptrdiff_t step, struct lanes *sum, struct lanes *weights)
+SIMD_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const float *values,
+                          ptrdiff_t step, struct simd *sum, struct simd *weights)
 {
-    for (int v = 0; v < LANES_VECTORS; v++) {
-        const size_t aside = (size_t)v * LANES_PER_VECTOR;
-        lanes_vector all = sum->v[v], whole = weights->v[v];
+    for (int v = 0; v < SIMD_VECTORS; v++) {
+        const size_t aside = (size_t)v * SIMD_PER_VECTOR;
+        simd_vector all = sum->v[v], whole = weights->v[v];
         for (int32_t k = 0; k < count; k++) {
-            const lanes_vector w =
-                gaussian_exp_minus_lanes(lanes_load_vector(exponents[k] + aside));
-            all = lanes_fused(w, lanes_load_vector(values + k * step + aside), all);
+            const simd_vector w = gaussian_exp_minus_lanes(simd_load_vector(exponents[k] + aside));
+            all = simd_fused(w, simd_load_vector(values + k * step + aside), all);
             whole += w;
         }
         sum->v[v] = all, weights->v[v] = whole;
@@ -59,19 +58,19 @@ static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t 
 {
     const float *seen = f->seen + at;
     _Alignas(64) float exponents[BLUR_TOGETHER][SHADOW_LANES];
-    struct lanes sum = lanes_all(0.0f), weights = sum;
+    struct simd sum = simd_all(0.0f), weights = sum;
     for (int32_t first = -most, n; first <= most; first += n) {
         const int32_t left = most + 1 - first;
         n = left < BLUR_TOGETHER ? left : BLUR_TOGETHER;
         for (int32_t k = 0; k < n; k++) blur_meet(f, step, at, first + k, exponents[k]);
         blur_add(exponents, n, seen + (ptrdiff_t)first * step, step, &sum, &weights);
     }
-    for (int v = 0; v < LANES_VECTORS; v++) {
-        const size_t aside = (size_t)v * LANES_PER_VECTOR;
-        const lanes_vector all = weights.v[v], one = lanes_same(1.0f);
-        const lanes_vector mean = sum.v[v] / lanes_select(all > 0.0f, all, one);
-        *(lanes_stored *)(out + aside) =
-            lanes_select(all > 0.0f, mean, lanes_load_vector(seen + aside));
+    for (int v = 0; v < SIMD_VECTORS; v++) {
+        const size_t aside = (size_t)v * SIMD_PER_VECTOR;
+        const simd_vector all = weights.v[v], one = simd_same(1.0f);
+        const simd_vector mean = sum.v[v] / simd_select(all > 0.0f, all, one);
+        *(simd_stored *)(out + aside) =
+            simd_select(all > 0.0f, mean, simd_load_vector(seen + aside));
     }
 }
 

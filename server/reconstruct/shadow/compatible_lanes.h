@@ -5,10 +5,10 @@
 
 #include "server/reconstruct/shadow/shadow_lanes.h"
 #include "server/reconstruct/simd/fused.h"
-#include "server/reconstruct/simd/lanes_inline.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/vector.h"
 
-_Static_assert(LANES_COUNT == SHADOW_LANES, "vectors of all lanes");
+_Static_assert(SIMD_LANES == SHADOW_LANES, "vectors of all lanes");
 
 /* A receiving pixel's numbers for the test. */
 struct compatible_receiver {
@@ -27,8 +27,8 @@ static inline struct compatible_receiver compatible_receiver_of(const struct sha
 
 /* Returns 1 if the point (x, y, z) with the normal (nx, ny, nz) is compatible, else 0. *squared
  * becomes the square of the distance. */
-LANES_INLINE int32_t compatible_point(const struct compatible_receiver *p, float x, float y,
-                                      float z, float nx, float ny, float nz, float *squared)
+SIMD_INLINE int32_t compatible_point(const struct compatible_receiver *p, float x, float y, float z,
+                                     float nx, float ny, float nz, float *squared)
 {
     const float *n = p->normal;
     const float dx = x - p->point[0], dy = y - p->point[1], dz = z - p->point[2];
@@ -43,8 +43,8 @@ LANES_INLINE int32_t compatible_point(const struct compatible_receiver *p, float
 
 /* The receiving pixels of one vector. */
 struct compatible_receivers {
-    lanes_vector point[3], normal[3];
-    lanes_vector plane_least, distance_most2;
+    simd_vector point[3], normal[3];
+    simd_vector plane_least, distance_most2;
 };
 
 static inline struct compatible_receivers compatible_receivers_of(const struct shadow_pixels *p,
@@ -52,24 +52,23 @@ static inline struct compatible_receivers compatible_receivers_of(const struct s
 {
     struct compatible_receivers a;
     for (int k = 0; k < 3; k++) {
-        a.point[k] = lanes_load_vector(p->point[k] + first);
-        a.normal[k] = lanes_load_vector(p->normal[k] + first);
+        a.point[k] = simd_load_vector(p->point[k] + first);
+        a.normal[k] = simd_load_vector(p->normal[k] + first);
     }
-    a.plane_least = lanes_load_vector(p->plane_least + first);
-    a.distance_most2 = lanes_load_vector(p->distance_most2 + first);
+    a.plane_least = simd_load_vector(p->plane_least + first);
+    a.distance_most2 = simd_load_vector(p->distance_most2 + first);
     return a;
 }
 
 /* Does compatible_point for each lane. */
-LANES_INLINE lanes_chosen compatible_chosen(const struct compatible_receivers *p,
-                                            const lanes_vector point[3],
-                                            const lanes_vector normal[3])
+SIMD_INLINE simd_chosen compatible_chosen(const struct compatible_receivers *p,
+                                          const simd_vector point[3], const simd_vector normal[3])
 {
-    lanes_vector d[3];
+    simd_vector d[3];
     for (int k = 0; k < 3; k++) d[k] = point[k] - p->point[k];
-    const lanes_vector off = lanes_positive(lanes_dot(d, p->normal)), d2 = lanes_dot(d, d);
+    const simd_vector off = simd_positive(simd_dot(d, p->normal)), d2 = simd_dot(d, d);
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
-    return lanes_up_to(lanes_same(SHADOW_COS_NORMALS), lanes_dot(p->normal, normal)) &
-           lanes_up_to(d2, p->distance_most2) &
-           (lanes_up_to(off, p->plane_least) | lanes_up_to(off * off, share * d2));
+    return simd_up_to(simd_same(SHADOW_COS_NORMALS), simd_dot(p->normal, normal)) &
+           simd_up_to(d2, p->distance_most2) &
+           (simd_up_to(off, p->plane_least) | simd_up_to(off * off, share * d2));
 }

@@ -6,7 +6,7 @@
 #include "server/reconstruct/shadow/edge_window_lanes.h"
 #include "server/reconstruct/simd/fused.h"
 #include "server/reconstruct/simd/gaussian_lanes.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define EDGE_TOGETHER      4    /* pixels whose neighbours are loaded before any are summed */
 #define EDGE_PARTS         2    /* parts of a sum, to which neighbours are added in turn */
@@ -82,7 +82,7 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
 #ifdef __AVX512F__
 
 /* Packs the lanes of `kept` of 16 numbers. */
-LANES_INLINE void edge_keep(__mmask16 kept, const void *numbers, void *out)
+SIMD_INLINE void edge_keep(__mmask16 kept, const void *numbers, void *out)
 {
     _mm512_storeu_si512(out,
                         _mm512_maskz_compress_epi32(kept, _mm512_maskz_loadu_epi32(kept, numbers)));
@@ -131,7 +131,7 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
                              size_t pixel, struct edge_neighbours *n)
 {
     int32_t kept[EDGE_AROUND];
-    n->count = lanes_kept(n->near, EDGE_AROUND, kept);
+    n->count = simd_kept(n->near, EDGE_AROUND, kept);
     for (size_t i = 0; i < n->count || i % SHADOW_LANES != 0; i++) {
         const bool has = i < n->count;
         const size_t q = (size_t)((ptrdiff_t)pixel + (has ? fixed->to[kept[i]] : 0));
@@ -148,43 +148,43 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
 #endif
 
 /* Returns entries 0 .. 7 of a table by index. */
-static inline lanes_vector edge_look_up(const float table[EDGE_NODES], lanes_mask numbers)
+static inline simd_vector edge_look_up(const float table[EDGE_NODES], simd_mask numbers)
 {
 #ifdef __AVX512F__
     const __m512 all = _mm512_castps256_ps512(_mm256_load_ps(table));
-    return (lanes_vector)_mm512_permutexvar_ps((__m512i)numbers, all);
+    return (simd_vector)_mm512_permutexvar_ps((__m512i)numbers, all);
 #elif defined __AVX2__
-    return (lanes_vector)_mm256_permutevar8x32_ps(_mm256_load_ps(table), (__m256i)numbers);
+    return (simd_vector)_mm256_permutevar8x32_ps(_mm256_load_ps(table), (__m256i)numbers);
 #else
-    lanes_vector out = {0};
-    for (int i = 0; i < LANES_PER_VECTOR; i++) out[i] = table[numbers[i]];
+    simd_vector out = {0};
+    for (int i = 0; i < SIMD_PER_VECTOR; i++) out[i] = table[numbers[i]];
     return out;
 #endif
 }
 
 /* Loads jitters, limited as pattern_axis does. */
-static inline struct lanes edge_jitter(const float *from)
+static inline struct simd edge_jitter(const float *from)
 {
-    struct lanes jitter = lanes_load(from);
-    const struct lanes most = lanes_all(PATTERN_JITTER_MAX);
-    for (int v = 0; v < LANES_VECTORS; v++) jitter.v[v] = lanes_least(jitter.v[v], most.v[v]);
+    struct simd jitter = simd_load(from);
+    const struct simd most = simd_all(PATTERN_JITTER_MAX);
+    for (int v = 0; v < SIMD_VECTORS; v++) jitter.v[v] = simd_least(jitter.v[v], most.v[v]);
     return jitter;
 }
 
 /* Returns w_i of docs/reconstruction.md, Sample weights, at the k-th of l strata as pattern_axis
  * places it; 0 off the light. */
-static inline lanes_vector edge_weigh(const struct edge_weights *w, float gamma, uint32_t l,
-                                      uint32_t k, lanes_vector jitter, lanes_vector shift)
+static inline simd_vector edge_weigh(const struct edge_weights *w, float gamma, uint32_t l,
+                                     uint32_t k, simd_vector jitter, simd_vector shift)
 {
-    const lanes_vector y = 2.0f * (((float)k + jitter) / (float)l) - 1.0f + shift;
-    const lanes_vector at = lanes_positive(y) * (float)EDGE_NODES;
-    const lanes_mask inside = at <= (float)EDGE_NODES;
-    const lanes_mask below = __builtin_convertvector(lanes_where(inside, at), lanes_mask);
-    const lanes_mask node = below + (below == EDGE_NODES); /* the last node has no next one */
-    const lanes_vector rest = at - __builtin_convertvector(node, lanes_vector);
-    const lanes_vector weight =
-        lanes_fused(edge_look_up(w->rise, node), rest, edge_look_up(w->even, node));
-    return lanes_where(inside, weight * lanes_fused(y, lanes_same(gamma), lanes_same(1.0f)));
+    const simd_vector y = 2.0f * (((float)k + jitter) / (float)l) - 1.0f + shift;
+    const simd_vector at = simd_positive(y) * (float)EDGE_NODES;
+    const simd_mask inside = at <= (float)EDGE_NODES;
+    const simd_mask below = __builtin_convertvector(simd_where(inside, at), simd_mask);
+    const simd_mask node = below + (below == EDGE_NODES); /* the last node has no next one */
+    const simd_vector rest = at - __builtin_convertvector(node, simd_vector);
+    const simd_vector weight =
+        simd_fused(edge_look_up(w->rise, node), rest, edge_look_up(w->even, node));
+    return simd_where(inside, weight * simd_fused(y, simd_same(gamma), simd_same(1.0f)));
 }
 
 /* Numbers of the centre pixel that all its neighbours share. */
@@ -211,28 +211,27 @@ static inline struct edge_centre edge_centre_of(const struct edge_field *f, size
 }
 
 /* Returns the words with stratum k of the neighbours. */
-static inline struct lanes_whole edge_bits(const struct edge_field *f, uint32_t k,
-                                           const int32_t *at)
+static inline struct simd_whole edge_bits(const struct edge_field *f, uint32_t k, const int32_t *at)
 {
     const uint32_t *word = f->bits + k / 32 * f->stride;
     _Alignas(64) int32_t bits[SHADOW_LANES];
     for (size_t i = 0; i < SHADOW_LANES; i++) bits[i] = (int32_t)word[at[i]];
-    return lanes_load_whole(bits);
+    return simd_load_whole(bits);
 }
 
 /* Sums by lane. */
 struct edge_sums {
-    struct lanes seen, all;
+    struct simd seen, all;
 };
 
 /* Adds stratum `bit` of the words. */
-static inline void edge_count(const struct lanes *column, const struct lanes *row,
-                              const struct lanes_whole *bits, uint32_t bit, struct edge_sums *sums)
+static inline void edge_count(const struct simd *column, const struct simd *row,
+                              const struct simd_whole *bits, uint32_t bit, struct edge_sums *sums)
 {
     const int32_t own = (int32_t)(1u << bit);
-    for (int v = 0; v < LANES_VECTORS; v++) {
-        const lanes_vector whole = column->v[v] * row->v[v];
-        sums->seen.v[v] += lanes_where((bits->v[v] & own) != 0, whole);
+    for (int v = 0; v < SIMD_VECTORS; v++) {
+        const simd_vector whole = column->v[v] * row->v[v];
+        sums->seen.v[v] += simd_where((bits->v[v] & own) != 0, whole);
         sums->all.v[v] += whole;
     }
 }
@@ -244,26 +243,26 @@ static inline void edge_add(const struct edge_field *f, const struct edge_centre
 {
     const uint32_t l = c->strata;
     const float *u = n->u[0] + first, *v = n->u[1] + first;
-    struct lanes column[SHADOW_STRATA_MAX], shift[2], weight;
-    struct lanes_whole bits = lanes_load_whole(n->bits + first);
-    weight = lanes_load(n->exponent + first);
-    for (int i = 0; i < LANES_VECTORS; i++) weight.v[i] = gaussian_exp_minus_lanes(weight.v[i]);
-    for (int i = 0; i < LANES_VECTORS; i++) {
-        const lanes_vector du = lanes_load_vector(u + i * LANES_PER_VECTOR) - c->u[0];
-        const lanes_vector dv = lanes_load_vector(v + i * LANES_PER_VECTOR) - c->u[1];
-        const lanes_vector apart =
-            c->distance * lanes_fused(dv, lanes_same(c->normal[1]), du * c->normal[0]);
+    struct simd column[SHADOW_STRATA_MAX], shift[2], weight;
+    struct simd_whole bits = simd_load_whole(n->bits + first);
+    weight = simd_load(n->exponent + first);
+    for (int i = 0; i < SIMD_VECTORS; i++) weight.v[i] = gaussian_exp_minus_lanes(weight.v[i]);
+    for (int i = 0; i < SIMD_VECTORS; i++) {
+        const simd_vector du = simd_load_vector(u + i * SIMD_PER_VECTOR) - c->u[0];
+        const simd_vector dv = simd_load_vector(v + i * SIMD_PER_VECTOR) - c->u[1];
+        const simd_vector apart =
+            c->distance * simd_fused(dv, simd_same(c->normal[1]), du * c->normal[0]);
         for (int k = 0; k < 2; k++) shift[k].v[i] = c->move[k] * apart;
     }
-    struct lanes jitter = edge_jitter(n->jitter[0] + first);
+    struct simd jitter = edge_jitter(n->jitter[0] + first);
     for (uint32_t a = 0; a < l; a++)
-        for (int i = 0; i < LANES_VECTORS; i++)
+        for (int i = 0; i < SIMD_VECTORS; i++)
             column[a].v[i] = weight.v[i] * edge_weigh(&c->weights[0], c->gamma[0], l, a,
                                                       jitter.v[i], shift[0].v[i]);
     jitter = edge_jitter(n->jitter[1] + first);
     for (uint32_t k = 0, b = 0; b < l; b++) {
-        struct lanes row;
-        for (int i = 0; i < LANES_VECTORS; i++)
+        struct simd row;
+        for (int i = 0; i < SIMD_VECTORS; i++)
             row.v[i] = edge_weigh(&c->weights[1], c->gamma[1], l, b, jitter.v[i], shift[1].v[i]);
         for (uint32_t a = 0; a < l; a++, k++) {
             if (k > 0 && k % 32 == 0) bits = edge_bits(f, k, n->at + first);
@@ -272,13 +271,13 @@ static inline void edge_add(const struct edge_field *f, const struct edge_centre
     }
 }
 
-static inline float edge_total(const struct lanes *a, const struct lanes *b)
+static inline float edge_total(const struct simd *a, const struct simd *b)
 {
-    struct lanes both;
+    struct simd both;
     _Alignas(64) float all[SHADOW_LANES];
-    for (int v = 0; v < LANES_VECTORS; v++) both.v[v] = a->v[v] + b->v[v];
-    lanes_store(&both, all);
-    return lanes_sum(all);
+    for (int v = 0; v < SIMD_VECTORS; v++) both.v[v] = a->v[v] + b->v[v];
+    simd_store(&both, all);
+    return simd_sum(all);
 }
 
 static inline float edge_sum(const struct edge_field *f, const struct edge_centre *centre,

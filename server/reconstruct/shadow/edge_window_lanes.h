@@ -119,9 +119,9 @@ static inline void edge_tensor(const struct edge_fixed *fixed, const struct edge
             yy[i] = fused(weight * y, y, yy[i]);
         }
     }
-    out[0] = lanes_sum(xx);
-    out[1] = lanes_sum(xy);
-    out[2] = lanes_sum(yy);
+    out[0] = simd_sum(xx);
+    out[1] = simd_sum(xy);
+    out[2] = simd_sum(yy);
 }
 
 static inline void edge_ask(const struct edge_field *f, const struct edge_fixed *fixed,

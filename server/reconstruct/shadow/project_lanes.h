@@ -6,7 +6,7 @@
 
 #include "server/reconstruct/shadow/shadow_lanes.h"
 #include "server/reconstruct/simd/fused.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define PROJECT_LANES 16
 #define PROJECT_GROUP 8 /* pixels whose weights are all written before any is read */
@@ -37,8 +37,8 @@ static inline void project_begin(const struct shadow_field *f, uint32_t stratum,
 }
 
 /* Finds these for all strata of up to PROJECT_LANES of the `left` pixels. */
-LANES_INLINE void project_begin_all(const struct shadow_field *f, uint32_t strata,
-                                    const float *jitter, uint32_t left, struct project_start *out)
+SIMD_INLINE void project_begin_all(const struct shadow_field *f, uint32_t strata,
+                                   const float *jitter, uint32_t left, struct project_start *out)
 {
     _Alignas(64) float own[PROJECT_LANES] = {0};
     if (left >= PROJECT_LANES) /* copied in one piece, as it is read */
@@ -65,8 +65,8 @@ static inline struct project_row project_row_of(const struct shadow_field *f, ui
 
 /* Computes weight(g + j) (1 + gamma y_j) of the nodes j < r, linearly between two phases; 0 from r
  * on. */
-LANES_INLINE void project_weigh(const struct project_row *row, uint32_t window, int32_t below,
-                                int32_t above, float g, float rest, float *out)
+SIMD_INLINE void project_weigh(const struct project_row *row, uint32_t window, int32_t below,
+                               int32_t above, float g, float rest, float *out)
 {
     const fused_eight none = {0}, rests = rest - none, slope = row->slope - none;
     const fused_eight own = fused(row->slope, g, row->base) - none;
@@ -100,8 +100,8 @@ struct project_shape {
 #define PROJECT_NODES 16
 
 /* Sums four rows from `row` on at PROJECT_NODES nodes from `node` on, stratum by stratum. */
-LANES_INLINE void project_sum(const struct project_strata *s, uint32_t l, uint32_t row,
-                              uint32_t node, __m512 sums[PROJECT_NODES / 4])
+SIMD_INLINE void project_sum(const struct project_strata *s, uint32_t l, uint32_t row,
+                             uint32_t node, __m512 sums[PROJECT_NODES / 4])
 {
     const __m512i own = _mm512_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3);
     const __m512i most = _mm512_set1_epi32(SHADOW_STRATA_MAX);
@@ -120,8 +120,8 @@ LANES_INLINE void project_sum(const struct project_strata *s, uint32_t l, uint32
 }
 
 /* Stores the sums of the nodes that there are, `stride` numbers apart. */
-LANES_INLINE void project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes,
-                                uint32_t stride, float *node)
+SIMD_INLINE void project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t nodes,
+                               uint32_t stride, float *node)
 {
     for (uint32_t k = 0; k < PROJECT_NODES / 4 && 4 * k < nodes; k++) {
         float *to = node + (size_t)4 * k * stride;
@@ -137,8 +137,8 @@ LANES_INLINE void project_store(const __m512 sums[PROJECT_NODES / 4], uint32_t n
     }
 }
 
-LANES_INLINE void project_column(struct project_shape shape, const struct project_strata *s,
-                                 float *columns)
+SIMD_INLINE void project_column(struct project_shape shape, const struct project_strata *s,
+                                float *columns)
 {
     const uint32_t used = 2 * shape.scale, lanes = shape.lanes;
     for (uint32_t row = 0; row < lanes; row += 4) {
@@ -166,8 +166,8 @@ static inline void project_add(uint32_t count, const float *weights, const float
     for (uint32_t j = 0; j < count; j++, node += stride) *(shadow_four *)node += weights[j] * four;
 }
 
-LANES_INLINE void project_column(struct project_shape shape, const struct project_strata *s,
-                                 float *columns)
+SIMD_INLINE void project_column(struct project_shape shape, const struct project_strata *s,
+                                float *columns)
 {
     const uint32_t lanes = shape.lanes;
     memset(columns, 0, (2 * (size_t)shape.scale + 2) * lanes * sizeof *columns);
@@ -195,8 +195,8 @@ struct project_group {
 };
 _Static_assert(PROJECT_LANES % PROJECT_GROUP == 0, "groups begin where lanes do");
 
-LANES_INLINE void project_nodes(struct project_shape shape, float (*weights)[PROJECT_SPAN],
-                                const int32_t *first, const uint32_t *seen, float *columns)
+SIMD_INLINE void project_nodes(struct project_shape shape, float (*weights)[PROJECT_SPAN],
+                               const int32_t *first, const uint32_t *seen, float *columns)
 {
     const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
     const uint32_t used = 2 * shape.scale;
@@ -219,9 +219,9 @@ LANES_INLINE void project_nodes(struct project_shape shape, float (*weights)[PRO
     _mm256_storeu_ps(columns + (size_t)used * 4, _mm256_setzero_ps());
 }
 
-LANES_INLINE void project_columns_few(const struct shadow_field *f, struct project_shape shape,
-                                      const uint32_t *pixels, uint32_t count, const float *jitter,
-                                      const uint32_t *seen)
+SIMD_INLINE void project_columns_few(const struct shadow_field *f, struct project_shape shape,
+                                     const uint32_t *pixels, uint32_t count, const float *jitter,
+                                     const uint32_t *seen)
 {
     const uint32_t l = shape.strata, size = (2 * shape.scale + 2) * 4;
     struct project_start starts[PROJECT_FEW];
@@ -246,9 +246,9 @@ LANES_INLINE void project_columns_few(const struct shadow_field *f, struct proje
 }
 #endif
 
-LANES_INLINE void project_columns(const struct shadow_field *f, struct project_shape shape,
-                                  const uint32_t *pixels, uint32_t count, const float *jitter,
-                                  const uint32_t *seen)
+SIMD_INLINE void project_columns(const struct shadow_field *f, struct project_shape shape,
+                                 const uint32_t *pixels, uint32_t count, const float *jitter,
+                                 const uint32_t *seen)
 {
     const uint32_t l = shape.strata, size = (2 * shape.scale + 2) * shape.lanes;
     struct project_start starts[SHADOW_STRATA_MAX];
@@ -269,9 +269,9 @@ LANES_INLINE void project_columns(const struct shadow_field *f, struct project_s
 }
 
 /* Gives the compiler the usual number of strata as a constant, with which the loops are faster. */
-LANES_INLINE void project_columns_three(const struct shadow_field *f, struct project_shape three,
-                                        const uint32_t *pixels, uint32_t count, const float *jitter,
-                                        const uint32_t *seen)
+SIMD_INLINE void project_columns_three(const struct shadow_field *f, struct project_shape three,
+                                       const uint32_t *pixels, uint32_t count, const float *jitter,
+                                       const uint32_t *seen)
 {
 #ifdef PROJECT_BY_NODES
     project_columns_few(f, three, pixels, count, jitter, seen);

@@ -6,11 +6,11 @@
 #include "server/reconstruct/shadow/project_lanes.h"
 #include "server/reconstruct/shadow/shadow_lanes.h"
 #include "server/reconstruct/simd/fused.h"
-#include "server/reconstruct/simd/lanes_inline.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define PROJECT_CHUNK   16 /* nodes whose sums stay in registers */
-#define PROJECT_VECTORS (2 * PROJECT_CHUNK / LANES_PER_VECTOR)
+#define PROJECT_VECTORS (2 * PROJECT_CHUNK / SIMD_PER_VECTOR)
 #define PROJECT_PAD     (SHADOW_STRATA_MAX + 2) /* nodes before weights that are 0 */
 #define PROJECT_EVEN    0.75f /* how far a cell's sample lies before its first node */
 #define PROJECT_ODD     0.25f
@@ -40,59 +40,59 @@ static inline void project_pad(const struct project_row *row, uint32_t window, f
 }
 
 /* Returns a cell's two numbers, repeated. */
-static inline lanes_vector project_pair(const float *pair)
+static inline simd_vector project_pair(const float *pair)
 {
-    typedef int64_t pairs __attribute__((vector_size(LANES_VECTOR_BYTES)));
+    typedef int64_t pairs __attribute__((vector_size(SIMD_VECTOR_BYTES)));
     int64_t both;
     memcpy(&both, pair, sizeof both);
-    return (lanes_vector)(both + (pairs){0});
+    return (simd_vector)(both + (pairs){0});
 }
 
 /* Returns whether a cell has weight at any node of vector v, from `first` on. It is always true
  * where the answer is not a compile-time constant: a test costs more than adding zeros. */
-LANES_INLINE bool project_reaches(uint32_t scale, uint32_t cell, uint32_t first, uint32_t v)
+SIMD_INLINE bool project_reaches(uint32_t scale, uint32_t cell, uint32_t first, uint32_t v)
 {
-    const uint32_t low = first + v * (LANES_PER_VECTOR / 2), end = low + LANES_PER_VECTOR / 2;
+    const uint32_t low = first + v * (SIMD_PER_VECTOR / 2), end = low + SIMD_PER_VECTOR / 2;
     if (!__builtin_constant_p(end > cell + 1 && low <= cell + scale)) return true;
     return end > cell + 1 && low <= cell + scale;
 }
 
-LANES_INLINE void project_cells(uint32_t scale, const struct project_padded *even,
-                                const struct project_padded *odd, const float *cells,
-                                uint32_t first, lanes_vector sums[PROJECT_VECTORS])
+SIMD_INLINE void project_cells(uint32_t scale, const struct project_padded *even,
+                               const struct project_padded *odd, const float *cells, uint32_t first,
+                               simd_vector sums[PROJECT_VECTORS])
 {
-    for (int v = 0; v < PROJECT_VECTORS; v++) sums[v] = (lanes_vector){0};
+    for (int v = 0; v < PROJECT_VECTORS; v++) sums[v] = (simd_vector){0};
 #pragma GCC unroll 8
     for (uint32_t c = 0; c < scale; c++) {
         const size_t at = 2 * (size_t)(PROJECT_PAD + first - 1 - c);
-        const lanes_vector a = project_pair(cells + (size_t)4 * c);
-        const lanes_vector b = project_pair(cells + (size_t)4 * c + 2);
-        for (int v = 0; v < PROJECT_VECTORS; v++)
-            if (project_reaches(scale, c, first, (uint32_t)v))
-                sums[v] = lanes_fused(lanes_load_vector(even->of + at + v * LANES_PER_VECTOR), a,
-                                      sums[v]);
+        const simd_vector a = project_pair(cells + (size_t)4 * c);
+        const simd_vector b = project_pair(cells + (size_t)4 * c + 2);
         for (int v = 0; v < PROJECT_VECTORS; v++)
             if (project_reaches(scale, c, first, (uint32_t)v))
                 sums[v] =
-                    lanes_fused(lanes_load_vector(odd->of + at + v * LANES_PER_VECTOR), b, sums[v]);
+                    simd_fused(simd_load_vector(even->of + at + v * SIMD_PER_VECTOR), a, sums[v]);
+        for (int v = 0; v < PROJECT_VECTORS; v++)
+            if (project_reaches(scale, c, first, (uint32_t)v))
+                sums[v] =
+                    simd_fused(simd_load_vector(odd->of + at + v * SIMD_PER_VECTOR), b, sums[v]);
     }
 }
 
 /* Stores a pixel's nodes from `first` on, of `used`. */
-static inline void project_store_rows(const lanes_vector sums[PROJECT_VECTORS], uint32_t first,
+static inline void project_store_rows(const simd_vector sums[PROJECT_VECTORS], uint32_t first,
                                       uint32_t used, float *rows)
 {
     for (uint32_t v = 0; v < PROJECT_VECTORS; v++) {
-        const uint32_t at = 2 * first + v * LANES_PER_VECTOR, end = 2 * used;
-        if (at + LANES_PER_VECTOR <= end)
-            *(lanes_stored *)(rows + at) = sums[v];
+        const uint32_t at = 2 * first + v * SIMD_PER_VECTOR, end = 2 * used;
+        if (at + SIMD_PER_VECTOR <= end)
+            *(simd_stored *)(rows + at) = sums[v];
         else if (at < end)
             memcpy(rows + at, &sums[v], (end - at) * sizeof *rows);
     }
 }
 
-LANES_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, const uint32_t *pixels,
-                               uint32_t count, const float *cells)
+SIMD_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, const uint32_t *pixels,
+                              uint32_t count, const float *cells)
 {
     const uint32_t used = 2 * scale, window = (scale + 7) / 8 * 8; /* no weight reaches the rest */
     struct project_padded even[PROJECT_GROUP] = {0}, odd[PROJECT_GROUP] = {0};
@@ -105,7 +105,7 @@ LANES_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, con
         }
         float *rows = f->rows + (size_t)f->pixels->slot[pixels[k]] * 2 * (used + 2);
         for (uint32_t n = 0; n < used; n += PROJECT_CHUNK) {
-            lanes_vector sums[PROJECT_VECTORS];
+            simd_vector sums[PROJECT_VECTORS];
             project_cells(scale, &even[own], &odd[own], cells + (size_t)k * 4 * scale, n, sums);
             project_store_rows(sums, n, used, rows);
         }
@@ -123,7 +123,7 @@ LANES_INLINE void project_rows(const struct shadow_field *f, uint32_t scale, con
 #define PROJECT_TURNS 4
 
 /* Returns the weights of project_pad, each twice. */
-LANES_INLINE __m512i project_twice(const struct project_row *row, float g)
+SIMD_INLINE __m512i project_twice(const struct project_row *row, float g)
 {
     const fused_eight nodes = {0, 1, 2, 3, 4, 5, 6, 7}, none = {0}, slope = row->slope - none;
     const uint32_t phase = (uint32_t)(g * SHADOW_PHASES);
@@ -136,50 +136,50 @@ LANES_INLINE __m512i project_twice(const struct project_row *row, float g)
 
 /* Returns eight of sixteen pairs, from pair n < 8 on. The instruction contains n, so loops over it
  * are unrolled. */
-LANES_INLINE lanes_vector project_shift(__m512i low, __m512i high, int n)
+SIMD_INLINE simd_vector project_shift(__m512i low, __m512i high, int n)
 {
     switch (n) {
     case 0:
-        return (lanes_vector)low;
+        return (simd_vector)low;
     case 1:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 1);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 1);
     case 2:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 2);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 2);
     case 3:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 3);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 3);
     case 4:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 4);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 4);
     case 5:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 5);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 5);
     case 6:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 6);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 6);
     default:
-        return (lanes_vector)_mm512_alignr_epi64(high, low, 7);
+        return (simd_vector)_mm512_alignr_epi64(high, low, 7);
     }
 }
 
 /* Adds two numbers of cell c to a pixel's nodes. */
-LANES_INLINE void project_shifted(int c, __m512i weights, lanes_vector two,
-                                  lanes_vector sums[PROJECT_VECTORS])
+SIMD_INLINE void project_shifted(int c, __m512i weights, simd_vector two,
+                                 simd_vector sums[PROJECT_VECTORS])
 {
     const __m512i none = _mm512_setzero_si512();
     const int last = PROJECT_CELL_NODES - 1;
-    if (c < last) sums[0] = lanes_fused(project_shift(none, weights, last - c), two, sums[0]);
-    sums[1] = lanes_fused(project_shift(weights, none, last - c), two, sums[1]);
+    if (c < last) sums[0] = simd_fused(project_shift(none, weights, last - c), two, sums[0]);
+    sums[1] = simd_fused(project_shift(weights, none, last - c), two, sums[1]);
 }
 
 /* Projects up to PROJECT_TURNS pixels. */
-LANES_INLINE void project_turns(const struct shadow_field *f, const uint32_t *pixels,
-                                uint32_t count, const float *cells)
+SIMD_INLINE void project_turns(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
+                               const float *cells)
 {
     enum { USED = 2 * PROJECT_CELL_NODES };
     __m512i even[PROJECT_TURNS], odd[PROJECT_TURNS];
-    lanes_vector sums[PROJECT_TURNS][PROJECT_VECTORS];
+    simd_vector sums[PROJECT_TURNS][PROJECT_VECTORS];
     for (uint32_t i = 0; i < count; i++) {
         const struct project_row row = project_row_of(f, 1, pixels[i]);
         even[i] = project_twice(&row, PROJECT_EVEN);
         odd[i] = project_twice(&row, PROJECT_ODD);
-        for (int v = 0; v < PROJECT_VECTORS; v++) sums[i][v] = (lanes_vector){0};
+        for (int v = 0; v < PROJECT_VECTORS; v++) sums[i][v] = (simd_vector){0};
     }
 #pragma GCC unroll 8
     for (int c = 0; c < PROJECT_CELL_NODES; c++)

@@ -8,7 +8,7 @@
 #include "server/reconstruct/shadow/receiver.h"
 #include "server/reconstruct/shadow/shadow_lanes.h"
 #include "server/reconstruct/simd/clamp.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define RECEIVER_PLANE_PX  2.0f
 #define RECEIVER_FAR_PX    120.0f
@@ -69,9 +69,9 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
         const float gamma_v = facing_v * inverse_up - 4.0f * (aside_v * inverse) * inverse;
         const float within_u = clamp(gamma_u * half_u, -RECEIVER_GAMMA, RECEIVER_GAMMA);
         const float within_v = clamp(gamma_v * half_v, -RECEIVER_GAMMA, RECEIVER_GAMMA);
-        to.normal[0][i] = lanes_keep(lit, nx);
-        to.normal[1][i] = lanes_keep(lit, ny);
-        to.normal[2][i] = lanes_keep(lit, nz);
+        to.normal[0][i] = simd_keep(lit, nx);
+        to.normal[1][i] = simd_keep(lit, ny);
+        to.normal[2][i] = simd_keep(lit, nz);
         to.u[0][i] = lit ? -aside_u * inverse_front : 0.0f;
         to.u[1][i] = lit ? -aside_v * inverse_front : 0.0f;
         to.distance[i] = lit ? front : 0.0f;

@@ -11,21 +11,21 @@
 #endif
 
 #include "server/reconstruct/shadow/shadow_kernels.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define SHADOW_LANES 16 /* arrays are padded to a multiple of it */
 /* Four sums, aligned to 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
-/* lanes_take copies out[n][i] = planes[n][to[i]] for `count` planes of float or int32_t, as bits.
- * lanes_put copies planes[n][to[i]] = numbers[n][i]; pixels may repeat where their numbers are
+/* simd_take copies out[n][i] = planes[n][to[i]] for `count` planes of float or int32_t, as bits.
+ * simd_put copies planes[n][to[i]] = numbers[n][i]; pixels may repeat where their numbers are
  * equal. Nothing else of the planes is read or written. */
 
 #ifdef __AVX512F__
 
 /* Returns the lanes of `left`, which is not 0, whose pixels follow each other as the lanes do.
  * *start becomes lane 0's pixel. */
-static inline __mmask16 lanes_run(__m512i to, __mmask16 left, ptrdiff_t *start)
+static inline __mmask16 simd_run(__m512i to, __mmask16 left, ptrdiff_t *start)
 {
     const __m512i lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
     const __m512i from = _mm512_sub_epi32(to, lane);
@@ -34,16 +34,16 @@ static inline __mmask16 lanes_run(__m512i to, __mmask16 left, ptrdiff_t *start)
     return _mm512_mask_cmpeq_epi32_mask(left, from, _mm512_broadcastd_epi32(first));
 }
 
-LANES_INLINE void lanes_take(const void *const *planes, size_t count,
-                             const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                           float out[][SHADOW_LANES])
 {
     const __m512i pixels = _mm512_loadu_si512(to);
     ptrdiff_t start;
-    __mmask16 left = 0xffff, run = lanes_run(pixels, left, &start);
+    __mmask16 left = 0xffff, run = simd_run(pixels, left, &start);
     for (size_t n = 0; n < count; n++)
         _mm512_storeu_ps(out[n], _mm512_maskz_loadu_ps(run, (const float *)planes[n] + start));
     while ((left &= (__mmask16)~run) != 0) {
-        run = lanes_run(pixels, left, &start);
+        run = simd_run(pixels, left, &start);
         for (size_t n = 0; n < count; n++) {
             const __m512 others = _mm512_loadu_ps(out[n]);
             _mm512_storeu_ps(out[n],
@@ -52,14 +52,14 @@ LANES_INLINE void lanes_take(const void *const *planes, size_t count,
     }
 }
 
-LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
-                            const void *numbers)
+SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                          const void *numbers)
 {
     const float *in = numbers;
     const __m512i pixels = _mm512_loadu_si512(to);
     for (__mmask16 left = 0xffff, run; left != 0; left &= (__mmask16)~run) {
         ptrdiff_t start;
-        run = lanes_run(pixels, left, &start);
+        run = simd_run(pixels, left, &start);
         for (size_t n = 0; n < count; n++)
             _mm512_mask_storeu_ps((float *)planes[n] + start, run,
                                   _mm512_loadu_ps(in + n * SHADOW_LANES));
@@ -70,7 +70,7 @@ LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[
 #ifdef __AVX2__
 
 /* Does the same for eight lanes; `left` is a mask in a vector's lanes. */
-static inline __m256i lanes_run(__m256i to, __m256i left, ptrdiff_t *start)
+static inline __m256i simd_run(__m256i to, __m256i left, ptrdiff_t *start)
 {
     const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     const uint32_t first =
@@ -81,12 +81,12 @@ static inline __m256i lanes_run(__m256i to, __m256i left, ptrdiff_t *start)
     return _mm256_and_si256(left, _mm256_cmpeq_epi32(from, all));
 }
 
-LANES_INLINE void lanes_take_eight(const void *const *planes, size_t count, size_t half,
-                                   const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take_eight(const void *const *planes, size_t count, size_t half,
+                                 const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
 {
     const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)(to + half));
     ptrdiff_t start;
-    __m256i left = _mm256_set1_epi32(-1), run = lanes_run(pixels, left, &start);
+    __m256i left = _mm256_set1_epi32(-1), run = simd_run(pixels, left, &start);
     if (_mm256_testc_si256(run, left)) { /* all: the common case */
         for (size_t n = 0; n < count; n++)
             _mm256_storeu_ps(out[n] + half, _mm256_loadu_ps((const float *)planes[n] + start));
@@ -97,7 +97,7 @@ LANES_INLINE void lanes_take_eight(const void *const *planes, size_t count, size
     for (;;) {
         left = _mm256_andnot_si256(run, left);
         if (_mm256_testz_si256(left, left)) break;
-        run = lanes_run(pixels, left, &start);
+        run = simd_run(pixels, left, &start);
         for (size_t n = 0; n < count; n++) {
             const __m256 others = _mm256_loadu_ps(out[n] + half);
             const __m256 more = _mm256_maskload_ps((const float *)planes[n] + start, run);
@@ -106,17 +106,17 @@ LANES_INLINE void lanes_take_eight(const void *const *planes, size_t count, size
     }
 }
 
-LANES_INLINE void lanes_take(const void *const *planes, size_t count,
-                             const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                           float out[][SHADOW_LANES])
 {
-    lanes_take_eight(planes, count, 0, to, out);
-    lanes_take_eight(planes, count, SHADOW_LANES / 2, to, out);
+    simd_take_eight(planes, count, 0, to, out);
+    simd_take_eight(planes, count, SHADOW_LANES / 2, to, out);
 }
 
 #else
 
-LANES_INLINE void lanes_take(const void *const *planes, size_t count,
-                             const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                           float out[][SHADOW_LANES])
 {
     for (uint32_t first = 0; first < SHADOW_LANES; first += 4) {
         const int32_t *at = to + first;
@@ -136,38 +136,38 @@ LANES_INLINE void lanes_take(const void *const *planes, size_t count,
 
 /* Lanes that are stored with one instruction where their pixels are adjacent. */
 #ifdef __AVX2__
-#define LANES_STORED 8
+#define SIMD_STORED 8
 #else
-#define LANES_STORED 16
+#define SIMD_STORED 16
 #endif
 
-static inline bool lanes_stored_follow(const int32_t to[LANES_STORED])
+static inline bool simd_stored_follow(const int32_t to[SIMD_STORED])
 {
 #ifdef __AVX2__
     const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)to);
     const __m256i all = _mm256_set1_epi32(-1);
     ptrdiff_t start;
-    return _mm256_testc_si256(lanes_run(pixels, all, &start), all);
+    return _mm256_testc_si256(simd_run(pixels, all, &start), all);
 #else
     int32_t follows = 1;
-    for (int32_t i = 1; i < LANES_STORED; i++) follows &= to[i] == to[0] + i;
+    for (int32_t i = 1; i < SIMD_STORED; i++) follows &= to[i] == to[0] + i;
     return follows;
 #endif
 }
 
-LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
-                            const void *numbers)
+SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+                          const void *numbers)
 {
-    for (uint32_t first = 0; first < SHADOW_LANES; first += LANES_STORED) {
+    for (uint32_t first = 0; first < SHADOW_LANES; first += SIMD_STORED) {
         const float *in = (const float *)numbers + first;
         const int32_t *at = to + first;
-        if (lanes_stored_follow(at)) {
+        if (simd_stored_follow(at)) {
             for (size_t n = 0; n < count; n++, in += SHADOW_LANES)
-                memcpy((float *)planes[n] + at[0], in, LANES_STORED * sizeof *in);
+                memcpy((float *)planes[n] + at[0], in, SIMD_STORED * sizeof *in);
             continue;
         }
         for (size_t n = 0; n < count; n++, in += SHADOW_LANES)
-            for (uint32_t i = 0; i < LANES_STORED; i++)
+            for (uint32_t i = 0; i < SIMD_STORED; i++)
                 memcpy((float *)planes[n] + at[i], in + i, sizeof *in);
     }
 }
@@ -175,10 +175,10 @@ LANES_INLINE void lanes_put(void *const *planes, size_t count, const int32_t to[
 #endif
 
 /* A number of a plane: a float, or the bits of an integer. */
-typedef float lanes_number __attribute__((may_alias));
+typedef float simd_number __attribute__((may_alias));
 
 /* Returns whether the pixels are adjacent, in the order of the lanes; then *start is the first. */
-static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start)
+static inline bool simd_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start)
 {
     int32_t follows = 1;
     *start = to[0];
@@ -201,7 +201,7 @@ static inline bool lanes_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start
 }
 
 /* Loads the pixels of a list into lanes. Lanes past the list's end repeat the last pixel. */
-LANES_INLINE void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
+SIMD_INLINE void simd_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
 {
     if (count >= SHADOW_LANES) { /* Copied in one piece: a vector load would stall on several stores
                                     in flight. */
@@ -213,7 +213,7 @@ LANES_INLINE void lanes_list(const uint32_t *pixels, uint32_t count, int32_t out
 
 /* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many
  * there are. */
-static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out)
+static inline size_t simd_kept(const int32_t *lanes, size_t count, int32_t *out)
 {
     size_t kept = 0;
 #ifdef __AVX512F__
@@ -247,7 +247,7 @@ static inline size_t lanes_kept(const int32_t *lanes, size_t count, int32_t *out
 
 /* Returns v if kept is 1, and 0 if it is 0. For a conditional gcc may emit a branch or a masked
  * store, which is slow where v takes long to compute or is stored to where it was read. */
-static inline float lanes_keep(int32_t kept, float v)
+static inline float simd_keep(int32_t kept, float v)
 {
     uint32_t bits;
     memcpy(&bits, &v, sizeof bits);
@@ -258,7 +258,7 @@ static inline float lanes_keep(int32_t kept, float v)
 
 /* Returns the sum over lanes, in pairs and in a fixed order. Sums are kept in as many parts as
  * there are lanes. */
-static inline float lanes_sum(const float parts[SHADOW_LANES])
+static inline float simd_sum(const float parts[SHADOW_LANES])
 {
     typedef float four __attribute__((vector_size(16), aligned(4), may_alias));
     const four *in = (const four *)parts;

@@ -4,8 +4,8 @@
 
 #include "server/reconstruct/shadow/compatible_lanes.h"
 #include "server/reconstruct/shadow/shadow_lanes.h"
-#include "server/reconstruct/simd/lanes_inline.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define SLOPES_SIDE    5
 #define SLOPES_REACH   (SLOPES_SIDE / 2)
@@ -43,35 +43,35 @@ static inline struct slopes_row slopes_look(const struct shadow_pixels *p, size_
 /* Returns whether any of the neighbours has values. The last vector overlaps the one before. */
 static inline bool slopes_has_values(const struct slopes_row *row)
 {
-    lanes_mask has = {0};
-    for (size_t i = 0; i + LANES_PER_VECTOR <= SLOPES_COLUMNS; i += LANES_PER_VECTOR)
-        has |= ~(lanes_load_vector(row->a + i) < 0.0f);
-    has |= ~(lanes_load_vector(row->a + SLOPES_COLUMNS - LANES_PER_VECTOR) < 0.0f);
-    return lanes_signs(has) != 0;
+    simd_mask has = {0};
+    for (size_t i = 0; i + SIMD_PER_VECTOR <= SLOPES_COLUMNS; i += SIMD_PER_VECTOR)
+        has |= ~(simd_load_vector(row->a + i) < 0.0f);
+    has |= ~(simd_load_vector(row->a + SLOPES_COLUMNS - SIMD_PER_VECTOR) < 0.0f);
+    return simd_signs(has) != 0;
 }
 
 /* Sums of the lanes of one vector: number, a and b. */
 struct slopes_sums {
-    lanes_vector count, a, b;
+    simd_vector count, a, b;
 };
 
 /* Adds a row of neighbours of the lanes from `first` on. */
-LANES_INLINE void slopes_add(const struct compatible_receivers *receiver,
-                             const struct slopes_row *row, size_t first, struct slopes_sums *out)
+SIMD_INLINE void slopes_add(const struct compatible_receivers *receiver,
+                            const struct slopes_row *row, size_t first, struct slopes_sums *out)
 {
 #pragma GCC unroll 5
     for (size_t x = first; x < first + SLOPES_SIDE; x++) {
-        lanes_vector point[3], normal[3];
+        simd_vector point[3], normal[3];
         for (int k = 0; k < 3; k++) {
-            point[k] = lanes_load_vector(row->shown[k] + x);
-            normal[k] = lanes_load_vector(row->shown[3 + k] + x);
+            point[k] = simd_load_vector(row->shown[k] + x);
+            normal[k] = simd_load_vector(row->shown[3 + k] + x);
         }
-        const lanes_vector a = lanes_load_vector(row->a + x), b = lanes_load_vector(row->b + x);
-        const lanes_chosen taken =
-            compatible_chosen(receiver, point, normal) & lanes_up_to(lanes_same(0.0f), a);
-        out->count = lanes_add_to(out->count, taken, lanes_same(1.0f));
-        out->a = lanes_add_to(out->a, taken, a);
-        out->b = lanes_add_to(out->b, taken, b);
+        const simd_vector a = simd_load_vector(row->a + x), b = simd_load_vector(row->b + x);
+        const simd_chosen taken =
+            compatible_chosen(receiver, point, normal) & simd_up_to(simd_same(0.0f), a);
+        out->count = simd_add_to(out->count, taken, simd_same(1.0f));
+        out->a = simd_add_to(out->a, taken, a);
+        out->b = simd_add_to(out->b, taken, b);
     }
 }
 
@@ -79,21 +79,21 @@ LANES_INLINE void slopes_add(const struct compatible_receivers *receiver,
 static inline void slopes_sum(const struct shadow_field *f, size_t first, const float *a,
                               const float *b, float out[3][SHADOW_LANES])
 {
-    struct slopes_sums sums[LANES_VECTORS] = {0};
-    struct compatible_receivers receivers[LANES_VECTORS];
-    for (size_t v = 0; v < LANES_VECTORS; v++)
-        receivers[v] = compatible_receivers_of(f->pixels, first + v * LANES_PER_VECTOR);
+    struct slopes_sums sums[SIMD_VECTORS] = {0};
+    struct compatible_receivers receivers[SIMD_VECTORS];
+    for (size_t v = 0; v < SIMD_VECTORS; v++)
+        receivers[v] = compatible_receivers_of(f->pixels, first + v * SIMD_PER_VECTOR);
     for (ptrdiff_t y = -SLOPES_REACH; y <= SLOPES_REACH; y++) {
         const ptrdiff_t from = (ptrdiff_t)first + y * f->width - SLOPES_REACH;
         const struct slopes_row row = slopes_look(f->pixels, (size_t)from, a, b);
         if (!slopes_has_values(&row)) continue;
-        for (size_t v = 0; v < LANES_VECTORS; v++)
-            slopes_add(&receivers[v], &row, v * LANES_PER_VECTOR, &sums[v]);
+        for (size_t v = 0; v < SIMD_VECTORS; v++)
+            slopes_add(&receivers[v], &row, v * SIMD_PER_VECTOR, &sums[v]);
     }
-    for (size_t v = 0; v < LANES_VECTORS; v++) {
-        *(lanes_stored *)(out[0] + v * LANES_PER_VECTOR) = sums[v].count;
-        *(lanes_stored *)(out[1] + v * LANES_PER_VECTOR) = sums[v].a;
-        *(lanes_stored *)(out[2] + v * LANES_PER_VECTOR) = sums[v].b;
+    for (size_t v = 0; v < SIMD_VECTORS; v++) {
+        *(simd_stored *)(out[0] + v * SIMD_PER_VECTOR) = sums[v].count;
+        *(simd_stored *)(out[1] + v * SIMD_PER_VECTOR) = sums[v].a;
+        *(simd_stored *)(out[2] + v * SIMD_PER_VECTOR) = sums[v].b;
     }
 }
 

@@ -1,6 +1,6 @@
 #include "server/reconstruct/shadow/strata.h"
 
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 void strata_jitters(const struct receiver_light *light, const int32_t *x, const int32_t *y,
                     uint32_t count, float *out0, float *out1)
@@ -14,7 +14,7 @@ void strata_jitters(const struct receiver_light *light, const int32_t *x, const 
 }
 
 /* Transposes the bits of l rows, which follow each other, to columns. */
-LANES_INLINE void turn(uint32_t l, const uint8_t *bytes, uint32_t columns[SHADOW_STRATA_MAX])
+SIMD_INLINE void turn(uint32_t l, const uint8_t *bytes, uint32_t columns[SHADOW_STRATA_MAX])
 {
     for (uint32_t a = 0; a < l; a++) {
         uint32_t column = 0;

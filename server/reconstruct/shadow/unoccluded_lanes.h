@@ -18,7 +18,7 @@
 #include "proto/plan.h"
 #include "server/reconstruct/shadow/shadow_kernels.h"
 #include "server/reconstruct/shadow/unoccluded_quadrature_lanes.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define UNOCCLUDED_FAR2     64.0f /* (distance / half-diagonal)^2, uniform, the light all up */
 #define UNOCCLUDED_VERY_FAR 1e6f  /* the same, anyway */
@@ -153,8 +153,8 @@ static inline void unoccluded_add(const struct unoccluded_pair *pair, float *pol
 /* Adds the term of edge e from `corner`, relative to the light's centre, where it is above the
  * horizon, and notes where it crosses the horizon. `whole` says that it is above for all
  * receivers. */
-LANES_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool whole,
-                                  struct unoccluded_chunk *c)
+SIMD_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool whole,
+                                 struct unoccluded_chunk *c)
 {
     struct unoccluded_pair pair;
     const float ox = corner[0], oy = corner[1], oz = corner[2];
@@ -198,8 +198,8 @@ static int32_t unoccluded_is_whole(const struct unoccluded_chunk *c)
 }
 
 /* The sum over the light's edges into c->polygon. */
-LANES_INLINE void unoccluded_outline(const struct shadow_rectangle *light, bool whole,
-                                     struct unoccluded_chunk *c)
+SIMD_INLINE void unoccluded_outline(const struct shadow_rectangle *light, bool whole,
+                                    struct unoccluded_chunk *c)
 {
     static const float outline[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
     for (size_t i = 0; i < UNOCCLUDED_LANES; i++) {

@@ -28,8 +28,8 @@ static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
     _Alignas(64) float own[3][SHADOW_LANES];
     const int32_t row = f->width;
     g->count = left < SHADOW_LANES ? left : SHADOW_LANES;
-    lanes_list(pixels, g->count, g->pixel);
-    lanes_take(steps, 3, g->pixel, own);
+    simd_list(pixels, g->count, g->pixel);
+    simd_take(steps, 3, g->pixel, own);
     memcpy(g->reach, own[2], sizeof g->reach);
     g->reach_most = 0;
     for (uint32_t i = 0; i < SHADOW_LANES; i++) {
@@ -79,7 +79,7 @@ static inline void walk_mark(const int32_t to[SHADOW_LANES], uint8_t *marks)
     const __m512i pixels = _mm512_loadu_si512(to);
     const __m128i ones = _mm_set1_epi8(1);
     ptrdiff_t start;
-    __mmask16 left = 0xffff, run = lanes_run(pixels, left, &start);
+    __mmask16 left = 0xffff, run = simd_run(pixels, left, &start);
     if (run == left) { /* the common case */
         _mm_storeu_si128((__m128i *)(void *)(marks + start), ones);
         return;
@@ -88,7 +88,7 @@ static inline void walk_mark(const int32_t to[SHADOW_LANES], uint8_t *marks)
         _mm_mask_storeu_epi8(marks + start, run, ones);
         left &= (__mmask16)~run;
         if (left == 0) return;
-        run = lanes_run(pixels, left, &start);
+        run = simd_run(pixels, left, &start);
     }
 }
 
@@ -102,7 +102,7 @@ static inline void walk_mark(const int32_t to[SHADOW_LANES], uint8_t *marks)
         const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)own);
         const __m256i all = _mm256_set1_epi32(-1);
         ptrdiff_t start;
-        if (_mm256_testc_si256(lanes_run(pixels, all, &start), all)) {
+        if (_mm256_testc_si256(simd_run(pixels, all, &start), all)) {
             memset(marks + start, 1, 8);
             continue;
         }

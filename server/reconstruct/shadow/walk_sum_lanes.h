@@ -6,13 +6,13 @@
 
 #include "server/reconstruct/shadow/walk_taps_lanes.h"
 #include "server/reconstruct/simd/fused.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 typedef float walk_two __attribute__((vector_size(8), may_alias));
 
 /* Adds two neighbouring nodes to the sums of each phase of each pixel. Missing taps weigh 0. */
-LANES_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
-                           const struct walk_taps *taps, uint32_t n, float *sums)
+SIMD_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
+                          const struct walk_taps *taps, uint32_t n, float *sums)
 {
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < SHADOW_LANES; i++) {
@@ -25,8 +25,8 @@ LANES_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
     }
 }
 
-LANES_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
-                                 const struct walk_taps *taps, float *sums)
+SIMD_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
+                                const struct walk_taps *taps, float *sums)
 {
     for (uint32_t s = 0; s < taps->steps; s++) {
         walk_add(f, lanes, taps, taps->first[s], sums);
@@ -36,7 +36,7 @@ LANES_INLINE void walk_add_steps(const struct shadow_field *f, uint32_t lanes,
 
 /* Loads pair i of a tap's weights, each of them four times. The load may pass the last pair, but
  * not struct walk_taps. */
-LANES_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
+SIMD_INLINE void walk_weights(const float *pairs, uint32_t i, fused_eight *w)
 {
 #ifdef __AVX2__
     const __m256i half = _mm256_setr_epi32(0, 0, 0, 0, 1, 1, 1, 1);
@@ -97,7 +97,7 @@ static inline void walk_cells(const struct shadow_field *f, const float *sums, f
 #ifdef __AVX512F__
 
 /* Returns sums at[0] .. at[15] of 64. */
-static inline __m512 walk_pick(const __m512 sums[4], lanes_mask at)
+static inline __m512 walk_pick(const __m512 sums[4], simd_mask at)
 {
     const __m512i places = (__m512i)at;
     const __m512 low = _mm512_permutex2var_ps(sums[0], places, sums[1]);
@@ -115,13 +115,13 @@ static inline __m512 walk_four_phases(const float *sums)
 
 static inline void walk_cells_three(const float *sums, float *out)
 {
-    const lanes_mask cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const simd_mask cell = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
     __m512 in[4], n[3], d[3];
     for (int r = 0; r < 4; r++) in[r] = walk_four_phases(sums + (size_t)r * 32);
     for (int k = 0; k < 3; k++) {
-        const lanes_mask number = 3 * cell + k, phase = number & 15;
+        const simd_mask number = 3 * cell + k, phase = number & 15;
         n[k] = walk_pick(in, 4 * phase + (number >> 4));
         d[k] = walk_pick(in, 4 * phase + 3);
     }

@@ -6,7 +6,7 @@
 #include "server/reconstruct/shadow/receiver_lanes.h"
 #include "server/reconstruct/shadow/shadow_lanes.h"
 #include "server/reconstruct/shadow/wedge.h"
-#include "server/reconstruct/simd/lanes_inline.h"
+#include "server/reconstruct/simd/inline.h"
 
 #define WEDGE_FLOOR_PX     0.25f /* slopes are at least this many pixels over L */
 #define WEDGE_RANGE_LEAST  1e-6f
@@ -118,7 +118,7 @@ static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedg
  *     sigma = min(wedge_scale sigma_y / wide, width_most_px px).
  *
  * A scene unit has `major` taps, each one pixel of the longer screen axis. */
-LANES_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
+SIMD_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
 {
     const float per_half = rule->per_half[axis];
     const float all_own = rule->own[axis], per_own = rule->per_own[axis];
@@ -195,15 +195,15 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
     struct wedge_chunk c;
     _Alignas(64) int32_t to[SHADOW_LANES];
     for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
-        lanes_list(pixels + first, count - first, to);
-        lanes_take(read, WEDGE_READ, to, c.in);
+        simd_list(pixels + first, count - first, to);
+        simd_take(read, WEDGE_READ, to, c.in);
         wedge_range(rule.longer_half, &c);
         wedge_aim(&rule.stepper[0], &c);
         wedge_walk(&rule, 0, &c);
         wedge_walk(&rule, 1, &c);
         wedge_rows(rule.per_rho, &c);
         wedge_widths(&c);
-        lanes_put(written, WEDGE_WRITTEN, to, c.out);
-        lanes_put(whole, WEDGE_WHOLE, to, c.whole);
+        simd_put(written, WEDGE_WRITTEN, to, c.out);
+        simd_put(whole, WEDGE_WHOLE, to, c.whole);
     }
 }

@@ -4,55 +4,55 @@
  * and sums of several channels do not wait for each other. */
 #include <stddef.h>
 
-#include "server/reconstruct/simd/lanes_inline.h"
-#include "server/reconstruct/simd/lanes_vector.h"
+#include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/vector.h"
 
 #define TAPS_MOST     128
 #define TAPS_CHANNELS 4 /* that go together, at most */
 
 struct taps {
-    _Alignas(64) float weight[TAPS_MOST][LANES_COUNT];
+    _Alignas(64) float weight[TAPS_MOST][SIMD_LANES];
     ptrdiff_t at[TAPS_MOST]; /* of the neighbours' first */
     uint32_t count;
 };
 
-static inline void taps_add(struct taps *taps, size_t at, const struct lanes *weight)
+static inline void taps_add(struct taps *taps, size_t at, const struct simd *weight)
 {
-    lanes_store(weight, taps->weight[taps->count]);
+    simd_store(weight, taps->weight[taps->count]);
     taps->at[taps->count++] = (ptrdiff_t)at;
 }
 
 /* Sums vector v of `channels` channels: weights times differences from the receiver's own value,
  * and the weights, with that of the receiver itself, which is 1. */
-LANES_INLINE void taps_sum(const struct taps *taps, const float *const *in, size_t p, int v,
-                           uint32_t channels, lanes_vector own[TAPS_CHANNELS],
-                           lanes_vector sum[TAPS_CHANNELS], lanes_vector *weights)
+SIMD_INLINE void taps_sum(const struct taps *taps, const float *const *in, size_t p, int v,
+                          uint32_t channels, simd_vector own[TAPS_CHANNELS],
+                          simd_vector sum[TAPS_CHANNELS], simd_vector *weights)
 {
-    const size_t aside = (size_t)v * LANES_PER_VECTOR;
-    *weights = lanes_same(1.0f);
+    const size_t aside = (size_t)v * SIMD_PER_VECTOR;
+    *weights = simd_same(1.0f);
     for (uint32_t c = 0; c < channels; c++) {
-        own[c] = lanes_load_vector(in[c] + p + aside);
-        sum[c] = (lanes_vector){0};
+        own[c] = simd_load_vector(in[c] + p + aside);
+        sum[c] = (simd_vector){0};
     }
     for (uint32_t t = 0; t < taps->count; t++) {
-        const lanes_vector weight = lanes_load_vector(taps->weight[t] + aside);
+        const simd_vector weight = simd_load_vector(taps->weight[t] + aside);
         const size_t from = (size_t)taps->at[t] + aside;
         *weights += weight;
         for (uint32_t c = 0; c < channels; c++)
-            sum[c] = lanes_fused(weight, lanes_load_vector(in[c] + from) - own[c], sum[c]);
+            sum[c] = simd_fused(weight, simd_load_vector(in[c] + from) - own[c], sum[c]);
     }
 }
 
-LANES_INLINE void taps_mean_of(const struct taps *taps, const float *const *in, size_t p,
-                               uint32_t channels, float *const *out)
+SIMD_INLINE void taps_mean_of(const struct taps *taps, const float *const *in, size_t p,
+                              uint32_t channels, float *const *out)
 {
-    for (int v = 0; v < LANES_VECTORS; v++) {
-        lanes_vector own[TAPS_CHANNELS], sum[TAPS_CHANNELS], weights;
+    for (int v = 0; v < SIMD_VECTORS; v++) {
+        simd_vector own[TAPS_CHANNELS], sum[TAPS_CHANNELS], weights;
         taps_sum(taps, in, p, v, channels, own, sum, &weights);
-        const lanes_vector inverse = 1.0f / weights;
+        const simd_vector inverse = 1.0f / weights;
         for (uint32_t c = 0; c < channels; c++)
-            *(lanes_stored *)(out[c] + p + (size_t)v * LANES_PER_VECTOR) =
-                lanes_fused(sum[c], inverse, own[c]);
+            *(simd_stored *)(out[c] + p + (size_t)v * SIMD_PER_VECTOR) =
+                simd_fused(sum[c], inverse, own[c]);
     }
 }
 
