@@ -19,7 +19,7 @@ static void unfold(float x, float y, float on[3])
     on[2] = z;
 }
 
-static float least_of(float a, float b)
+static float min_of(float a, float b)
 {
     return a < b ? a : b; /* fminf is a call */
 }
@@ -45,8 +45,8 @@ static void pack(const float n[3], float steps, int32_t code[2])
     float left = floorf(square[0] * steps), low = floorf(square[1] * steps), least = INFINITY;
     const float scale = 1.0f / steps;
     for (int i = 0; i < 4; i++) {
-        float x = least_of(left + (float)(i & 1), steps);
-        float y = least_of(low + (float)(i >> 1), steps);
+        float x = min_of(left + (float)(i & 1), steps);
+        float y = min_of(low + (float)(i >> 1), steps);
         float candidate[3];
         unfold(x * scale, y * scale, candidate);
         float error = distance(on, candidate);

@@ -42,7 +42,7 @@ static void cross(const float a[3], const float b[3], double out[3])
     }
 }
 
-int plan_field_unit(const struct plan_place *at, const char *field, const float v[3], float min,
+int plan_field_unit(const struct plan_field *at, const char *field, const float v[3], float min,
                     float max)
 {
     const int error = plan_field_vector(at, field, v, min, max);
@@ -54,7 +54,7 @@ int plan_field_unit(const struct plan_place *at, const char *field, const float 
 }
 
 /* The axes are unit vectors. */
-static int check_axes(const struct plan_place *at, const struct plan_camera *c)
+static int check_axes(const struct plan_field *at, const struct plan_camera *c)
 {
     const double skew = dot(c->right, c->up);
     if (fabs(skew) > ORTHONORMAL_TOLERANCE)
@@ -70,7 +70,7 @@ static int check_axes(const struct plan_place *at, const struct plan_camera *c)
 }
 
 /* A lens needs something in focus; without one its other fields travel all the same. */
-static int check_lens(const struct plan_place *at, const struct plan_camera *c)
+static int check_lens(const struct plan_field *at, const struct plan_camera *c)
 {
     if (c->blade_count > 0 && c->blade_count < 3)
         return plan_field_refuse(at, ERR_RANGE, "blade_count", "is too small",
@@ -90,7 +90,7 @@ static int check_lens(const struct plan_place *at, const struct plan_camera *c)
 
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault)
 {
-    const struct plan_place at = {place, fault};
+    const struct plan_field at = {place, fault};
     int error = 0;
 #define CAMERA(type, name, check, from, to)                                                        \
     if (!error) error = plan_field_##check(&at, #name, camera->name, from, to);
@@ -102,7 +102,7 @@ int plan_camera_check(const struct plan_camera *camera, const char *place, struc
     return error ? error : check_lens(&at, camera);
 }
 
-static int check_rectangle(const struct plan_place *at, const struct plan_light *light)
+static int check_rectangle(const struct plan_field *at, const struct plan_light *light)
 {
     double n[3];
     cross(light->half_u, light->half_v, n);
@@ -125,7 +125,7 @@ static int check_rectangle(const struct plan_place *at, const struct plan_light 
     return 0;
 }
 
-static int check_cone(const struct plan_place *at, const struct plan_light *light)
+static int check_cone(const struct plan_field *at, const struct plan_light *light)
 {
     int error = plan_field_number(at, "cos_inner", light->cos_inner, 0.0f, 1.0f);
     if (!error) error = plan_field_number(at, "cos_outer", light->cos_outer, 0.0f, 1.0f);
@@ -135,7 +135,7 @@ static int check_cone(const struct plan_place *at, const struct plan_light *ligh
     return error;
 }
 
-static int check_shape(const struct plan_place *at, const struct plan_light *light)
+static int check_shape(const struct plan_field *at, const struct plan_light *light)
 {
     int error = 0;
     if (light->type == LIGHT_POINT) return 0;
@@ -148,7 +148,7 @@ static int check_shape(const struct plan_place *at, const struct plan_light *lig
 /* Fields that the type does not use travel all the same, so they must at least be numbers. */
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault)
 {
-    const struct plan_place at = {place, fault};
+    const struct plan_field at = {place, fault};
     int error = 0;
 #define LIGHT(type, name, check, from, to)                                                         \
     if (!error) error = plan_field_##check(&at, #name, light->name, from, to);
@@ -159,7 +159,7 @@ int plan_light_check(const struct plan_light *light, const char *place, struct f
 static int check_light_sampling(const struct plan *plan, const struct plan_light *light,
                                 const char *prefix, struct fault *fault)
 {
-    const struct plan_place at = {prefix, fault};
+    const struct plan_field at = {prefix, fault};
     const bool has_area = light->type == LIGHT_RECTANGLE;
     const bool per_stratum = has_area && (plan->light_planes & LIGHT_PLANES_STRATA);
     const int64_t max =
@@ -182,7 +182,7 @@ static int check_lights(const struct plan *plan, struct fault *fault)
 }
 
 /* Errors are known where halves of the samples, or their spread, tell of them. */
-static int check_target(const struct plan_place *at, const struct plan *plan)
+static int check_target(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t paths = PLANE_BIT(PATH_M2) | PLANE_BIT(PATH_HALF_DIFFERENCE2);
     if ((plan->target_error > 0.0f) != (plan->spp_most > 0))
@@ -205,7 +205,7 @@ static int check_target(const struct plan_place *at, const struct plan *plan)
 }
 
 /* Paths are traced for their planes, and planes are made from paths. */
-static int check_path_planes(const struct plan_place *at, const struct plan *plan)
+static int check_path_planes(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     const bool open = planes & (PLANE_BIT(PATH_VISIBILITY) | PLANE_BIT(AMBIENT_VISIBILITY));
@@ -234,7 +234,7 @@ static int check_path_planes(const struct plan_place *at, const struct plan *pla
 }
 
 /* Lone sub-samples are found by what is seen, and shaded as pixel centres are. */
-static int check_lone(const struct plan_place *at, const struct plan *plan)
+static int check_lone(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     if (!(planes & PLANE_BIT(LONE))) return 0;
@@ -256,7 +256,7 @@ static int check_lone(const struct plan_place *at, const struct plan *plan)
 
 /* Mixed pixels are found by what is seen through pixels, and lit as sub-samples are; beside paths,
  * by pixel centres alone. */
-static int check_mixed(const struct plan_place *at, const struct plan *plan)
+static int check_mixed(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     if (!(planes & PLANE_BIT(MIXED))) return 0;
@@ -271,7 +271,7 @@ static int check_mixed(const struct plan_place *at, const struct plan *plan)
 }
 
 /* Planes and what they are made from. */
-static int check_planes(const struct plan_place *at, const struct plan *plan)
+static int check_planes(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     if ((planes & (PLANES_SUB | PLANE_BIT(SUB_REFLECTANCE))) && plan->sub_samples == 0)
@@ -292,7 +292,7 @@ static int check_planes(const struct plan_place *at, const struct plan *plan)
 }
 
 /* Bounce rays and rays of lobes have strata; paths bounce without. */
-static int check_strata(const struct plan_place *at, const struct plan *plan)
+static int check_strata(const struct plan_field *at, const struct plan *plan)
 {
     const bool per_stratum = plan->planes & PLANE_BIT(INDIRECT_STRATA);
     const bool has_strata = plan->planes & (PLANES_BOUNCE_RAYS | PLANES_GLOSSY);
@@ -304,7 +304,7 @@ static int check_strata(const struct plan_place *at, const struct plan *plan)
 }
 
 /* Checks each field by itself. */
-static int check_fields(const struct plan_place *at, const struct plan *plan)
+static int check_fields(const struct plan_field *at, const struct plan *plan)
 {
     int error = 0;
 #define FIELD(type, name, check, from, to)                                                         \
@@ -324,7 +324,7 @@ static bool brings_surfaces(const struct plan *plan)
 
 int plan_check(const struct plan *plan, struct fault *fault)
 {
-    const struct plan_place at = {"", fault};
+    const struct plan_field at = {"", fault};
     const float least_power = plan->environment.kind == ENVIRONMENT_NONE ? 0.0f : POWER_MIN;
     int error = check_fields(&at, plan);
     if (!error)

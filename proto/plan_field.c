@@ -5,7 +5,7 @@
 
 #include "proto/limits.h"
 
-int plan_field_refuse(const struct plan_place *at, int code, const char *field, const char *why,
+int plan_field_refuse(const struct plan_field *at, int code, const char *field, const char *why,
                       double value)
 {
     char pointer[LIMIT_POINTER_BYTES];
@@ -13,7 +13,7 @@ int plan_field_refuse(const struct plan_place *at, int code, const char *field, 
     return fault_set(at->fault, code, pointer, "%.9g %s", value, why);
 }
 
-int plan_field_number(const struct plan_place *at, const char *field, float v, float min, float max)
+int plan_field_number(const struct plan_field *at, const char *field, float v, float min, float max)
 {
     if (!isfinite(v))
         return plan_field_refuse(at, ERR_NOT_FINITE, field, "is not finite", (double)v);
@@ -22,7 +22,7 @@ int plan_field_number(const struct plan_place *at, const char *field, float v, f
     return 0;
 }
 
-int plan_field_vector(const struct plan_place *at, const char *field, const float v[3], float min,
+int plan_field_vector(const struct plan_field *at, const char *field, const float v[3], float min,
                       float max)
 {
     for (int i = 0; i < 3; i++) {
@@ -32,7 +32,7 @@ int plan_field_vector(const struct plan_place *at, const char *field, const floa
     return 0;
 }
 
-int plan_field_count(const struct plan_place *at, const char *field, int64_t v, int64_t min,
+int plan_field_count(const struct plan_field *at, const char *field, int64_t v, int64_t min,
                      int64_t max)
 {
     if (v < min) return plan_field_refuse(at, ERR_RANGE, field, "is too small", (double)v);
@@ -41,7 +41,7 @@ int plan_field_count(const struct plan_place *at, const char *field, int64_t v, 
 }
 
 /* Scales are powers of two so that applying and undoing them is exact. */
-int plan_field_scale(const struct plan_place *at, const char *field, float v, float min, float max)
+int plan_field_scale(const struct plan_field *at, const char *field, float v, float min, float max)
 {
     int exponent;
     const int error = plan_field_number(at, field, v, min, max);
@@ -51,7 +51,7 @@ int plan_field_scale(const struct plan_place *at, const char *field, float v, fl
     return 0;
 }
 
-int plan_field_word(const struct plan_place *at, const char *field, uint32_t v, uint32_t first,
+int plan_field_word(const struct plan_field *at, const char *field, uint32_t v, uint32_t first,
                     uint32_t last)
 {
     if (v < first || v > last)
@@ -59,7 +59,7 @@ int plan_field_word(const struct plan_place *at, const char *field, uint32_t v, 
     return 0;
 }
 
-int plan_field_bits(const struct plan_place *at, const char *field, uint64_t v, uint64_t none,
+int plan_field_bits(const struct plan_field *at, const char *field, uint64_t v, uint64_t none,
                     uint64_t known)
 {
     if (v & (~known | none))

@@ -9,7 +9,7 @@
 #define PLANES_GEOMETRY (PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL))
 
 /* A filter makes a rectangle's irradiance anew, from what it is told of surfaces and strata. */
-static int check_shadow_filter(const struct plan_place *at, const struct plan *plan)
+static int check_shadow_filter(const struct plan_field *at, const struct plan *plan)
 {
     if (plan->shadow_filter == SHADOW_FILTER_NONE) return 0;
     if (plan->paths.spp > 0 && !plan->paths.without_diffuse_direct)
@@ -29,7 +29,7 @@ static int check_shadow_filter(const struct plan_place *at, const struct plan *p
 
 /* Checks second sets of rays. They add to means, and their size follows from the first set's
  * distances. Such means have no known error, and a target cannot ask for more rays. */
-static int check_rate(const struct plan_place *at, const struct plan *plan)
+static int check_rate(const struct plan_field *at, const struct plan *plan)
 {
     const struct plan_adaptive *adaptive = &plan->adaptive;
     const bool second = plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE;
@@ -51,7 +51,7 @@ static int check_rate(const struct plan_place *at, const struct plan *plan)
 
 /* Checks the planes of filters of indirect light: surfaces, bounce distances, and single rays for
  * the sheared filter. */
-static int check_indirect_filter(const struct plan_place *at, const struct plan *plan)
+static int check_indirect_filter(const struct plan_field *at, const struct plan *plan)
 {
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED;
     const bool adaptive = plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE;
@@ -69,7 +69,7 @@ static int check_indirect_filter(const struct plan_place *at, const struct plan 
 }
 
 /* Second sets of glossy lobes go by surfaces, and by what the first ones measured. */
-static int check_span(const struct plan_place *at, const struct plan *plan)
+static int check_span(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
     if (plan_strata_maps(plan) < 2 || (plan->planes & needs) == needs) return 0;
@@ -79,7 +79,7 @@ static int check_span(const struct plan_place *at, const struct plan *plan)
 
 /* Checks the planes of the filter of glossy lobes: surfaces, and all that their rays have measured.
  *  */
-static int check_glossy_filter(const struct plan_place *at, const struct plan *plan)
+static int check_glossy_filter(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t needs = PLANES_GEOMETRY | PLANE_BIT(ID) | PLANES_GLOSSY_LIGHT;
     if (plan->glossy_filter == GLOSSY_FILTER_NONE) return 0;
@@ -90,7 +90,7 @@ static int check_glossy_filter(const struct plan_place *at, const struct plan *p
 }
 
 /* Halves of the paths, and what their weights look at. */
-static int check_residual_filter(const struct plan_place *at, const struct plan *plan)
+static int check_residual_filter(const struct plan_field *at, const struct plan *plan)
 {
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     if ((plan->planes & PLANES_RESIDUAL_READ) != PLANES_RESIDUAL_READ)
@@ -105,7 +105,7 @@ static int check_residual_filter(const struct plan_place *at, const struct plan 
 }
 
 /* Lens samples have their planes, and filters of them the slopes. */
-static int check_lens_planes(const struct plan_place *at, const struct plan *plan)
+static int check_lens_planes(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes & PLANES_LENS;
     const bool has_radiance = planes & PLANE_BIT(LENS_RADIANCE);
@@ -132,7 +132,7 @@ static int check_lens_planes(const struct plan_place *at, const struct plan *pla
 }
 
 /* Light fields light what lens samples tell of, from surfaces at pixel centres. */
-static int check_lens_relight(const struct plan_place *at, const struct plan *plan)
+static int check_lens_relight(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t surface = plan->planes & PLANES_LENS_SURFACE;
     const uint64_t field = PLANES_GEOMETRY | PLANE_BIT(LENS_SLOPE);
@@ -161,7 +161,7 @@ static int check_lens_relight(const struct plan_place *at, const struct plan *pl
 /* Checks mirrors of lens samples. Light fields light what mirrors show as they light lens samples,
  * and each reflection is a bounce. The sheared filter of indirect light would use directions of the
  * mirror image. */
-static int check_lens_mirrors(const struct plan_place *at, const struct plan *plan)
+static int check_lens_mirrors(const struct plan_field *at, const struct plan *plan)
 {
     const uint32_t light = plan->lens_relight;
     const bool lit = light == LENS_RELIGHT_INDIRECT || light == LENS_RELIGHT_SKY;
@@ -175,7 +175,7 @@ static int check_lens_mirrors(const struct plan_place *at, const struct plan *pl
 }
 
 /* Second sets go to pixels that slopes tell of, beside filters that work with both. */
-static int check_lens_extra(const struct plan_place *at, const struct plan *plan)
+static int check_lens_extra(const struct plan_field *at, const struct plan *plan)
 {
     const bool more = plan->lens_extra > 0;
     if (more != ((plan->planes & PLANE_BIT(LENS_SECOND_SET)) != 0))
@@ -191,7 +191,7 @@ static int check_lens_extra(const struct plan_place *at, const struct plan *plan
     return 0;
 }
 
-int plan_filters_check(const struct plan_place *at, const struct plan *plan)
+int plan_filters_check(const struct plan_field *at, const struct plan *plan)
 {
     if (!(plan->mu > 0.0f))
         return plan_field_refuse(at, ERR_RANGE, "mu", "makes filters of no width",

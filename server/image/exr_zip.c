@@ -45,7 +45,7 @@ void exr_zip_destroy(struct exr_zip **zip)
     *zip = NULL;
 }
 
-static size_t least_of(size_t a, size_t b)
+static size_t min_of(size_t a, size_t b)
 {
     return a < b ? a : b;
 }
@@ -58,7 +58,7 @@ static bool find_codes(struct exr_zip *zip, uint8_t *in, size_t size_bytes)
     memset(&zip->histogram, 0, sizeof zip->histogram);
     if (part == 0) isal_update_histogram(in, (int)size_bytes, &zip->histogram);
     for (size_t k = 0; part > 0 && k < PIECES; k++)
-        isal_update_histogram(in + k * part, (int)least_of(piece, part), &zip->histogram);
+        isal_update_histogram(in + k * part, (int)min_of(piece, part), &zip->histogram);
     return isal_create_hufftables(&zip->tables, &zip->histogram) == 0;
 }
 

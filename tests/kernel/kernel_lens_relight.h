@@ -14,7 +14,7 @@ enum lens_relight_kernel {
 };
 
 static const char *const lens_relight_kernel_names[LIT_LENS_KERNEL_COUNT] = {
-    "light place", "light own", "light add", "light most"};
+    "light place", "light own", "light add", "light max"};
 
 #define LENS_RELIGHT_NUMBERS 6  /* along, height, left, length, slope, z */
 #define LENS_RELIGHT_WORDS   5  /* seeds of three kinds, albedo, light */
@@ -130,7 +130,7 @@ static inline void lens_relight_case_run(const struct lens_relight_case *k,
             kernels->add(k->words[3] + first, k->number[5] + first, sum, c, count, sum);
         }
     } else {
-        out[0] = kernels->most(k->number[4] + first, count, 1.0f);
+        out[0] = kernels->max(k->number[4] + first, count, 1.0f);
     }
 }
 

@@ -212,7 +212,7 @@ static inline simd_vector glossy_weight(const struct glossy_receivers *a,
     const simd_vector apart = simd_load_vector(met->apart[t] + lane) / det;
     const simd_vector view = a->similarity.v[v] * (0.5f * apart);
     const simd_vector most = square * a->footprint.v[v];
-    const simd_vector own = simd_fused(a->similarity.v[v], shape, simd_least(view, most));
+    const simd_vector own = simd_fused(a->similarity.v[v], shape, simd_min(view, most));
     const simd_vector x = simd_fused(a->distance.v[v], square, simd_where(own > 0.0f, own));
     return simd_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
 }

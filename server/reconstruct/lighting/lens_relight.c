@@ -232,8 +232,8 @@ static float most_slope(const struct lit_lens *f, int32_t y)
     const size_t first = patch_pixel(p, f->seen.x0, y), area = (size_t)rect_area(p->rect);
     float most = 0.0f;
     for (uint32_t k = 0; k < samples; k++)
-        most = f->row.kernels->most(p->lens_slope + k * area + first, (uint32_t)rect_width(f->seen),
-                                    most);
+        most = f->row.kernels->max(p->lens_slope + k * area + first, (uint32_t)rect_width(f->seen),
+                                   most);
     return most;
 }
 

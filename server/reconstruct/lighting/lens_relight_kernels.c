@@ -118,7 +118,7 @@ static void kernel_add(const uint32_t *restrict albedo, const float *restrict li
 }
 
 /* Numbers above 0 are in the order of their bits. */
-static float kernel_most(const float *restrict slope, uint32_t count, float most)
+static float kernel_max(const float *restrict slope, uint32_t count, float most)
 {
     int32_t bits = 0;
     memcpy(&bits, &most, sizeof bits);
@@ -136,5 +136,5 @@ const struct lens_relight_kernels KERNELS(lens_relight_kernels) = {
     .place = kernel_place,
     .own = kernel_own,
     .add = kernel_add,
-    .most = kernel_most,
+    .max = kernel_max,
 };

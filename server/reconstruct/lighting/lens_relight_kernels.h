@@ -41,8 +41,8 @@ struct lens_relight_kernels {
     void (*add)(const uint32_t *albedo, const float *light, const float *shine, uint32_t c,
                 uint32_t count, float *out);
 
-    /* Returns the greatest size of slopes, but at least `most`. */
-    float (*most)(const float *slope, uint32_t count, float most);
+    /* Returns the greatest size of slopes, but at least `least`. */
+    float (*max)(const float *slope, uint32_t count, float least);
 };
 
 /* The kernels of each instruction set (kernels.h). All give the same bits. */

@@ -143,7 +143,7 @@ static void fill(const struct planes *p)
 
 /* -- boxes -- */
 
-static int32_t least(int32_t a, int32_t b)
+static int32_t min_i32(int32_t a, int32_t b)
 {
     return a < b ? a : b;
 }
@@ -154,7 +154,7 @@ static void sum_row(const struct planes *p, const float *row, int32_t radius, fl
     const int32_t width = rect_width(p->block), left = p->block.x0 - p->wide.x0;
     for (int32_t step = -radius; step <= radius; step++) {
         const int32_t from = step < -left ? -left - step : 0;
-        const int32_t to = least(width, rect_width(p->wide) - left - step);
+        const int32_t to = min_i32(width, rect_width(p->wide) - left - step);
         const float *in = row + left + step;
         for (int32_t x = from; x < to; x++) out[x] += in[x];
     }

@@ -45,7 +45,7 @@
 static inline simd_vector power_of_half(simd_vector units)
 {
     const simd_mask below =
-        __builtin_convertvector(simd_least(units, simd_same(EXPONENT_MOST)), simd_mask);
+        __builtin_convertvector(simd_min(units, simd_same(EXPONENT_MOST)), simd_mask);
     return (simd_vector)((127 << 23) - below) - WEIGHT_LEAST;
 }
 
@@ -96,9 +96,9 @@ static inline void compare_guides(const float *restrict g, const float *restrict
     for (size_t x = 0; x < count; x += SIMD_PER_VECTOR) {
         const simd_vector d = simd_load_vector(g + x) - simd_load_vector(g + x + o);
         const simd_vector here = simd_load_vector(v + x), there = simd_load_vector(v + x + o);
-        const simd_vector excess = d * d - here - simd_least(here, there);
+        const simd_vector excess = d * d - here - simd_min(here, there);
         const simd_vector distance = excess * sharpness / (here + there + VARIANCE_LEAST);
-        *(simd_vector *)(out + x) = simd_least(distance, simd_same(DISTANCE_MOST));
+        *(simd_vector *)(out + x) = simd_min(distance, simd_same(DISTANCE_MOST));
     }
 }
 
@@ -155,7 +155,7 @@ static inline simd_vector weigh(const struct residual_patches *patches, size_t i
               (simd_load_vector(pairs + 4 * TX) + simd_load_vector(h + 6 * TX));
     else
         sum = simd_load_vector(h) + simd_load_vector(h + TX) + simd_load_vector(h + 2 * TX);
-    return power_of_half(simd_most(sum, simd_same(0.0f)) * share + simd_load_vector(exponent));
+    return power_of_half(simd_max(sum, simd_same(0.0f)) * share + simd_load_vector(exponent));
 }
 
 /* What taps are added to and taken from, of a row of the tile. */

@@ -167,7 +167,7 @@ static inline struct simd edge_jitter(const float *from)
 {
     struct simd jitter = simd_load(from);
     const struct simd most = simd_all(PATTERN_JITTER_MAX);
-    for (int v = 0; v < SIMD_VECTORS; v++) jitter.v[v] = simd_least(jitter.v[v], most.v[v]);
+    for (int v = 0; v < SIMD_VECTORS; v++) jitter.v[v] = simd_min(jitter.v[v], most.v[v]);
     return jitter;
 }
 

@@ -105,7 +105,7 @@ SIMD_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussia
     const simd_vector normal[3] = {c->normal[0].v[i], c->normal[1].v[i], c->normal[2].v[i]};
     const simd_vector up = simd_dot(to, normal), squared = simd_dot(to, to);
     /* of 0 it is infinite, and counts nothing below */
-    const simd_vector bounded = simd_least(size2 / squared, most);
+    const simd_vector bounded = simd_min(size2 / squared, most);
     const simd_vector facing = gaussian ? u->profile * v->profile * up : up;
     const simd_chosen counts =
         simd_below(simd_same(0.0f), up) & simd_below(simd_same(0.0f), squared);
@@ -120,7 +120,7 @@ SIMD_INLINE struct estimate_place estimate_stratum(bool gaussian, const float *j
                                                    uint32_t k)
 {
     const simd_vector most = simd_same(PATTERN_JITTER_MAX);
-    const simd_vector within = simd_least(simd_load_vector(jitter), most); /* as pattern_axis */
+    const simd_vector within = simd_min(simd_load_vector(jitter), most); /* as pattern_axis */
     const simd_vector at =
         simd_fused((float)k + within, simd_same(2.0f / (float)l), simd_same(-1.0f));
     return (struct estimate_place){at, gaussian ? gaussian_exp_minus_lanes(2.0f * at * at) : at};

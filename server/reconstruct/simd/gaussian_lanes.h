@@ -19,7 +19,7 @@ static inline simd_vector gaussian_floor(simd_vector x)
 static inline simd_vector gaussian_exp_minus_lanes(simd_vector x)
 {
     const simd_chosen small = simd_below(x, simd_same(87.0f));
-    const simd_vector in = simd_least(x, simd_same(87.0f));
+    const simd_vector in = simd_min(x, simd_same(87.0f));
     const simd_vector n = gaussian_floor(simd_fused(in, simd_same(-1.44269504f), simd_same(0.5f)));
     const simd_vector rest =
         simd_fused(n, simd_same(1.42860677e-6f), simd_fused(n, simd_same(0.693145752f), in));

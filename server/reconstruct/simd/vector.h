@@ -128,7 +128,7 @@ static inline simd_vector simd_select(simd_mask mask, simd_vector a, simd_vector
 }
 
 /* Returns the lower of two; b where either is NaN. */
-static inline simd_vector simd_least(simd_vector a, simd_vector b)
+static inline simd_vector simd_min(simd_vector a, simd_vector b)
 {
 #ifdef __AVX512F__
     return (simd_vector)_mm512_min_ps((__m512)a, (__m512)b);
@@ -140,7 +140,7 @@ static inline simd_vector simd_least(simd_vector a, simd_vector b)
 }
 
 /* Returns the higher of two; b where either is NaN. */
-static inline simd_vector simd_most(simd_vector a, simd_vector b)
+static inline simd_vector simd_max(simd_vector a, simd_vector b)
 {
 #ifdef __AVX512F__
     return (simd_vector)_mm512_max_ps((__m512)a, (__m512)b);
