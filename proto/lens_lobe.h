@@ -1,6 +1,6 @@
 #pragma once
-/* Which glossy lobes may share what they see: of a lens sample and the centre of the pixel that it
- * lies in (worker/trace/path/centre_gbuffer.h), and of the pixels around it
+/* Decides which glossy lobes may share the light that they reflect: a lens sample's with the
+ * centre's of its pixel (worker/trace/path/centre_gbuffer.h), and with those of the pixels around
  * (server/reconstruct/lighting/light_lookup.h). */
 #include <stdbool.h>
 

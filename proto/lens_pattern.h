@@ -31,8 +31,8 @@ float lens_aperture_height(const struct lens_aperture *a, float share);
 /* The ends of the chord at a height; both the same where there is none. */
 void lens_aperture_chord(const struct lens_aperture *a, float height, float *left, float *right);
 
-/* Line i of l of `count` pixels with the jitters across[]: where it lies and what of it is in the
- * aperture. */
+/* Computes line i of l of `count` pixels with the jitters across[]: its height, and the part of
+ * it that lies in the aperture. */
 void lens_aperture_lines(const struct lens_aperture *a, uint32_t l, uint32_t i, uint32_t count,
                          const float *across, float *height, float *left, float *length);
 

@@ -280,15 +280,16 @@ struct plan_split {
 };
 struct plan_split plan_pass_split(const struct plan_pass *pass);
 
-/* Whether tiles get passes after the schedule, of samples that are decided on when all of that has
- * landed: under a target, under INDIRECT_FILTER_ADAPTIVE, and with second sets through the lens. */
+/* Returns whether tiles get passes after the schedule, of samples that are decided on when all
+ * of that has landed: under a target, under INDIRECT_FILTER_ADAPTIVE, and with second sets
+ * through the lens. */
 bool plan_has_rounds(const struct plan *plan);
 
-/* 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have: within the schedule one that
- * differs from it; after the schedule one without samples, of more than LIMIT_PASS_SPP, of an odd
- * l, or of what the plan has no planes of. Bounce rays after the schedule are stratified anew.
- * INDIRECT_FILTER_ADAPTIVE and lens_extra have one pass after the schedule, the second set, which
- * alone has strata maps. */
+/* Returns 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have. A pass within the
+ * schedule must be the schedule's. A later one has samples, at most LIMIT_PASS_SPP, an even l,
+ * and only samples that the plan has planes for. Bounce rays after the schedule are stratified
+ * anew. INDIRECT_FILTER_ADAPTIVE and lens_extra have one pass after the schedule, the second
+ * set, which alone has strata maps. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
 /* Returns how many strata maps second sets have under the plan: one of bounce rays, and one of

@@ -313,7 +313,7 @@ static int check_fields(const struct plan_field *at, const struct plan *plan)
     return error;
 }
 
-/* Whether light fields may bring all that paths leave out of first surfaces. */
+/* Returns whether light fields may bring all that paths leave out of first surfaces. */
 static bool brings_surfaces(const struct plan *plan)
 {
     return plan->paths.spp > 0 && plan->environment.kind == ENVIRONMENT_NONE &&

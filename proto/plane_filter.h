@@ -1,10 +1,10 @@
 #pragma once
-/* What a component of a tile's samples is packed as: not its numbers, but what they are beside
- * their neighbours, which is little where surfaces are smooth. On whole numbers of its size, modulo
- * 2^bits, so that whatever bits it has come back.
+/* Makes a component of a tile's samples compress well: each number is replaced by its difference
+ * from a prediction by its neighbours, which is small where surfaces are smooth. The numbers are
+ * integers of the component's size, modulo 2^bits, so that any bits come back as they were.
  *
- * Differences are folded, small ones of either sign to small numbers: 0, -1, 1, -2 to 0, 1, 2, 3.
- */
+ * Differences are folded, so that small ones of either sign become small numbers: 0, -1, 1, -2
+ * become 0, 1, 2, 3. */
 #include <stddef.h>
 #include <stdint.h>
 

@@ -164,7 +164,7 @@ uint32_t samples_type_bytes(enum samples_type type);
     (PLANES_CENTRE | PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |        \
      PLANE_BIT(SUB_ID))
 
-/* How many components a plane has under the plan; 0: the plan does not ask for it. */
+/* Returns how many components a plane has under the plan; 0: the plan does not ask for it. */
 uint32_t samples_components(const struct plan *plan, uint32_t slot);
 
 /* Where each plane lies. Offsets in bytes from the start of the data; SAMPLES_ABSENT if absent. */

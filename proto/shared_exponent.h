@@ -1,8 +1,8 @@
 #pragma once
-/* Three positive numbers in 32 bits: mantissas of equal scale below an exponent that they share,
- * that of the largest. Rounded to nearest, errors are below half a step of the largest's mantissa,
- * 1/256 of it with 8 bits and 1/512 with 9; rounded up as often as what is cut off asks for, below
- * a step, but nothing in the mean. */
+/* Packs three positive numbers into 32 bits: three mantissas below one exponent, the largest
+ * number's. Rounding to nearest errs by at most half a step of the largest mantissa, which is 1/256
+ * of it with 8 bits and 1/512 with 9. Stochastic rounding errs by less than a step, and not at all
+ * in the mean. */
 #include <stdint.h>
 #include <string.h>
 

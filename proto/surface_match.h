@@ -130,9 +130,9 @@ void surface_face(const struct surface_view *view, const struct shown_surface *p
 bool surface_near_facing(const struct surface_view *view, float pixel, float sub,
                          const struct surface_facing *facing);
 
-/* What a pixel `column` columns and `row` rows beside a sub-sample's own, -1 .. 1, weighs of what
- * the own pixel leaves: an eighth times a tent 3 pixels wide around the sub-sample, which lies at
- * `offset` in its pixel. */
+/* Returns the weight of a pixel `column` columns and `row` rows beside a sub-sample's own, -1 ..
+ * 1, of what the own pixel leaves: an eighth times a tent 3 pixels wide around the sub-sample,
+ * which lies at `offset` in its pixel. */
 float surface_share(const float offset[2], int32_t column, int32_t row);
 
 /* Below this sum of shares times matches, no pixel shows the sub-sample's surface. */

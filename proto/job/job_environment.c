@@ -27,7 +27,7 @@ static const struct json_member constant_members[] = {{.name = "radiance",
                                                        .max = LIMIT_RADIANCE},
                                                       {.name = NULL}};
 
-/* Which of the two forms it is decides what members there may be, so it is looked at first. */
+/* Looks first at which of the two forms it is, because that decides which members there may be. */
 int job_environment_read(struct json_cursor *at, const struct json_member *member,
                          const json_t *value, void *object)
 {

@@ -110,8 +110,8 @@ static void tell_of_old_folders(const struct coordinator_options *options)
         snprintf(path, sizeof path, "%s/%s", options->directories->data, names[i]);
         const struct log_field field = {"detail", path, 0};
         if (access(path, F_OK) == 0)
-            log_write(options->log, LOG_WARNING, "not read: an older build's folder", NULL, &field,
-                      1);
+            log_write(options->log, LOG_WARNING, "folder of an older build is ignored", NULL,
+                      &field, 1);
     }
 }
 

@@ -95,9 +95,10 @@ static int await_address(struct embedded_server *s, int in, struct fault *fault)
         found = sscanf(line, "listening on %63s", s->base_url) == 1;
     fclose(f);
     return found ? 0
-                 : fault_set(fault, ERR_KILLED, "",
-                             "the private server ended before it was ready; run `shearwater serve` "
-                             "to see why");
+                 : fault_set(
+                       fault, ERR_KILLED, "",
+                       "the private coordinator ended before it was ready; run `shearwater serve` "
+                       "to see why");
 }
 
 int embedded_server_start(struct embedded_server *s, unsigned workers, unsigned worker_threads,

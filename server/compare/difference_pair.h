@@ -1,7 +1,7 @@
 #pragma once
-/* How far one image x is from what two independent references a and b estimate, without the
- * references' own noise: the mean of (x - a)(x - b) is the mean square error of x beside what both
- * converge to, since the noise of a and that of b do not meet. */
+/* Measures the error of an image x beside two independent references a and b, without their noise.
+ * The mean of (x - a)(x - b) is the mean square error of x beside what both converge to, since the
+ * noise of a and that of b are not correlated. */
 #include "server/image/image.h"
 
 struct difference_pair {

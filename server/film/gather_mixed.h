@@ -1,5 +1,5 @@
 #pragma once
-/* From tiles' lists of mixed pixels to a patch's: those of its core. */
+/* Collects the mixed pixels of a patch's core from the lists of tiles. */
 #include "proto/samples.h"
 #include "server/reconstruct/patch/patch.h"
 

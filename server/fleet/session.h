@@ -121,7 +121,7 @@ void session_start(struct session *s);
 /* Frees what a session holds; only from host->closed. */
 void session_destroy(struct session **s);
 
-/* What ended a session that did not say BYE. */
+/* Why a session ended that did not say BYE. */
 enum session_end { SESSION_BROKE, SESSION_BREACHED, SESSION_SILENT };
 
 /* Ends the session; its leases come back through host->returned. Never from inside a fleet_

@@ -1,5 +1,5 @@
 #pragma once
-/* How many requests ended how, by route and status. */
+/* Counts answered requests by route and status. */
 #include <stdint.h>
 
 #include "server/http/route.h"

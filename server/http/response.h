@@ -18,8 +18,8 @@ struct MHD_Response *response_of_json(const json_t *body, const char *type);
 struct MHD_Response *response_of_file(int fd, uint64_t first_byte, uint64_t size_bytes,
                                       const char *type);
 struct MHD_Response *response_empty(void);
-/* What there is to say when no memory was left for an answer: a problem that is there beforehand,
- * else nothing but a status. */
+/* Returns the answer for when no memory was left: a problem that was made beforehand, else
+ * nothing but a status. */
 struct MHD_Response *response_without_memory(unsigned *status);
 /* For HEAD alone: the length that a body would have. */
 struct MHD_Response *response_of_length(uint64_t size_bytes);

@@ -13,8 +13,8 @@
 #include "server/job/jobs.h"
 #include "server/job/prepare/preparation.h"
 
-/* What failed because of the machine and is tried again (active_retry.c); of a job, the union of
- * some. */
+/* The steps that failed because of the machine and are tried again (active_retry.c); of a job,
+ * the union of some. */
 enum retry {
     RETRY_BEGIN = 1,  /* the job, from its document */
     RETRY_FRAMES = 2, /* what its frames say of themselves: */

@@ -1,9 +1,10 @@
 #pragma once
-/* When removals that had to wait are looked at again (asset_removal_pass): a second after something
- * may have begun to wait, then less and less often while something does. Of a round that is cut
- * into passes each is followed by a rest of twenty times as long: others want the store, too.
+/* Decides when removals that had to wait are tried again (asset_removal_pass). The first try comes
+ * a second after something may have begun to wait, later ones less and less often. A round may be
+ * cut into passes. Each pass is followed by a rest of twenty times its length, because others want
+ * the store, too.
  *
- * On the loop's thread. It does not keep the loop alive. */
+ * It runs on the loop's thread and does not keep the loop alive. */
 #include <stdbool.h>
 #include <uv.h>
 

@@ -5,7 +5,7 @@
  *   file    offset size
  *              0    4  magic "SHSP"
  *              4    4  version of this layout
- *              8   32  fingerprint: of all that the samples depend on; another one: another frame
+ *              8   32  fingerprint of all that the samples depend on; it names the frame
  *             40    4  CRC32C of what precedes
  *   record     0    4  magic "tile"
  *              4    4  payload length in bytes

@@ -40,7 +40,7 @@ static void put_size(struct pixel_reader *r, int32_t width_px, int32_t height_px
     r->told = revision;
 }
 
-/* Which view it is of goes before an image's size. */
+/* Writes the number of the view before the image's size. */
 static void put_view(struct pixel_reader *r, const struct stream_view *view)
 {
     memmove(r->header + PIXELS_HEADER_BYTES, r->header, PIXELS_HEADER_BYTES);

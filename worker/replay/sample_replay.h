@@ -1,5 +1,5 @@
 #pragma once
-/* One path of a tile once more, with a record of all that it did. */
+/* Traces one path of a tile again and records every step. */
 #include "proto/plan.h"
 #include "worker/scene/environment.h"
 #include "worker/scene/render_scene.h"

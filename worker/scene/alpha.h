@@ -1,6 +1,6 @@
 #pragma once
-/* Surfaces that are not wholly there: an Embree filter that drops hits. Set only on geometries
- * whose material can be transparent at all.
+/* Filters hits on transparent surfaces in Embree. It is set only on geometries whose material can
+ * be transparent.
  *
  * A masked surface is there where its alpha reaches the cutoff. A blended one of opacity a is there
  * for the share a of rays: a ray with a key (RTCRay.id other than 0) meets it iff a number hashed

@@ -1,6 +1,6 @@
 #pragma once
-/* Where a scene's surfaces are that have other lobes than a diffuse one: boxes around their
- * instances. Pixels that show none of them need no path beside light fields. */
+/* Boxes around the instances whose material has other lobes than a diffuse one. Pixels that show
+ * none of them need no path beside light fields. */
 #include "proto/scene/scene.h"
 
 struct mesh_view;

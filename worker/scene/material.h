@@ -62,7 +62,8 @@ struct material_uv {
 /* Base colour, linear, alpha last. */
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4]);
 
-/* How much of the surface is there, in [0, 1]: 1 if opaque, 0 or 1 of a mask, alpha of a blend. */
+/* Returns how much of the surface is there, in [0, 1]: 1 if opaque, 0 or 1 of a mask, alpha of a
+ * blend. */
 float material_opacity(const struct material *m, const struct material_uv *uv);
 
 /* Emitted radiance of the side that emits; of unlit materials the base colour. */
@@ -78,7 +79,7 @@ void material_tangent_normal(const struct material *m, const struct material_uv 
 /* The same of the normal map's texel there. */
 void material_bend(const struct material *m, const float texel[4], float out[3]);
 
-/* Whether its diffuse albedo is its base colour times what metalness leaves of it. */
+/* Returns whether its diffuse albedo is its base colour times what metalness leaves of it. */
 bool material_is_metallic_only(const struct material *m);
 
 /* The BSDF at a point, in the frame whose x is the mesh's tangent turned by
@@ -92,6 +93,6 @@ void material_bsdf(const struct material *m, const struct material_uv *uv, bool 
 void material_tangent_angle(const struct material *m, const struct material_uv *uv,
                             float direction[2]);
 
-/* What is left of light after `distance` scene units inside the solid: Beer and Lambert's law,
- * attenuation ^ (distance / attenuation_distance). Ones where it is clear. */
+/* Returns the share of light that is left after `distance` scene units inside the solid: Beer
+ * and Lambert's law, attenuation ^ (distance / attenuation_distance). Ones where it is clear. */
 void material_attenuation(const struct material *m, float distance, float transmittance[3]);

@@ -67,8 +67,9 @@ void blob_cache_none(struct blob_cache *cache, const struct digest *digest);
 void blob_cache_link_up(struct blob_cache *cache);
 void blob_cache_link_down(struct blob_cache *cache);
 
-/* Whether a blob is being fetched, loaded or queued for loading; whether one is loaded or queued;
- * whether a thread is loading one; and the number of steps that fetching and loading have made. */
+/* Returns whether a blob is being fetched, loaded or queued for loading; whether one is loaded
+ * or queued; whether a thread is loading one; and the number of steps that fetching and loading
+ * have made. */
 bool blob_cache_is_busy(const struct blob_cache *cache);
 bool blob_cache_is_loading(const struct blob_cache *cache);
 bool blob_cache_runs_loads(const struct blob_cache *cache);

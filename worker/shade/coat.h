@@ -9,10 +9,9 @@
  *   where the surface's own facets hinder the same directions (coat.c),
  *   all other lobes by the lesser of T(wo) and T(wi),
  *
- * in place of the format's 1 - coat * F(V.N), which is not reciprocal. Both are, neither lets more
- * light out than came in, and of what passes the layer a diffuse surface loses next to
- * nothing. What leaves
- * a volume passes the layer once, where it is outside.
+ * in place of the format's 1 - coat * F(V.N), which is not reciprocal. Both of these are, and
+ * neither lets out more light than came in. A diffuse surface loses next to none of the light that
+ * passes the layer. Light that leaves a volume passes the layer once, where it is outside.
  *
  * The layer has the surface's normal, and its emission does not pass it. */
 #include "worker/shade/bsdf.h"

@@ -1,6 +1,6 @@
 #pragma once
-/* The roughness of facets along x and y, and where it ends: below BSDF_SMOOTH in both directions
- * facets are one plane; in one direction alone, as rough as that. */
+/* The roughness of facets along x and y, and its limit. Facets are one plane if both roughnesses
+ * are below BSDF_SMOOTH. If only one is, it is raised to that. */
 #include "worker/shade/bsdf.h"
 
 static inline bool roughness_is_smooth(const struct bsdf *b)

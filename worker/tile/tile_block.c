@@ -237,7 +237,7 @@ static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
         glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
 }
 
-/* Which of the kept lanes have strata in the pass's map; the map may be NULL. */
+/* Finds which of the kept lanes have strata in the pass's map; the map may be NULL. */
 static void find_asked(const struct block *b, const uint8_t *strata_map, struct lanes_mask *asked)
 {
     for (int i = 0; i < LANES; i++)
@@ -287,7 +287,8 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
 }
 
-/* Whether the block shows nothing that paths would bring. Counts the paths that it goes without. */
+/* Returns whether the block shows nothing that paths would bring. Counts the paths that it goes
+ * without. */
 static bool skips_paths(const struct tile_tracer *t, const struct stages *stages)
 {
     const struct block *b = &t->block;

@@ -12,15 +12,15 @@ struct output_file {
     char part[4096];  /* where the bytes are until then; empty: in a file without name */
 };
 
-/* Whether it could be written now; asked before the work that fills it. ERR_IO. */
+/* Checks that the file could be written now, before the work that fills it. ERR_IO. */
 int output_file_check(const char *path, struct fault *fault);
 
 /* The same of a picture in the format `ending`, "exr" or "png"; ERR_RANGE too where the name ends
  * as pictures of another format do, whose programs could not open it. */
 int output_file_check_picture(const char *path, const char *ending, struct fault *fault);
 
-/* Whether two of the paths, some of which may be NULL, name one file: what is written last would
- * be all that is left. ERR_EXISTS. */
+/* Checks that no two of the paths, some of which may be NULL, name one file, which would keep
+ * only what is written last. ERR_EXISTS. */
 int output_files_check_apart(const char *const *paths, size_t count, struct fault *fault);
 
 int output_file_open(struct output_file *o, const char *path, struct fault *fault);

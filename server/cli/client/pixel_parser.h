@@ -6,8 +6,8 @@
 
 #include "proto/tile.h"
 
-/* A block of floats; an empty rect tells a size instead: the image's, or before it that of a live
- * job's view, of which images of several sizes follow. */
+/* A block of floats, or a size if the rect is empty: the image's, or before it that of a live
+ * job's view, whose images have several sizes. */
 struct pixel_block {
     int32_t width_px, height_px; /* of the image or the view, when `rect` is empty */
     uint32_t view;               /* whose size that is; 0: the image's */

@@ -1,5 +1,5 @@
 #pragma once
-/* The listening socket. Beyond loopback only where tokens and TLS stand before it. */
+/* Opens the listening socket. It listens beyond loopback only with tokens and TLS. */
 #include <stdbool.h>
 
 #include "proto/error.h"

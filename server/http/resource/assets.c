@@ -165,7 +165,7 @@ void route_asset_head(struct request *r)
     job_store_find_assets(r->http->options.store, r->principal.owner, &assets, on_found, r);
 }
 
-/* Which jobs keep it: a few of them, and how many more there are. */
+/* Names the jobs that keep the asset: a few of them, and the number of others. */
 static void refuse_named(struct request *r, const struct asset_users *users)
 {
     char detail[64 + ASSET_USERS_NAMED * (JOB_ID_BYTES + 2)];

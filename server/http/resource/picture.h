@@ -1,6 +1,6 @@
 #pragma once
-/* A frame's picture in its forms: the finished file, what there is so far, another layer or
- * exposure of either, the pixel feed of a finished frame. Encoding runs on the pool. */
+/* Answers with a frame's picture: the finished file, the blocks so far, another layer or exposure,
+ * or the pixel feed of a finished frame. Encoding runs on the pool. */
 #include "server/http/request.h"
 #include "server/stream/stream.h"
 

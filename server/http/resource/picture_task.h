@@ -1,5 +1,5 @@
 #pragma once
-/* The making of a picture on the pool, from a copy of planes or from a stored EXR. */
+/* Encodes a picture on the pool, from a copy of planes or from a stored EXR. */
 #include "server/http/etag.h"
 #include "server/http/request.h"
 

@@ -60,7 +60,8 @@ static int find_model(const json_t *json, const char *place, const struct model 
                      name);
 }
 
-/* Which members there are; unknown ones and those that the model has no use for are refused. */
+/* Lists the members that are there. Unknown ones and those that the model has no use for are
+ * refused. */
 static int list_members(const json_t *json, const char *place, const struct model *model,
                         uint32_t *out, struct fault *fault)
 {

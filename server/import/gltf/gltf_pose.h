@@ -1,10 +1,10 @@
 #pragma once
-/* Poses of meshes: morph targets at their weights, then a skin at where its joints stand (glTF 2.0,
+/* Poses meshes: morph targets are added by their weights, then joints move the skin (glTF 2.0,
  * sections 3.7.2.2 and 3.7.3.3). */
 #include "server/import/gltf/gltf_primitive.h"
 
-/* Whether a pose moves a primitive's vertices. `poser` is a node with a skin or weights of its own,
- * or SCENE_NONE. */
+/* Finds whether a pose moves a primitive's vertices. `poser` is a node with a skin or weights of
+ * its own, or SCENE_NONE. */
 int gltf_pose_moves(struct gltf *g, uint32_t mesh, uint32_t primitive, uint32_t poser, bool *moves,
                     struct fault *fault);
 

@@ -10,7 +10,7 @@ bool panorama_is_exr(const struct file_view *file)
     return file->size_bytes >= sizeof magic && memcmp(file->data, magic, sizeof magic) == 0;
 }
 
-/* Which planes are red, green and blue. */
+/* Finds the planes of red, green and blue. */
 static int find_planes(const struct image *image, const char *name, const struct plane *rgb[3],
                        struct fault *fault)
 {

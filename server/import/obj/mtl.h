@@ -1,6 +1,6 @@
 #pragma once
-/* MTL files as they are written. assimp reads them no more: it cuts names at spaces and drops
- * options. */
+/* Reads MTL files as they are written. assimp is not used, because it cuts names at spaces and
+ * drops options. */
 #include <stdbool.h>
 #include <stdint.h>
 

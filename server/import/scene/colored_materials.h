@@ -1,6 +1,6 @@
 #pragma once
-/* Materials whose base colour is multiplied by the colours of vertices: copies of those of the
- * file, which meshes without colours keep. */
+/* Copies materials for meshes with colours of vertices, which multiply the base colour. Meshes
+ * without colours keep the material of the file. */
 #include "server/import/scene/builder.h"
 
 struct colored_materials {

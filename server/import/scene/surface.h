@@ -1,5 +1,5 @@
 #pragma once
-/* How every reader begins and ends a material's record. */
+/* Begins and ends a material's record, for every reader. */
 #include "proto/scene/scene.h"
 #include "server/import/scene/warnings.h"
 

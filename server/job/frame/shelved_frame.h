@@ -1,7 +1,7 @@
 #pragma once
-/* What a frame had cost when it was dropped to be taken up again from its spool, as a paused job's
- * frame is whose memory others need. It stays beside the job's own numbers until the frame is done.
- * Passes that are read again then do not count twice; passes that are traced again do.
+/* The cost of a frame that was dropped and will be taken up again from its spool, because other
+ * jobs need the memory of a paused one. It stays beside the job's own numbers until the frame is
+ * done. Passes that are read again then do not count twice; passes that are traced again do.
  *
  * It is not durable. After a restart it is gone, and passes that are taken up count. */
 #include "server/job/frame/frame.h"

@@ -147,10 +147,11 @@ static bool has_enough_paths(const struct job *job, char why[PLAN_WHY_BYTES])
     return true;
 }
 
-/* Whether the residual filter makes more of whole paths than of paths beside light fields of
- * indirect light, which double the rays and have samples of their own. psnr_db at 4 samples beside
- * fields, of whole paths, and of whole paths at 9, which cost the same: blocks 40.5, 40.8, 44.2;
- * under the sky 43.5, 44.1, 47.3; living room 23.6, 24.3, 26.2. What is asked for by name, runs. */
+/* Returns whether the residual filter makes more of whole paths than of paths beside light
+ * fields of indirect light, which double the rays and have samples of their own. psnr_db at 4
+ * samples beside fields, of whole paths, and of whole paths at 9, which cost the same: blocks
+ * 40.5, 40.8, 44.2; under the sky 43.5, 44.1, 47.3; living room 23.6, 24.3, 26.2. What is asked
+ * for by name, runs. */
 static bool does_without_fields(const struct job *job, const struct plan_report *report,
                                 char why[PLAN_WHY_BYTES])
 {
@@ -162,9 +163,9 @@ static bool does_without_fields(const struct job *job, const struct plan_report 
     return true;
 }
 
-/* Whether all that shines is a light of the list, in a scene that fields do not cover: then fields
- * bring what diffuse lobes send on, and paths what the others do. Pixels without other lobes need
- * no path. */
+/* Returns whether all that shines is a light of the list, in a scene that fields do not cover:
+ * then fields bring what diffuse lobes send on, and paths what the others do. Pixels without
+ * other lobes need no path. */
 static bool divides_lobes(const struct job *job, const struct plan *plan,
                           const struct plan_report *report)
 {

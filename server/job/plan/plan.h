@@ -115,7 +115,7 @@ struct plan_report {
     bool camera_is_default; /* the importer made it, because the file has none */
 };
 
-/* Whether plan_make might light a scene by the studio light: unless lamps shine it will. */
+/* Returns whether plan_make might light a scene by the studio light: unless lamps shine it will. */
 bool plan_may_want_studio(const struct job *job, const struct scene *scene);
 
 /* Plans one frame; frames of a job differ in plan->pattern.frame alone. ERR_LIMIT, ERR_NOT_FOUND,

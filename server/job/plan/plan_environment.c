@@ -47,7 +47,7 @@ static bool has_lamp(const struct scene *scene)
     return false;
 }
 
-/* Whether a surface needs light to be seen. */
+/* Returns whether a surface needs light to be seen. */
 static bool has_shaded(const struct scene *scene)
 {
     for (uint64_t i = 0; i < scene->count[SCENE_MESHES]; i++)

@@ -91,7 +91,8 @@ bool plan_has_rectangle(const struct plan *plan)
     return any;
 }
 
-/* Whether a rectangle's light is left as it is: then halves of pixels tell no error of it. */
+/* Returns whether a rectangle's light is left as it is: then halves of pixels tell no error of
+ * it. */
 static bool has_plain_rectangle(const struct job *job, const struct plan *plan)
 {
     char why[PLAN_FILTER_WHY_BYTES];

@@ -27,7 +27,7 @@ static bool has_light(const struct plan *plan, const struct plan_report *report,
     }
 }
 
-/* Whether fields of pixel centres bring the light that such lobes send on. */
+/* Returns whether fields of pixel centres bring the light that such lobes send on. */
 static bool is_field(const struct plan *plan, const struct plan_report *report, enum lit_by kind,
                      bool diffuse)
 {

@@ -1,5 +1,6 @@
 #pragma once
-/* From scenes and environment maps to blobs: looked up, or imported once however many ask. */
+/* Finds the blobs of scenes and environment maps. A blob that is missing is imported once, however
+ * many jobs ask for it. */
 #include "proto/job/job.h"
 #include "server/job/prepare/import_process.h"
 #include "server/store/job_store.h"

@@ -1,6 +1,6 @@
 #include "server/reconstruct/compose/compose_diffuse.h"
 
-/* Whether the pixel's centre reflects anything diffusely. */
+/* Returns whether the pixel's centre reflects anything diffusely. */
 static bool is_diffuse(const struct patch *p, size_t i)
 {
     return !p->albedo[0] || p->albedo[0][i] > 0.0f || p->albedo[1][i] > 0.0f ||

@@ -1,8 +1,8 @@
 #pragma once
-/* Mixed pixels (proto/mixed.h) of a picture of paths. Few paths tell badly how much of such a pixel
- * each surface covers. Here the light of a surface comes of pixels near by that show it alone, and
- * its share of the mixed pixel is the one that many samples have found. Where that is farther from
- * the paths' own mean than chance explains, the mean stays: as paths grow, it always does. */
+/* Mixed pixels (proto/mixed.h) of a picture of paths. Few paths estimate badly how much of such a
+ * pixel each surface covers. Here the light of a surface is that of pixels near by that show it
+ * alone, and its share comes from many samples of geometry. Where the result is farther from the
+ * paths' own mean than chance explains, the mean stays. With many paths it always does. */
 #include "server/reconstruct/patch/patch.h"
 #include "server/reconstruct/residual/residual.h"
 

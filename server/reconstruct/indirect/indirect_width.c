@@ -40,7 +40,7 @@ int32_t indirect_reach_px(float most_px)
     return (int32_t)ceilf(2.5f * most_px);
 }
 
-/* How wide what looks at pixels around may be, in pixels: all that runs one after the other. */
+/* Returns the reach in pixels of all steps that look at pixels around, one after the other. */
 static float most_in_reach(void)
 {
     return (float)(INDIRECT_REACH_MAX_PX - INDIRECT_NEAR_PX - 2) / 2.5f;

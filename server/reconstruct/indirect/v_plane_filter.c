@@ -183,7 +183,7 @@ static void mark_walk(struct v_plane *v, int axis, size_t i, enum need need)
     }
 }
 
-/* Which pixels take part, and in which pass. */
+/* Finds which pixels take part, and in which pass. */
 static void mark(struct v_plane *v)
 {
     const struct v_plane_neighbourhood *p = &v->around;

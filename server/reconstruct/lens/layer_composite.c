@@ -25,7 +25,7 @@ struct view {
     float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES]; /* of some pixels of a row */
 };
 
-/* Which part of the lens groups of taps are, at the layer's middle. */
+/* Finds the part of the lens that each group of taps covers, at the layer's middle. */
 static void find_shares(struct view *view)
 {
     const struct lens_cells *c = view->c;

@@ -1,6 +1,6 @@
 #pragma once
-/* Light of lone sub-samples (proto/lone.h) of a patch: what each has of its own, because no pixel
- * around it has lighting to lend. */
+/* Light of lone sub-samples (proto/lone.h) of a patch. Each has its own, because no pixel around it
+ * shows its surface. */
 #include "proto/lone.h"
 
 struct lone_entry {

@@ -69,7 +69,7 @@ static bool row_is_dark(const float *row, int32_t count)
     return any == 0.0f;
 }
 
-/* Whether the component brings nothing to any pixel that the tile reads. */
+/* Returns whether the component brings nothing to any pixel that the tile reads. */
 static bool is_dark(const struct job *j, const struct residual_light *light, struct rect r)
 {
     const struct residual_shape *s = &j->field->features.shape;

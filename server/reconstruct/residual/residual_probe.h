@@ -1,11 +1,11 @@
 #pragma once
 /* Pictures of noise that go through the residual filter's passes beside the light, under the same
- * weights: what is left of them tells what is left of the light's own noise.
+ * weights. The noise that is left in them estimates the noise that is left in the light.
  *
  * A probe begins with the difference between a pixel's halves, as large as the error of their mean,
  * under a sign of its own at each pixel. It is one of many pictures that noise might have made, so
- * that the mean of a few probes' squares is the variance of what passes make of noise. Before the
- * last pass one probe more takes what the halves themselves have become apart. */
+ * that the mean of a few probes' squares is the variance of filtered noise. Before the last pass
+ * one more probe takes the difference between the halves as they are then. */
 #include "server/reconstruct/patch/patch.h"
 #include "server/reconstruct/residual/residual_field.h"
 

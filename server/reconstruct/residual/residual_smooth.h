@@ -1,12 +1,12 @@
 #pragma once
-/* Features that are noise themselves: where samples of a pixel meet one surface or another by
- * chance, as behind alpha and in leaves, means of few samples differ from pixel to pixel as much as
- * the light does. No neighbour then looks alike, and albedo puts its noise back into the picture.
+/* Smooths features that are noisy themselves. Behind alpha and in leaves, samples of a pixel meet
+ * one surface or another by chance, so means of few samples differ between pixels as much as the
+ * light does. No neighbour then looks alike, and albedo puts its noise back into the picture.
  *
- * Depth tells such pixels: along an edge it is smooth in one direction at least, in noise in none.
- * Their features become means over the pixels around that are noisy as well. What albedo and tint
- * then no longer say is in the rest, so that nothing is lost. docs/reconstruction.md, Residual
- * filter. */
+ * Depth identifies such pixels: along an edge it is smooth in one direction at least, in noise in
+ * none. Their features are replaced by means over the noisy pixels around. The part of albedo and
+ * tint that this removes goes into the rest, so that no light is lost. docs/reconstruction.md,
+ * Residual filter. */
 #include "server/reconstruct/patch/scratch.h"
 #include "server/reconstruct/residual/residual_field.h"
 

@@ -25,7 +25,7 @@ struct edges {
     void *planes; /* owned: these four */
 };
 
-/* How much of the sheared filter's answer stays. */
+/* Returns how much of the sheared filter's answer stays. */
 static float kept_share(const struct edges *e, float sigma_px)
 {
     const float s = (sigma_px / e->scale - NARROW_PX) / (WIDE_PX - NARROW_PX);

@@ -255,7 +255,7 @@ static void unoccluded_polygon(const struct shadow_rectangle *light, bool whole,
     }
 }
 
-/* Which lanes quadrature alone serves; how many of the first `count` those are. */
+/* Marks the lanes that quadrature alone serves. Returns how many of the first `count` those are. */
 static size_t unoccluded_sort(const struct shadow_rectangle *light, size_t count,
                               struct unoccluded_chunk *c)
 {

@@ -1,8 +1,8 @@
 #pragma once
-/* Integrals over rectangles by points of Gauss rules, for many receivers at once; of the part above
- * their horizons, where those go through the light: beside a horizon cos is no polynomial, and what
- * a rule makes of it is off by a third where little of the light is left. Rows of points are cut
- * there, those across the horizon rather than along it; from row to row the integral is smooth. */
+/* Integrates over rectangles by Gauss rules, for many receivers at once. Where a receiver's horizon
+ * crosses the light, only the part above it is integrated: across a horizon the cosine is no
+ * polynomial, and a rule errs by a third where little of the light is left. Rows of points that the
+ * horizon crosses are cut there; from row to row the integral is smooth. */
 #include <stdbool.h>
 
 #include "server/reconstruct/shadow/unoccluded_chunk_lanes.h"

@@ -61,8 +61,8 @@ struct fill {
     float *sums;               /* 3 a pixel */
 };
 
-/* Which pixels of row y are empty and have full ones within reach: full ones in `near`, which are
- * spread along rows. */
+/* Finds which pixels of row y are empty and have full ones within reach: full ones in `near`,
+ * which are spread along rows. */
 static void mark_empty(const struct fill *f, const float *values, size_t y, uint8_t *out)
 {
     const size_t width = (size_t)f->field.width;

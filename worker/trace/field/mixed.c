@@ -86,7 +86,7 @@ static void add_lender(const struct mixing *m, uint32_t slot)
     for (uint32_t v = MIXED_ALBEDO; v < m->values; v++) add_times(share, colours[v - 1], sum[v]);
 }
 
-/* Whether lane i reflects anything. Of paths only diffuse albedo is known. */
+/* Returns whether lane i reflects anything. Of paths only diffuse albedo is known. */
 static bool reflects(const struct mixing *m, int i)
 {
     if (m->context.plan->paths.spp > 0) return true;
@@ -144,7 +144,7 @@ static int put_entries(const struct mixing *m, size_t e)
     return 0;
 }
 
-/* Which of the 3 x 3 around show a surface. */
+/* Returns which of the 3 x 3 around show a surface. */
 static uint32_t find_lenders(const struct mixing *m, int32_t x, int32_t y,
                              struct shown_surface pixels[MIXED_SLOTS])
 {
@@ -180,7 +180,7 @@ static int trace_pixel(const struct mixing *m, int32_t x, int32_t y, size_t e)
 
 /* -- lamps -- */
 
-/* Whether one of the 3 x 3 around is on what may shine. */
+/* Returns whether one of the 3 x 3 around is on what may shine. */
 static bool is_beside_lamp(const struct mixed_cells *c, size_t i)
 {
     const size_t s = c->stride;
@@ -218,7 +218,8 @@ static void sample_glow(const struct mixing *m, int32_t x, int32_t y, uint32_t c
     out[2] = sum_of(s->glow.sum.z) * share;
 }
 
-/* How many samples more than `count` would show: none where the pixel is white in any case. */
+/* Returns how many samples more than `count` would show: none where the pixel is white in any
+ * case. */
 static uint32_t glow_wanted(const struct mixed_glow *glow, const float mean[3])
 {
     if (!glow->dark) return 0;

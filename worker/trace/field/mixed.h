@@ -2,8 +2,8 @@
 /* Traces the mixed pixels of a tile (mixed_finder.h says which). Each gets mixed_samples(plan) rays
  * of its own, sixteen side by side, so that its entries do not depend on the tile.
  *
- * A pixel keeps its four samples where a sample finds no lender among the 3 x 3 around: its light
- * would be missing, and lone sub-samples have it. */
+ * A pixel keeps its four samples where one of the rays shows a surface that none of the 3 x 3
+ * pixels around shows. Only lone sub-samples have the light of such a surface. */
 #include "worker/trace/field/mixed_finder.h"
 #include "worker/trace/path/glossy_lobes.h"
 

@@ -143,7 +143,7 @@ static void mark_apart(const struct mixed_finder *f)
 
 /* -- sub-samples -- */
 
-/* Whether sub-sample k, of the centre's object, shows another surface than it. */
+/* Returns whether sub-sample k, of the centre's object, shows another surface than it. */
 static bool is_other(const struct mixed_finder *f, size_t e, uint32_t k, uint16_t depth)
 {
     const struct plan *plan = f->context->plan;

@@ -52,7 +52,7 @@ static void kernel_mark_colours(const uint16_t *restrict a, const uint16_t *rest
     }
 }
 
-/* How far apart two points may be along a normal, as in surface_match.h. */
+/* Returns how far apart two points may be along a normal, as in surface_match.h. */
 static inline float mixed_allowed(const struct surface_view *v, float a, float b, float squared,
                                   float cosine)
 {

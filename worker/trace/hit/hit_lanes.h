@@ -103,7 +103,7 @@ static void find_sides(const struct RTCRay16 *r, struct surface *s)
     }
 }
 
-/* Whether all lanes met one instance, as those of a block mostly do. */
+/* Returns whether all lanes met one instance, as those of a block mostly do. */
 static bool is_one(const struct lanes_mask *valid, const struct RTCRayHit16 *rays)
 {
     const struct RTCHit16 *hit = &rays->hit;
@@ -153,8 +153,8 @@ static void find_one(const struct render_scene *scene, const struct RTCRayHit16 
     }
 }
 
-/* Which lanes met something. Of triangles too large for floats the products that give the distance
- * overflowed. */
+/* Finds which lanes met something. Of triangles too large for floats the products that give the
+ * distance overflowed. */
 static void find_hits(const struct lanes_mask *restrict valid,
                       const struct RTCRayHit16 *restrict rays, struct surface *restrict out)
 {

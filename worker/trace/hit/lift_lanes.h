@@ -1,12 +1,12 @@
 #pragma once
-/* Where rays start from surfaces whose vertex normals round them: hit_lanes.h.
+/* Finds where rays start from surfaces that vertex normals make round, for hit_lanes.h.
  *
- * A facet that such a surface is drawn with turns from light earlier than the surface does, and
- * brightness would end at its edge. So rays to below the facet's plane are let go, up to the
- * horizon of the interpolated normal, and start from the surface that the vertex normals describe.
- * That is the mean of the point's projections onto the vertices' tangent planes, of those that lie
+ * A facet of such a surface faces away from a light earlier than the surface does, and brightness
+ * would end at the facet's edge. So rays may go below the facet's plane, down to the horizon of
+ * the interpolated normal. They start from the surface that the vertex normals describe. Its point
+ * is the mean of the point's projections onto the vertices' tangent planes, of those that lie
  * above it (Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter 4). Rays to
- * above the plane need no lift, as what bulges out hides nothing of itself there. */
+ * above the plane need no lift, since a convex surface does not hide itself there. */
 #include "worker/trace/hit/surface_lanes.h"
 
 /* The squared cosine, of 39 degrees, up to which a normal rounds its facet. An icosahedron's 37 are

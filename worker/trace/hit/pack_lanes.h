@@ -5,7 +5,7 @@
 
 #include "worker/shade/lanes.h"
 
-/* What unfolding the code (sx, sy) misses the direction d by: |d x unfolded|^2. */
+/* Returns how far the code (sx, sy), unfolded, is from the direction d: |d x unfolded|^2. */
 static inline float octahedron_error(float sx, float sy, float dx, float dy, float dz)
 {
     float z = 1.0f - fabsf(sx) - fabsf(sy);

@@ -1,6 +1,6 @@
 #pragma once
-/* From triangles to surfaces, in sixteen lanes: hit_kernels' finish_surface, and what hit_lanes.h
- * is made of. */
+/* Turns triangles into surfaces, in sixteen lanes: finish_surface of hit_kernels, and the parts of
+ * hit_lanes.h. */
 #include <math.h>
 #include <string.h>
 
@@ -147,7 +147,7 @@ static void gather_surface(const struct mesh_view *const *mesh, bool one_triangl
         place_each(mesh, bent, hit, magnitude, s);
 }
 
-/* Whether a vector's squares, scaled by its largest component, are within range. */
+/* Returns whether a vector's squares, scaled by its largest component, are within range. */
 LANE_INLINE int has_direction(struct vector v)
 {
     float ax = fabsf(v.x), ay = fabsf(v.y), az = fabsf(v.z);

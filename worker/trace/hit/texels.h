@@ -1,6 +1,6 @@
 #pragma once
-/* Textures where sixteen rays met one mesh: hit_kernels' place_texels finds all texels at once, so
- * that those out of cache are on their way together, and each lane then blends its four. */
+/* Reads textures where sixteen rays met one mesh. All texels are found first (place_texels of
+ * hit_kernels), so that those out of cache are fetched together. Then each lane blends its four. */
 #include "worker/scene/texture.h"
 #include "worker/shade/lanes.h"
 

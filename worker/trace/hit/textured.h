@@ -1,6 +1,5 @@
 #pragma once
-/* Lanes that met one mesh whose material has textures, all at once: the numbers of hit.c's lanes.
- */
+/* Shades the lanes that met one mesh with textures, all at once. The results are those of hit.c. */
 #include "worker/trace/hit/hit.h"
 
 struct hit_kernels;

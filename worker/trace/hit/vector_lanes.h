@@ -1,5 +1,5 @@
 #pragma once
-/* What one lane's loop holds of a struct lanes3. */
+/* Vectors of one lane, out of a struct lanes3 and back. */
 #include <embree3/rtcore.h>
 
 #include "worker/shade/lanes.h"

@@ -18,10 +18,10 @@ LANE_INLINE int32_t judge_origin(const struct surface *r, int i)
     return fit ? LIGHT_TRACED : LIGHT_NOT_FINITE;
 }
 
-/* Whether lane i goes to Embree, its ray along (dx, dy, dz), from the receiver's origin up to a
- * point unless it goes on without end, and why not. Comparisons are
- * false for NaN. Choices follow each other and masks are numbers: of truths that hang on each other
- * the compiler makes branches, or scalar code. */
+/* Finds whether lane i goes to Embree, its ray along (dx, dy, dz), from the receiver's origin up
+ * to a point unless it goes on without end, and why not. Comparisons are false for NaN. Choices
+ * follow each other and masks are numbers: of truths that hang on each other the compiler makes
+ * branches, or scalar code. */
 LANE_INLINE void finish_lane(const struct surface *r, const struct lanes_mask *lanes, int i,
                              int32_t origin, int32_t skip, float dx, float dy, float dz,
                              float irradiance, struct light_packet *out)

@@ -1,7 +1,6 @@
 #pragma once
 /* The l x l strata of sixteen pixels in one dimension of the pattern. Sample i lies in column i % l
- * and row i / l, and uniform jitter makes columns and rows all there is to know: l values an axis
- * instead of l * l points. */
+ * and row i / l. Since jitter is uniform, l columns and l rows give all l * l points. */
 #include "proto/limits.h"
 #include "proto/pattern.h"
 #include "worker/trace/hit/block.h"

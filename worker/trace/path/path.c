@@ -139,10 +139,10 @@ static void leave_to_fields(const struct path_context *c, const struct path_pack
 /* Rectangles whose centre is farther than so many of their half diagonals light evenly enough. */
 #define FAR 2.0f
 
-/* Which paths of the light field need not look for lights by a last ray: at Lambert surfaces far
- * from all lights, where a light sample's own variance is bounded, the ray costs half as much again
- * and spares 2 % of the variance (Cornell box). Surfaces alone decide, so that both ways of finding
- * a light agree on who counts it. */
+/* Finds which paths of the light field need not look for lights by a last ray: at Lambert
+ * surfaces far from all lights, where a light sample's own variance is bounded, the ray costs
+ * half as much again and spares 2 % of the variance (Cornell box). Surfaces alone decide, so
+ * that both ways of finding a light agree on who counts it. */
 static void find_last(const struct path_context *c, struct path_vertex *v)
 {
     const struct lanes3 *at = &v->surface.position;

@@ -55,21 +55,20 @@ struct path_context {
     bool lights_only;        /* the plan's lights are all that emits */
     uint32_t skip;           /* bits of enum path_skip */
     bool lens;               /* camera paths are those of the lens's light field */
-    struct centre_gbuffer *centres; /* of the lens's: what light fields light; NULL: nothing */
-    bool features; /* harvests tell how far what the camera sees is, and how it faces */
-    bool field;    /* paths begin on surfaces, scattered once: the light field of indirect light */
+    struct centre_gbuffer *centres; /* what light fields light of the lens's paths; or NULL */
+    bool features;                  /* depths and normals of first surfaces are noted */
+    bool field;      /* paths begin on surfaces, scattered once: the field of indirect light */
     uint32_t strata; /* l of the field's bounce rays */
-    const uint8_t
-        *strata_map;      /* where each of the tile's pixels has its own (plan_pass); else NULL */
-    const uint8_t *lobes; /* the same of rays of glossy lobes; NULL: l */
-    uint32_t pass;        /* that they belong to: each has random numbers of its own */
-    bool mirrors; /* paths may have been reflected before (mirrors.h): their harvest counts */
+    const uint8_t *strata_map; /* l of each pixel (plan_pass); NULL: `strata` */
+    const uint8_t *lobes;      /* the same for rays of glossy lobes; NULL: `strata` */
+    uint32_t pass;             /* each pass has random numbers of its own */
+    bool mirrors; /* paths may have been reflected by flat mirrors (mirrors.h), which are counted */
     _Atomic uint64_t *progress; /* grows within blocks of many samples; may be NULL */
-    const _Atomic bool *stop;   /* may be NULL: what a block holds is then of no use */
-    struct path_record *record; /* of the only path on its way; NULL: nobody looks */
+    const _Atomic bool *stop;   /* once true, blocks are left incomplete; may be NULL */
+    struct path_record *record; /* of the only path on its way; NULL except in a replay */
 };
 
-/* Random numbers of the context's pass: later passes' rays go elsewhere, as under another seed. */
+/* Returns the pattern of the context's pass. Later passes have random numbers of another seed. */
 static inline struct pattern path_pass_pattern(const struct path_context *c)
 {
     struct pattern out = c->plan->pattern;
@@ -77,7 +76,7 @@ static inline struct pattern path_pass_pattern(const struct path_context *c)
     return out;
 }
 
-/* How much each group of mesh emitters may light sixteen surfaces. */
+/* Bounds of what each group of mesh emitters sends to sixteen surfaces. */
 struct group_light {
     _Alignas(LANES_ALIGN) float group[EMITTER_GROUPS][LANES];
     _Alignas(LANES_ALIGN) float total[LANES];
@@ -89,18 +88,18 @@ struct path_vertex {
     struct lanes_mask active; /* paths that are still on their way */
     struct surface surface;
     struct mirrors mirrors;    /* of camera rays, where the context looks through mirrors */
-    struct lanes_mask lambert; /* of the active: pure Lambert; the others have a bsdf */
+    struct lanes_mask lambert; /* active lanes that are pure Lambert; the others have a bsdf */
     bool any_lambert, any_general;
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* of the sky's guide; only with a map */
     struct group_light groups;                       /* only with mesh emitters */
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
-    struct layers layers;             /* of these, where a path is about to go on; else nobody's */
+    struct layers layers;             /* of lanes with a bsdf, once a path is about to go on */
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
-    struct lanes3 back; /* to where the path came from, in the shading frame; the same */
+    struct lanes3 back; /* towards the path's origin, in the shading frame; of lanes with a bsdf */
 };
 
-/* A vector of the world in the shading frame of lane i, which has a bsdf; and back. */
+/* Turn a vector of the world into the shading frame of lane i, which has a bsdf, and back. */
 static inline void path_to_frame(const struct path_vertex *v, int i, const float d[3], float out[3])
 {
     const struct lanes3 *t = &v->tangent, *b = &v->bitangent, *n = &v->surface.normal;
@@ -204,8 +203,8 @@ float path_pixel_offset(const struct plan *plan, float u);
 void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
                  uint32_t count, struct path_pool *pool);
 
-/* How far ahead of the lens lies what camera path i of the packet meets: the same bits for all who
- * ask. */
+/* Returns how far ahead of the lens the surface lies that camera path i of the packet meets. All
+ * callers get the same bits. */
 float path_ahead(const struct path_context *c, const struct path_packet *p,
                  const struct path_vertex *v, uint32_t i);
 

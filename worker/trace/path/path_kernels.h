@@ -45,7 +45,7 @@ struct path_kernels {
                      struct sky_view *out);
     void (*place_sky)(const struct sky *sky, const struct sky_texels *texels, const float *u,
                       const float *v, struct lanes3 *direction);
-    /* How much groups of emitters may light surfaces. */
+    /* Finds how much groups of emitters may light surfaces. */
     void (*group_light)(const struct emitter_groups *groups, const struct lanes3 *origin,
                         const struct lanes3 *normal, struct group_light *out);
     void (*meet_rectangle)(const struct light *light, const struct path_packet *p,

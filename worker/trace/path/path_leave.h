@@ -1,6 +1,6 @@
 #pragma once
-/* What paths of a packet leave to light fields beside them, at the surfaces *vertex that they have
- * met. */
+/* Removes from the paths of a packet the light that light fields bring, at the surfaces *vertex
+ * that the paths have met. */
 #include "worker/trace/path/path.h"
 
 /* Leaves out indirect light of the first surface's diffuse lobe: where paths have gone one segment
@@ -12,15 +12,14 @@ void path_leave_diffuse(const struct path_context *context, struct path_packet *
 void path_leave_surface(const struct path_context *context, const struct path_packet *packet,
                         struct path_vertex *vertex, struct path_harvest *harvest);
 
-/* Whether fields bring the diffuse light of lane i's surface, which is there. A normal map's light
- * is that of many normals a pixel, of which a field of pixel centres knows one. */
+/* Returns whether fields bring the diffuse light of lane i's surface, which is there. A normal
+ * map's light is that of many normals a pixel, of which a field of pixel centres knows one. */
 bool path_leaves_to_fields(const struct surface *surface, int i);
 
 /* Blackens the surfaces of which paths leave nothing to fields. */
 void path_hide_from_fields(struct surface *surface);
 
-/* Plays roulette with paths of which that has left little, where they have layers: those of the
- * vertex are set. */
+/* Plays roulette with paths that have little weight left then. The layers of the vertex are set. */
 void path_thin_lobes(const struct path_context *context, struct path_packet *packet,
                      struct path_vertex *vertex);
 

@@ -1,6 +1,5 @@
 #pragma once
-/* What harvests tell of the surfaces that camera paths meet: features for filters, and what layers
- * show. */
+/* Notes the surfaces that camera paths meet: features for filters, and colours of layers. */
 #include "worker/trace/path/path.h"
 
 /* Notes what the contexts' readers want of v, whose surfaces are resolved. */
