@@ -382,5 +382,7 @@ $(B)/fuzz/$(notdir $(1:.c=)): $(call fuzz_obj,$(1) $(wildcard $(call fuzz_line,s
 endef
 $(foreach f,$(fuzz_src),$(eval $(call fuzzer,$(f))))
 
+# Objects of tests are kept, or every link of a test would compile it again.
+.SECONDARY: $(call obj,$(all_src))
 -include $(patsubst %.o,%.d,$(call obj,$(all_src)))
 -include $(shell find $(B)/fuzz/obj -name '*.d' 2>/dev/null)
