@@ -155,6 +155,18 @@ static inline struct path_places path_places_of(uint64_t seed, uint32_t frame, i
                                 path_morton(x & low, y & low) << digits, digits};
 }
 
+/* The same of pixels that have 2^more times as many samples, from a sequence of their own. */
+static inline struct path_places path_edge_places_of(uint64_t seed, uint32_t frame, int32_t x,
+                                                     int32_t y, uint32_t spp, uint32_t more)
+{
+    struct path_places p = path_places_of(seed, frame, x, y, spp);
+    if (more == 0) return p;
+    p.square = path_mix(p.square + 0x1f83d9abu);
+    p.first <<= more;
+    p.digits += more;
+    return p;
+}
+
 static inline uint32_t path_place_key(struct path_places p, uint32_t sample)
 {
     const uint32_t turn = sample >> p.digits;

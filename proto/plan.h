@@ -88,7 +88,13 @@ struct plan_paths {
                                           lobe sends on, and what the camera sees shine: light
                                           fields bring both. There is no environment, and the
                                           first of the above holds where there are bounces */
+    uint32_t edge_digits; /* pixels at edges (worker/trace/field/edge_pixels.h) have 2^edge_digits
+                             times as many paths, whose sums are those of `spp`; only where there
+                             are mixed pixels */
 };
+
+/* Most of plan_paths.edge_digits. */
+#define PLAN_EDGE_DIGITS_MOST 4u
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */
 enum shadow_filter {

@@ -259,6 +259,11 @@ static int check_lone(const struct plan_field *at, const struct plan *plan)
 static int check_mixed(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
+    const bool more = plan->paths.edge_digits > 0;
+    if (more && (plan->paths.spp == 0 || !(planes & PLANE_BIT(MIXED))))
+        return plan_field_refuse(at, ERR_RANGE, "paths.edge_digits",
+                                 "asks for paths of pixels that nothing finds",
+                                 (double)plan->paths.edge_digits);
     if (!(planes & PLANE_BIT(MIXED))) return 0;
     const uint64_t needed = plan->paths.spp > 0 ? PLANES_CENTRE : PLANES_COMPARED;
     if ((plan->paths.spp == 0 && plan->sub_samples == 0) || (planes & needed) != needed)

@@ -7,6 +7,7 @@
 
 #include "proto/pattern_path.h"
 #include "worker/tile/stages.h"
+#include "worker/trace/field/edge_pixels.h"
 #include "worker/trace/field/lens.h"
 #include "worker/trace/field/lens_second_set.h"
 #include "worker/trace/field/lens_surface.h"
@@ -26,6 +27,8 @@ struct replay {
     struct path_scratch path;
     struct lens_scratch lens;
     struct centre_gbuffer centres;
+    struct lone_finder lone;
+    struct mixed_finder finder;
     size_t slot; /* of the pixel in its block */
 };
 
@@ -35,7 +38,7 @@ static void find_kind(const struct plan *plan, uint32_t sample, struct path_reco
     const uint32_t most = plan->spp_most > plan->paths.spp ? plan->spp_most : plan->paths.spp;
     const uint32_t l = plan->lens_strata_per_axis;
     record->kind = PATH_RECORD_PATHS;
-    record->last = most - 1;
+    record->last = (most << plan->paths.edge_digits) - 1;
     if (plan->paths.spp > 0) return;
     record->kind = PATH_RECORD_LENS;
     record->last = l * l - 1;
@@ -43,6 +46,13 @@ static void find_kind(const struct plan *plan, uint32_t sample, struct path_reco
     record->kind = PATH_RECORD_LENS_SECOND_SET;
     record->first = LENS_SECOND_SET_FIRST;
     record->last = LENS_SECOND_SET_FIRST + PLAN_LENS_EXTRA_STRATA * PLAN_LENS_EXTRA_STRATA - 1;
+}
+
+static int check_sample(uint32_t sample, const struct path_record *record, struct fault *fault)
+{
+    if (sample >= record->first && sample <= record->last) return 0;
+    return fault_set(fault, ERR_RANGE, "sample", "%u: the pixel has samples %u to %u", sample,
+                     record->first, record->last);
 }
 
 static int check(const struct plan *plan, const struct environment *environment, int32_t x,
@@ -55,9 +65,7 @@ static int check(const struct plan *plan, const struct environment *environment,
     if (x < 0 || y < 0 || x >= plan->width_px || y >= plan->height_px)
         return fault_set(fault, ERR_RANGE, "pixel", "%d,%d is outside the image of %dx%d", x, y,
                          plan->width_px, plan->height_px);
-    if (sample < record->first || sample > record->last)
-        return fault_set(fault, ERR_RANGE, "sample", "%u: the plan has samples %u to %u", sample,
-                         record->first, record->last);
+    if (check_sample(sample, record, fault)) return ERR_RANGE;
     if (plan->environment.kind == ENVIRONMENT_MAP && !environment)
         return fault_set(fault, ERR_MISSING, "environment", "the plan has a map");
     return 0;
@@ -90,10 +98,11 @@ static void sum_up(const struct path_harvest *h, size_t slot, struct path_record
 
 /* Finds the position of a path. Lens samples of light fields have numbers of their pixel. */
 static void find_position(const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
-                          enum path_record_kind kind, float pixel[2])
+                          uint32_t edge_digits, enum path_record_kind kind, float pixel[2])
 {
     const struct pattern *p = &plan->pattern;
-    const struct path_places places = path_places_of(p->seed, p->frame, x, y, plan->paths.spp);
+    const struct path_places places =
+        path_edge_places_of(p->seed, p->frame, x, y, plan->paths.spp, edge_digits);
     float u, v;
     if (kind == PATH_RECORD_PATHS)
         path_pair(path_place_key(places, sample), path_place_sample(places, sample), PATH_PIXEL, &u,
@@ -147,8 +156,25 @@ static int trace_path(struct replay *t, struct stages *stages, const struct bloc
     return 0;
 }
 
+/* Finds whether the pixel is at an edge: others have no more than the plan's paths. */
+static int find_edge(struct replay *t, int32_t x, int32_t y, struct path_context *paths,
+                     struct path_record *record)
+{
+    const struct rect pixel = {x, y, x + 1, y + 1};
+    const uint32_t more = paths->plan->paths.edge_digits;
+    if (more == 0) return 0;
+    const int error = edge_pixels_find(paths, pixel, &t->lone, &t->finder);
+    const bool edge = !error && t->finder.edge[0];
+    mixed_finder_fini(&t->finder);
+    if (edge)
+        paths->edge_digits = more;
+    else
+        record->last = (record->last + 1) / (1u << more) - 1;
+    return error;
+}
+
 static int trace(struct replay *t, const struct plan *plan, int32_t x, int32_t y, uint32_t sample,
-                 struct path_record *record)
+                 struct path_record *record, struct fault *fault)
 {
     const struct plan_pass pass = plan_scheduled_pass(plan, 0);
     const struct path_context parts = {.queries = &t->queries,
@@ -162,11 +188,15 @@ static int trace(struct replay *t, const struct plan *plan, int32_t x, int32_t y
     struct stages stages;
     struct block block;
     stages_init(&parts, &t->centres, &pass, &stages);
+    int e = find_edge(t, x, y, &stages.paths, record);
+    if (!e) e = check_sample(sample, record, fault);
+    if (e) return e;
+    find_position(plan, x, y, sample, stages.paths.edge_digits, record->kind, record->pixel);
     stages.paths.record = stages.through_lens.record = stages.whole.record = record;
     block_init(&block, x & -LANES_ACROSS, y & -LANES_ACROSS, plan->width_px, plan->height_px,
                (struct rect){x, y, x + 1, y + 1});
     while (!block.kept.on[t->slot]) t->slot++;
-    const int e = trace_path(t, &stages, &block, sample, record);
+    e = trace_path(t, &stages, &block, sample, record);
     if (e) return e;
     sum_up(&t->path.harvest, t->slot, record);
     memcpy(record->stored, record->radiance, sizeof record->stored);
@@ -197,10 +227,9 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
     const struct sky_guide *guide =
         has_map ? sky_guides_take(scene->guides, environment, &plan->environment) : NULL;
     sky_init(&t->sky, &plan->environment, environment, guide);
-    find_position(plan, x, y, sample, record->kind, record->pixel);
-    e = has_map && !guide ? ERR_MEMORY : trace(t, plan, x, y, sample, record);
+    e = has_map && !guide ? ERR_MEMORY : trace(t, plan, x, y, sample, record, fault);
     sky_guides_give(scene->guides, guide);
     _mm_setcsr(mode);
     free(t);
-    return e ? fault_set(fault, e, "", "%s", error_text(e)) : 0;
+    return e && e != ERR_RANGE ? fault_set(fault, e, "", "%s", error_text(e)) : e;
 }

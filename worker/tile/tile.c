@@ -65,6 +65,15 @@ static int trace_blocks(struct tile_tracer *t, const struct stages *stages,
     return 0;
 }
 
+void tile_count_rows(const struct tile_job *job, int32_t y)
+{
+    const struct rect rect = job->rect;
+    const int32_t first = y > rect.y0 ? y : rect.y0;
+    const int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
+    if (job->progress)
+        atomic_fetch_add_explicit(job->progress, (uint64_t)(end - first), memory_order_relaxed);
+}
+
 static int trace_rows(struct tile_tracer *t, const struct stages *stages,
                       const struct tile_job *job, struct samples *samples)
 {
@@ -72,10 +81,7 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages,
     for (int32_t y = rect.y0 & -LANES_ACROSS; y < rect.y1; y += LANES_ACROSS) {
         for (int32_t x = rect.x0 & -LANES_ACROSS; x < rect.x1; x += PRIMARY_ROW * LANES_ACROSS)
             if (trace_blocks(t, stages, job, x, y, samples)) return ERR_STATE;
-        int32_t first = y > rect.y0 ? y : rect.y0;
-        int32_t end = y + LANES_ACROSS < rect.y1 ? y + LANES_ACROSS : rect.y1;
-        if (job->progress)
-            atomic_fetch_add_explicit(job->progress, (uint64_t)(end - first), memory_order_relaxed);
+        if (!tile_is_of_paths(stages)) tile_count_rows(job, y);
     }
     return 0;
 }
@@ -158,6 +164,7 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
     stages.field.stop = stages.through_lens.stop = stages.whole.stop = job->stop;
     if (e == 0) e = trace_rows(t, &stages, job, samples);
     if (e == 0) e = trace_borders(t, &stages, job->rect, samples);
+    if (e == 0 && stages.count > 0) e = tile_trace_paths(t, &stages, job, samples);
     if (stages.through_lens.centres) centre_gbuffer_fini(&t->centres);
     sky_guides_give(job->scene->guides, guide);
     return e;

@@ -287,34 +287,6 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
 }
 
-/* Returns whether the block shows nothing that paths would bring. Counts the paths that it goes
- * without. */
-static bool skips_paths(const struct tile_tracer *t, const struct stages *stages)
-{
-    const struct block *b = &t->block;
-    const int32_t x = b->x_px[0], y = b->y_px[0];
-    const struct rect pixels = {x, y, x + LANES_ACROSS, y + LANES_ACROSS};
-    if (!stages->skips_paths || lobe_view_meets(&t->lobes, pixels)) return false;
-    stages->paths.counters->value[COUNTER_SKIPPED_NO_LOBE] +=
-        (uint64_t)lanes_count(&b->kept) * stages->count;
-    return true;
-}
-
-/* The pass's paths, batch by batch. */
-static void trace_paths(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
-{
-    const uint32_t first = skips_paths(t, stages) ? stages->count : 0;
-    path_sums_init(&t->sums, &stages->pass, samples->layout.planes);
-    for (uint32_t done = first; done < stages->count;) {
-        uint32_t left = stages->count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        path_trace(&stages->paths, &t->block, stages->first + done, n, &t->path);
-        path_sums_add(&t->sums, &t->path.harvest, n, stages->paths.demodulate,
-                      stages->paths.counters);
-        done += n;
-    }
-    path_sums_store(&t->sums, &t->block, samples);
-}
-
 bool tile_sees_centres(const struct stages *stages)
 {
     return stages->centres && !stages->more && !stages->pass.strata_map;
@@ -331,6 +303,5 @@ void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const 
         trace_second_set(t, stages, plan, samples, counters);
     else if (tile_sees_centres(stages))
         trace_centres(t, stages, plan, camera, samples, counters);
-    if (stages->count > 0) trace_paths(t, stages, samples);
     if (stages->lens) lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, samples);
 }

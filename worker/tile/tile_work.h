@@ -3,6 +3,7 @@
 #include "worker/tile/lobe_view.h"
 #include "worker/tile/stages.h"
 #include "worker/tile/tile.h"
+#include "worker/trace/field/edge_pixels.h"
 #include "worker/trace/field/glossy.h"
 #include "worker/trace/field/indirect.h"
 #include "worker/trace/field/lens.h"
@@ -35,6 +36,7 @@ struct tile_tracer {
     struct sky sky;
     struct path_scratch path;
     struct path_sums sums;
+    struct block edges;     /* pixels at edges that wait for their paths */
     struct lobe_view lobes; /* of the tile, where stages skip paths */
     struct lens_scratch lens;
     struct centre_gbuffer centres;
@@ -46,8 +48,22 @@ struct tile_tracer {
 /* Returns whether the stages trace rays through the centres of all pixels. */
 bool tile_sees_centres(const struct stages *stages);
 
-/* Traces the stages of tracer->block into `samples`. `camera` holds the hits of its centre rays if
- * tile_sees_centres. */
+/* Returns whether paths take most of the tile's time: its rows count as done with them. */
+static inline bool tile_is_of_paths(const struct stages *stages)
+{
+    return stages->count > 0 && !stages->bounces && !stages->lights;
+}
+
+/* Counts the rows of the blocks at y as done. */
+void tile_count_rows(const struct tile_job *job, int32_t y);
+
+/* Traces the pass's paths of a tile, when its centres are there. `stop` may be NULL. ERR_MEMORY,
+ * ERR_STATE when stopped. */
+int tile_trace_paths(struct tile_tracer *tracer, const struct stages *stages,
+                     const struct tile_job *job, struct samples *samples);
+
+/* Traces the stages of tracer->block, but paths, into `samples`. `camera` holds the hits of its
+ * centre rays if tile_sees_centres. */
 void tile_trace_block(struct tile_tracer *tracer, const struct stages *stages,
                       const struct plan *plan, struct primary_packet *camera,
                       struct samples *samples, struct counters *counters);

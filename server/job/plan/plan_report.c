@@ -150,6 +150,9 @@ static json_t *samples_of(const struct plan *plan)
                       (int)plan->sub_samples, "light", plan->light_planes ? (json_int_t)light : 0,
                       "indirect", (json_int_t)indirect, "paths", (json_int_t)plan->paths.spp,
                       "passes", (json_int_t)plan_pass_count(plan));
+    if (samples && plan->paths.edge_digits > 0)
+        json_object_set_new(samples, "paths_at_edges",
+                            json_integer((json_int_t)plan->paths.spp << plan->paths.edge_digits));
     if (samples && plan->lens_extra > 0)
         json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
     if (samples && plan->adaptive.rays_most > 0)

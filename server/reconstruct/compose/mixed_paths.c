@@ -27,6 +27,7 @@ struct mixture {
     const struct residual_picture *picture;
     struct surface_view view;
     bool divided; /* entries have the albedo of surfaces whose diffuse light fields bring, alone */
+    float more;   /* paths of a mixed pixel for each of another, at least */
     struct rect reach; /* pixels that both have */
     struct pure_pixel pure[SIDE * SIDE];
     int count;
@@ -139,6 +140,7 @@ static bool predict(struct mixture *m, int32_t x, int32_t y, uint32_t e, struct 
         for (int c = 0; c < 3; c++) light.albedo[c] *= entry->share;
         add_covered(&light, m->divided ? light.albedo : entry->albedo, entry->share, out);
     }
+    if (!(out->share > 0.0f)) return false;
     const float left = 1.0f - out->share;
     if (left < WEIGHT_LEAST) return true;
     if (!find_light(m, NULL, &light)) return false;
@@ -158,7 +160,7 @@ static float variance_of(const struct covered *c, float n)
 static void mix(const struct mixture *m, int32_t x, int32_t y, const struct covered *c)
 {
     const size_t at = residual_picture_at(m->picture, x, y);
-    const float n = m->patch->paths.spp[patch_pixel(m->patch, x, y)];
+    const float n = m->more * m->patch->paths.spp[patch_pixel(m->patch, x, y)];
     const float chance = CHANCE * variance_of(c, n);
     float squared = 0.0f;
     for (int k = 0; k < 3; k++) {
@@ -175,9 +177,11 @@ static void mix(const struct mixture *m, int32_t x, int32_t y, const struct cove
 uint64_t mixed_paths_apply(const struct plan *plan, const struct patch *patch, struct rect block,
                            const struct residual_picture *picture)
 {
+    const bool divided = plan->paths.without_diffuse_direct != 0;
     struct mixture m = {.patch = patch,
                         .picture = picture,
-                        .divided = plan->paths.without_diffuse_direct != 0,
+                        .divided = divided,
+                        .more = divided ? 1.0f : (float)(1u << plan->paths.edge_digits),
                         .reach = rect_intersect(patch->core, picture->block)};
     const struct mixed_share *mixed = &patch->mixed;
     uint64_t count = 0;

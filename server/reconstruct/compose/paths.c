@@ -30,13 +30,20 @@ static void put_mean(const struct patch *patch, const float *sum, struct rect bl
     }
 }
 
-static void put_samples(const struct patch *patch, struct rect block, const struct plane *out)
+/* Where lobes are divided, the list has other pixels than those at edges, and tells nothing. */
+static void put_samples(const struct plan *plan, const struct patch *patch, struct rect block,
+                        const struct plane *out)
 {
+    const uint32_t more = plan->paths.without_diffuse_direct ? 0 : plan->paths.edge_digits;
+    const struct mixed_share *edges = &patch->mixed;
     if (!out) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
-        const float *spp = patch->paths.spp + patch_pixel(patch, block.x0, y);
+        const size_t first = patch_pixel(patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
-        for (int32_t x = 0; x < rect_width(block); x++) to[x] = spp[x];
+        for (int32_t x = 0; x < rect_width(block); x++) {
+            const bool edge = more > 0 && mixed_share_find(edges, first + (size_t)x) < edges->count;
+            to[x] = patch->paths.spp[first + (size_t)x] * (float)(1u << (edge ? more : 0));
+        }
     }
 }
 
@@ -121,7 +128,7 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
     };
     for (size_t i = 0; i < sizeof means / sizeof means[0]; i++)
         put_mean(patch, means[i].sum, block, image_plane(image, means[i].channel));
-    put_samples(patch, block, image_plane(image, "samples.N"));
+    put_samples(plan, patch, block, image_plane(image, "samples.N"));
     if (!plan->paths.without_diffuse_direct) /* else light fields see the background */
         statistics->pixels_background += count_background(patch, block);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;

@@ -158,6 +158,12 @@ static uint32_t find_lenders(const struct mixing *m, int32_t x, int32_t y,
     return lenders;
 }
 
+/* Whole paths' list has all pixels at edges: where a surface is not known, entries say nothing. */
+static bool is_of_whole_paths(const struct plan *plan)
+{
+    return plan->paths.spp > 0 && !plan->paths.without_diffuse_direct;
+}
+
 static int trace_pixel(const struct mixing *m, int32_t x, int32_t y, size_t e)
 {
     struct mixed_scratch *s = m->scratch;
@@ -175,7 +181,9 @@ static int trace_pixel(const struct mixing *m, int32_t x, int32_t y, size_t e)
         s->sums.lenders |= s->shares.lenders;
         add_unlent(m);
     }
-    return s->sums.lone ? 0 : put_entries(m, e);
+    if (s->sums.lone && !is_of_whole_paths(m->context.plan)) return 0;
+    if (s->sums.lone) memset(s->sums.value, 0, sizeof s->sums.value);
+    return put_entries(m, e);
 }
 
 /* -- lamps -- */

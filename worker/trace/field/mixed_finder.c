@@ -16,7 +16,7 @@ void mixed_finder_fini(struct mixed_finder *f)
 
 /* -- cells -- */
 
-#define CELL_BYTES (7 * sizeof(float) + sizeof(uint32_t) + 6)
+#define CELL_BYTES (7 * sizeof(float) + sizeof(uint32_t) + 7)
 
 static int reserve(struct mixed_finder *f)
 {
@@ -37,7 +37,8 @@ static int reserve(struct mixed_finder *f)
     c->id = (uint32_t *)(void *)(at + area);
     c->shines = (uint8_t *)(void *)(c->id + area);
     for (int k = 0; k < 4; k++) c->apart[k] = c->shines + (size_t)(k + 1) * area;
-    f->mixed = c->shines + 5 * area;
+    f->edge = c->shines + 5 * area;
+    f->mixed = f->edge + area;
     return 0;
 }
 
@@ -134,10 +135,10 @@ static void mark_apart(const struct mixed_finder *f)
         const size_t first = mixed_cell(f, f->tile.x0, y);
         const uint8_t *right = c->apart[0] + first, *left_below = c->apart[1] + first;
         const uint8_t *below = c->apart[2] + first, *right_below = c->apart[3] + first;
-        uint8_t *mixed = f->mixed + (size_t)(y - f->tile.y0) * width;
+        uint8_t *edge = f->edge + (size_t)(y - f->tile.y0) * width;
         for (size_t i = 0; i < width; i++)
-            mixed[i] = right[i] | left_below[i] | below[i] | right_below[i] | *(right + i - 1) |
-                       *(left_below + i - s + 1) | *(below + i - s) | *(right_below + i - s - 1);
+            edge[i] = right[i] | left_below[i] | below[i] | right_below[i] | *(right + i - 1) |
+                      *(left_below + i - s + 1) | *(below + i - s) | *(right_below + i - s - 1);
     }
 }
 
@@ -196,8 +197,8 @@ static void mark_colours(const struct mixed_finder *f, uint32_t k)
     }
 }
 
-int mixed_finder_look(struct mixed_finder *f, const struct path_context *c,
-                      struct lone_finder *lone, const struct samples *samples)
+int mixed_finder_look_around(struct mixed_finder *f, const struct path_context *c,
+                             struct lone_finder *lone, const struct samples *samples)
 {
     f->lone = lone;
     f->context = c;
@@ -209,6 +210,15 @@ int mixed_finder_look(struct mixed_finder *f, const struct path_context *c,
     fill_cells(f);
     compare_cells(f);
     mark_apart(f);
+    return 0;
+}
+
+int mixed_finder_look(struct mixed_finder *f, const struct path_context *c,
+                      struct lone_finder *lone, const struct samples *samples)
+{
+    const int error = mixed_finder_look_around(f, c, lone, samples);
+    if (error) return error;
+    memcpy(f->mixed, f->edge, (size_t)rect_area(f->tile));
     for (uint32_t k = 0; k < c->plan->sub_samples; k++) {
         mark_others(f, k);
         mark_colours(f, k);

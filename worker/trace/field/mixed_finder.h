@@ -21,7 +21,9 @@ struct mixed_finder {
     const struct samples *samples;
     struct rect tile;
     struct mixed_cells cells;
-    uint8_t *mixed; /* of the tile's pixels: whether they are */
+    uint8_t
+        *edge; /* of the tile's pixels: whether one of the centres around shows another surface */
+    uint8_t *mixed; /* whether they are mixed */
     void *memory;   /* owned; kept from tile to tile */
     size_t memory_bytes;
 };
@@ -33,6 +35,10 @@ void mixed_finder_fini(struct mixed_finder *f);
  * ERR_MEMORY. */
 int mixed_finder_look(struct mixed_finder *f, const struct path_context *c,
                       struct lone_finder *lone, const struct samples *samples);
+
+/* Does only the first part, by pixel centres alone: finds pixels at edges. */
+int mixed_finder_look_around(struct mixed_finder *f, const struct path_context *c,
+                             struct lone_finder *lone, const struct samples *samples);
 
 /* The cell of a pixel of the tile, or beside it. */
 static inline size_t mixed_cell(const struct mixed_finder *f, int32_t x, int32_t y)

@@ -56,6 +56,7 @@ struct path_context {
     uint32_t skip;           /* bits of enum path_skip */
     bool lens;               /* camera paths are those of the lens's light field */
     struct centre_gbuffer *centres; /* what light fields light of the lens's paths; or NULL */
+    uint32_t edge_digits;           /* of the plan, where paths are of pixels at edges; else 0 */
     bool features;                  /* depths and normals of first surfaces are noted */
     bool field;      /* paths begin on surfaces, scattered once: the field of indirect light */
     uint32_t strata; /* l of the field's bounce rays */

@@ -89,8 +89,8 @@ void path_camera(const struct path_context *c, const struct block *b, uint32_t f
     struct path_places places[LANES];
     pool->count = 0;
     for (uint32_t i = 0; i < LANES; i++)
-        places[i] = path_places_of(pattern->seed, pattern->frame, b->x_px[i], b->y_px[i],
-                                   c->plan->paths.spp);
+        places[i] = path_edge_places_of(pattern->seed, pattern->frame, b->x_px[i], b->y_px[i],
+                                        c->plan->paths.spp, c->edge_digits);
     for (uint32_t k = 0; k < count; k++)
         for (uint32_t lane = 0; lane < LANES; lane++)
             if (b->kept.on[lane])

@@ -6,11 +6,15 @@
 
 #include "worker/trace/hit/block_store.h"
 
-void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint64_t planes)
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint32_t edge_digits,
+                    uint64_t planes)
 {
     memset(s, 0, sizeof *s);
-    s->first = pass->first;
+    s->edge_digits = edge_digits;
+    s->first = pass->first << edge_digits;
     s->parts = plan_pass_split(pass);
+    s->parts.first <<= edge_digits;
+    s->parts.length <<= edge_digits;
     s->splits = (planes & PLANE_BIT(PATH_HALF_DIFFERENCE2)) != 0;
     s->halves = (planes & PLANES_RESIDUAL) != 0;
 }
@@ -170,8 +174,34 @@ static void store_split(const struct path_sums *s, const struct block *b, struct
     block_store_f32(b, squares, samples_f32(samples, PLANE_PATH_HALF_DIFFERENCE2, 0));
 }
 
-void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples)
+static void scale(struct lanes3 *v, float by)
 {
+    for (int i = 0; i < LANES; i++) v->x[i] *= by, v->y[i] *= by, v->z[i] *= by;
+}
+
+/* Makes sums of so many samples of those of more. The spread is such that a mean of so many is as
+ * uncertain as it is of more. */
+static void count_as_fewer(struct path_sums *s)
+{
+    struct lanes3 *const sums[] = {&s->radiance,      &s->emission,       &s->direct,
+                                   &s->indirect,      &s->diffuse_direct, &s->diffuse_indirect,
+                                   &s->albedo,        &s->half_scattered, &s->half_direct,
+                                   &s->half_indirect, &s->normal,         &s->tint};
+    const float by = 1.0f / (float)(1u << s->edge_digits), all = (float)s->count, few = all * by;
+    for (size_t k = 0; k < sizeof sums / sizeof *sums; k++) scale(sums[k], by);
+    scale(&s->spread, few > 1.0f ? by * (few - 1.0f) / (all - 1.0f) : 0.0f);
+    for (int i = 0; i < LANES; i++) {
+        s->coverage[i] *= by;
+        s->occlusion[i] *= by;
+        s->distance[i] *= by;
+        s->alpha[i] *= by;
+        s->split_squares[i] *= by * by;
+    }
+}
+
+void path_sums_store(struct path_sums *s, const struct block *b, struct samples *samples)
+{
+    if (s->edge_digits > 0) count_as_fewer(s);
     store(&s->radiance, b, samples, PLANE_PATH_RADIANCE);
     store(&s->spread, b, samples, PLANE_PATH_M2);
     store_split(s, b, samples);

@@ -5,7 +5,8 @@
 #include "worker/trace/path/path_pool.h"
 
 struct path_sums {
-    uint32_t count; /* samples so far */
+    uint32_t edge_digits; /* of the context */
+    uint32_t count;       /* samples so far */
     struct lanes3 radiance, emission, direct, indirect, diffuse_direct, diffuse_indirect, albedo;
     struct lanes3 mean, spread; /* of radiance: running mean, squared deviations from it */
     _Alignas(LANES_ALIGN) float coverage[LANES];
@@ -24,13 +25,15 @@ struct path_sums {
     _Alignas(LANES_ALIGN) float split_squares[LANES]; /* of the parts before */
 };
 
-/* Begins the sums of a pass that the planes want. */
-void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint64_t planes);
+/* Begins the sums of a pass that the planes want, of 2^edge_digits times as many samples. */
+void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint32_t edge_digits,
+                    uint64_t planes);
 
 /* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and
  * are counted in `counters`; `demodulate` as in struct path_context. */
 void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
                    struct counters *counters);
 
-/* Writes the planes that `samples` has. */
-void path_sums_store(const struct path_sums *s, const struct block *b, struct samples *samples);
+/* Writes the planes that `samples` has, as if the pass had no more samples than it says; the sums
+ * are of no use after that. */
+void path_sums_store(struct path_sums *s, const struct block *b, struct samples *samples);

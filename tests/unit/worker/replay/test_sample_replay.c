@@ -66,8 +66,9 @@ static void assert_same(const float a[3], const float b[3])
 }
 
 /* Every pixel's sum over a pass, grown sample by sample. */
-static void sums_are_those_of_tiles(const struct plan *p, struct traced *t)
+static uint32_t sums_are_those_of_tiles(const struct plan *p, struct traced *t)
 {
+    uint32_t edges = 0;
     for (uint32_t pass = 0; pass < plan_pass_count(p); pass++) {
         struct samples *s = NULL;
         const struct plan_pass range = plan_scheduled_pass(p, pass);
@@ -78,16 +79,42 @@ static void sums_are_those_of_tiles(const struct plan *p, struct traced *t)
             0);
         for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i += 5) {
             float sum[3] = {0, 0, 0}, traced[3];
-            for (uint32_t k = 0; k < range.count; k++) {
-                struct path_record *r = replay(t, p, i % SIDE_PX, i / SIDE_PX, range.first + k);
+            uint32_t more = 0; /* at edges */
+            for (uint32_t k = 0; k < range.count << more; k++) {
+                const uint32_t n = (range.first << more) + k;
+                struct path_record *r = replay(t, p, i % SIDE_PX, i / SIDE_PX, n);
                 for (int c = 0; c < 3; c++) sum[c] += r->radiance[c];
+                if (r->last + 1 > p->paths.spp && more == 0) {
+                    assert_int_equal(r->last + 1, p->paths.spp << p->paths.edge_digits);
+                    more = p->paths.edge_digits, k = UINT32_MAX;
+                    memset(sum, 0, sizeof sum);
+                }
                 free(r);
             }
+            for (int c = 0; c < 3; c++) sum[c] /= (float)(1u << more);
+            if (more > 0) edges++;
             for (uint32_t c = 0; c < 3; c++) traced[c] = samples_f32(s, PLANE_PATH_RADIANCE, c)[i];
             assert_same(sum, traced);
         }
         samples_destroy(&s);
     }
+    return edges;
+}
+
+/* Pixels at edges have more paths in every pass, and their sums are those of fewer. */
+TEST(so_they_are_at_edges)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    p.camera.aperture_radius = 0;
+    p.paths.spp = 20; /* two passes */
+    p.paths.edge_digits = 1;
+    p.planes |= PLANES_CENTRE | PLANE_BIT(MIXED);
+    struct traced t = trace_all(f, &p);
+    const uint32_t edges = sums_are_those_of_tiles(&p, &t);
+    if (edges < 4 || edges % 2 != 0) fail_msg("%u pixels at edges in two passes", edges);
+    traced_fini(&t);
+    free(f);
 }
 
 TEST(replays_are_what_tiles_trace)

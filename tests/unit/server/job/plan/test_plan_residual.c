@@ -92,6 +92,10 @@ TEST(whole_paths_have_mixed_pixels)
     struct stage *s = *state;
     light_around(s);
     assert_true(is_mixed(s));
+    assert_int_equal(s->plan.paths.edge_digits, s->plan.paths.spp <= 4 ? 2 : 1);
+    s->job.spp = s->plan.paths.spp <= 4 ? 9 : 4;
+    assert_true(is_mixed(s));
+    assert_int_equal(s->plan.paths.edge_digits, s->plan.paths.spp <= 4 ? 2 : 1);
     s->job.layers = LAYER_BEAUTY | LAYER_ERROR;
     assert_true(is_mixed(s));
     s->job.layers = LAYER_BEAUTY | LAYER_OCCLUSION;
@@ -100,12 +104,13 @@ TEST(whole_paths_have_mixed_pixels)
     s->job.layers = LAYER_BEAUTY;
     s->job.target_error = 0.1f, s->job.max_spp = 64;
     assert_true(is_mixed(s));
+    assert_int_equal(s->plan.paths.edge_digits, 0);
     s->job.target_error = 0.0f, s->job.max_spp = 0;
     s->job.indirect = INDIRECT_CONSTANT;
     assert_false(is_mixed(s));
     s->job.indirect = INDIRECT_AUTO;
     s->material.alpha_mode = ALPHA_BLEND;
-    assert_false(is_mixed(s));
+    assert_true(is_mixed(s));
 }
 
 static void expect_lobes_divided(struct stage *s)

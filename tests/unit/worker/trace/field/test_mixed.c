@@ -217,7 +217,8 @@ static uint32_t count_entries(const struct traced *t, uint32_t column)
 }
 
 /* A strip beside an edge, 3/10 of a pixel wide, that no pixel's centre shows. It is black to
- * diffuse light, which is all that fields bring; along paths comes light of other lobes, too. */
+ * diffuse light, which is all that fields bring; along paths comes light of other lobes, too, and
+ * entries say nothing. */
 TEST(black_strips_are_left_to_paths)
 {
     struct scene_fixture *f = fixture_new();
@@ -231,7 +232,10 @@ TEST(black_strips_are_left_to_paths)
     traced_fini(&fields);
     paths_only(&p);
     struct traced paths = trace_all(f, &p);
-    assert_int_equal(count_entries(&paths, 11), 0);
+    assert_int_equal(count_entries(&paths, 11), SIDE);
+    for (uint32_t e = 0; e < paths.samples->mixed->count; e++)
+        if (paths.samples->mixed->words[e] / MIXED_SLOTS % SIDE == 11)
+            assert_true(mixed_numbers(paths.samples->mixed, MIXED_SHARE)[e] == 0.0f);
     assert_true(count_entries(&paths, 10) >= SIDE);
     traced_fini(&paths);
     free(f);

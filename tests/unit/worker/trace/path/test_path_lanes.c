@@ -135,7 +135,7 @@ TEST(odd_samples_count_as_black)
         struct path_rgb *at = planes[k % 5];
         float *const channels[] = {at->r, at->g, at->b};
         channels[k / 5 % 3][LANES + 7] = odd[k / 15];
-        path_sums_init(&sums, &pass, 0);
+        path_sums_init(&sums, &pass, 0, 0);
         path_sums_add(&sums, &h, 2, true, &counters);
         assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], 1);
         for (int i = 0; i < LANES; i++) {

@@ -1,4 +1,5 @@
 /* What paths add up to for the residual filter: halves of a pass's samples, and what they see. */
+#include <math.h>
 #include <stdlib.h>
 
 #include "tests/unit/unit.h"
@@ -70,7 +71,7 @@ TEST(halves_are_first_halves_of_parts)
         const struct plan_pass pass = {.first = cases[k].first, .count = cases[k].count};
         const uint64_t half = cases[k].half;
         const uint64_t all = ((UINT64_C(1) << pass.count) - 1) << pass.first;
-        path_sums_init(&s, &pass, PLANES_RESIDUAL);
+        path_sums_init(&s, &pass, 0, PLANES_RESIDUAL);
         add_pass(&s, &pass);
         expect_sum(&s.half_direct, half, 3);
         expect_sum(&s.half_indirect, half, 4);
@@ -95,11 +96,41 @@ TEST(halves_are_first_halves_of_parts)
     }
 }
 
+/* Sums of four times as many samples are those of as many as the pass says. */
+TEST(more_samples_count_as_fewer)
+{
+    static struct path_sums s;
+    static struct samples_layout layout;
+    static struct plan plan;
+    struct samples *samples = NULL;
+    struct block b;
+    const struct plan_pass pass = {.count = 4}, all = {.count = 16};
+    plan.planes = PLANES_PATH_ALL;
+    assert_int_equal(samples_layout_init(&layout, &plan, 0, LANES_ACROSS, LANES_ACROSS), 0);
+    assert_int_equal(samples_create(&layout, &samples), 0);
+    block_init(&b, 0, 0, LANES_ACROSS, LANES_ACROSS, (struct rect){0, 0, 4, 4});
+    path_sums_init(&s, &pass, 2, PLANES_PATH_ALL);
+    add_pass(&s, &all);
+    expect_sum(&s.half_direct, 0xff, 3);
+    const float spread = s.spread.y[3], x = s.spread.x[3], split = s.split_squares[3];
+    path_sums_store(&s, &b, samples);
+    assert_true(samples_f32(samples, PLANE_PATH_DIFFUSE_DIRECT, 1)[3] == 4.0f * 4.0f);
+    assert_true(samples_f32(samples, PLANE_PATH_HALF_DIRECT, 1)[3] == 4.0f * 2.0f);
+    assert_true(samples_f32(samples, PLANE_PATH_RADIANCE, 0)[3] == 3.0f * 65535.0f / 4.0f);
+    assert_true(samples_f32(samples, PLANE_PATH_DISTANCE, 0)[3] == (120.0f + 16.0f * 3.0f) / 4.0f);
+    /* The mean's variance: spread / (n (n - 1)). */
+    assert_true(spread == 0.0f && x > 0.0f && split > 0.0f);
+    assert_true(fabsf(samples_f32(samples, PLANE_PATH_SPREAD, 0)[3] / 12.0f - x / 240.0f) <
+                x * 1e-8f);
+    assert_true(samples_f32(samples, PLANE_PATH_SPLIT, 0)[3] == split / 16.0f);
+    samples_destroy(&samples);
+}
+
 TEST(halves_are_not_added_up_unasked)
 {
     static struct path_sums s;
     const struct plan_pass pass = {.count = 16};
-    path_sums_init(&s, &pass, PLANES_PATH);
+    path_sums_init(&s, &pass, 0, PLANES_PATH);
     add_pass(&s, &pass);
     expect_sum(&s.half_direct, 0, 3);
     expect_sum(&s.half_scattered, 0, 0);
@@ -117,7 +148,7 @@ TEST(odd_samples_count_as_black_in_halves)
     for (uint32_t k = 0; k < 4; k++)
         for (uint32_t i = 0; i < LANES; i++) show_sample(&h, k * LANES + i, k, i);
     h.indirect.g[LANES + 7] = INFINITY;
-    path_sums_init(&s, &pass, PLANES_RESIDUAL);
+    path_sums_init(&s, &pass, 0, PLANES_RESIDUAL);
     path_sums_add(&s, &h, 4, true, &counters);
     assert_int_equal(counters.value[COUNTER_REJECTED_NOT_FINITE], 1);
     for (int i = 0; i < LANES; i++) {

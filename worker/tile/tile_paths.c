@@ -1,0 +1,99 @@
+/* A tile's paths, block by block; those of pixels at edges sixteen pixels at a time. */
+#include <string.h>
+
+#include "worker/tile/tile_work.h"
+
+static bool is_stopped(const _Atomic bool *stop)
+{
+    return stop && atomic_load_explicit(stop, memory_order_relaxed);
+}
+
+/* Returns whether the block shows nothing that paths would bring. Counts the paths that it goes without. */
+static bool skips_paths(const struct tile_tracer *t, const struct stages *stages)
+{
+    const struct block *b = &t->block;
+    const int32_t x = b->x_px[0], y = b->y_px[0];
+    const struct rect pixels = {x, y, x + LANES_ACROSS, y + LANES_ACROSS};
+    if (!stages->skips_paths || lobe_view_meets(&t->lobes, pixels)) return false;
+    stages->paths.counters->value[COUNTER_SKIPPED_NO_LOBE] +=
+        (uint64_t)lanes_count(&b->kept) * stages->count;
+    return true;
+}
+
+/* Traces a block's paths, batch by batch; stores zeros where `count` is 0. */
+static void trace_block(struct tile_tracer *t, const struct stages *stages,
+                        const struct path_context *c, const struct block *b, uint32_t count,
+                        struct samples *samples)
+{
+    const uint32_t first = stages->first << c->edge_digits, all = count << c->edge_digits;
+    path_sums_init(&t->sums, &stages->pass, c->edge_digits, samples->layout.planes);
+    for (uint32_t done = 0; done < all;) {
+        const uint32_t left = all - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        path_trace(c, b, first + done, n, &t->path);
+        path_sums_add(&t->sums, &t->path.harvest, n, c->demodulate, c->counters);
+        done += n;
+    }
+    path_sums_store(&t->sums, b, samples);
+}
+
+static void trace_edges(struct tile_tracer *t, const struct stages *stages, struct samples *samples)
+{
+    struct path_context c = stages->paths;
+    c.edge_digits = c.plan->paths.edge_digits;
+    if (lanes_count(&t->edges.kept) > 0)
+        trace_block(t, stages, &c, &t->edges, stages->count, samples);
+    memset(&t->edges, 0, sizeof t->edges);
+}
+
+/* Takes a lane out of the block, and has it wait. */
+static void put_off(struct tile_tracer *t, int i, int to)
+{
+    struct block *b = &t->block, *e = &t->edges;
+    e->x_px[to] = b->x_px[i];
+    e->y_px[to] = b->y_px[i];
+    e->element[to] = b->element[i];
+    e->inside.on[to] = e->kept.on[to] = -1;
+    b->kept.on[i] = 0;
+    b->whole = false;
+}
+
+static void put_off_edges(struct tile_tracer *t, const struct stages *stages,
+                          struct samples *samples)
+{
+    const uint8_t *edge = t->mixed.finder.edge;
+    uint32_t waiting = lanes_count(&t->edges.kept);
+    for (int i = 0; i < LANES; i++) {
+        if (!t->block.kept.on[i] || !edge[t->block.element[i]]) continue;
+        put_off(t, i, (int)waiting++);
+        if (waiting < LANES) continue;
+        trace_edges(t, stages, samples);
+        waiting = 0;
+    }
+}
+
+int tile_trace_paths(struct tile_tracer *t, const struct stages *stages, const struct tile_job *job,
+                     struct samples *samples)
+{
+    const struct plan *plan = job->plan;
+    const struct rect r = job->rect;
+    const bool edges = plan->paths.edge_digits > 0;
+    int error = 0;
+    if (edges && stages->pass.number > 0)
+        error = edge_pixels_find(&stages->paths, r, &t->lone.finder, &t->mixed.finder);
+    if (error) return error;
+    memset(&t->edges, 0, sizeof t->edges);
+    for (int32_t y = r.y0 & -LANES_ACROSS; y < r.y1; y += LANES_ACROSS) {
+        for (int32_t x = r.x0 & -LANES_ACROSS; x < r.x1; x += LANES_ACROSS) {
+            block_init(&t->block, x, y, plan->width_px, plan->height_px, r);
+            const bool none = skips_paths(t, stages);
+            if (edges && !none) put_off_edges(t, stages, samples);
+            if (lanes_count(&t->block.kept) > 0)
+                trace_block(t, stages, &stages->paths, &t->block, none ? 0 : stages->count,
+                            samples);
+            if (is_stopped(job->stop)) return ERR_STATE;
+        }
+        if (tile_is_of_paths(stages)) tile_count_rows(job, y);
+    }
+    trace_edges(t, stages, samples);
+    return 0;
+}
