@@ -120,9 +120,8 @@ TEST(more_samples_count_as_fewer)
     assert_true(samples_f32(samples, PLANE_PATH_DISTANCE, 0)[3] == (120.0f + 16.0f * 3.0f) / 4.0f);
     /* The mean's variance: spread / (n (n - 1)). */
     assert_true(spread == 0.0f && x > 0.0f && split > 0.0f);
-    assert_true(fabsf(samples_f32(samples, PLANE_PATH_SPREAD, 0)[3] / 12.0f - x / 240.0f) <
-                x * 1e-8f);
-    assert_true(samples_f32(samples, PLANE_PATH_SPLIT, 0)[3] == split / 16.0f);
+    assert_true(fabsf(samples_f32(samples, PLANE_PATH_M2, 0)[3] / 12.0f - x / 240.0f) < x * 1e-8f);
+    assert_true(samples_f32(samples, PLANE_PATH_HALF_DIFFERENCE2, 0)[3] == split / 16.0f);
     samples_destroy(&samples);
 }
 
