@@ -3,8 +3,6 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "proto/samples.h"
 
@@ -31,58 +29,21 @@ uint32_t lone_words(uint32_t parts)
     return 1u + CHANNELS * (uint32_t)__builtin_popcount(parts);
 }
 
-int lone_create(uint32_t parts, uint32_t count, struct lone_list **out)
+int lone_create(uint32_t parts, uint32_t count, struct sparse_list **out)
 {
-    struct lone_list *list = calloc(1, sizeof *list);
-    if (!list) return ERR_MEMORY;
-    list->parts = parts;
-    list->count = count;
-    list->words = calloc((size_t)count * lone_words(parts) + 1, sizeof *list->words);
-    if (!list->words) {
-        free(list);
-        return ERR_MEMORY;
-    }
-    *out = list;
-    return 0;
+    const int error = sparse_list_create(lone_words(parts) - 1, count, out);
+    if (!error) (*out)->parts = parts;
+    return error;
 }
 
-void lone_destroy(struct lone_list **list)
-{
-    if (!*list) return;
-    free((*list)->words);
-    free(*list);
-    *list = NULL;
-}
-
-size_t lone_bytes(const struct lone_list *list)
-{
-    return list ? (size_t)list->count * lone_words(list->parts) * sizeof *list->words : 0;
-}
-
-float *lone_values(const struct lone_list *list, enum lone_part part, uint32_t channel)
+float *lone_values(const struct sparse_list *list, enum lone_part part, uint32_t channel)
 {
     const uint32_t before = list->parts & ((1u << part) - 1u);
     if (!(list->parts >> part & 1u)) return NULL;
-    const uint32_t component =
-        1u + CHANNELS * (uint32_t)__builtin_popcount(before) + channel; /* after the places */
-    return (float *)(void *)(list->words + (size_t)component * list->count);
+    return sparse_list_numbers(list, CHANNELS * (uint32_t)__builtin_popcount(before) + channel);
 }
 
-static int check_places(const struct lone_list *list, uint32_t places, struct fault *fault)
-{
-    for (uint32_t e = 0; e < list->count; e++) {
-        const uint32_t place = list->words[e];
-        if (place >= places)
-            return fault_set(fault, ERR_RANGE, "lone", "place %u of entry %u is not below %u",
-                             place, e, places);
-        if (e > 0 && place <= list->words[e - 1])
-            return fault_set(fault, ERR_RANGE, "lone", "place %u of entry %u does not ascend",
-                             place, e);
-    }
-    return 0;
-}
-
-static int check_part(const struct lone_list *list, enum lone_part part, struct fault *fault)
+static int check_part(const struct sparse_list *list, enum lone_part part, struct fault *fault)
 {
     for (uint32_t c = 0; c < CHANNELS; c++) {
         const float *v = lone_values(list, part, c);
@@ -97,9 +58,9 @@ static int check_part(const struct lone_list *list, enum lone_part part, struct 
     return 0;
 }
 
-int lone_check(const struct lone_list *list, uint32_t places, struct fault *fault)
+int lone_check(const struct sparse_list *list, uint32_t places, struct fault *fault)
 {
-    int error = check_places(list, places, fault);
+    int error = sparse_list_check(list, places, "lone", fault);
     for (uint32_t part = 0; part < LONE_PART_COUNT && !error; part++)
         error = check_part(list, part, fault);
     return error;

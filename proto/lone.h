@@ -5,9 +5,11 @@
  * a sparse list of them beside a tile's planes. */
 #include "proto/error.h"
 #include "proto/plan.h"
+#include "proto/sparse_list.h"
 
 /* The values of each (RGB, f32): the radiance that a white Lambert surface in its place would
- * reflect and the radiance that its glossy lobe sees, as in struct lighting. */
+ * reflect and the radiance that its glossy lobe sees, as in struct lighting.
+ * A place is pixel * sub_samples + sub-sample. */
 enum lone_part {
     LONE_DIRECT = 0,        /* sum over lights of E_k color_k / pi */
     LONE_INDIRECT = 1,      /* mean over its bounce rays */
@@ -20,15 +22,6 @@ enum lone_part {
 /* Radiance is clamped to this, so that sums over sub-samples stay finite. */
 #define LONE_RADIANCE_MAX 1e30f
 
-/* The list as it is sent: `count` places, strictly ascending, then for each part its three channels
- * of `count` numbers. A place is pixel * sub_samples + sub-sample; the pixel is an element of the
- * tile's planes. */
-struct lone_list {
-    uint32_t parts; /* bits of enum lone_part */
-    uint32_t count; /* > 0 */
-    uint32_t *words;
-};
-
 /* Returns the parts of a plan's lists: those that it samples for pixels. 0: it has no light fields.
  */
 uint32_t lone_parts(const struct plan *plan);
@@ -36,16 +29,12 @@ uint32_t lone_parts(const struct plan *plan);
 /* Returns the number of 32-bit words of an entry. */
 uint32_t lone_words(uint32_t parts);
 
-/* Creates a list of zeros. ERR_MEMORY. lone_destroy nulls the pointer, which may be NULL. */
-int lone_create(uint32_t parts, uint32_t count, struct lone_list **out);
-void lone_destroy(struct lone_list **list);
-
-/* Returns the size of a list, which may be NULL. */
-size_t lone_bytes(const struct lone_list *list);
+/* Creates a list of zeros. ERR_MEMORY. */
+int lone_create(uint32_t parts, uint32_t count, struct sparse_list **out);
 
 /* Returns a channel of a part, `count` numbers; NULL if the list has no such part. */
-float *lone_values(const struct lone_list *list, enum lone_part part, uint32_t channel);
+float *lone_values(const struct sparse_list *list, enum lone_part part, uint32_t channel);
 
 /* Checks that places ascend below `places`, and that radiance is finite and within 0 and
  * LONE_RADIANCE_MAX. ERR_RANGE or ERR_NOT_FINITE; *fault names the entry. */
-int lone_check(const struct lone_list *list, uint32_t places, struct fault *fault);
+int lone_check(const struct sparse_list *list, uint32_t places, struct fault *fault);

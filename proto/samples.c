@@ -39,15 +39,15 @@ void samples_destroy(struct samples **s)
 {
     if (!*s) return;
     free((*s)->data);
-    lone_destroy(&(*s)->lone);
-    mixed_destroy(&(*s)->mixed);
+    sparse_list_destroy(&(*s)->lone);
+    sparse_list_destroy(&(*s)->mixed);
     free(*s);
     *s = NULL;
 }
 
 size_t samples_bytes(const struct samples *s)
 {
-    return s->layout.total_bytes + lone_bytes(s->lone) + mixed_bytes(s->mixed);
+    return s->layout.total_bytes + sparse_list_bytes(s->lone) + sparse_list_bytes(s->mixed);
 }
 
 uint32_t samples_lone_places(const struct samples_layout *layout)

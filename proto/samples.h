@@ -197,9 +197,9 @@ int samples_layout_subset(struct samples_layout *layout, const struct plan *plan
 
 struct samples {
     struct samples_layout layout;
-    uint8_t *data;            /* layout.total_bytes, 64-byte aligned, owned */
-    struct lone_list *lone;   /* owned; of layout.lone_parts; NULL: no sub-sample is lone */
-    struct mixed_list *mixed; /* owned; of layout.mixed_values; NULL: no pixel is mixed */
+    uint8_t *data;             /* layout.total_bytes, 64-byte aligned, owned */
+    struct sparse_list *lone;  /* owned; of layout.lone_parts; NULL: no sub-sample is lone */
+    struct sparse_list *mixed; /* owned; of layout.mixed_values; NULL: no pixel is mixed */
 };
 
 /* What planes and lists hold. */

@@ -66,14 +66,14 @@ static void write_head(struct bytes_writer *w, const struct samples_layout *layo
 }
 
 /* A list of `count` entries. */
-static int write_list(struct bytes_writer *w, uint32_t count, const uint32_t *words,
-                      size_t size_bytes, enum packing packing)
+static int write_list(struct bytes_writer *w, const struct sparse_list *list, enum packing packing)
 {
+    const size_t size_bytes = sparse_list_bytes(list);
     uint8_t *room = malloc(size_bytes + 1);
     if (!room) return ERR_MEMORY;
     const size_t packed =
-        packing_pack(packing, PACKING_BYTES, words, size_bytes, sizeof(uint32_t), room);
-    bytes_write_u32(w, count);
+        packing_pack(packing, PACKING_BYTES, list->words, size_bytes, sizeof *list->words, room);
+    bytes_write_u32(w, list->count);
     bytes_write_u32(w, (uint32_t)packed);
     bytes_write_raw(w, room, packed);
     free(room);
@@ -177,10 +177,8 @@ int samples_pack(struct samples *s, enum packing packing, struct bytes_writer *w
     }
     write_head(w, &filled);
     int error = write_groups(w, compact ? compact : s, packing);
-    if (!error && s->lone)
-        error = write_list(w, s->lone->count, s->lone->words, lone_bytes(s->lone), packing);
-    if (!error && s->mixed)
-        error = write_list(w, s->mixed->count, s->mixed->words, mixed_bytes(s->mixed), packing);
+    if (!error && s->lone) error = write_list(w, s->lone, packing);
+    if (!error && s->mixed) error = write_list(w, s->mixed, packing);
     samples_destroy(&compact);
     return error;
 }
@@ -236,24 +234,28 @@ static int unpack_list(const struct list_head *h, uint32_t *words, size_t size_b
                      h->packed_bytes, size_bytes);
 }
 
-static int read_lone(struct bytes_reader *r, struct samples *s, struct fault *fault)
+static int read_list(struct bytes_reader *r, const char *name, uint32_t places, uint32_t values,
+                     struct sparse_list **out, struct fault *fault)
 {
-    struct list_head h = {.name = "lone"};
-    const int error = read_list_head(r, samples_lone_places(&s->layout), &h, fault);
+    struct list_head h = {.name = name};
+    const int error = read_list_head(r, places, &h, fault);
     if (error) return error;
-    if (lone_create(s->layout.lone_parts, h.count, &s->lone) != 0)
-        return fault_set(fault, ERR_MEMORY, h.name, "no memory for %u entries", h.count);
-    return unpack_list(&h, s->lone->words, lone_bytes(s->lone), fault);
+    if (sparse_list_create(values, h.count, out) != 0)
+        return fault_set(fault, ERR_MEMORY, name, "no memory for %u entries", h.count);
+    return unpack_list(&h, (*out)->words, sparse_list_bytes(*out), fault);
 }
 
-static int read_mixed(struct bytes_reader *r, struct samples *s, struct fault *fault)
+static int read_lists(struct bytes_reader *r, struct samples *s, struct fault *fault)
 {
-    struct list_head h = {.name = "mixed"};
-    const int error = read_list_head(r, samples_mixed_places(&s->layout), &h, fault);
-    if (error) return error;
-    if (mixed_create(s->layout.mixed_values, h.count, &s->mixed) != 0)
-        return fault_set(fault, ERR_MEMORY, h.name, "no memory for %u entries", h.count);
-    return unpack_list(&h, s->mixed->words, mixed_bytes(s->mixed), fault);
+    const struct samples_layout *l = &s->layout;
+    int error = 0;
+    if (l->planes & PLANE_BIT(LONE))
+        error = read_list(r, "lone", samples_lone_places(l), lone_words(l->lone_parts) - 1,
+                          &s->lone, fault);
+    if (s->lone) s->lone->parts = l->lone_parts;
+    if (!error && l->planes & PLANE_BIT(MIXED))
+        error = read_list(r, "mixed", samples_mixed_places(l), l->mixed_values, &s->mixed, fault);
+    return error;
 }
 
 static const char *const group_names[SAMPLES_GROUP_COUNT] = {"group 4", "group 2", "group 1"};
@@ -297,14 +299,8 @@ static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *
         if (error) return error;
         at += s->layout.group_bytes[group];
     }
-    if (s->layout.planes & PLANE_BIT(LONE)) {
-        const int error = read_lone(r, s, fault);
-        if (error) return error;
-    }
-    if (s->layout.planes & PLANE_BIT(MIXED)) {
-        const int error = read_mixed(r, s, fault);
-        if (error) return error;
-    }
+    const int error = read_lists(r, s, fault);
+    if (error) return error;
     if (bytes_finish(r))
         return fault_set(fault, ERR_TRAILING, "", "%zu bytes follow the samples", bytes_left(r));
     return 0;

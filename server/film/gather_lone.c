@@ -11,7 +11,7 @@ int gather_lone_reserve(const struct plan *plan, uint32_t count, struct patch *p
     return share->entries ? 0 : ERR_MEMORY;
 }
 
-static void copy_light(const struct lone_list *list, uint32_t e, struct lone_entry *out)
+static void copy_light(const struct sparse_list *list, uint32_t e, struct lone_entry *out)
 {
     memset(out->light, 0, sizeof out->light);
     for (uint32_t part = 0; part < LONE_PART_COUNT; part++)
@@ -22,7 +22,7 @@ static void copy_light(const struct lone_list *list, uint32_t e, struct lone_ent
 }
 
 /* Finds where entry e of a tile's list lies. Returns false if that is not in the core. */
-static bool is_in_core(const struct plan *plan, const struct lone_list *list, uint32_t e,
+static bool is_in_core(const struct plan *plan, const struct sparse_list *list, uint32_t e,
                        struct rect tile, const struct patch *patch, int32_t *x, int32_t *y)
 {
     const struct rect core = patch->core;
@@ -35,7 +35,7 @@ static bool is_in_core(const struct plan *plan, const struct lone_list *list, ui
 uint32_t gather_lone_count(const struct plan *plan, const struct samples *samples, struct rect tile,
                            const struct patch *patch)
 {
-    const struct lone_list *list = samples->lone;
+    const struct sparse_list *list = samples->lone;
     uint32_t count = 0;
     int32_t x, y;
     for (uint32_t e = 0; list && e < list->count; e++)
@@ -46,7 +46,7 @@ uint32_t gather_lone_count(const struct plan *plan, const struct samples *sample
 void gather_lone_tile(const struct plan *plan, const struct samples *samples, struct rect tile,
                       struct patch *patch)
 {
-    const struct lone_list *list = samples->lone;
+    const struct sparse_list *list = samples->lone;
     const uint32_t subs = plan->sub_samples;
     int32_t x, y;
     for (uint32_t e = 0; list && e < list->count; e++) {

@@ -19,7 +19,7 @@ static bool is_in(struct rect r, int32_t x, int32_t y)
 
 /* Where entry e of a tile's list lies. Returns false unless that is in the core, and its lender in
  * the patch. */
-static bool find_pixel(const struct mixed_list *list, uint32_t e, struct rect tile,
+static bool find_pixel(const struct sparse_list *list, uint32_t e, struct rect tile,
                        const struct patch *patch, int32_t *x, int32_t *y)
 {
     const uint32_t pixel = list->words[e] / MIXED_SLOTS, slot = list->words[e] % MIXED_SLOTS;
@@ -33,7 +33,7 @@ static bool find_pixel(const struct mixed_list *list, uint32_t e, struct rect ti
 uint32_t gather_mixed_count(const struct samples *samples, struct rect tile,
                             const struct patch *patch)
 {
-    const struct mixed_list *list = samples->mixed;
+    const struct sparse_list *list = samples->mixed;
     uint32_t count = 0;
     int32_t x, y;
     for (uint32_t e = 0; list && e < list->count; e++)
@@ -43,17 +43,17 @@ uint32_t gather_mixed_count(const struct samples *samples, struct rect tile,
 
 void gather_mixed_tile(const struct samples *samples, struct rect tile, struct patch *patch)
 {
-    const struct mixed_list *list = samples->mixed;
+    const struct sparse_list *list = samples->mixed;
     int32_t x, y;
     for (uint32_t e = 0; list && e < list->count; e++) {
         if (!find_pixel(list, e, tile, patch, &x, &y)) continue;
         struct mixed_entry *to = &patch->mixed.entries[patch->mixed.count++];
         const bool lobes = list->values > MIXED_REFLECTANCE;
         to->place = (uint32_t)patch_pixel(patch, x, y) * MIXED_SLOTS + list->words[e] % MIXED_SLOTS;
-        to->share = mixed_numbers(list, MIXED_SHARE)[e];
+        to->share = sparse_list_numbers(list, MIXED_SHARE)[e];
         for (uint32_t c = 0; c < 3; c++) {
-            to->albedo[c] = mixed_numbers(list, MIXED_ALBEDO + c)[e];
-            to->reflectance[c] = lobes ? mixed_numbers(list, MIXED_REFLECTANCE + c)[e] : 0.0f;
+            to->albedo[c] = sparse_list_numbers(list, MIXED_ALBEDO + c)[e];
+            to->reflectance[c] = lobes ? sparse_list_numbers(list, MIXED_REFLECTANCE + c)[e] : 0.0f;
         }
     }
 }

@@ -72,7 +72,7 @@ static void add_entropy(const struct samples *s, struct wire *wire)
         for (; at < end; at += area * element)
             wire->entropy += component_entropy(at, element, layout->width_px, layout->height_px);
     }
-    wire->entropy += (double)lone_bytes(s->lone); /* few: as they are */
+    wire->entropy += (double)sparse_list_bytes(s->lone); /* few: as they are */
     wire->raw += (double)samples_bytes(s);
     wire->pixels += (double)area;
 }

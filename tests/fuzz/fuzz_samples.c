@@ -38,8 +38,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     struct samples *again = unpack(w.data, w.size_bytes, &plan, pass, width, height);
     if (!again || again->layout.total_bytes != s->layout.total_bytes) abort();
     if (memcmp(again->data, s->data, s->layout.total_bytes) != 0) abort();
-    if (lone_bytes(again->lone) != lone_bytes(s->lone)) abort();
-    if (s->lone && memcmp(again->lone->words, s->lone->words, lone_bytes(s->lone)) != 0) abort();
+    if (sparse_list_bytes(again->lone) != sparse_list_bytes(s->lone)) abort();
+    if (s->lone && memcmp(again->lone->words, s->lone->words, sparse_list_bytes(s->lone)) != 0)
+        abort();
     samples_destroy(&again);
     samples_destroy(&s);
     bytes_writer_fini(&w);

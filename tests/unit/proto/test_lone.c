@@ -73,12 +73,12 @@ static void round_trip(uint32_t count)
         fail_msg("%s: %s", fault.pointer, fault.detail);
     assert_memory_equal(&back->layout, &s->layout, sizeof s->layout);
     assert_memory_equal(back->data, s->data, s->layout.total_bytes);
-    assert_int_equal(samples_bytes(back), s->layout.total_bytes + lone_bytes(s->lone));
+    assert_int_equal(samples_bytes(back), s->layout.total_bytes + sparse_list_bytes(s->lone));
     assert_true((back->lone == NULL) == (count == 0));
     if (count > 0) {
         assert_int_equal(back->lone->count, count);
         assert_int_equal(back->lone->parts, s->lone->parts);
-        assert_memory_equal(back->lone->words, s->lone->words, lone_bytes(s->lone));
+        assert_memory_equal(back->lone->words, s->lone->words, sparse_list_bytes(s->lone));
     }
     samples_destroy(&back);
     samples_destroy(&s);
@@ -107,7 +107,7 @@ TEST(lists_travel_without_planes)
     if (unpack(w.data, w.size_bytes, &back, &fault))
         fail_msg("%s: %s", fault.pointer, fault.detail);
     assert_non_null(back->lone);
-    assert_memory_equal(back->lone->words, s->lone->words, lone_bytes(s->lone));
+    assert_memory_equal(back->lone->words, s->lone->words, sparse_list_bytes(s->lone));
     samples_destroy(&back);
     samples_destroy(&s);
     bytes_writer_fini(&w);
@@ -297,9 +297,9 @@ TEST(room_is_kept_for_all)
 
 TEST(frees_nothing_twice)
 {
-    struct lone_list *none = NULL;
-    lone_destroy(&none);
-    assert_int_equal(lone_bytes(NULL), 0);
+    struct sparse_list *none = NULL;
+    sparse_list_destroy(&none);
+    assert_int_equal(sparse_list_bytes(NULL), 0);
 }
 
 /* Runs all tests for both ways of packing. */

@@ -30,11 +30,11 @@ static struct samples *create(uint32_t count)
     assert_int_equal(samples_create(&layout, &s), 0);
     samples_case_fill(s, UINT64_MAX, 15, 1);
     if (count == 0) return s;
-    assert_int_equal(mixed_create(layout.mixed_values, count, &s->mixed), 0);
+    assert_int_equal(sparse_list_create(layout.mixed_values, count, &s->mixed), 0);
     for (uint32_t e = 0; e < count; e++) {
         s->mixed->words[e] = e * PLACES / count;
         for (uint32_t v = 0; v < s->mixed->values; v++)
-            mixed_numbers(s->mixed, v)[e] = (float)((e * 31 + v * 7) % 64) / 63.0f;
+            sparse_list_numbers(s->mixed, v)[e] = (float)((e * 31 + v * 7) % 64) / 63.0f;
     }
     return s;
 }
@@ -68,14 +68,14 @@ static void round_trip(struct samples *s, uint32_t count)
         fail_msg("%s: %s", fault.pointer, fault.detail);
     assert_memory_equal(&back->layout, &s->layout, sizeof s->layout);
     assert_memory_equal(back->data, s->data, s->layout.total_bytes);
-    assert_int_equal(samples_bytes(back),
-                     s->layout.total_bytes + mixed_bytes(s->mixed) + lone_bytes(s->lone));
+    assert_int_equal(samples_bytes(back), s->layout.total_bytes + sparse_list_bytes(s->mixed) +
+                                              sparse_list_bytes(s->lone));
     assert_true((back->mixed == NULL) == (count == 0));
     assert_true((back->lone == NULL) == (s->lone == NULL));
     if (count > 0) {
         assert_int_equal(back->mixed->count, count);
         assert_int_equal(back->mixed->values, s->mixed->values);
-        assert_memory_equal(back->mixed->words, s->mixed->words, mixed_bytes(s->mixed));
+        assert_memory_equal(back->mixed->words, s->mixed->words, sparse_list_bytes(s->mixed));
     }
     samples_destroy(&back);
     samples_destroy(&s);
@@ -153,11 +153,11 @@ TEST(hostile_entries_are_refused)
     EXPECT(s->mixed->words[8] = UINT32_MAX, ERR_RANGE, "mixed");
     EXPECT(s->mixed->words[4] = s->mixed->words[3], ERR_RANGE, "mixed");
     EXPECT(s->mixed->words[0] = s->mixed->words[1], ERR_RANGE, "mixed");
-    EXPECT(mixed_numbers(s->mixed, MIXED_SHARE)[2] = NAN, ERR_NOT_FINITE, "mixed");
-    EXPECT(mixed_numbers(s->mixed, MIXED_SHARE)[0] = 1.01f, ERR_RANGE, "mixed");
-    EXPECT(mixed_numbers(s->mixed, MIXED_ALBEDO + 2)[8] = INFINITY, ERR_NOT_FINITE, "mixed");
-    EXPECT(mixed_numbers(s->mixed, MIXED_REFLECTANCE + 2)[8] = -0.01f, ERR_RANGE, "mixed");
-    EXPECT(mixed_numbers(s->mixed, MIXED_REFLECTANCE)[3] = 1.0f, ERR_OK, "");
+    EXPECT(sparse_list_numbers(s->mixed, MIXED_SHARE)[2] = NAN, ERR_NOT_FINITE, "mixed");
+    EXPECT(sparse_list_numbers(s->mixed, MIXED_SHARE)[0] = 1.01f, ERR_RANGE, "mixed");
+    EXPECT(sparse_list_numbers(s->mixed, MIXED_ALBEDO + 2)[8] = INFINITY, ERR_NOT_FINITE, "mixed");
+    EXPECT(sparse_list_numbers(s->mixed, MIXED_REFLECTANCE + 2)[8] = -0.01f, ERR_RANGE, "mixed");
+    EXPECT(sparse_list_numbers(s->mixed, MIXED_REFLECTANCE)[3] = 1.0f, ERR_OK, "");
 }
 
 /* The list's head lies before its packed bytes, which end the samples. */
@@ -219,9 +219,9 @@ TEST(cut_and_foreign_lists_fail)
 
 TEST(frees_nothing_twice)
 {
-    struct mixed_list *none = NULL;
-    mixed_destroy(&none);
-    assert_int_equal(mixed_bytes(NULL), 0);
+    struct sparse_list *none = NULL;
+    sparse_list_destroy(&none);
+    assert_int_equal(sparse_list_bytes(NULL), 0);
 }
 
 /* Runs all tests for both ways of packing. */

@@ -313,7 +313,7 @@ static int compare(const void *a, const void *b)
 static int make_list(const struct shading *l, struct samples *samples)
 {
     struct lone_scratch *s = l->scratch;
-    struct lone_list *list;
+    struct sparse_list *list;
     if (s->count == 0) return 0;
     if (lone_create(l->parts, s->count, &list) != 0) return ERR_MEMORY;
     qsort(s->shaded, s->count, sizeof *s->shaded, compare);

@@ -278,12 +278,12 @@ static int trace_pixels(const struct mixing *m)
 static int make_list(const struct mixing *m)
 {
     const struct mixed_scratch *s = m->scratch;
-    struct mixed_list *list;
+    struct sparse_list *list;
     if (s->count == 0) return 0;
-    if (mixed_create(m->values, s->count, &list) != 0) return ERR_MEMORY;
+    if (sparse_list_create(m->values, s->count, &list) != 0) return ERR_MEMORY;
     for (uint32_t n = 0; n < s->count; n++) list->words[n] = s->entries[n].place;
     for (uint32_t v = 0; v < m->values; v++) {
-        float *out = mixed_numbers(list, v);
+        float *out = sparse_list_numbers(list, v);
         for (uint32_t n = 0; n < s->count; n++) out[n] = s->entries[n].value[v];
     }
     m->samples->mixed = list;

@@ -52,12 +52,12 @@ static struct samples *tile_of(const struct plan *plan, uint32_t index, bool mix
         if (is_mixed(x, y) && (is_lender(x, y, slot) || (outside && edge))) places[count++] = place;
     }
     if (!mixed || count == 0) return s;
-    assert_int_equal(mixed_create(s->layout.mixed_values, count, &s->mixed), 0);
+    assert_int_equal(sparse_list_create(s->layout.mixed_values, count, &s->mixed), 0);
     for (uint32_t e = 0; e < count; e++) {
         const uint32_t i = places[e] / MIXED_SLOTS, slot = places[e] % MIXED_SLOTS;
         s->mixed->words[e] = places[e];
         for (uint32_t v = 0; v < s->mixed->values; v++)
-            mixed_numbers(s->mixed, v)[e] =
+            sparse_list_numbers(s->mixed, v)[e] =
                 value_of(r.x0 + (int32_t)(i % width), r.y0 + (int32_t)(i / width), slot, v);
     }
     return s;

@@ -144,7 +144,7 @@ TEST(lone_sub_samples_are_weighed)
     divide(&p, 1);
     struct traced t = trace_all(f, &p);
     const struct bsdf white = white_bsdf(&t, strips);
-    const struct lone_list *list = t.samples->lone;
+    const struct sparse_list *list = t.samples->lone;
     const double bulb[3] = {(double)p.lights[0].position[0], (double)p.lights[0].position[1],
                             (double)p.lights[0].position[2]};
     assert_non_null(list);

@@ -61,7 +61,7 @@ static bool is_lone(const struct plan *p, const struct samples *s, uint32_t plac
     return sum < SURFACE_WEIGHT_MIN;
 }
 
-static bool is_listed(const struct lone_list *list, uint32_t place)
+static bool is_listed(const struct sparse_list *list, uint32_t place)
 {
     for (uint32_t e = 0; list && e < list->count; e++)
         if (list->words[e] == place) return true;
@@ -90,7 +90,7 @@ TEST(those_that_nobody_shows_are_found)
 }
 
 /* Entries of a tile, as places in the whole picture. */
-static void expect_same(const struct samples *tile, struct rect r, const struct lone_list *all,
+static void expect_same(const struct samples *tile, struct rect r, const struct sparse_list *all,
                         bool *found)
 {
     const uint32_t width = (uint32_t)rect_width(r);
@@ -118,7 +118,7 @@ TEST(tiles_do_not_matter)
     struct plan p = strips_plan(f, 0.5f);
     fixture_bounces(&p, 2);
     struct traced all = trace_all(f, &p);
-    const struct lone_list *list = all.samples->lone;
+    const struct sparse_list *list = all.samples->lone;
     assert_non_null(list);
     assert_int_equal(list->parts,
                      1u << LONE_DIRECT | 1u << LONE_INDIRECT | 1u << LONE_INDIRECT_HALF);

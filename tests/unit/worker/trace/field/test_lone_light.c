@@ -21,7 +21,7 @@ TEST(a_bulb_lights_each_at_its_place)
     struct scene_fixture *f = fixture_new();
     const struct plan p = strips_plan(f, 0.5f);
     struct traced t = trace_all(f, &p);
-    const struct lone_list *list = t.samples->lone;
+    const struct sparse_list *list = t.samples->lone;
     assert_non_null(list);
     for (uint32_t e = 0; e < list->count; e++) {
         double point[3], squared = 0;
@@ -48,7 +48,7 @@ TEST(shadows_fall_on_them)
     struct plan p = strips_plan(f, 0.5f);
     fixture_panel(f, 0, (float[]){0, 4.5f, 0}, (float[]){2, 0, 0}, (float[]){0, 0, -2});
     struct traced t = trace_all(f, &p);
-    const struct lone_list *list = t.samples->lone;
+    const struct sparse_list *list = t.samples->lone;
     assert_non_null(list);
     for (uint32_t e = 0; e < list->count; e++)
         for (uint32_t c = 0; c < 3; c++) assert_true(lone_values(list, LONE_DIRECT, c)[e] == 0.0f);
@@ -61,7 +61,7 @@ TEST(shadows_fall_on_them)
  * if both drew the same numbers. */
 static double correlation_with_pixels(const struct samples *samples, uint32_t subs)
 {
-    const struct lone_list *list = samples->lone;
+    const struct sparse_list *list = samples->lone;
     const float *own = lone_values(list, LONE_DIRECT, 0);
     const float *pixels = samples_light_irradiance(samples, 0);
     double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
@@ -83,7 +83,7 @@ TEST(noise_is_their_own)
     fixture_ceiling_light(&p, 0.0f, 5.0f, 0.0f, 1.5f, 1);
     p.light_planes = 1u << LIGHT_PLANE_IRRADIANCE;
     struct traced t = trace_all(f, &p);
-    const struct lone_list *list = t.samples->lone;
+    const struct sparse_list *list = t.samples->lone;
     assert_non_null(list);
     double most = 0, least = 1e30, sum = 0;
     const float *light = lone_values(list, LONE_DIRECT, 0);
@@ -113,7 +113,7 @@ static double noise(uint32_t l)
     p.light_count = 0;
     fixture_ceiling_light(&p, 0.0f, 5.0f, 0.0f, 1.5f, l);
     struct traced t = trace_all(f, &p);
-    const struct lone_list *list = t.samples->lone;
+    const struct sparse_list *list = t.samples->lone;
     const float *light = lone_values(list, LONE_DIRECT, 0);
     double sum = 0, squares = 0;
     for (uint32_t e = 0; e < list->count; e++) {

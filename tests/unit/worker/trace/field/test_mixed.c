@@ -62,13 +62,13 @@ static bool is_panel(const struct traced *t, uint32_t place)
 
 static double share_of_panel(const struct traced *t, uint32_t pixel, bool *mixed)
 {
-    const struct mixed_list *list = t->samples->mixed;
+    const struct sparse_list *list = t->samples->mixed;
     double sum = 0.0;
     *mixed = false;
     for (uint32_t e = 0; e < list->count; e++) {
         if (list->words[e] / MIXED_SLOTS != pixel) continue;
         *mixed = true;
-        if (is_panel(t, list->words[e])) sum += (double)mixed_numbers(list, MIXED_SHARE)[e];
+        if (is_panel(t, list->words[e])) sum += (double)sparse_list_numbers(list, MIXED_SHARE)[e];
     }
     return sum;
 }
@@ -115,16 +115,17 @@ TEST(entries_are_means)
     struct scene_fixture *f = fixture_new();
     const struct plan p = panel_plan(f, 4);
     struct traced t = trace_all(f, &p);
-    const struct mixed_list *list = t.samples->mixed;
+    const struct sparse_list *list = t.samples->mixed;
     static const float panel[3] = {0.75f, 0.25f, 0.5f};
     uint32_t entries = 0;
     assert_non_null(list);
     assert_int_equal(list->values, MIXED_REFLECTANCE); /* no lobes */
     for (uint32_t e = 0; e < list->count; e++) {
-        const float share = mixed_numbers(list, MIXED_SHARE)[e];
+        const float share = sparse_list_numbers(list, MIXED_SHARE)[e];
         for (uint32_t c = 0; c < 3; c++) {
             const float albedo = is_panel(&t, list->words[e]) ? panel[c] : 0.5f;
-            assert_true(fabsf(mixed_numbers(list, MIXED_ALBEDO + c)[e] - share * albedo) < 1e-5f);
+            assert_true(fabsf(sparse_list_numbers(list, MIXED_ALBEDO + c)[e] - share * albedo) <
+                        1e-5f);
         }
         entries += share > 0.0f;
     }
@@ -133,7 +134,7 @@ TEST(entries_are_means)
         const uint32_t pixel = list->words[e] / MIXED_SLOTS;
         float sum = 0.0f;
         for (; e < list->count && list->words[e] / MIXED_SLOTS == pixel; e++)
-            sum += mixed_numbers(list, MIXED_SHARE)[e];
+            sum += sparse_list_numbers(list, MIXED_SHARE)[e];
         assert_true(fabsf(sum - 1.0f) < 1e-5f);
     }
     traced_fini(&t);
@@ -141,7 +142,8 @@ TEST(entries_are_means)
 }
 
 /* Entries of a tile, as places in the whole picture; returns how many there are. */
-static uint32_t expect_same(const struct samples *tile, struct rect r, const struct mixed_list *all)
+static uint32_t expect_same(const struct samples *tile, struct rect r,
+                            const struct sparse_list *all)
 {
     const uint32_t width = (uint32_t)rect_width(r);
     if (!tile->mixed) return 0;
@@ -153,8 +155,8 @@ static uint32_t expect_same(const struct samples *tile, struct rect r, const str
         while (i < all->count && all->words[i] != there) i++;
         if (i == all->count) fail_msg("(%u, %u) is mixed only in a tile", x, y);
         for (uint32_t v = 0; v < all->values; v++)
-            assert_memory_equal(mixed_numbers(tile->mixed, v) + e, mixed_numbers(all, v) + i,
-                                sizeof(float));
+            assert_memory_equal(sparse_list_numbers(tile->mixed, v) + e,
+                                sparse_list_numbers(all, v) + i, sizeof(float));
     }
     return tile->mixed->count;
 }
@@ -209,7 +211,7 @@ TEST(centres_find_mixed_pixels_of_paths)
 /* How many entries pixels of a column have. */
 static uint32_t count_entries(const struct traced *t, uint32_t column)
 {
-    const struct mixed_list *list = t->samples->mixed;
+    const struct sparse_list *list = t->samples->mixed;
     uint32_t entries = 0;
     for (uint32_t e = 0; list && e < list->count; e++)
         entries += list->words[e] / MIXED_SLOTS % SIDE == column;
@@ -235,7 +237,7 @@ TEST(black_strips_are_left_to_paths)
     assert_int_equal(count_entries(&paths, 11), SIDE);
     for (uint32_t e = 0; e < paths.samples->mixed->count; e++)
         if (paths.samples->mixed->words[e] / MIXED_SLOTS % SIDE == 11)
-            assert_true(mixed_numbers(paths.samples->mixed, MIXED_SHARE)[e] == 0.0f);
+            assert_true(sparse_list_numbers(paths.samples->mixed, MIXED_SHARE)[e] == 0.0f);
     assert_true(count_entries(&paths, 10) >= SIDE);
     traced_fini(&paths);
     free(f);
@@ -280,7 +282,7 @@ TEST(narrow_things_are_left)
     fixture_panel(f, fixture_material(f, 0.5f, 0.5f, 0.5f), (float[]){-0.005f, 2.0f, 0},
                   (float[]){0.004f, 0, 0}, (float[]){0, 0, -0.9f});
     struct traced t = trace_all(f, &p);
-    const struct mixed_list *list = t.samples->mixed;
+    const struct sparse_list *list = t.samples->mixed;
     for (uint32_t e = 0; list && e < list->count; e++) {
         const uint32_t x = list->words[e] / MIXED_SLOTS % SIDE;
         const uint32_t y = list->words[e] / MIXED_SLOTS / SIDE;
@@ -327,12 +329,12 @@ TEST(edges_of_textures_are_mixed)
     m->base_color[0] = m->base_color[1] = m->base_color[2] = 1.0f;
     m->base_color_texture.texture = fixture_texture(f, 64, 1, halves, 0); /* a texel a pixel */
     struct traced t = trace_all(f, &p);
-    const struct mixed_list *list = t.samples->mixed;
+    const struct sparse_list *list = t.samples->mixed;
     assert_non_null(list);
     assert_in_range(list->count, SIDE, 2 * SIDE);
     for (uint32_t e = 0; e < list->count; e++) {
         assert_int_equal(list->words[e] % MIXED_SLOTS, MIXED_SLOT_OWN);
-        assert_true(mixed_numbers(list, MIXED_SHARE)[e] == 1.0f);
+        assert_true(sparse_list_numbers(list, MIXED_SHARE)[e] == 1.0f);
     }
     traced_fini(&t);
     free(f);
