@@ -1,38 +1,15 @@
 /* Lists of lone sub-samples: as they travel beside a tile's planes, and what is refused. */
 #include <math.h>
-#include <string.h>
 
-#include "tests/unit/proto/samples_case.h"
-#include "tests/unit/unit.h"
+#include "tests/unit/proto/list_case.h"
 
 #define BIT(plane) PLANE_BIT(plane)
 
-enum { WIDTH = 7, HEIGHT = 3, PLACES = WIDTH * HEIGHT * 3 };
+enum { PLACES = LIST_WIDTH * LIST_HEIGHT * 3 };
 
-static struct plan plan;
-static enum packing packing = PACKING_QUICK; /* all is tried with each */
-
-/* Light fields alone, with every part of a list. */
-static void lone_case(void)
+static void fill(struct samples *s, uint32_t count)
 {
-    plan_case(&plan);
-    plan.camera.aperture_radius = 0.0f;
-    plan.paths = (struct plan_paths){0};
-    plan.lens_strata_per_axis = plan.lens_relight = 0;
-    plan.planes = (plan.planes & ~(PLANES_PATH | PLANES_LENS_ALL)) | BIT(LONE);
-}
-
-static struct samples *create(uint32_t count)
-{
-    struct samples_layout layout;
-    struct samples *s;
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, WIDTH, HEIGHT), 0);
-    assert_int_equal(samples_create(&layout, &s), 0);
-    samples_case_fill(s, UINT64_MAX, 15, 1);
-    for (uint32_t k = 0; k < 3; k++) /* all show a surface */
-        for (size_t i = 0; i < WIDTH * HEIGHT; i++) samples_u16(s, PLANE_SUB_DEPTH, k)[i] = 0;
-    if (count == 0) return s;
-    assert_int_equal(lone_create(layout.lone_parts, count, &s->lone), 0);
+    assert_int_equal(lone_create(s->layout.lone_parts, count, &s->lone), 0);
     for (uint32_t e = 0; e < count; e++) {
         s->lone->words[e] = e * PLACES / count;
         for (uint32_t part = 0; part < LONE_PART_COUNT; part++)
@@ -41,103 +18,53 @@ static struct samples *create(uint32_t count)
                 if (light) light[e] = 0.25f * (float)(1 + e * 31 + part * 7 + c);
             }
     }
-    return s;
 }
 
-/* Memory of exactly the size, so that a sanitizer sees a read beyond. */
-static int unpack(const uint8_t *data, size_t size_bytes, struct samples **out, struct fault *fault)
-{
-    uint8_t *exact = malloc(size_bytes + (size_bytes == 0));
-    assert_non_null(exact);
-    memcpy(exact, data, size_bytes);
-    *out = NULL;
-    const int error = samples_unpack(exact, size_bytes, &plan, 0, WIDTH, HEIGHT, out, fault);
-    assert_true((error == 0) == (*out != NULL));
-    free(exact);
-    return error;
-}
-
-static void pack(struct samples *s, struct bytes_writer *w)
-{
-    bytes_writer_init(w);
-    assert_int_equal(samples_pack(s, packing, w, NULL), 0);
-}
-
-static void round_trip(uint32_t count)
-{
-    struct bytes_writer w;
-    struct samples *s = create(count), *back;
-    struct fault fault = {0};
-    pack(s, &w);
-    if (unpack(w.data, w.size_bytes, &back, &fault))
-        fail_msg("%s: %s", fault.pointer, fault.detail);
-    assert_memory_equal(&back->layout, &s->layout, sizeof s->layout);
-    assert_memory_equal(back->data, s->data, s->layout.total_bytes);
-    assert_int_equal(samples_bytes(back), s->layout.total_bytes + sparse_list_bytes(s->lone));
-    assert_true((back->lone == NULL) == (count == 0));
-    if (count > 0) {
-        assert_int_equal(back->lone->count, count);
-        assert_int_equal(back->lone->parts, s->lone->parts);
-        assert_memory_equal(back->lone->words, s->lone->words, sparse_list_bytes(s->lone));
-    }
-    samples_destroy(&back);
-    samples_destroy(&s);
-    bytes_writer_fini(&w);
-}
+static struct list_case lists = {
+    .name = "lone", .planes = BIT(LONE), .places = PLACES, .fill = fill};
 
 TEST(lists_round_trip)
 {
-    static const uint32_t counts[] = {0, 1, 2, 17, PLACES};
-    lone_case();
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) round_trip(counts[i]);
-    plan.planes &= ~PLANES_GLOSSY; /* fewer parts */
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) round_trip(counts[i]);
+    list_case_begin(&lists);
+    list_case_round_trips(&lists);
+    lists.plan.planes &= ~PLANES_GLOSSY; /* fewer parts */
+    list_case_round_trips(&lists);
 }
 
 /* Planes that are left out take no list with them. */
 TEST(lists_travel_without_planes)
 {
-    struct bytes_writer w;
-    struct samples *back;
-    struct fault fault = {0};
-    lone_case();
-    struct samples *s = create(5);
+    list_case_begin(&lists);
+    struct samples *s = list_case_create(&lists, 5);
     memset(s->data, 0, s->layout.total_bytes);
-    pack(s, &w);
-    if (unpack(w.data, w.size_bytes, &back, &fault))
-        fail_msg("%s: %s", fault.pointer, fault.detail);
-    assert_non_null(back->lone);
-    assert_memory_equal(back->lone->words, s->lone->words, sparse_list_bytes(s->lone));
-    samples_destroy(&back);
-    samples_destroy(&s);
-    bytes_writer_fini(&w);
+    list_case_round_trip(&lists, s);
 }
 
 TEST(parts_follow_the_plan)
 {
-    lone_case();
-    assert_int_equal(lone_parts(&plan), 31);
-    plan.planes &= ~(BIT(INDIRECT_HALVES) | BIT(GLOSSY_HALF));
-    assert_int_equal(lone_parts(&plan),
+    list_case_begin(&lists);
+    assert_int_equal(lone_parts(&lists.plan), 31);
+    lists.plan.planes &= ~(BIT(INDIRECT_HALVES) | BIT(GLOSSY_HALF));
+    assert_int_equal(lone_parts(&lists.plan),
                      1u << LONE_DIRECT | 1u << LONE_INDIRECT | 1u << LONE_GLOSSY);
-    assert_int_equal(lone_words(lone_parts(&plan)), 10);
-    plan.paths.spp = 4; /* these bring direct light */
-    assert_int_equal(lone_parts(&plan), 1u << LONE_INDIRECT | 1u << LONE_GLOSSY);
-    plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY);
-    assert_int_equal(lone_parts(&plan), 0);
+    assert_int_equal(lone_words(lone_parts(&lists.plan)), 10);
+    lists.plan.paths.spp = 4; /* these bring direct light */
+    assert_int_equal(lone_parts(&lists.plan), 1u << LONE_INDIRECT | 1u << LONE_GLOSSY);
+    lists.plan.planes &= ~(PLANES_BOUNCE_LIGHT | PLANES_GLOSSY);
+    assert_int_equal(lone_parts(&lists.plan), 0);
 }
 
 /* Nothing of it costs a byte where the plan has none. */
 TEST(other_plans_have_the_same_bytes)
 {
     struct bytes_writer with, without;
-    lone_case();
-    struct samples *s = create(0);
-    pack(s, &with);
+    list_case_begin(&lists);
+    struct samples *s = list_case_create(&lists, 0);
+    list_case_pack(&lists, s, &with);
     samples_destroy(&s);
-    plan.planes &= ~BIT(LONE);
-    s = create(0);
-    pack(s, &without);
+    lists.plan.planes &= ~BIT(LONE);
+    s = list_case_create(&lists, 0);
+    list_case_pack(&lists, s, &without);
     samples_destroy(&s);
     assert_int_equal(with.size_bytes, without.size_bytes);
     assert_memory_equal(with.data, without.data, with.size_bytes);
@@ -145,26 +72,8 @@ TEST(other_plans_have_the_same_bytes)
     bytes_writer_fini(&without);
 }
 
-/* Packs 9 entries after a change, and expects a fault. */
-#define EXPECT(change, expected, place)                                                            \
-    do {                                                                                           \
-        struct bytes_writer w;                                                                     \
-        struct samples *back, *s;                                                                  \
-        struct fault fault = {0};                                                                  \
-        lone_case();                                                                               \
-        s = create(9);                                                                             \
-        change;                                                                                    \
-        pack(s, &w);                                                                               \
-        const int error = unpack(w.data, w.size_bytes, &back, &fault);                             \
-        if (error != (expected) || strcmp(fault.pointer, place) != 0)                              \
-            fail_msg(#change " gives %s at \"%s\": %s", error_name(error), fault.pointer,          \
-                     fault.detail);                                                                \
-        samples_destroy(&back);                                                                    \
-        bytes_writer_fini(&w);                                                                     \
-        samples_destroy(&s);                                                                       \
-    } while (0)
-
-#define LIGHT(part, c) lone_values(s->lone, LONE_##part, c)
+#define EXPECT(change, expected, place) LIST_EXPECT(&lists, change, expected, place)
+#define LIGHT(part, c)                  lone_values(s->lone, LONE_##part, c)
 
 TEST(hostile_entries_are_refused)
 {
@@ -187,65 +96,14 @@ TEST(hostile_entries_are_refused)
            ERR_RANGE, "lone");
 }
 
-/* The list's head lies before its packed bytes, which end the samples. */
-static size_t head_of(const struct bytes_writer *w)
-{
-    for (size_t packed = 1; packed + 8 <= w->size_bytes; packed++) {
-        const uint8_t *p = w->data + w->size_bytes - packed - 8;
-        const uint32_t count = (uint32_t)(p[0] | p[1] << 8 | p[2] << 16) | (uint32_t)p[3] << 24;
-        const uint32_t bytes = (uint32_t)(p[4] | p[5] << 8 | p[6] << 16) | (uint32_t)p[7] << 24;
-        if (count == 9 && bytes == packed) return w->size_bytes - packed - 8;
-    }
-    fail_msg("no list at the end");
-    return 0;
-}
-
-/* Neither count nor size decides what is allocated or written. */
 TEST(declared_sizes_are_not_believed)
 {
-    static const uint32_t counts[] = {0, 8, 10, PLACES, PLACES + 1, 0x7fffffff, 0xffffffff};
-    static const uint32_t sizes[] = {0, 1, 15, 0x7fffffff, 0xffffffff};
-    struct bytes_writer w;
-    struct samples *back;
-    struct fault fault = {0};
-    lone_case();
-    struct samples *s = create(9);
-    pack(s, &w);
-    const size_t head = head_of(&w);
-    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
-        const bool possible = counts[i] > 0 && counts[i] <= PLACES;
-        memcpy(w.data + head, &counts[i], 4);
-        assert_int_equal(unpack(w.data, w.size_bytes, &back, &fault),
-                         possible ? ERR_CORRUPT : ERR_LIMIT);
-        assert_string_equal(fault.pointer, "lone");
-    }
-    memcpy(w.data + head, &(uint32_t){9}, 4);
-    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
-        memcpy(w.data + head + 4, &sizes[i], 4);
-        assert_true(unpack(w.data, w.size_bytes, &back, &fault) != 0);
-        assert_string_equal(fault.pointer, "lone");
-    }
-    bytes_writer_fini(&w);
-    samples_destroy(&s);
+    list_case_believe_no_size(&lists);
 }
 
 TEST(cut_and_foreign_lists_fail)
 {
-    struct bytes_writer w;
-    struct samples *back;
-    struct fault fault = {0};
-    lone_case();
-    struct samples *s = create(9);
-    pack(s, &w);
-    for (size_t size_bytes = head_of(&w); size_bytes < w.size_bytes; size_bytes++)
-        assert_int_equal(unpack(w.data, size_bytes, &back, &fault), ERR_TRUNCATED);
-    plan.planes &= ~BIT(LONE); /* not asked for */
-    assert_int_equal(unpack(w.data, w.size_bytes, &back, &fault), ERR_RANGE);
-    plan.planes |= BIT(LONE);
-    bytes_write_u8(&w, 0);
-    assert_int_equal(unpack(w.data, w.size_bytes, &back, &fault), ERR_TRAILING);
-    bytes_writer_fini(&w);
-    samples_destroy(&s);
+    list_case_cut(&lists);
 }
 
 /* Damaged bytes are refused or unpack to numbers that are still allowed. */
@@ -254,9 +112,9 @@ TEST(damage_does_no_harm)
     struct bytes_writer w;
     uint64_t random = 7;
     uint32_t refused = 0;
-    lone_case();
-    struct samples *s = create(40);
-    pack(s, &w);
+    list_case_begin(&lists);
+    struct samples *s = list_case_create(&lists, 40);
+    list_case_pack(&lists, s, &w);
     const size_t tail = 1500;
     for (int i = 0; i < 4000; i++) {
         struct samples *back;
@@ -264,7 +122,7 @@ TEST(damage_does_no_harm)
         const size_t at = w.size_bytes - 1 - samples_case_random(&random) % tail;
         const uint8_t flip = (uint8_t)(1 + samples_case_random(&random) % 255);
         w.data[at] ^= flip;
-        refused += unpack(w.data, w.size_bytes, &back, &fault) != 0;
+        refused += list_case_unpack(&lists, w.data, w.size_bytes, &back, &fault) != 0;
         for (uint32_t e = 0; back && back->lone && e < back->lone->count; e++)
             assert_true(back->lone->words[e] < PLACES);
         samples_destroy(&back);
@@ -280,19 +138,19 @@ TEST(room_is_kept_for_all)
 {
     struct samples_layout layout;
     uint32_t l = 1;
-    lone_case();
-    plan.planes &= ~BIT(LONE);
-    for (plan.indirect_strata_per_axis = l; samples_layout_init(&layout, &plan, 0, 256, 256) == 0;
-         l++)
-        plan.indirect_strata_per_axis = l + 1;
-    plan.indirect_strata_per_axis = l - 1; /* the most that fits */
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 256, 256), 0);
+    list_case_begin(&lists);
+    lists.plan.planes &= ~BIT(LONE);
+    for (lists.plan.indirect_strata_per_axis = l;
+         samples_layout_init(&layout, &lists.plan, 0, 256, 256) == 0; l++)
+        lists.plan.indirect_strata_per_axis = l + 1;
+    lists.plan.indirect_strata_per_axis = l - 1; /* the most that fits */
+    assert_int_equal(samples_layout_init(&layout, &lists.plan, 0, 256, 256), 0);
     const uint64_t left = LIMIT_FRAME_BYTES - layout.total_bytes;
-    plan.planes |= BIT(LONE);
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 256, 256),
+    lists.plan.planes |= BIT(LONE);
+    assert_int_equal(samples_layout_init(&layout, &lists.plan, 0, 256, 256),
                      left > 256u * 256 * 3 * 16 * 4 + 8192 ? 0 : ERR_LIMIT);
-    plan.indirect_strata_per_axis = 1;
-    assert_int_equal(samples_layout_init(&layout, &plan, 0, 256, 256), 0);
+    lists.plan.indirect_strata_per_axis = 1;
+    assert_int_equal(samples_layout_init(&layout, &lists.plan, 0, 256, 256), 0);
 }
 
 TEST(frees_nothing_twice)
@@ -306,7 +164,7 @@ TEST(frees_nothing_twice)
 int main(void)
 {
     int failed = unit_run("lone sub-samples, quick");
-    packing = PACKING_SMALL;
+    lists.packing = PACKING_SMALL;
     failed += unit_run("lone sub-samples, small");
     return failed;
 }
