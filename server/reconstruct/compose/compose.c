@@ -248,21 +248,16 @@ static void compose_samples(const struct resolver *r, struct rect block, const s
     add_samples(plan, r->patch, rays, block, out);
 }
 
-/* A share of the hemisphere. Linear fits go beyond what they were made of. */
-static float share_of(float open)
-{
-    return open < 1.0f ? open : 1.0f;
-}
-
+/* Linear fits of a share may exceed 1. */
 static void compose_occlusion(const struct resolver *r, struct rect block, const struct plane *out)
 {
+    const float *visible = r->lighting->visibility;
     if (!out || !r->patch->ambient_visibility) return;
     for (int32_t y = block.y0; y < block.y1; y++) {
         size_t i = patch_pixel(r->patch, block.x0, y);
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++)
-            to[x] = patch_has_surface(r->patch, i) ? share_of(r->lighting->ambient_visibility[i])
-                                                   : 1.0f;
+            to[x] = patch_has_surface(r->patch, i) ? fminf(visible[i], 1.0f) : 1.0f;
     }
 }
 

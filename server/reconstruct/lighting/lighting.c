@@ -90,10 +90,9 @@ static void fill_indirect(const struct plan *plan, const struct patch *patch, st
 static void fill_unfiltered(const struct plan *plan, const struct patch *patch, struct run run,
                             const struct lighting *out)
 {
+    const float *seen = patch->ambient_visibility;
     fill_indirect(plan, patch, run, out->indirect);
-    if (patch->ambient_visibility)
-        memcpy(out->ambient_visibility + run.first, patch->ambient_visibility + run.first,
-               run.count * sizeof(float));
+    if (seen) memcpy(out->visibility + run.first, seen + run.first, run.count * sizeof *seen);
 }
 
 /* Fills the light that needs no filter. */
@@ -199,8 +198,7 @@ static void measure(const struct plan *plan, const struct patch *patch, const st
     }
     for (int c = 0; c < 3 && (patch->indirect[0] || in_parts); c++)
         add_channel(m, patch->indirect[0] ? patch->indirect[c] : mean[c], out->indirect[c]);
-    if (patch->ambient_visibility)
-        add_channel(m, patch->ambient_visibility, out->ambient_visibility);
+    if (patch->ambient_visibility) add_channel(m, patch->ambient_visibility, out->visibility);
 }
 
 /* Takes one half of each pixel's samples, alternating like a chessboard. The bias of the split
@@ -368,7 +366,7 @@ static int allocate(const struct plan *plan, const struct patch *patch, bool err
         out->indirect[c] = memory + (3 + c) * area;
         out->total[c] = memory + (6 + c) * area;
     }
-    out->ambient_visibility = memory + 9 * area;
+    out->visibility = memory + 9 * area;
     out->width_px = memory + 10 * area;
     for (size_t c = 0; c < 3 && halves; c++) out->error[c] = memory + (11 + c) * area;
     for (size_t c = 0; c < 3 && glossy; c++) out->glossy[c] = memory + (lobes + c) * area;

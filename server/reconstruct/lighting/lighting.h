@@ -12,13 +12,13 @@
 /* Radiance that a white Lambert surface would send out, in arrays of the patch's size; 0 outside
  * the pixels that were asked for. One allocation. */
 struct lighting {
-    float *direct[3];          /* sum over lights of E_k color_k / pi */
-    float *indirect[3];        /* mean bounce radiance; zero without bounces */
-    float *total[3];           /* their sum */
-    float *glossy[3];          /* radiance that the glossy lobe sees; without a lobe `indirect`, for
-                                  sub-samples that have one; NULL without planes of lobes */
-    float *ambient_visibility; /* 0 where it is not traced */
-    float *width_px;           /* the largest sigma of all filters; 0: not filtered */
+    float *direct[3];       /* sum over lights of E_k color_k / pi */
+    float *indirect[3];     /* mean bounce radiance; zero without bounces */
+    float *total[3];        /* their sum */
+    float *glossy[3];       /* radiance that the glossy lobe sees; without a lobe `indirect`, for
+                               sub-samples that have one; NULL without planes of lobes */
+    float *visibility;      /* ambient; 0 where it is not traced */
+    float *width_px;        /* the largest sigma of all filters; 0: not filtered */
     float *error[3];        /* standard error of `indirect` and of filtered direct light; NULL where
                                neither is known */
     float *direct_error[3]; /* of filtered direct light, while it is found; NULL: not wanted */
