@@ -196,7 +196,7 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
     }
     if (!indirect && !occlusion) {
         snprintf(filter_why, sizeof filter_why,
-                 "paths make the picture, as light fields cannot: %s", why);
+                 "paths make the picture, because light fields cannot: %s", why);
         choose_paths(job, filter_why, plan_nothing_to_filter, why, report);
         return;
     }
@@ -222,7 +222,7 @@ static void choose_lens(const struct job *job, const struct plan *plan, struct p
     char why[PLAN_WHY_BYTES], filter_why[PLAN_FILTER_WHY_BYTES];
     if (!plan_lens_possible(job, plan, why)) {
         snprintf(filter_why, sizeof filter_why,
-                 "paths make the picture, as light fields cannot: %s", why);
+                 "paths make the picture, because light fields cannot: %s", why);
         choose_paths(job, filter_why, filter_why, why, report);
         plan_lens_none(job, why, report);
         return;
@@ -238,7 +238,7 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
     plan_lens_none(job, "the camera is a pinhole", report);
     if (!plan_light_field_possible(job, scene, why)) {
         snprintf(filter_why, sizeof filter_why,
-                 "paths make the picture, as light fields cannot: %s", why);
+                 "paths make the picture, because light fields cannot: %s", why);
         choose_paths(job, filter_why, filter_why, why, report);
     } else if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
         report->bumpy = plan_has_bumps(scene);
@@ -292,7 +292,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
 static void tell_emitters(const struct job *job, struct plan_report *report)
 {
     if (!(report->emitters.flux > 0)) {
-        plan_skip(report, "effect emitters", "no mesh shines besides the lights");
+        plan_skip(report, "effect emitters", "no mesh emits light besides the lights");
         return;
     }
     report->effects |= EFFECT_EMITTERS;
@@ -319,8 +319,8 @@ static void tell_scale(const struct scene *scene, struct plan_report *report)
     const double radius = plan_scene_radius(scene);
     if (radius >= RADIUS_LEAST && radius <= RADIUS_MOST) return;
     plan_warn(report, "the scene's radius is %.3g units: %s; scale it to between %g and %g", radius,
-              radius < RADIUS_LEAST ? "triangles so small lose their normals and textures"
-                                    : "rays miss triangles so large",
+              radius < RADIUS_LEAST ? "triangles of this size would lose their normals and textures"
+                                    : "rays would miss triangles of this size",
               RADIUS_LEAST, RADIUS_MOST);
 }
 

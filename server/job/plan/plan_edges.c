@@ -13,7 +13,7 @@ void plan_lone(struct plan *plan, struct plan_report *report)
     else if (plan->sub_samples == 0)
         plan_skip(report, what, "there are no sub-samples: paths go through all of a pixel");
     else if (lone_parts(plan) == 0)
-        plan_skip(report, what, "no light field lights them");
+        plan_skip(report, what, "no light field brings their light");
     else if ((plan->planes & PLANES_COMPARED) != PLANES_COMPARED)
         plan_skip(report, what, "nothing compares them with the pixels around");
     else

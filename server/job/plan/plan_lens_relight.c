@@ -85,7 +85,7 @@ uint32_t plan_choose_lens_relight(const struct job *job, const struct scene *sce
         return LENS_RELIGHT_DIFFUSE;
     }
     if (!covers && indirect && plan->environment.kind != ENVIRONMENT_NONE) {
-        snprintf(why, n, "indirect light and the sky's come filtered; others by paths: %s", but);
+        snprintf(why, n, "fields bring indirect light and the sky's, paths the rest: %s", but);
         return LENS_RELIGHT_SKY;
     }
     if (!covers && indirect) {
@@ -120,7 +120,7 @@ static void plan_own(const struct job *job, struct plan *plan, struct plan_repor
     plan_skip(report, "light fields of pixel centres", "%.*s", (int)PLAN_WHY_BYTES - 1, why);
     plan_path_lights(job, plan, report);
     if (job->indirect_spp)
-        plan_skip(report, "sampling.indirect_spp", "every lens sample goes on by itself");
+        plan_skip(report, "sampling.indirect_spp", "each lens sample goes on as a path of its own");
 }
 
 /* Returns whether points of the material may be mirrors. worker/trace/path/mirrors.c decides at

@@ -107,13 +107,13 @@ bool plan_light_field_covers(const struct job *job, const struct scene *scene,
     if (plan->environment.kind != ENVIRONMENT_NONE)
         snprintf(why, PLAN_WHY_BYTES, "there is an environment");
     else if (emitters->flux > 0)
-        snprintf(why, PLAN_WHY_BYTES, "meshes shine that are no rectangular lights");
+        snprintf(why, PLAN_WHY_BYTES, "some meshes that emit light are not rectangles");
     else if ((other = first_other(scene)))
         say_material(scene, other, why);
     else if (job->target_error > 0.0f)
         snprintf(why, PLAN_WHY_BYTES, "sampling.target_error needs samples of whole pixels");
     else if (plan_wants_error(job) && has_plain_rectangle(job, plan))
-        snprintf(why, PLAN_WHY_BYTES, "only along paths has light from areas a known error");
+        snprintf(why, PLAN_WHY_BYTES, "the error of area lights is known only along paths");
     else
         return true;
     return false;

@@ -68,7 +68,7 @@ void plan_path_lights(const struct job *job, struct plan *plan, struct plan_repo
     if (plan->light_planes) return;
     for (uint32_t k = 0; k < plan->light_count; k++) plan->lights[k].strata_per_axis = 1;
     if (job->light_spp)
-        plan_skip(report, "sampling.light_spp", "paths take one point of one light each");
+        plan_skip(report, "sampling.light_spp", "each path takes one point of one light");
 }
 
 void plan_path_effects(struct plan *plan, struct plan_report *report)
@@ -100,7 +100,7 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     plan_path_lights(job, plan, report);
     plan_path_effects(plan, report);
     if (job->indirect_spp && report->integrator == INTEGRATOR_PATHS)
-        plan_skip(report, "sampling.indirect_spp", "every path goes on by itself");
+        plan_skip(report, "sampling.indirect_spp", "each path goes on alone");
     if (report->layers & LAYER_OCCLUSION) {
         plan->occlusion_distance = job->occlusion_distance;
         report->effects |= EFFECT_OCCLUSION;

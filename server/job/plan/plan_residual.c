@@ -28,7 +28,7 @@ static uint32_t choose(const struct job *job, const struct plan *plan,
     else {
         snprintf(why, n,
                  job->residual == RESIDUAL_AUTO
-                     ? "light that comes along paths is noise where no light field covers it"
+                     ? "light that no light field covers comes along paths and is noisy"
                      : "filter.residual is halves");
         return RESIDUAL_FILTER_HALVES;
     }

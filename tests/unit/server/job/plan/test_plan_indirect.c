@@ -91,7 +91,7 @@ TEST(paths_take_what_light_fields_cannot)
         (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
     BESIDE("there is an environment");
     s->material.emission[2] = 1;
-    BESIDE("meshes shine that are no rectangular lights");
+    BESIDE("some meshes that emit light are not rectangles");
 #undef BESIDE
 }
 

@@ -176,8 +176,9 @@ TEST(nothing_is_filtered_where_nothing_bounces)
     expect_filter(s, INDIRECT_FILTER_NONE, sentence);
     assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
     assert_true(has_warning(s, sentence));
-    assert_string_equal(s->report.filter_why, "paths make the picture, as light fields cannot: "
-                                              "material 0 \"main\" is not Lambert");
+    assert_string_equal(s->report.filter_why,
+                        "paths make the picture, because light fields cannot: "
+                        "material 0 \"main\" is not Lambert");
 }
 
 static const char *text_of(const json_t *json, const char *key)

@@ -132,7 +132,7 @@ TEST(auto_tells_why_it_is_paths)
     s->job.layers |= LAYER_ERROR;
     s->job.method = FILTER_AVERAGE;
     s->job.indirect_bounces = 0;
-    PATHS("only along paths has light from areas a known error");
+    PATHS("the error of area lights is known only along paths");
     /* Paths bring all light that there is. */
     s->job.indirect_bounces = 0;
     s->job.environment =

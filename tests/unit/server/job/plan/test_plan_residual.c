@@ -23,7 +23,7 @@ static void expect(struct stage *s, uint32_t filter, const char *why)
 static void expect_halves(struct stage *s)
 {
     expect(s, RESIDUAL_FILTER_HALVES,
-           "light that comes along paths is noise where no light field covers it");
+           "light that no light field covers comes along paths and is noisy");
 }
 
 /* A surface that no light field covers. */
