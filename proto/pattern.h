@@ -129,7 +129,7 @@ void pattern_pixels_init(const struct pattern *p, uint32_t count, struct pattern
 #define PATTERN_GOLDEN_FRACTION UINT64_C(0x9e3779b97f4a7c15)
 #define PATTERN_BELOW_ONE       0x1.fffffep-1f
 
-/* By way of signed numbers, which vectors convert. */
+/* Converts by way of signed numbers, for which vectors have an instruction. */
 static inline float pattern_unit(uint64_t fraction)
 {
     return (float)(int32_t)(fraction >> 40) * 0x1p-24f;

@@ -25,6 +25,6 @@ enum plane_filter plane_filter_choose(const void *numbers, uint32_t element_byte
 void plane_filter_apply(enum plane_filter filter, const void *numbers, uint32_t element_bytes,
                         int32_t width_px, int32_t height_px, void *out);
 
-/* In place: the numbers again. */
+/* Restores the numbers in place. */
 void plane_filter_undo(enum plane_filter filter, void *numbers, uint32_t element_bytes,
                        int32_t width_px, int32_t height_px);

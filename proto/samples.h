@@ -112,7 +112,7 @@ uint32_t samples_type_bytes(enum samples_type type);
 /* The same, and what fields of glossy lobes light. */
 #define PLANES_LENS_ALL (PLANES_LENS | PLANE_BIT(LENS_LOBE))
 
-/* Of those the planes of what light falls on. */
+/* The planes of these that describe surfaces. */
 #define PLANES_LENS_SURFACE                                                                        \
     (PLANE_BIT(LENS_DEPTH) | PLANE_BIT(LENS_NORMAL) | PLANE_BIT(LENS_ALBEDO) |                     \
      PLANE_BIT(LENS_OWN_LIGHT))

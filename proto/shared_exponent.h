@@ -58,7 +58,7 @@ static inline uint32_t shared_exponent_pack_up(const float rgb[3], int mantissa_
     return packed | exponent << 3 * mantissa_bits;
 }
 
-/* To nearest. */
+/* Rounds to nearest. */
 static inline uint32_t shared_exponent_pack(const float rgb[3], int mantissa_bits)
 {
     return shared_exponent_pack_up(rgb, mantissa_bits, (const float[]){0.5f, 0.5f, 0.5f}, 0.5f);

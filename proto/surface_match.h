@@ -79,7 +79,7 @@ void shown_surface_init(const struct surface_view *view, float px, float py, flo
 float surface_match(const struct surface_view *view, const struct shown_surface *sub,
                     const struct shown_surface *pixel);
 
-/* For the nearest-looking one where nothing matches: 0 is like, larger is less so. */
+/* Ranks pixels where none matches: 0 looks alike, larger is less so. */
 float surface_mismatch(const struct surface_view *view, const struct shown_surface *sub,
                        const struct shown_surface *pixel);
 

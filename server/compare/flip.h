@@ -8,7 +8,7 @@
  */
 #include "server/compare/display_transform.h"
 
-/* Of a screen 0.7 m wide with 3840 pixels, seen from 0.7 m: what the paper takes. */
+/* The paper's viewer: a screen 0.7 m wide with 3840 pixels, seen from 0.7 m. */
 #define FLIP_PPD 67.0206432765
 
 /* From here to there filters have a centre and fit (convolve.h). */

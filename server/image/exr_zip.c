@@ -13,7 +13,7 @@ static void differ(const uint8_t *restrict in, uint8_t *restrict out, size_t cou
     for (size_t i = 1; i < count; i++) out[i] = (uint8_t)(in[2 * i] - in[2 * i - 2] + 128);
 }
 
-/* Even bytes first, then odd ones: those of equal weight come together. The first is as it was. */
+/* Puts even bytes before odd ones, so that bytes of equal weight come together. The first stays. */
 static void split(const uint8_t *in, uint8_t *out, size_t size_bytes)
 {
     const size_t even = (size_bytes + 1) / 2;

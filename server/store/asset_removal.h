@@ -27,7 +27,7 @@
 int asset_removal_run(sqlite3 *db, const struct asset_room *room, const struct asset_claim *claim,
                       struct asset_users *users);
 
-/* At start: ends what was begun, but for what must still wait. */
+/* Ends at start the removals that were begun, except those that must still wait. */
 void asset_removal_resume(sqlite3 *db, const struct asset_room *room);
 
 /* Part of a round over all that is noted. A round begins with zeros, and a pass goes on with what

@@ -52,6 +52,6 @@ struct digest_list {
 /* These append; what is there stays in any case. ERR_MEMORY, too. */
 int asset_list_owned(sqlite3 *db, struct digest_list *out);
 int asset_list_blobs(sqlite3 *db, const struct digest *asset, struct digest_list *out);
-/* At most `limit` removals behind `after` (NULL: from the first), in order. */
+/* Lists at most `limit` removals behind `after` (NULL: from the first), in order. */
 int asset_list_removals(sqlite3 *db, const struct digest *after, size_t limit,
                         struct digest_list *out);

@@ -16,7 +16,7 @@
  * The layer has the surface's normal, and its emission does not pass it. */
 #include "worker/shade/bsdf.h"
 
-/* As gltf_evaluate and gltf_sample, for b->coat > 0. */
+/* Evaluates and samples like gltf_evaluate and gltf_sample, for b->coat > 0. */
 void coat_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                    struct bsdf_value *out);
 bool coat_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],

@@ -165,7 +165,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
 }
 
-/* Strata of all lights whose field somebody reads. */
+/* The strata of all lights whose field is read. */
 static uint64_t light_rays(const struct plan *plan)
 {
     uint64_t rays = 0;

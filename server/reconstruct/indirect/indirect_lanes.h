@@ -122,7 +122,7 @@ static void kernel_mean(const struct indirect_field *f, const struct indirect_ru
     }
 }
 
-/* Of each pixel: what turns sums into the line's value at it. */
+/* Computes for each pixel what turns sums into the line's value at it. */
 struct indirect_line {
     struct simd inverse; /* of the sum of weights */
     struct simd first, second;

@@ -141,7 +141,7 @@ static void store_second(const float from[LENS_LANES], float *to)
     }
 }
 
-/* The reverse. What lies between pixels may be written as it was. */
+/* The reverse. Numbers between pixels may be written unchanged. */
 static void store_lanes(const float from[LENS_LANES], size_t step, size_t count, float *to)
 {
     if (count < LENS_LANES) {

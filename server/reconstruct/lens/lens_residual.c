@@ -97,7 +97,7 @@ static void divide_row(const struct residual *r, int32_t radius, float rows, flo
     for (int32_t x = right; x < width; x++) sums[x] /= rows * pixels_around(x, radius, width);
 }
 
-/* Means over squares; where the picture ends, over what there is. */
+/* Takes means over squares, which are cut where the picture ends. */
 static void smooth(const struct residual *r, int32_t radius, const float *in, float *out)
 {
     const size_t width = (size_t)r->width;

@@ -24,8 +24,8 @@ void geometry_planes_init(struct geometry_planes *planes, const struct samples *
 void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,
                     const struct geometry_planes *planes);
 
-/* Of an anti-aliasing ray; `centre` is the pixel's own surface, which its depth is relative to, or
- * the scene's unit of length where there is none. */
+/* Does the same for an anti-aliasing ray; `centre` is the pixel's own surface, which its depth
+ * is relative to, or the scene's unit of length where there is none. */
 void geometry_store_sub(const struct queries *q, const struct block *b, float length_unit,
                         const struct surface *centre, const struct surface *sub,
                         const struct geometry_sub_planes *planes);

@@ -14,7 +14,7 @@ struct path_sums {
     uint32_t first;          /* sample of the pass */
     struct plan_split parts; /* of which PATH_HALF_DIFFERENCE2 and halves are made */
     /* Over the samples in first halves of parts; what is scattered, and its diffuse part. */
-    bool halves; /* somebody wants them */
+    bool halves; /* they are wanted */
     struct lanes3 half_scattered, half_direct, half_indirect;
     struct lanes3 normal; /* shading normals of what the camera sees; zeros where it sees nothing */
     _Alignas(LANES_ALIGN) float distance[LANES]; /* to it, along the rays */
