@@ -4,6 +4,7 @@
 #include "worker/shade/beckmann.h"
 #include "worker/shade/blinn_phong.h"
 #include "worker/shade/coat.h"
+#include "worker/shade/fresnel.h"
 #include "worker/shade/gltf.h"
 #include "worker/shade/lobe.h"
 #include "worker/shade/phong.h"
@@ -133,6 +134,22 @@ bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     if (out->dirac) return true;
     bsdf_evaluate(b, wo, out->wi, &value);
     return weigh(b, &value, out);
+}
+
+bool bsdf_is_dirac(const struct bsdf *b)
+{
+    if (b->model == BSDF_MIRROR) return true;
+    return b->model == BSDF_GLTF && roughness_is_smooth(b) &&
+           !(b->albedo[0] + b->albedo[1] + b->albedo[2] > 0.0f) &&
+           (!(b->coat > 0.0f) || b->coat_alpha < BSDF_SMOOTH);
+}
+
+bool bsdf_reflects_most(const struct bsdf *b, float cosine)
+{
+    float far;
+    if (b->model != BSDF_GLTF || (1.0f - b->metallic) * b->transmission < 0.5f) return true;
+    if (b->thin) return fresnel_schlick(b->specular_f0[1], fresnel_grazing(cosine)) >= 0.5f;
+    return fresnel_dielectric(cosine, b->ior, &far) >= 0.5f || far <= 0.0f;
 }
 
 void bsdf_tint(const struct bsdf *b, float out[3])

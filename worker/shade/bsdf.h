@@ -73,6 +73,13 @@ struct bsdf_sample {
  * [0, 2]: what textures of such lobes are taken out by. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
 
+/* Returns whether all lobes are Dirac ones: of mirrors and clear glass. */
+bool bsdf_is_dirac(const struct bsdf *b);
+
+/* Returns whether a Dirac surface reflects more of what comes along wo, at this cosine, than it
+ * transmits. */
+bool bsdf_reflects_most(const struct bsdf *b, float cosine);
+
 /* Both lobes' values for the pair, and the density with which bsdf_sample chooses wi. Zero where wo
  * or wi grazes (|z| < 1e-6). */
 void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],

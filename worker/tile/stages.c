@@ -86,13 +86,14 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
     else if (plan->paths.without_diffuse_indirect)
         out->skip = SKIP_DIFFUSE_INDIRECT;
     if (plan->paths.without_glossy_indirect) out->skip |= SKIP_GLOSSY_INDIRECT;
+    out->chains = out->features && out->demodulate && out->skip == 0;
 }
 
 /* Begins another kind of path. It leaves no light out and keeps it in one sum. */
 static void init_whole(const struct path_context *paths, struct path_context *out)
 {
     *out = *paths;
-    out->features = out->demodulate = false;
+    out->features = out->demodulate = out->chains = false;
     out->skip = 0;
 }
 

@@ -138,7 +138,8 @@ static bool predict(struct mixture *m, int32_t x, int32_t y, uint32_t e, struct 
         if (!surface_of_pixel(&m->view, m->patch, q, &surface)) return false;
         if (!find_light(m, &surface, &light)) return false;
         for (int c = 0; c < 3; c++) light.albedo[c] *= entry->share;
-        add_covered(&light, m->divided ? light.albedo : entry->albedo, entry->share, out);
+        const bool black = entry->albedo[0] + entry->albedo[1] + entry->albedo[2] <= 0.0f;
+        add_covered(&light, m->divided || black ? light.albedo : entry->albedo, entry->share, out);
     }
     if (!(out->share > 0.0f)) return false;
     const float left = 1.0f - out->share;

@@ -7,6 +7,7 @@
 #include "proto/pattern_path.h"
 #include "proto/samples.h"
 #include "worker/trace/path/centre_gbuffer.h"
+#include "worker/trace/path/chains.h"
 #include "worker/trace/path/glossy_lobes.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_leave.h"
@@ -201,6 +202,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     v->depth = depth;
     follow(c, p, v, &s->harvest);
     if (depth == 0) path_note(c, p, v, &s->harvest);
+    if (depth > 0 && c->chains) chains_note(c, p, v, &s->harvest);
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_VISIBILITY & 1u))
         trace_occlusion(c, p, v, &s->occlusion, &s->harvest);

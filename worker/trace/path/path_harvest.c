@@ -10,7 +10,7 @@ void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint
     to->g[slot] += value[1];
     to->b[slot] += value[2];
     if (!c->demodulate || ((c->skip & SKIP_SOFT_SKY) && scatterings == 1)) return;
-    to = scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct;
+    to = scatterings > 1 + h->chain[slot] ? &h->diffuse_indirect : &h->diffuse_direct;
     to->r[slot] += value[0] * h->share.r[slot];
     to->g[slot] += value[1] * h->share.g[slot];
     to->b[slot] += value[2] * h->share.b[slot];
@@ -38,6 +38,20 @@ static void add(const struct path_packet *p, const struct lanes3 *v, struct path
     }
 }
 
+/* Scatterings of chains do not count. */
+static void add_after_chains(const struct path_packet *p, uint32_t scatterings,
+                             const struct lanes3 *v, struct path_harvest *h)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        const bool direct = scatterings <= 1 + h->chain[slot];
+        struct path_rgb *to = direct ? &h->diffuse_direct : &h->diffuse_indirect;
+        to->r[slot] += v->x[i];
+        to->g[slot] += v->y[i];
+        to->b[slot] += v->z[i];
+    }
+}
+
 void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h,
                             uint32_t scatterings, const struct path_packet *p,
                             const struct lanes_mask *on, const struct lanes3 *value)
@@ -54,7 +68,10 @@ void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h
         v.z[i] *= h->share.b[slot];
     }
     keep(on, &v);
-    add(p, &v, scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct);
+    if (c->chains && scatterings > 1)
+        add_after_chains(p, scatterings, &v, h);
+    else
+        add(p, &v, scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct);
 }
 
 void path_harvest_clear_field(struct path_harvest *h, uint32_t count)

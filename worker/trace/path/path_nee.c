@@ -4,6 +4,7 @@
 
 #include "proto/pattern_path.h"
 #include "worker/scene/emitters.h"
+#include "worker/trace/path/chains.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_nee.h"
 #include "worker/trace/path/path_record.h"
@@ -142,6 +143,7 @@ static void gather(const struct path_context *c, const struct path_packet *p,
         h->diffuse_direct.g[slot] += f->diffuse.y[i];
         h->diffuse_direct.b[slot] += f->diffuse.z[i];
     }
+    if (c->chains && v->depth > 0) chains_gather(c, p, v, &lit, &f->diffuse, h);
 }
 
 /* What samples of the sky are from, of each surface. */

@@ -51,6 +51,9 @@ struct path_harvest {
     _Alignas(LANES_ALIGN) float alpha[PATH_SLOTS]; /* its roughness; the same */
     struct path_rgb lobe; /* directional albedo of the glossy lobe whose light fields of the lens
                              bring, too; 0: none */
+    uint32_t chain[PATH_SLOTS];    /* Dirac scatterings before the surface that features tell of
+                                      (chains.h) */
+    bool strayed[PATH_SLOTS];      /* the path left a chain's likelier way */
     uint32_t mirrored[PATH_SLOTS]; /* reflections before the first surface; only where contexts have
                                       mirrors */
     _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's

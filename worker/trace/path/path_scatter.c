@@ -4,6 +4,7 @@
 
 #include "proto/pattern_path.h"
 #include "worker/shade/glossy.h"
+#include "worker/trace/path/chains.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
@@ -271,6 +272,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     if (v->any_general) scatter_generals(c, p, v, u, w, &s);
     if (v->any_general && c->demodulate && first) keep_shares(p, v, &s, h);
     if (v->any_general && (c->skip & SKIP_DIFFUSE_INDIRECT) && first) keep_rest(c, p, v, &s, h);
+    chains_scatter(c, p, v, &s, h);
     if (v->mirrors.any && c->demodulate) untint_shares(p, v, h);
     append(c, p, v, &s, h, next);
     if (c->record) record(c, p, v, &s, h, next);

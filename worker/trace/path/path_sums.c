@@ -129,6 +129,30 @@ static void add_halves(const struct path_harvest *h, size_t first, struct path_s
     add(&h->diffuse_indirect, first, &s->half_indirect);
 }
 
+/* Features of samples that strayed count where there are no others, and hardly beside them. */
+#define STRAYED_WEIGHT 0x1p-12f
+
+static void scale_slot(struct path_rgb *c, size_t slot, float by)
+{
+    c->r[slot] *= by;
+    c->g[slot] *= by;
+    c->b[slot] *= by;
+}
+
+static void weigh_features(struct path_harvest *h, size_t first, struct path_sums *s)
+{
+    for (size_t i = 0; i < LANES; i++) {
+        const size_t slot = first + i;
+        s->weight[i] += h->coverage[slot] * (h->strayed[slot] ? STRAYED_WEIGHT : 1.0f);
+        if (!h->strayed[slot]) continue;
+        scale_slot(&h->albedo, slot, STRAYED_WEIGHT);
+        scale_slot(&h->normal, slot, STRAYED_WEIGHT);
+        scale_slot(&h->tint, slot, STRAYED_WEIGHT);
+        h->distance[slot] *= STRAYED_WEIGHT;
+        h->alpha[slot] *= STRAYED_WEIGHT;
+    }
+}
+
 /* Adds the diffuse part of what came after the first scattering, without albedo: direct light that
  * was found by scattering, and all indirect light. */
 static void add_demodulated(const struct path_harvest *h, size_t first, struct path_sums *s)
@@ -146,6 +170,7 @@ void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, 
         s->count++;
         add_radiance(h, first, s);
         if (s->splits) add_split(h, first, s);
+        if (s->halves) weigh_features(h, first, s);
         if (s->halves) add_halves(h, first, s);
         add(&h->emission, first, &s->emission);
         add(&h->direct, first, &s->direct);
@@ -199,8 +224,23 @@ static void count_as_fewer(struct path_sums *s)
     }
 }
 
+/* Makes sums over all samples that show something of weighted ones. */
+static void spread_features(struct path_sums *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        if (s->weight[i] == s->coverage[i] || !(s->weight[i] > 0.0f)) continue;
+        const float by = s->coverage[i] / s->weight[i];
+        struct lanes3 *const features[] = {&s->albedo, &s->normal, &s->tint};
+        for (int k = 0; k < 3; k++)
+            features[k]->x[i] *= by, features[k]->y[i] *= by, features[k]->z[i] *= by;
+        s->distance[i] *= by;
+        s->alpha[i] *= by;
+    }
+}
+
 void path_sums_store(struct path_sums *s, const struct block *b, struct samples *samples)
 {
+    if (s->halves) spread_features(s);
     if (s->edge_digits > 0) count_as_fewer(s);
     store(&s->radiance, b, samples, PLANE_PATH_RADIANCE);
     store(&s->spread, b, samples, PLANE_PATH_M2);

@@ -18,6 +18,7 @@ struct path_sums {
     struct lanes3 half_scattered, half_direct, half_indirect;
     struct lanes3 normal; /* shading normals of what the camera sees; zeros where it sees nothing */
     _Alignas(LANES_ALIGN) float distance[LANES]; /* to it, along the rays */
+    _Alignas(LANES_ALIGN) float weight[LANES];   /* of the samples that features are means of */
     struct lanes3 tint;                          /* of its lobes but the diffuse one */
     _Alignas(LANES_ALIGN) float alpha[LANES];    /* roughness */
     bool splits;                                 /* PATH_HALF_DIFFERENCE2 is wanted */

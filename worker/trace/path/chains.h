@@ -1,0 +1,30 @@
+#pragma once
+/* Chains of mirrors and clear glass before the surface that a camera path sees in them. To filters
+ * that is the path's surface: features and albedo are its own, and light is divided at it into
+ * diffuse and other. Colours of the chain count with them.
+ *
+ * A surface is part of a chain if all its lobes are Dirac ones. Which of them a path takes is
+ * chance, as a sample's place in its pixel is. */
+#include "worker/trace/path/path.h"
+
+/* Returns whether lane i's surface ends a chain, or goes on with it. */
+static inline bool chains_has(const struct path_context *c, const struct path_packet *p,
+                              const struct path_vertex *v, const struct path_harvest *h, uint32_t i)
+{
+    return c->chains && v->depth > 0 && h->chain[p->slot[i]] == v->depth;
+}
+
+/* Notes features of surfaces after chains in place of those before. */
+void chains_note(const struct path_context *c, const struct path_packet *p,
+                 const struct path_vertex *v, struct path_harvest *h);
+
+/* Adds the diffuse part of light samples, albedo taken out, of the lanes in *lit. */
+void chains_gather(const struct path_context *c, const struct path_packet *p,
+                   const struct path_vertex *v, const struct lanes_mask *lit,
+                   const struct lanes3 *diffuse, struct path_harvest *h);
+
+/* Keeps the diffuse shares of what comes after a chain's last surface, and goes on with chains that
+ * have not ended. */
+void chains_scatter(const struct path_context *c, const struct path_packet *p,
+                    const struct path_vertex *v, const struct path_scattering *s,
+                    struct path_harvest *h);
