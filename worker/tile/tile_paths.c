@@ -8,7 +8,8 @@ static bool is_stopped(const _Atomic bool *stop)
     return stop && atomic_load_explicit(stop, memory_order_relaxed);
 }
 
-/* Returns whether the block shows nothing that paths would bring. Counts the paths that it goes without. */
+/* Returns whether the block shows nothing that paths would bring. Counts the paths that it goes
+ * without. */
 static bool skips_paths(const struct tile_tracer *t, const struct stages *stages)
 {
     const struct block *b = &t->block;

@@ -183,7 +183,8 @@ TEST(numbers_are_checked)
     EXPECT(samples_u16(s, PLANE_LENS_DEPTH, 3)[at] = 0xfc00, ERR_NOT_FINITE, "lens_depth[3]");
     EXPECT(samples_u32(s, PLANE_LENS_ALBEDO, 3)[at] = UINT32_MAX, ERR_OK, "");
     EXPECT(samples_u32(s, PLANE_LENS_OWN_LIGHT, 3)[at] = 0xf5ffffffu, ERR_OK, "");
-    EXPECT(samples_u32(s, PLANE_LENS_OWN_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE, "lens_own_light[3]");
+    EXPECT(samples_u32(s, PLANE_LENS_OWN_LIGHT, 3)[at] = 0xf6000000u, ERR_RANGE,
+           "lens_own_light[3]");
     EXPECT(samples_u16(s, PLANE_LENS_COVERAGE, 0)[at] = HALF_NEGATIVE, ERR_RANGE,
            "lens_coverage[0]");
     EXPECT(samples_f32(s, PLANE_LENS_SECOND_SET, 3)[at] = -1.0f, ERR_RANGE, "lens_second_set[3]");

@@ -57,8 +57,8 @@ struct path_context {
     bool lens;               /* camera paths are those of the lens's light field */
     struct centre_gbuffer *centres; /* what light fields light of the lens's paths; or NULL */
     uint32_t edge_digits;           /* of the plan, where paths are of pixels at edges; else 0 */
-    bool chains;    /* features are of what mirrors and clear glass show (chains.h) */
-    bool features;                  /* depths and normals of first surfaces are noted */
+    bool chains;     /* features are of what mirrors and clear glass show (chains.h) */
+    bool features;   /* depths and normals of first surfaces are noted */
     bool field;      /* paths begin on surfaces, scattered once: the field of indirect light */
     uint32_t strata; /* l of the field's bounce rays */
     const uint8_t *strata_map; /* l of each pixel (plan_pass); NULL: `strata` */
