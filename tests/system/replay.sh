@@ -53,7 +53,7 @@ for (const s of samples)
         s.path.forEach((v, depth) => {
             for (const met of v.meets) sums[Math.min(depth, 2)] = f(sums[Math.min(depth, 2)] + f(met.adds[c]));
             const light = Math.min(depth + 1, 2);
-            if (v.light_sample) sums[light] = f(sums[light] + f(v.light_sample.adds[c]));
+            for (const sample of v.light_samples) sums[light] = f(sums[light] + f(sample.adds[c]));
             steps++;
         });
         same(`sample ${s.sample}'s steps`, f(f(sums[0] + sums[1]) + sums[2]), f(s.radiance[c]));

@@ -65,7 +65,6 @@ static json_t *mets(const struct replay_sheet *s, const struct path_record_verte
 
 static json_t *light_sample(const struct replay_sheet *s, const struct path_record_light *l)
 {
-    if (!l->tried) return json_null();
     json_t *out = json_pack("{s:o, s:o, s:b, s:o, s:o}", "light", light(s, l->light), "chosen_with",
                             number(l->probability), "traced", (int)l->traced, "not_traced_for",
                             text_or_null(replay_skip(l)), "adds", vector(l->value));
@@ -82,6 +81,14 @@ static json_t *light_sample(const struct replay_sheet *s, const struct path_reco
         json_object_set_new(out, "blocked_at", number(l->blocked_at));
     }
     return out;
+}
+
+static json_t *light_samples(const struct replay_sheet *s, const struct path_record_vertex *v)
+{
+    json_t *all = json_array();
+    for (uint32_t k = 0; k < v->light_count; k++)
+        json_array_append_new(all, light_sample(s, &v->lights[k]));
+    return all;
 }
 
 static json_t *scatter(const struct path_record_scatter *c)
@@ -141,8 +148,7 @@ static json_t *vertices(const struct replay_sheet *s)
                            v->left      ? json_string("all")
                            : v->is_kept ? vector(v->kept)
                                         : json_null(),
-                           "light_sample", light_sample(s, &v->light), "scatters",
-                           scatter(&v->scatter)));
+                           "light_samples", light_samples(s, v), "scatters", scatter(&v->scatter)));
     }
     return all;
 }

@@ -168,7 +168,7 @@ static void vertex(FILE *out, const struct replay_sheet *s, uint32_t k)
     if (v->stays > 0.0f && !v->thinned)
         fprintf(out, "    goes on with other lobes by a chance of %.9g: throughput over it\n",
                 (double)v->stays);
-    if (v->light.tried) light_sample(out, s, &v->light);
+    for (uint32_t i = 0; i < v->light_count; i++) light_sample(out, s, &v->lights[i]);
     if (v->scatter.tried && v->scatter.on) scatter(out, &v->scatter);
 }
 

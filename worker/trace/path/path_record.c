@@ -115,18 +115,17 @@ static float scattered_density(const struct path_vertex *v, const float d[3])
 void path_record_light(const struct path_context *c, const struct path_vertex *v, uint32_t light,
                        float probability, const struct light_packet *l, const float all[3])
 {
-    struct path_record_light *to = &current(c)->light;
+    struct path_record_vertex *vertex = current(c);
+    struct path_record_light *to = &vertex->lights[vertex->light_count];
     const struct RTCRay16 *r = &l->rays.ray;
     const float way[3] = {r->dir_x[0], r->dir_y[0], r->dir_z[0]};
     const float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
     const float length = sqrtf(squared > 0.0f ? squared : 1.0f);
     if (!v->active.on[0]) return;
-    current(c)->last = v->last.on[0];
-    *to = (struct path_record_light){.tried = true,
-                                     .light = light,
-                                     .probability = probability,
-                                     .skip = l->skip[0],
-                                     .traced = l->traced.on[0]};
+    vertex->light_count++;
+    vertex->last = v->last.on[0];
+    *to = (struct path_record_light){
+        .light = light, .probability = probability, .skip = l->skip[0], .traced = l->traced.on[0]};
     if (to->skip != 0) return;
     for (int k = 0; k < 3; k++) to->direction[k] = way[k] / length;
     memcpy(to->origin, (float[]){r->org_x[0], r->org_y[0], r->org_z[0]}, sizeof to->origin);
@@ -160,9 +159,10 @@ static void find_blocker(struct queries *q, const struct RTCRay16 *ray,
 void path_record_shadow(const struct path_context *c, const struct path_packet *p,
                         const struct light_packet *l)
 {
-    struct path_record_light *to = &current(c)->light;
+    struct path_record_vertex *vertex = current(c);
+    struct path_record_light *to = &vertex->lights[vertex->light_count - 1];
     float throughput[3];
-    if (!to->traced) return;
+    if (vertex->light_count == 0 || !to->traced) return;
     to->blocked = l->rays.ray.tfar[0] < 0.0f;
     if (to->blocked) {
         find_blocker(c->queries, &l->rays.ray, to);

@@ -20,6 +20,9 @@ struct path_vertex;
 /* Emitters that one segment can meet: every rectangle, and the sky or a surface. */
 #define PATH_RECORD_MET (LIMIT_LIGHTS + 1)
 
+/* Light samples that one surface can take. */
+#define PATH_RECORD_LIGHTS 1
+
 /* Emission that the path's own ray met. `light`, here and below, is the number of a light of the
  * plan, LIGHT_CHOICE_EMITTERS (the surface that was met) or LIGHT_CHOICE_ENVIRONMENT. */
 struct path_record_met {
@@ -30,7 +33,6 @@ struct path_record_met {
 };
 
 struct path_record_light {
-    bool tried;
     uint32_t light;
     float probability;             /* of choosing it */
     int32_t skip;                  /* enum light_skip: why no ray is needed */
@@ -84,7 +86,8 @@ struct path_record_vertex {
     float stays;   /* the chance of going on with other lobes than those of light fields; 0: sure */
     bool thinned;  /* ended by it */
     bool last;     /* its light sample stands for all direct light */
-    struct path_record_light light;
+    uint32_t light_count;
+    struct path_record_light lights[PATH_RECORD_LIGHTS];
     struct path_record_scatter scatter;
 };
 
@@ -130,7 +133,7 @@ PATH_RECORD_COLD void path_record_thin(const struct path_context *c, const struc
 PATH_RECORD_COLD void path_record_light(const struct path_context *c, const struct path_vertex *v,
                                         uint32_t light, float probability,
                                         const struct light_packet *l, const float all[3]);
-/* Records the result of the light sample's ray. */
+/* Records the result of the last light sample's ray. */
 PATH_RECORD_COLD void path_record_shadow(const struct path_context *c, const struct path_packet *p,
                                          const struct light_packet *l);
 /* Records the next direction; the record adds what the lobes and the roulette did. */

@@ -187,8 +187,8 @@ static void add_up(const struct path_record *r)
         const struct path_record_vertex *v = &r->vertices[d];
         for (uint32_t k = 0; k < v->met_count; k++)
             add(v->met[k].value, d == 0 ? emission : d == 1 ? direct : indirect);
-        add(v->light.value, d == 0 ? direct : indirect);
-        assert_true(v->light.tried || !v->light.traced);
+        for (uint32_t k = 0; k < v->light_count; k++)
+            add(v->lights[k].value, d == 0 ? direct : indirect);
         if (d > 0) assert_true(r->vertices[d - 1].scatter.goes_on);
         if (v->scatter.goes_on) assert_true(d + 1 < r->count);
     }
@@ -233,9 +233,12 @@ TEST(steps_add_up)
         for (uint32_t d = 0; d < r->count; d++) {
             const struct path_record_vertex *v = &r->vertices[d];
             dirac += v->scatter.dirac;
-            blocked += v->light.blocked && v->light.blocker > 0;
-            assert_true(!v->light.blocked || v->light.blocked_at < v->light.distance);
-            seen += v->light.traced && !v->light.blocked;
+            for (uint32_t k = 0; k < v->light_count; k++) {
+                const struct path_record_light *l = &v->lights[k];
+                blocked += l->blocked && l->blocker > 0;
+                assert_true(!l->blocked || l->blocked_at < l->distance);
+                seen += l->traced && !l->blocked;
+            }
             ended += v->scatter.roulette && !v->scatter.goes_on;
         }
         free(r);
