@@ -53,7 +53,7 @@ struct plan_light {
     float color[3];
     float cos_inner, cos_outer;
     float range;              /* scene units; 0: none */
-    float power;              /* relative, for choosing one light of all; > 0 */
+    float power;              /* relative, for the environment's share; > 0 */
     uint32_t strata_per_axis; /* l; 1 for lights without area */
 };
 

@@ -18,6 +18,7 @@
 #include "server/job/plan/plan_parts.h"
 #include "tests/bench/job_file.h"
 #include "tests/bench/threads.h"
+#include "worker/scene/emitters.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/hit/primary.h"
 #include "worker/trace/light/light_kernels.h"
@@ -182,7 +183,7 @@ static struct image *trace(struct reference *r)
         fail("no memory");
     for (int c = 0; c < 3; c++) r->direct[c] = image_plane(image, names[c]);
     r->visibility = image_plane(image, names[3]);
-    light_table_init(&r->lights, r->plan, r->scene->emitters != NULL);
+    light_table_init(&r->lights, r->plan, emitters_tree(r->scene->emitters));
     if (run_on_all_cores(run, r)) fail("no thread");
     return image;
 }

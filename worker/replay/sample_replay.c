@@ -6,6 +6,7 @@
 #include <xmmintrin.h>
 
 #include "proto/pattern_path.h"
+#include "worker/scene/emitters.h"
 #include "worker/tile/stages.h"
 #include "worker/trace/field/edge_pixels.h"
 #include "worker/trace/field/lens.h"
@@ -222,7 +223,7 @@ int sample_replay(const struct render_scene *scene, const struct environment *en
     t->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
     const unsigned int mode = _mm_getcsr();
     _mm_setcsr(mode | MXCSR_FLUSH);
-    light_table_init(&t->lights, plan, scene->emitters != NULL);
+    light_table_init(&t->lights, plan, emitters_tree(scene->emitters));
     const bool has_map = plan->environment.kind == ENVIRONMENT_MAP;
     const struct sky_guide *guide =
         has_map ? sky_guides_take(scene->guides, environment, &plan->environment) : NULL;

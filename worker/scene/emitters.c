@@ -12,6 +12,9 @@
  * overflow a float. */
 #define AREA_MIN 1e-30
 
+/* Shapes of more triangles are not kept, but found again for each sample. */
+#define SHAPES_KEPT (1u << 22)
+
 struct emitter_triangle {
     uint32_t instance, triangle;
 };
@@ -19,23 +22,18 @@ struct emitter_triangle {
 /* What emitters know of an instance of the scene. */
 struct emitter_instance {
     double luminance;
-    uint64_t first; /* of its triangles' groups */
+    uint64_t first; /* of its triangles' leaves */
 };
 
 struct emitters {
     const struct render_scene *scene; /* borrowed */
     uint32_t count;
-    struct emitter_triangle *triangles; /* owned; group by group */
+    struct emitter_triangle *triangles; /* owned; leaf by leaf */
+    struct emitter_shape *shapes;       /* owned; of these, or NULL */
     struct alias_cell *cells;           /* owned; one a triangle */
     struct emitter_instance *instances; /* owned */
-    uint8_t *group;                     /* owned; of all triangles of instances that shine */
-    struct emitter_groups groups;
-};
-
-/* A triangle in the world. */
-struct corners {
-    float at[3][3];
-    float magnitude; /* of the coordinates that went into it: offset.h */
+    uint32_t *leaf;                     /* owned; of all triangles of instances that shine */
+    struct emitter_tree tree;
 };
 
 static const struct mesh_view *mesh_of(const struct render_scene *s, uint32_t instance)
@@ -58,24 +56,24 @@ static void place_corner(const struct scene_instance *instance, const float p[3]
 }
 
 static void place_triangle(const struct render_scene *s, uint32_t instance, uint32_t triangle,
-                           struct corners *out)
+                           struct emitter_shape *out)
 {
     const struct mesh_view *mesh = mesh_of(s, instance);
     const uint32_t *corner = mesh->triangles + (size_t)3 * triangle;
     out->magnitude = 0.0f;
     for (int i = 0; i < 3; i++)
         place_corner(&s->blob->instances[instance], mesh->positions + (size_t)3 * corner[i],
-                     out->at[i], &out->magnitude);
+                     out->corner[i], &out->magnitude);
 }
 
 /* Computes the normal of the winding times twice the area, in double, since squares of floats may
  * overflow a float. */
-static void cross_edges(const struct corners *c, double out[3])
+static void cross_edges(const struct emitter_shape *s, double out[3])
 {
     double a[3], b[3];
     for (int k = 0; k < 3; k++) {
-        a[k] = (double)c->at[1][k] - (double)c->at[0][k];
-        b[k] = (double)c->at[2][k] - (double)c->at[0][k];
+        a[k] = (double)s->corner[1][k] - (double)s->corner[0][k];
+        b[k] = (double)s->corner[2][k] - (double)s->corner[0][k];
     }
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
@@ -125,14 +123,12 @@ static bool mirrors(const struct scene_instance *instance)
 static bool shape_of(const struct emitters *e, uint32_t instance, uint32_t triangle,
                      struct emitter_shape *out)
 {
-    struct corners corners;
     double normal[3];
-    place_triangle(e->scene, instance, triangle, &corners);
-    cross_edges(&corners, normal);
+    place_triangle(e->scene, instance, triangle, out);
+    cross_edges(out, normal);
     const double area = 0.5 * length(normal);
     if (!(area >= AREA_MIN)) return false;
     const double scale = mirrors(&e->scene->blob->instances[instance]) ? -0.5 / area : 0.5 / area;
-    memcpy(out->corner, corners.at, sizeof out->corner);
     for (int k = 0; k < 3; k++) out->normal[k] = (float)(normal[k] * scale);
     out->power = area * e->instances[instance].luminance;
     out->both_sides = mesh_of(e->scene, instance)->material->double_sided;
@@ -151,56 +147,49 @@ static void list_triangles(struct emitters *e, struct emitter_triangle *triangle
     }
 }
 
-struct ordered {
-    const struct emitter_shape *shapes;
-    const uint32_t *order;
-};
-
-static double power_at(const void *ordered, uint32_t i)
+static double power_at(const void *shapes, uint32_t i)
 {
-    const struct ordered *o = ordered;
-    return o->shapes[o->order[i]].power;
+    return ((const struct emitter_shape *)shapes)[i].power;
 }
 
-/* Puts the triangles in the groups' order and builds a table for each. */
-static void fill_groups(struct emitters *e, const struct emitter_triangle *triangles,
+/* Puts the triangles in the tree's order and builds a table for each leaf. */
+static void fill_leaves(struct emitters *e, const struct emitter_triangle *triangles,
                         const struct emitter_shape *shapes, const uint32_t *order)
 {
-    for (uint32_t g = 0; g < e->groups.count; g++) {
-        const uint32_t first = e->groups.first[g], count = e->groups.first[g + 1] - first;
-        const struct ordered of = {shapes, order + first};
-        double sum = 0.0;
-        for (uint32_t i = 0; i < count; i++) {
-            const struct emitter_triangle *t = &triangles[order[first + i]];
-            e->triangles[first + i] = *t;
-            e->group[e->instances[t->instance].first + t->triangle] = (uint8_t)g;
-            sum += power_at(&of, i);
+    for (uint32_t k = 0; k < e->tree.leaf_count; k++) {
+        const struct emitter_leaf *leaf = &e->tree.leaves[k];
+        for (uint32_t i = leaf->first; i < leaf->first + leaf->count; i++) {
+            const struct emitter_triangle *t = &triangles[order[i]];
+            e->triangles[i] = *t;
+            e->leaf[e->instances[t->instance].first + t->triangle] = k;
         }
-        alias_build(power_at, &of, count, sum, e->cells + first);
+        alias_build(power_at, shapes + leaf->first, leaf->count, leaf->power,
+                    e->cells + leaf->first);
     }
 }
 
-/* Lists the triangles, groups them and builds the tables. e->count stays 0 if no triangle has an
+/* Lists the triangles, builds their tree and the tables. e->count stays 0 if no triangle has an
  * area. */
 static int fill(struct emitters *e, uint64_t most)
 {
     struct emitter_triangle *triangles = malloc(most * sizeof *triangles);
     struct emitter_shape *shapes = malloc(most * sizeof *shapes);
     uint32_t *order = malloc(most * sizeof *order);
-    e->group = calloc(most, sizeof *e->group);
+    e->leaf = calloc(most, sizeof *e->leaf);
     int rc = ERR_MEMORY;
-    if (!triangles || !shapes || !order || !e->group) goto done;
+    if (!triangles || !shapes || !order || !e->leaf) goto done;
     list_triangles(e, triangles, shapes);
     rc = 0;
     if (e->count == 0) goto done;
     e->triangles = malloc(e->count * sizeof *e->triangles);
     e->cells = malloc(e->count * sizeof *e->cells);
-    rc = e->triangles && e->cells ? emitter_groups_find(shapes, e->count, order, &e->groups)
+    rc = e->triangles && e->cells ? emitter_tree_init(&e->tree, shapes, e->count, order)
                                   : ERR_MEMORY;
-    if (rc == 0) fill_groups(e, triangles, shapes, order);
+    if (rc == 0) fill_leaves(e, triangles, shapes, order);
+    if (rc == 0 && e->count <= SHAPES_KEPT) e->shapes = shapes;
 done:
     free(order);
-    free(shapes);
+    if (!e->shapes) free(shapes);
     free(triangles);
     return rc;
 }
@@ -232,16 +221,18 @@ void emitters_destroy(struct emitters **emitters)
     struct emitters *e = *emitters;
     if (!e) return;
     free(e->triangles);
+    free(e->shapes);
     free(e->cells);
     free(e->instances);
-    free(e->group);
+    free(e->leaf);
+    emitter_tree_fini(&e->tree);
     free(e);
     *emitters = NULL;
 }
 
-const struct emitter_groups *emitters_groups(const struct emitters *e)
+const struct emitter_tree *emitters_tree(const struct emitters *e)
 {
-    return &e->groups;
+    return e ? &e->tree : NULL;
 }
 
 /* Maps the unit square to barycentric coordinates by Heitz's map (2019, "A low-distortion map
@@ -263,50 +254,50 @@ static void square_to_triangle(const float square[2], float *u, float *v)
 static void emit(const struct mesh_view *mesh, uint32_t triangle, float u, float v,
                  float radiance[3])
 {
+    const struct material *m = mesh->material;
+    if (!m->emission_texture.texels && m->alpha_cutoff == 0.0f) {
+        memcpy(radiance, m->emission, sizeof m->emission);
+        return;
+    }
     const struct mesh_point point = mesh_point_at(mesh, triangle, u, v);
     struct material_uv uv;
     mesh_uv(&point, &uv);
-    material_emission(mesh->material, &uv, radiance);
-    float opacity = material_opacity(mesh->material, &uv);
+    material_emission(m, &uv, radiance);
+    float opacity = material_opacity(m, &uv);
     for (int i = 0; i < 3; i++) radiance[i] *= opacity;
 }
 
-/* Returns the density per area of an instance's points within a group. */
-static float density_of(const struct emitters *e, uint32_t instance, uint32_t group)
+float emitters_density(const struct emitters *e, uint32_t instance, uint32_t leaf)
 {
-    return (float)(e->instances[instance].luminance / e->groups.sum[group]);
+    return (float)(e->instances[instance].luminance / e->tree.leaves[leaf].power);
 }
 
-void emitters_sample(const struct emitters *e, uint32_t group, float choice, const float u[2],
+void emitters_sample(const struct emitters *e, uint32_t leaf, float choice, const float u[2],
                      struct emitter_point *out)
 {
-    const uint32_t first = e->groups.first[group], count = e->groups.first[group + 1] - first;
+    const uint32_t first = e->tree.leaves[leaf].first, count = e->tree.leaves[leaf].count;
     uint32_t cell = alias_choose(e->cells + first, count, alias_refine(choice, u));
     const struct emitter_triangle *chosen = &e->triangles[first + cell];
     const struct mesh_view *mesh = mesh_of(e->scene, chosen->instance);
-    struct corners c;
+    struct emitter_shape found;
+    const struct emitter_shape *s = e->shapes ? &e->shapes[first + cell] : &found;
     float a, b;
-    double normal[3];
-    place_triangle(e->scene, chosen->instance, chosen->triangle, &c);
+    if (!e->shapes) shape_of(e, chosen->instance, chosen->triangle, &found); /* it has an area */
     square_to_triangle(u, &a, &b);
-    cross_edges(&c, normal);
-    double scale = 1.0 / length(normal); /* listed triangles have an area */
-    if (mirrors(&e->scene->blob->instances[chosen->instance])) scale = -scale;
-    for (int k = 0; k < 3; k++) {
-        out->position[k] = (1.0f - a - b) * c.at[0][k] + a * c.at[1][k] + b * c.at[2][k];
-        out->normal[k] = (float)(normal[k] * scale);
-    }
+    for (int k = 0; k < 3; k++)
+        out->position[k] =
+            (1.0f - a - b) * s->corner[0][k] + a * s->corner[1][k] + b * s->corner[2][k];
+    memcpy(out->normal, s->normal, sizeof out->normal);
     emit(mesh, chosen->triangle, a, b, out->radiance);
-    out->offset = offset_distance(c.magnitude);
+    out->offset = offset_distance(s->magnitude);
     out->double_sided = mesh->material->double_sided;
-    out->pdf_area = density_of(e, chosen->instance, group);
+    out->pdf_area = emitters_density(e, chosen->instance, leaf);
 }
 
-float emitters_pdf_area(const struct emitters *e, uint32_t instance, uint32_t triangle,
-                        uint32_t *group)
+bool emitters_find(const struct emitters *e, uint32_t instance, uint32_t triangle, uint32_t *leaf)
 {
-    *group = 0;
-    if (!e || !(e->instances[instance].luminance > 0.0)) return 0.0f;
-    *group = e->group[e->instances[instance].first + triangle];
-    return density_of(e, instance, *group);
+    *leaf = 0;
+    if (!e || !(e->instances[instance].luminance > 0.0)) return false;
+    *leaf = e->leaf[e->instances[instance].first + triangle];
+    return true;
 }

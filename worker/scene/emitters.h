@@ -1,7 +1,7 @@
 #pragma once
-/* Samples points on meshes that shine and that no light of the plan stands for. A group of
- * triangles (emitter_groups.h) is chosen first, then a triangle in proportion to its area times
- * its emitted luminance, with an alias table.
+/* Samples points on meshes that shine and that no light of the plan stands for. A leaf
+ * of a tree (emitter_tree.h) is chosen first, then a triangle in proportion to its area times its
+ * emitted luminance, with an alias table.
  *
  * The tables are built once per scene and shared read-only. Meshes with MESH_IS_LIGHT (recognised
  * rectangles) and unlit materials are not among them. Emission by texture counts with the
@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "proto/error.h"
-#include "worker/scene/emitter_groups.h"
+#include "worker/scene/emitter_tree.h"
 
 struct render_scene;
 struct emitters;
@@ -27,17 +27,20 @@ struct emitter_point {
     float radiance[3]; /* that leaves the emitting side; of a blended surface times its opacity */
     float offset; /* scene units: a ray that ends this far in front of it misses it (offset.h) */
     bool double_sided; /* shines on both sides */
-    float pdf_area;    /* density per area of the surface within the group, > 0 */
+    float pdf_area;    /* density per area of the surface within the leaf, > 0 */
 };
 
-const struct emitter_groups *emitters_groups(const struct emitters *e);
+/* Returns the tree; NULL without emitters (NULL). */
+const struct emitter_tree *emitters_tree(const struct emitters *e);
 
-/* Samples a point of a group by three uniform numbers in [0, 1). `choice` picks the triangle and u
+/* Samples a point of a leaf by three uniform numbers in [0, 1). `choice` picks the triangle and u
  * the place on it. The last digits of u refine the choice (alias_refine). */
-void emitters_sample(const struct emitters *e, uint32_t group, float choice, const float u[2],
+void emitters_sample(const struct emitters *e, uint32_t leaf, float choice, const float u[2],
                      struct emitter_point *out);
 
-/* Returns pdf_area of any point of the triangle and sets its group. It is 0 for an instance that is
- * no emitter, and without emitters (NULL). */
-float emitters_pdf_area(const struct emitters *e, uint32_t instance, uint32_t triangle,
-                        uint32_t *group);
+/* Finds the smallest leaf of a triangle. Returns false for an instance that is no emitter, and
+ * without emitters (NULL). */
+bool emitters_find(const struct emitters *e, uint32_t instance, uint32_t triangle, uint32_t *leaf);
+
+/* Returns pdf_area of any point of an emitting instance's triangles in a leaf. */
+float emitters_density(const struct emitters *e, uint32_t instance, uint32_t leaf);

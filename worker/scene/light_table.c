@@ -7,6 +7,9 @@
 #define CLEARANCE_PART (1.0f / 8192)
 #define CLEARANCE_ULPS 0x1p-20f
 
+/* The mean of a Gaussian rectangle's profile: plan_powers.c. */
+#define GAUSSIAN_MEAN 0.357735f
+
 /* A cone's soft edge is at least this wide (as a cosine), so that its slope stays finite. */
 #define CONE_EDGE_MIN 1e-6f
 
@@ -26,59 +29,49 @@ static void rectangle_init(struct light *light, const struct plan_light *p)
     float shorter = u < v ? u : v;
     float part = shorter * CLEARANCE_PART, rounding = magnitude * CLEARANCE_ULPS;
     light->clearance = part > rounding ? part : rounding;
+    light->radius = sqrtf(u * u + v * v);
+    light->power *= light->area * (p->profile == PROFILE_GAUSSIAN ? GAUSSIAN_MEAN : 1.0f);
 }
 
-static void light_init(struct light *light, const struct plan_light *p, double power)
+static void light_init(struct light *light, const struct plan_light *p)
 {
+    const float *c = p->color;
     *light = (struct light){.plan = p};
+    light->power = 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
     if (p->type == LIGHT_RECTANGLE) rectangle_init(light, p);
     float edge = p->cos_inner - p->cos_outer;
     light->cone_scale = 1.0f / (edge > CONE_EDGE_MIN ? edge : CONE_EDGE_MIN);
     light->inverse_range = p->range > 0.0f ? 1.0f / p->range : 0.0f;
-    light->probability = (float)((double)p->power / power); /* every power is positive */
 }
 
-static double total_power(const struct plan *plan, bool emitters)
+/* Returns the environment's part of the plan's powers. */
+static float environment_part(const struct plan *plan, bool emitters)
 {
-    double power = emitters ? (double)plan->paths.emitter_power : 0.0;
-    if (plan->environment.kind == ENVIRONMENT_MAP) power += (double)plan->environment.power;
-    for (uint32_t i = 0; i < plan->light_count; i++) power += (double)plan->lights[i].power;
-    return power;
+    if (plan->environment.kind != ENVIRONMENT_MAP) return 0.0f;
+    double others = emitters ? (double)plan->paths.emitter_power : 0.0;
+    for (uint32_t i = 0; i < plan->light_count; i++) others += (double)plan->lights[i].power;
+    if (!(others > 0.0)) return 1.0f;
+    const double power = (double)plan->environment.power;
+    return (float)(power / (power + others));
 }
 
-void light_table_init(struct light_table *t, const struct plan *plan, bool emitters)
+void light_table_init(struct light_table *t, const struct plan *plan,
+                      const struct emitter_tree *emitters)
 {
-    double power = total_power(plan, emitters), upto = 0.0;
     t->count = plan->light_count;
-    t->emitters_probability = t->environment_probability = 0.0f;
+    t->points = 0;
     for (uint32_t i = 0; i < t->count; i++) {
-        light_init(&t->lights[i], &plan->lights[i], power);
+        light_init(&t->lights[i], &plan->lights[i]);
+        t->points += light_is_point(&t->lights[i]) ? 1 : 0;
         t->lights[i].is_net = !pattern_lattice_init(
             &plan->pattern, pattern_light_dimension(i, plan->lights[i].strata_per_axis),
             &t->lights[i].lattice);
-        upto += (double)plan->lights[i].power;
-        t->lights[i].probability_upto = (float)(upto / power);
     }
-    if (emitters && plan->paths.emitter_power > 0.0f)
-        t->emitters_probability = (float)((double)plan->paths.emitter_power / power);
-    if (plan->environment.kind == ENVIRONMENT_MAP)
-        t->environment_probability = (float)((double)plan->environment.power / power);
+    t->emitters = plan->paths.emitter_power > 0.0f ? emitters : NULL;
+    t->environment_probability = environment_part(plan, t->emitters != NULL);
 }
 
 bool light_table_is_empty(const struct light_table *t)
 {
-    return t->count == 0 && !(t->emitters_probability > 0.0f) &&
-           !(t->environment_probability > 0.0f);
-}
-
-uint32_t light_table_choose(const struct light_table *t, float x)
-{
-    bool emitters = t->emitters_probability > 0.0f;
-    bool environment = t->environment_probability > 0.0f;
-    uint32_t last = environment ? LIGHT_CHOICE_ENVIRONMENT : emitters ? LIGHT_CHOICE_EMITTERS : 0;
-    if (last == 0) last = t->count - 1;
-    for (uint32_t i = 0; i < t->count; i++)
-        if (x < t->lights[i].probability_upto) return i;
-    if (emitters && x < 1.0f - t->environment_probability) return LIGHT_CHOICE_EMITTERS;
-    return last;
+    return t->count == 0 && !t->emitters && !(t->environment_probability > 0.0f);
 }

@@ -5,6 +5,7 @@
 #include <xmmintrin.h>
 
 #include "proto/runtime/clock.h"
+#include "worker/scene/emitters.h"
 #include "worker/tile/tile_work.h"
 #include "worker/trace/hit/hit_kernels.h"
 #include "worker/trace/light/light_kernels.h"
@@ -134,7 +135,7 @@ static void prepare(struct tile_tracer *t, const struct tile_job *job,
     t->queries.scene = scene;
     t->queries.kernels = KERNELS_FOR(hit_kernels, scene->isa);
     t->queries.rejected = 0;
-    light_table_init(&t->lights, job->plan, scene->emitters != NULL);
+    light_table_init(&t->lights, job->plan, emitters_tree(scene->emitters));
     sky_init(&t->sky, &job->plan->environment, job->environment, guide);
     const struct path_context parts = {.queries = &t->queries,
                                        .light_kernels = KERNELS_FOR(light_kernels, scene->isa),

@@ -1,5 +1,5 @@
 #pragma once
-/* The inner loop of path_kernels that bounds how much each group of emitters lights a surface. */
+/* Bounds how much groups of emitters light surfaces, for the inner loops of path_kernels. */
 #include <math.h>
 #include <string.h>
 
@@ -7,57 +7,89 @@
 #include "worker/trace/path/path.h"
 
 /* Larger ones would not add up. */
-#define EMITTER_LIGHT_MOST 1e30f
-
-/* Returns the cosine of the difference of two angles, or 1 where it is below 0. */
-LANE_INLINE float cosine_less(float cosine, float sine, float by_cosine, float by_sine)
-{
-    const float less = cosine * by_cosine + sine * by_sine;
-    return cosine >= by_cosine ? 1.0f : less;
-}
-
-LANE_INLINE float sine_of(float cosine)
-{
-    const float squared = 1.0f - cosine * cosine;
-    return sqrtf(squared > 0.0f ? squared : 0.0f);
-}
+#define LIGHT_WEIGHT_MOST 1e30f
 
 LANE_INLINE float positive(float x)
 {
     return x > 0.0f ? x : 0.0f;
 }
 
-/* Bounds the irradiance that each group may send to surfaces at `origin` that face along `normal`,
- * whatever is in between, and sums the bounds up. */
-static void kernel_group_light(const struct emitter_groups *restrict e,
-                               const struct lanes3 *restrict origin,
-                               const struct lanes3 *restrict normal,
-                               struct group_light *restrict out)
+LANE_INLINE float at_most(float x, float most)
 {
-    _Alignas(LANES_ALIGN) float total[LANES] = {0};
+    return x < most ? x : most;
+}
+
+/* What emits: a sphere that holds it, (x, y, z) from the surface, and the cone of its normals. */
+struct emitting {
+    float x, y, z, radius;
+    float axis_x, axis_y, axis_z, cosine, sine;
+    float power;
+};
+
+/* Bounds the irradiance of a surface that faces along a normal, whatever is in between. Of cosines
+ * over the sphere, which fills the half angle b, cos max(a - b, 0) is bounded by cos a + sin b:
+ * both are above 0 for the same a, and this takes no root. */
+LANE_INLINE float bound_irradiance(struct emitting e, float normal_x, float normal_y,
+                                   float normal_z)
+{
+    const float squared = e.x * e.x + e.y * e.y + e.z * e.z, least = e.radius * e.radius;
+    const float near = squared > least ? squared : least;
+    const float over = 1.0f / sqrtf(near > 0.0f ? near : 1.0f);
+    const float fills = e.radius * over; /* sine of half the angle; 1 inside */
+    const float facing = (e.x * normal_x + e.y * normal_y + e.z * normal_z) * over;
+    const float away = -(e.x * e.axis_x + e.y * e.axis_y + e.z * e.axis_z) * over;
+    const float sine = sqrtf(positive(1.0f - away * away));
+    const float beside = away * e.cosine + sine * e.sine;
+    const float out_of_cone = away >= e.cosine ? 1.0f : beside;
+    const float receives = at_most(facing + fills, 1.0f),
+                sends = at_most(out_of_cone + fills, 1.0f);
+    const float both = positive(receives) * positive(sends) * over;
+    return at_most(e.power * (squared > least ? both : over) * over, LIGHT_WEIGHT_MOST);
+}
+
+/* Adds what each group may send to sixteen surfaces. */
+LANE_INLINE void weigh_groups(const struct emitter_groups *restrict e,
+                              const struct lanes3 *restrict origin,
+                              const struct lanes3 *restrict normal, float weight[][LANES],
+                              float *restrict total)
+{
     for (uint32_t g = 0; g < e->count; g++) {
-        const float radius = e->radius[g], power = e->power[g];
-        const float at_x = e->x[g], at_y = e->y[g], at_z = e->z[g];
+        const float at_x = e->x[g], at_y = e->y[g], at_z = e->z[g], radius = e->radius[g];
         const float axis_x = e->axis_x[g], axis_y = e->axis_y[g], axis_z = e->axis_z[g];
-        const float cone = e->cosine[g], cone_sine = e->sine[g], least = radius * radius;
-        float *restrict light = out->group[g];
+        const float cosine = e->cosine[g], sine = e->sine[g], power = e->power[g];
+        float *restrict out = weight[g];
         for (int i = 0; i < LANES; i++) {
-            const float x = at_x - origin->x[i], y = at_y - origin->y[i], z = at_z - origin->z[i];
-            const float squared = x * x + y * y + z * z;
-            const float near = squared > least ? squared : least;
-            const float over = 1.0f / sqrtf(near > 0.0f ? near : 1.0f);
-            const float fills = radius * over; /* sine of half the angle; 1 inside */
-            const float beside = sine_of(fills);
-            const float facing = (x * normal->x[i] + y * normal->y[i] + z * normal->z[i]) * over;
-            const float away = -(x * axis_x + y * axis_y + z * axis_z) * over;
-            const float out_of_cone = cosine_less(away, sine_of(away), cone, cone_sine);
-            const float receives = cosine_less(facing, sine_of(facing), beside, fills);
-            const float sends = cosine_less(out_of_cone, sine_of(out_of_cone), beside, fills);
-            const float both = positive(receives) * positive(sends) * over;
-            const float value = power * (squared > least ? both : over) * over;
-            light[i] = value < EMITTER_LIGHT_MOST ? value : EMITTER_LIGHT_MOST;
-            total[i] += light[i];
+            const struct emitting from = {at_x - origin->x[i],
+                                          at_y - origin->y[i],
+                                          at_z - origin->z[i],
+                                          radius,
+                                          axis_x,
+                                          axis_y,
+                                          axis_z,
+                                          cosine,
+                                          sine,
+                                          power};
+            out[i] = bound_irradiance(from, normal->x[i], normal->y[i], normal->z[i]);
+            total[i] += out[i];
         }
     }
-    memcpy(out->total, total, sizeof total);
+}
+
+/* Bounds what each group of a node may send to lane i's surface, and returns their sum. */
+static float kernel_weigh_node(const struct emitter_groups *restrict e,
+                               const struct lanes3 *restrict origin,
+                               const struct lanes3 *restrict normal, int lane,
+                               float *restrict weight)
+{
+    const float x = origin->x[lane], y = origin->y[lane], z = origin->z[lane];
+    const float normal_x = normal->x[lane], normal_y = normal->y[lane], normal_z = normal->z[lane];
+    float total = 0.0f;
+    for (uint32_t g = 0; g < EMITTER_GROUPS; g++) {
+        const struct emitting from = {e->x[g] - x,  e->y[g] - y,  e->z[g] - z,  e->radius[g],
+                                      e->axis_x[g], e->axis_y[g], e->axis_z[g], e->cosine[g],
+                                      e->sine[g],   e->power[g]};
+        weight[g] = bound_irradiance(from, normal_x, normal_y, normal_z);
+    }
+    for (uint32_t g = 0; g < EMITTER_GROUPS; g++) total += weight[g];
+    return total;
 }

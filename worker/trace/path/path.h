@@ -3,7 +3,7 @@
  *
  *   camera ray -> surface -> [light sample + shadow ray] -> scatter -> surface -> ...
  *
- * At every surface one point of one light is tried (chosen by power) and one direction is scattered
+ * At every surface one point of one light is tried (light_choice.h) and one direction is scattered
  * into; where both could have found the same light, they are weighted by the power heuristic (Veach
  * and Guibas 1995, "Optimally combining sampling techniques", section 5.1, exponent 2). Lights
  * without extent and the Dirac lobes of mirrors and clear glass know one way only. What arrives
@@ -14,7 +14,6 @@
  * sees geometry only. */
 #include <stdatomic.h>
 
-#include "worker/scene/emitter_groups.h"
 #include "worker/scene/light_table.h"
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit/hit.h"
@@ -78,9 +77,10 @@ static inline struct pattern path_pass_pattern(const struct path_context *c)
     return out;
 }
 
-/* Bounds of what each group of mesh emitters sends to sixteen surfaces. */
-struct group_light {
-    _Alignas(LANES_ALIGN) float group[EMITTER_GROUPS][LANES];
+/* Weights of all that a light sample may choose, but the environment: bounds of what each sends to
+ * sixteen surfaces. */
+struct light_weights {
+    _Alignas(LANES_ALIGN) float of[LIGHT_CHOICES][LANES]; /* of those that there are */
     _Alignas(LANES_ALIGN) float total[LANES];
 };
 
@@ -93,7 +93,8 @@ struct path_vertex {
     struct lanes_mask lambert; /* active lanes that are pure Lambert; the others have a bsdf */
     bool any_lambert, any_general;
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* of the sky's guide; only with a map */
-    struct group_light groups;                       /* only with mesh emitters */
+    struct light_weights weights;                    /* where there is a choice of lights */
+    _Alignas(LANES_ALIGN) float sky_share[LANES];    /* probability of the map's; the same */
     struct lanes_mask last; /* ends here: its light sample stands for all direct light */
     struct bsdf bsdf[LANES];
     struct layers layers;             /* of lanes with a bsdf, once a path is about to go on */
@@ -214,8 +215,8 @@ float path_ahead(const struct path_context *c, const struct path_packet *p,
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct path_harvest *h);
 
-/* Adds one light sample of every active path, and sets v->sky_table and v->groups. Camera paths'
- * first surfaces choose it among several. */
+/* Adds one light sample of every active path, and sets v->sky_table, weights and sky_share. Camera
+ * paths' first surfaces choose it among several. */
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
                   struct nee_sample light[2], struct path_harvest *h);
 

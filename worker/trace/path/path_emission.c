@@ -72,9 +72,8 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
         float radiance[3], weight = 1.0f;
         const float soft = sky_radiance(c->sky, &missed.view, lane, radiance);
         if (c->sky->kind == ENVIRONMENT_MAP && p->pdf[i] > 0.0f)
-            weight = mis_power_weight(p->pdf[i],
-                                      c->lights->environment_probability *
-                                          sky_pdf(c->sky, &missed.view, lane, p->sky_table[i]));
+            weight = mis_power_weight(
+                p->pdf[i], p->sky_share[i] * sky_pdf(c->sky, &missed.view, lane, p->sky_table[i]));
         if ((c->skip & SKIP_SOFT_SKY) && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
@@ -108,19 +107,38 @@ static void find_reach(const struct path_context *c, const struct path_packet *p
     }
 }
 
+/* Weighs what rays that have met a rectangle bring, which light samples may find, too. */
+static void weigh_rectangle(const struct path_context *c, const struct path_packet *p,
+                            const struct light *light, const float *density, float *factor)
+{
+    const bool single = light_table_is_single(c->lights);
+    _Alignas(LANES_ALIGN) float weight[LANES];
+    bool any = false;
+    for (uint32_t i = 0; i < p->count; i++) any |= factor[i] > 0.0f && p->pdf[i] > 0.0f;
+    if (!any) return;
+    if (!single) c->kernels->weigh_rectangle(light, &p->from, &p->normal, weight);
+    for (uint32_t i = 0; i < p->count; i++) {
+        if (!(factor[i] > 0.0f && p->pdf[i] > 0.0f)) continue;
+        const float chosen =
+            single ? 1.0f : light_choice_probability(weight[i], p->lights[i], p->sky_share[i]);
+        factor[i] *= mis_power_weight(p->pdf[i], chosen * density[i]);
+    }
+}
+
 static void meet_rectangles(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, struct path_harvest *h)
 {
-    _Alignas(LANES_ALIGN) float reach[LANES], factor[LANES];
+    _Alignas(LANES_ALIGN) float reach[LANES], factor[LANES], density[LANES];
     bool ready = false;
     for (uint32_t k = 0; k < c->lights->count; k++) {
         const struct light *light = &c->lights->lights[k];
         if (light->plan->type != LIGHT_RECTANGLE) continue;
         if (!ready) find_reach(c, p, v, reach);
         ready = true;
-        c->kernels->meet_rectangle(light, p, reach, factor);
+        c->kernels->meet_rectangle(light, p, reach, factor, density);
         for (uint32_t i = 0; i < p->count; i++)
             if (is_seen(v, i)) factor[i] = 0.0f;
+        weigh_rectangle(c, p, light, density, factor);
         for (uint32_t i = 0; i < p->count; i++)
             if (factor[i] > 0.0f) add(c, p, v->depth, i, light->plan->color, factor[i], h);
         if (c->record && factor[0] > 0.0f) path_record_meet(c, p, k, light->plan->color, factor[0]);
@@ -129,45 +147,34 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
 
 /* Returns the density per solid angle with which light samples find a mesh emitter's point. */
 static float emitter_density(const struct path_context *c, const struct path_packet *p,
-                             const struct surface *s, const struct group_light *light, uint32_t i)
+                             const struct surface *s, uint32_t i)
 {
     const struct RTCRay16 *r = &p->rays.ray;
-    uint32_t group;
-    float area =
-        emitters_pdf_area(c->queries->scene->emitters, s->id[i] - 1, p->rays.hit.primID[i], &group);
-    area *= light->total[i] > 0.0f ? light->group[group][i] / light->total[i] : 0.0f;
-    float cosine =
+    const struct emitters *emitters = c->queries->scene->emitters;
+    const uint32_t instance = s->id[i] - 1;
+    uint32_t leaf;
+    float weight;
+    if (!emitters_find(emitters, instance, p->rays.hit.primID[i], &leaf)) return 0.0f;
+    const float chance = light_choice_chance(c, &p->from, &p->normal, (int)i, leaf, &weight);
+    const float chosen = light_choice_probability(weight, p->lights[i], p->sky_share[i]);
+    const float area = chance * emitters_density(emitters, instance, leaf);
+    const float cosine =
         -(s->facet.x[i] * r->dir_x[i] + s->facet.y[i] * r->dir_y[i] + s->facet.z[i] * r->dir_z[i]);
-    return c->lights->emitters_probability * area * s->distance[i] * s->distance[i] /
-           fmaxf(cosine, 1e-12f);
-}
-
-/* Bounds how much groups of emitters light the surfaces that rays come from. */
-static void light_groups(const struct path_context *c, const struct path_packet *p,
-                         struct group_light *out)
-{
-    const struct RTCRay16 *r = &p->rays.ray;
-    struct lanes3 origin;
-    memcpy(origin.x, r->org_x, sizeof origin.x);
-    memcpy(origin.y, r->org_y, sizeof origin.y);
-    memcpy(origin.z, r->org_z, sizeof origin.z);
-    c->kernels->group_light(emitters_groups(c->queries->scene->emitters), &origin, &p->normal, out);
+    return chosen * area * s->distance[i] * s->distance[i] / fmaxf(cosine, 1e-12f);
 }
 
 static void meet_surfaces(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_harvest *h)
 {
     const struct surface *s = &v->surface;
-    struct group_light light;
     if (!s->any_emission) return;
-    const bool sampled = v->depth > 0 && c->lights->emitters_probability > 0.0f;
-    if (sampled) light_groups(c, p, &light);
+    const bool sampled = v->depth > 0 && c->lights->emitters;
     for (uint32_t i = 0; i < p->count; i++) {
         float radiance[3] = {s->emission.x[i], s->emission.y[i], s->emission.z[i]}, weight = 1.0f;
         if (!s->hit.on[i] || !(radiance[0] + radiance[1] + radiance[2] > 0.0f)) continue;
         if (s->light.on[i] && !is_seen(v, i)) continue; /* its rectangle has been met */
         if (sampled && p->pdf[i] > 0.0f)
-            weight = mis_power_weight(p->pdf[i], emitter_density(c, p, s, &light, i));
+            weight = mis_power_weight(p->pdf[i], emitter_density(c, p, s, i));
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_EMITTERS, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }

@@ -1,7 +1,7 @@
 #include "worker/trace/path/path_kernels.h"
 
-#include "worker/trace/path/emitter_lanes.h"
 #include "worker/trace/path/layer_lanes.h"
+#include "worker/trace/path/light_weight_lanes.h"
 #include "worker/trace/path/path_lanes.h"
 #include "worker/trace/path/sky_lanes.h"
 
@@ -23,6 +23,9 @@ const struct path_kernels KERNELS(path_kernels) = {
     .layers_gloss = kernel_layers_gloss,
     .find_sky = kernel_find_sky,
     .place_sky = kernel_place_sky,
-    .group_light = kernel_group_light,
+    .weigh_lights = kernel_weigh_lights,
+    .weigh_rectangle = kernel_weigh_rectangle,
+    .choose_light = kernel_choose_light,
+    .weigh_node = kernel_weigh_node,
     .meet_rectangle = kernel_meet_rectangle,
 };

@@ -2,6 +2,7 @@
 /* The inner loops over sixteen paths (path_lanes.h). */
 #include "proto/pattern_path.h"
 #include "proto/runtime/kernels.h"
+#include "worker/trace/path/light_choice.h"
 #include "worker/trace/path/path.h"
 
 struct path_kernels {
@@ -45,11 +46,22 @@ struct path_kernels {
                      struct sky_view *out);
     void (*place_sky)(const struct sky *sky, const struct sky_texels *texels, const float *u,
                       const float *v, struct lanes3 *direction);
-    /* Finds how much groups of emitters may light surfaces. */
-    void (*group_light)(const struct emitter_groups *groups, const struct lanes3 *origin,
-                        const struct lanes3 *normal, struct group_light *out);
+    /* Bound what lights send to surfaces at `origin` that face along `normal`, whatever is in
+     * between: all of them, those without extent only if `points`; a rectangle; a node's groups,
+     * for one lane, and their sum. */
+    void (*weigh_lights)(const struct light_table *table, bool points, const struct lanes3 *origin,
+                         const struct lanes3 *normal, struct light_weights *out);
+    void (*weigh_rectangle)(const struct light *light, const struct lanes3 *origin,
+                            const struct lanes3 *normal, float *weight);
+    float (*weigh_node)(const struct emitter_groups *node, const struct lanes3 *origin,
+                        const struct lanes3 *normal, int lane, float *weight);
+    /* Chooses one light by x in [0, 1), in proportion to that. */
+    void (*choose_light)(const struct light_table *table, const struct light_weights *weights,
+                         const float *x, struct light_choice *out);
+    /* Finds a rectangle's profile where rays that end at `reach` meet it, else 0, and the density
+     * per solid angle of its light samples. */
     void (*meet_rectangle)(const struct light *light, const struct path_packet *p,
-                           const float *reach, float *factor);
+                           const float *reach, float *profile, float *density);
 };
 
 /* One for each instruction set (kernels.h). All compute the same bits. */

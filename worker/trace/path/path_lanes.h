@@ -144,10 +144,11 @@ static void kernel_lambert_light(const struct nee_sample *restrict l,
     }
 }
 
-/* Computes the weighted factor of a rectangle's color along scattered rays that end at `reach`; 0
- * where a ray misses the rectangle. */
+/* Computes the factor of a rectangle's color along scattered rays that end at `reach`, 0 where a
+ * ray misses the rectangle, and the density of its light samples. */
 static void kernel_meet_rectangle(const struct light *light, const struct path_packet *restrict p,
-                                  const float *restrict reach, float *restrict factor)
+                                  const float *restrict reach, float *restrict profile,
+                                  float *restrict density)
 {
     const struct plan_light *q = light->plan;
     const float *c = q->position, *n = q->direction, *hu = q->half_u, *hv = q->half_v;
@@ -167,10 +168,9 @@ static void kernel_meet_rectangle(const struct light *light, const struct path_p
         float a = (x * hu[0] + y * hu[1] + z * hu[2]) * inverse_u;
         float b = (x * hv[0] + y * hv[1] + z * hv[2]) * inverse_v;
         int inside = faces & (fabsf(a) <= 1.0f) & (fabsf(b) <= 1.0f) & (t <= reach[i]);
-        float density = light->probability * (t * t) / ((faces ? cosine : 1.0f) * light->area);
-        float weight = mis_power_weight(p->pdf[i], density);
         float square = a * a + b * b;
-        float profile = gaussian_profile ? gaussian(2.0f * (square < 2.0f ? square : 2.0f)) : 1.0f;
-        factor[i] = inside ? weight * profile : 0.0f;
+        float bright = gaussian_profile ? gaussian(2.0f * (square < 2.0f ? square : 2.0f)) : 1.0f;
+        density[i] = (t * t) / ((faces ? cosine : 1.0f) * light->area);
+        profile[i] = inside ? bright : 0.0f;
     }
 }

@@ -105,7 +105,9 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
                                     const struct light_packet *l, const struct reflected *f)
 {
     const float all[3] = {f->all.x[0], f->all.y[0], f->all.z[0]};
-    const uint32_t light = path_nee_one_light(c->lights) ? 0 : selection->chosen[0];
+    const uint32_t chosen = selection->chosen[0];
+    const bool mesh = chosen >= LIGHT_CHOICE_EMITTERS && chosen < LIGHT_CHOICE_ENVIRONMENT;
+    const uint32_t light = mesh ? LIGHT_CHOICE_EMITTERS : chosen;
     path_record_light(c, v, light, selection->probability[0], l, all);
 }
 
@@ -251,34 +253,61 @@ static void try_several(const struct path_context *c, const struct path_packet *
         scale[i] = r.own[i] > 0.0f ? r.sum[i] / ((float)TRIES * r.own[i]) : 1.0f;
 }
 
+/* Traces the rays of a sample and adds what comes along them. */
+static void trace_sample(const struct path_context *c, const struct path_packet *p,
+                         const struct path_vertex *v, const struct light_selection *selection,
+                         struct nee_sample *light, struct reflected *reflected,
+                         struct path_harvest *h)
+{
+    struct light_packet *packet = &light->packet;
+    const bool camera = v->depth == 0;
+    if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
+    if ((c->skip & SKIP_SOFT_SKY) && camera) leave_soft(p, v, selection, h, reflected);
+    drop_dim(c, reflected, packet);
+    queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
+    if (c->record) record(c, v, selection, packet, reflected);
+    const uint32_t traced = lanes_count(&packet->traced);
+    if (traced == 0) return;
+    c->counters->value[camera ? COUNTER_RAYS_SHADOW : COUNTER_RAYS_INDIRECT_SHADOW] += traced;
+    queries_occluded(c->queries, camera ? QUERY_SHADOW : QUERY_BOUNCE_SHADOW, &packet->traced,
+                     &packet->rays);
+    if (c->record) path_record_shadow(c, p, packet);
+    gather(c, p, v, packet, reflected, h);
+}
+
+/* Adds a sample of each light without extent. */
+static void add_points(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, struct nee_sample *light,
+                       struct path_harvest *h)
+{
+    struct light_selection selection;
+    struct reflected reflected;
+    for (uint32_t k = 0; k < c->lights->count; k++) {
+        if (!light_is_point(&c->lights->lights[k])) continue;
+        path_nee_sample_point(c, &c->lights->lights[k], v, &selection, light);
+        light_count_skips(&light->packet, &v->active, 1, c->counters);
+        reflect(c, v, &selection, light, &reflected);
+        trace_sample(c, p, v, &selection, light, &reflected, h);
+    }
+}
+
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
                   struct nee_sample light[2], struct path_harvest *h)
 {
     struct light_selection selection;
     struct reflected reflected;
     float scale[LANES];
-    struct light_packet *packet = &light->packet;
+    const bool choice = !light_table_is_single(c->lights), several = choice && v->depth == 0;
     if (c->sky->guide) find_tables(c, v);
-    if (c->lights->emitters_probability > 0.0f)
-        c->kernels->group_light(emitters_groups(c->queries->scene->emitters), &v->surface.origin,
-                                &v->surface.normal, &v->groups);
-    const bool several = v->depth == 0 && !path_nee_one_light(c->lights);
+    if (choice) light_choice_weigh(c, v);
+    if (light_table_takes_points(c->lights, v->depth)) {
+        add_points(c, p, v, light, h);
+        if (!light_table_has_extended(c->lights)) return;
+    }
     if (several)
         try_several(c, p, v, &selection, &light[0], &light[1], &reflected, scale);
     else
         try_lights(c, (struct path_numbers){p->key, p->sample}, v, &selection, light, &reflected);
-    if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
-    if ((c->skip & SKIP_SOFT_SKY) && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
     for (int i = 0; several && i < LANES; i++) scale_lane(scale[i], i, &reflected); /* 0 stays 0 */
-    drop_dim(c, &reflected, packet);
-    queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
-    if (c->record) record(c, v, &selection, packet, &reflected);
-    uint32_t traced = lanes_count(&packet->traced);
-    if (traced == 0) return;
-    c->counters->value[v->depth == 0 ? COUNTER_RAYS_SHADOW : COUNTER_RAYS_INDIRECT_SHADOW] +=
-        traced;
-    queries_occluded(c->queries, v->depth == 0 ? QUERY_SHADOW : QUERY_BOUNCE_SHADOW,
-                     &packet->traced, &packet->rays);
-    if (c->record) path_record_shadow(c, p, packet);
-    gather(c, p, v, packet, &reflected, h);
+    trace_sample(c, p, v, &selection, light, &reflected, h);
 }

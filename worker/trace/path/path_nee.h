@@ -1,17 +1,19 @@
 #pragma once
 /* Next-event estimation: the light samples of paths. path_nee_lights.c takes them, path_nee_sky.c
  * those of the environment, path_nee.c finds what is reflected of them. */
+#include "worker/trace/path/light_choice.h"
 #include "worker/trace/path/path.h"
 
 /* The light that each lane samples. */
 struct light_selection {
-    uint32_t chosen[LANES]; /* light_table_choose; UINT32_MAX: nothing */
+    uint32_t chosen[LANES]; /* light_table.h; UINT32_MAX: nothing */
     _Alignas(LANES_ALIGN) float probability[LANES];
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES], pick[LANES];
-    _Alignas(LANES_ALIGN) float which[LANES]; /* the number that chose */
-    _Alignas(LANES_ALIGN) float soft[LANES];  /* share that is the soft sky's */
-    uint64_t plan_lights;                     /* bits: lights of the plan that a lane chose */
-    bool others;                              /* a lane chose emitters or the environment */
+    _Alignas(LANES_ALIGN) float which[LANES]; /* the number that chose, of all but the sky */
+    struct light_choice choice;
+    _Alignas(LANES_ALIGN) float soft[LANES]; /* share that is the soft sky's */
+    uint64_t plan_lights;                    /* bits: lights of the plan that a lane chose */
+    bool others;                             /* a lane chose emitters or the environment */
 };
 
 /* Numbers of which sixteen light samples are made: those of sample[i] of key[i] (pattern_path.h).
@@ -20,17 +22,16 @@ struct path_numbers {
     const uint32_t *key, *sample;
 };
 
-/* Returns whether there is nothing to choose between. */
-static inline bool path_nee_one_light(const struct light_table *t)
-{
-    return t->count == 1 && !(t->emitters_probability > 0.0f) &&
-           !(t->environment_probability > 0.0f);
-}
-
-/* Takes one light sample in each active lane of *v, which has its sky_table and groups. */
+/* Takes one light sample in each active lane of *v, which has its sky_table, weights and
+ * sky_share. */
 void path_nee_sample(const struct path_context *c, struct path_numbers n,
                      const struct path_vertex *v, struct light_selection *selection,
                      struct nee_sample *out);
+
+/* Takes a sample of a light without extent in each active lane. */
+void path_nee_sample_point(const struct path_context *c, const struct light *light,
+                           const struct path_vertex *v, struct light_selection *selection,
+                           struct nee_sample *out);
 
 /* Decides whether lane i needs a ray to a sample at `way` from its surface, of length `along`, and
  * sets its cosine. False: the sample lies below the horizon. */

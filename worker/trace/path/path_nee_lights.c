@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "worker/scene/alias_table.h"
 #include "worker/scene/emitters.h"
 #include "worker/trace/light/light_kernels.h"
 #include "worker/trace/path/path_kernels.h"
@@ -11,38 +12,60 @@
 /* Shadow rays end just short of a mesh emitter's point, beside the offset of the point itself. */
 #define EMITTER_END 0.9999f
 
-static float probability_of(const struct light_table *t, uint32_t chosen)
+/* The largest float below 1. */
+#define BELOW_ONE 0x1.fffffep-1f
+
+static void draw(const struct path_context *c, struct path_numbers n, const struct path_vertex *v,
+                 struct light_selection *out)
 {
-    if (chosen == LIGHT_CHOICE_EMITTERS) return t->emitters_probability;
-    if (chosen == LIGHT_CHOICE_ENVIRONMENT) return t->environment_probability;
-    return t->lights[chosen].probability;
+    const struct path_kernels *kernels = c->kernels;
+    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
+    _Alignas(LANES_ALIGN) float unused[LANES];
+    kernels->path_pairs_of(n.key, n.sample, base + PATH_LIGHT, out->u, out->v);
+    kernels->path_pairs_of(n.key, n.sample, base + PATH_CHOICE, unused, out->which);
+    kernels->path_pairs_of(n.key, n.sample, base + PATH_ROULETTE, unused, out->pick);
+}
+
+/* Takes the environment out of the choice, which has the last part of [0, 1). The rest is spread
+ * over all of it. */
+static void choose_sky(const struct path_vertex *v, struct light_selection *out)
+{
+    for (int i = 0; i < LANES; i++) {
+        const float others = 1.0f - v->sky_share[i];
+        const float x = out->which[i] / (others > 0.0f ? others : 1.0f);
+        out->chosen[i] = out->which[i] < others ? UINT32_MAX : LIGHT_CHOICE_ENVIRONMENT;
+        out->which[i] = x < 1.0f ? x : BELOW_ONE;
+    }
+}
+
+/* Notes what lane i has chosen. */
+static void take_choice(const struct path_vertex *v, int i, struct light_selection *out)
+{
+    const float share = v->sky_share[i];
+    const bool sky = out->chosen[i] == LIGHT_CHOICE_ENVIRONMENT;
+    const uint32_t chosen = sky ? LIGHT_CHOICE_ENVIRONMENT : out->choice.chosen[i];
+    out->soft[i] = 0.0f;
+    out->probability[i] = sky ? share : 1.0f;
+    out->chosen[i] = v->active.on[i] ? chosen : UINT32_MAX;
+    if (!v->active.on[i]) return;
+    if (chosen < LIGHT_CHOICE_ENVIRONMENT)
+        out->probability[i] =
+            light_choice_probability(out->choice.weight[i], v->weights.total[i], share);
+    if (chosen < LIMIT_LIGHTS)
+        out->plan_lights |= UINT64_C(1) << chosen;
+    else
+        out->others = true;
 }
 
 static void choose(const struct path_context *c, struct path_numbers n, const struct path_vertex *v,
                    struct light_selection *out)
 {
-    const struct path_kernels *kernels = c->kernels;
-    const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
-    _Alignas(LANES_ALIGN) float lobe[LANES], which[LANES], unused[LANES];
+    draw(c, n, v, out);
+    choose_sky(v, out);
+    c->kernels->choose_light(c->lights, &v->weights, out->which, &out->choice);
     out->plan_lights = 0;
     out->others = false;
-    kernels->path_pairs_of(n.key, n.sample, base + PATH_LIGHT, out->u, out->v);
-    kernels->path_pairs_of(n.key, n.sample, base + PATH_CHOICE, lobe, which);
-    kernels->path_pairs_of(n.key, n.sample, base + PATH_ROULETTE, unused, out->pick);
-    for (int i = 0; i < LANES; i++) {
-        out->chosen[i] = UINT32_MAX;
-        out->soft[i] = 0.0f;
-        out->probability[i] = 1.0f;
-        if (!v->active.on[i]) continue;
-        uint32_t chosen = light_table_choose(c->lights, which[i]);
-        out->chosen[i] = chosen;
-        out->probability[i] = probability_of(c->lights, chosen);
-        out->which[i] = which[i];
-        if (chosen < LIMIT_LIGHTS)
-            out->plan_lights |= UINT64_C(1) << chosen;
-        else
-            out->others = true;
-    }
+    for (int i = 0; i < LANES; i++) take_choice(v, i, out);
 }
 
 /* Samples the lanes that chose lights of the plan. One light for all needs no copying. */
@@ -65,67 +88,56 @@ static void sample_plan_lights(const struct path_context *c, const struct path_v
     }
 }
 
-/* The group that x in [0, 1) chooses in proportion to how much it may light lane i, and the
- * probability of that. 0: none lights it. */
-static float choose_group(const struct group_light *light, uint32_t count, int i, float x,
-                          uint32_t *group)
+/* Chooses a leaf in the group that lane i has chosen. */
+static struct light_leaf choose_leaf(const struct path_context *c, const struct path_vertex *v,
+                                     const struct light_selection *selection, int i)
 {
-    const float target = x * light->total[i];
-    float upto = 0.0f, of = 0.0f;
-    *group = 0;
-    for (uint32_t g = 0; g < count; g++) {
-        const float one = light->group[g][i];
-        if (!(one > 0.0f)) continue;
-        upto += one;
-        of = one;
-        *group = g;
-        if (target < upto) break;
-    }
-    return of > 0.0f ? of / light->total[i] : 0.0f;
+    const struct light_choice *of = &selection->choice;
+    const double x = alias_refine(selection->which[i], (float[]){selection->u[i], selection->v[i]});
+    const double target = x * (double)v->weights.total[i] - (double)of->before[i];
+    const double within = target / (double)of->weight[i], most = (double)BELOW_ONE;
+    return light_choice_descend(c, &v->surface.origin, &v->surface.normal, i,
+                                selection->chosen[i] - LIGHT_CHOICE_EMITTERS,
+                                within > 0.0 ? (within < most ? within : most) : 0.0);
 }
 
-/* Lights of the plan come before the emitters, the environment after them. */
-static float within_emitters(const struct light_table *t, float which)
+/* Aims lane i's ray at a point of an emitter. False: nothing comes from there. */
+static bool aim_at(const struct path_vertex *v, int i, const struct emitter_point *e, float chance,
+                   struct light_packet *p)
 {
-    const float before = t->count > 0 ? t->lights[t->count - 1].probability_upto : 0.0f;
-    const float x = (which - before) / t->emitters_probability;
-    return x > 0.0f ? (x < 0x1.fffffep-1f ? x : 0x1.fffffep-1f) : 0.0f;
+    const struct surface *s = &v->surface;
+    struct RTCRay16 *r = &p->rays.ray;
+    float way[3] = {e->position[0] - s->position.x[i], e->position[1] - s->position.y[i],
+                    e->position[2] - s->position.z[i]};
+    float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    float front = -(way[0] * e->normal[0] + way[1] * e->normal[1] + way[2] * e->normal[2]);
+    float side = front < 0.0f ? -1.0f : 1.0f;
+    if (!path_nee_aim(v, i, way, sqrtf(squared), p)) return false;
+    p->skip[i] = LIGHT_FACING_AWAY;
+    if (front == 0.0f || (front < 0.0f && !e->double_sided)) return false;
+    p->skip[i] = LIGHT_TRACED;
+    /* front, and so squared, are positive here */
+    p->density[i] = chance * e->pdf_area * squared * sqrtf(squared) / fabsf(front);
+    p->irradiance[i] /= p->density[i];
+    float clear = side * fminf(e->offset, 0.5f * fabsf(front));
+    const struct vector start = surface_start(s, i, way[0], way[1], way[2]);
+    r->dir_x[i] = e->position[0] + clear * e->normal[0] - start.x;
+    r->dir_y[i] = e->position[1] + clear * e->normal[1] - start.y;
+    r->dir_z[i] = e->position[2] + clear * e->normal[2] - start.z;
+    r->tfar[i] = EMITTER_END;
+    return true;
 }
 
 static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
                            const struct light_selection *selection, int i, struct nee_sample *out)
 {
-    const struct surface *s = &v->surface;
-    struct light_packet *p = &out->packet;
-    struct RTCRay16 *r = &p->rays.ray;
-    const struct emitters *emitters = c->queries->scene->emitters;
     struct emitter_point e;
-    float u[2] = {selection->u[i], selection->v[i]};
-    uint32_t group;
-    const float chance = choose_group(&v->groups, emitters_groups(emitters)->count, i,
-                                      within_emitters(c->lights, selection->which[i]), &group);
-    p->skip[i] = LIGHT_FACING_AWAY;
-    if (!(chance > 0.0f)) return;
-    emitters_sample(emitters, group, selection->pick[i], u, &e);
-    float way[3] = {e.position[0] - s->position.x[i], e.position[1] - s->position.y[i],
-                    e.position[2] - s->position.z[i]};
-    float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
-    float front = -(way[0] * e.normal[0] + way[1] * e.normal[1] + way[2] * e.normal[2]);
-    float side = front < 0.0f ? -1.0f : 1.0f;
-    if (!path_nee_aim(v, i, way, sqrtf(squared), p)) return;
-    if (front == 0.0f || (front < 0.0f && !e.double_sided)) {
-        p->skip[i] = LIGHT_FACING_AWAY;
-        return;
-    }
-    /* front, and so squared, are positive here */
-    p->density[i] = chance * e.pdf_area * squared * sqrtf(squared) / fabsf(front);
-    p->irradiance[i] /= p->density[i];
-    float clear = side * fminf(e.offset, 0.5f * fabsf(front));
-    const struct vector start = surface_start(s, i, way[0], way[1], way[2]);
-    r->dir_x[i] = e.position[0] + clear * e.normal[0] - start.x;
-    r->dir_y[i] = e.position[1] + clear * e.normal[1] - start.y;
-    r->dir_z[i] = e.position[2] + clear * e.normal[2] - start.z;
-    r->tfar[i] = EMITTER_END;
+    const float u[2] = {selection->u[i], selection->v[i]};
+    const struct light_leaf leaf = choose_leaf(c, v, selection, i);
+    out->packet.skip[i] = LIGHT_FACING_AWAY;
+    if (!(leaf.chance > 0.0f)) return;
+    emitters_sample(c->queries->scene->emitters, leaf.leaf, selection->pick[i], u, &e);
+    if (!aim_at(v, i, &e, leaf.chance, &out->packet)) return;
     out->color.x[i] = e.radiance[0];
     out->color.y[i] = e.radiance[1];
     out->color.z[i] = e.radiance[2];
@@ -137,8 +149,10 @@ static void sample_others(const struct path_context *c, const struct path_vertex
     struct light_packet *p = &out->packet;
     path_nee_sample_sky(c, v, selection, out);
     for (int i = 0; i < LANES; i++) {
-        if (selection->chosen[i] == UINT32_MAX || selection->chosen[i] < LIMIT_LIGHTS) continue;
-        if (selection->chosen[i] == LIGHT_CHOICE_EMITTERS) sample_emitter(c, v, selection, i, out);
+        const uint32_t chosen = selection->chosen[i];
+        if (chosen == UINT32_MAX) p->skip[i] = LIGHT_FACING_AWAY;
+        if (chosen == UINT32_MAX || chosen < LIMIT_LIGHTS) continue;
+        if (chosen < LIGHT_CHOICE_ENVIRONMENT) sample_emitter(c, v, selection, i, out);
         bool fit = p->skip[i] == LIGHT_TRACED && p->irradiance[i] < INFINITY;
         if (p->skip[i] == LIGHT_TRACED && !fit) p->skip[i] = LIGHT_NOT_FINITE;
         p->traced.on[i] = fit ? -1 : 0;
@@ -172,16 +186,12 @@ static void finish_rays(const struct path_vertex *v, struct RTCRay16 *r)
     }
 }
 
-/* Samples the only light of a plan, without a choice. */
-static void sample_only_light(const struct path_context *c, struct path_numbers n,
-                              const struct path_vertex *v, struct light_selection *selection,
-                              struct nee_sample *out)
+/* Samples a light without a choice. */
+static void sample_sure(const struct path_context *c, const struct light *light,
+                        const struct path_vertex *v, struct light_selection *selection,
+                        struct nee_sample *out)
 {
-    const struct light *light = &c->lights->lights[0];
     const float *color = light->plan->color;
-    c->kernels->path_pairs_of(n.key, n.sample,
-                              PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT, selection->u,
-                              selection->v);
     c->light_kernels->sample_light(light, selection->u, selection->v, &v->surface, &v->active,
                                    &out->packet);
     for (int i = 0; i < LANES; i++) {
@@ -193,11 +203,34 @@ static void sample_only_light(const struct path_context *c, struct path_numbers 
     }
 }
 
+static void sample_only_light(const struct path_context *c, struct path_numbers n,
+                              const struct path_vertex *v, struct light_selection *selection,
+                              struct nee_sample *out)
+{
+    c->kernels->path_pairs_of(n.key, n.sample,
+                              PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_LIGHT, selection->u,
+                              selection->v);
+    for (int i = 0; i < LANES; i++) selection->chosen[i] = 0;
+    sample_sure(c, &c->lights->lights[0], v, selection, out);
+}
+
+void path_nee_sample_point(const struct path_context *c, const struct light *light,
+                           const struct path_vertex *v, struct light_selection *selection,
+                           struct nee_sample *out)
+{
+    const uint32_t number = (uint32_t)(light - c->lights->lights);
+    for (int i = 0; i < LANES; i++) {
+        selection->chosen[i] = number;
+        selection->u[i] = selection->v[i] = 0.5f; /* it has one point */
+    }
+    sample_sure(c, light, v, selection, out);
+}
+
 void path_nee_sample(const struct path_context *c, struct path_numbers n,
                      const struct path_vertex *v, struct light_selection *selection,
                      struct nee_sample *out)
 {
-    if (path_nee_one_light(c->lights)) {
+    if (light_table_is_single(c->lights)) {
         sample_only_light(c, n, v, selection, out);
         return;
     }

@@ -18,7 +18,10 @@ struct path_packet {
     _Alignas(LANES_ALIGN) float pdf[LANES]; /* of the direction, per solid angle, where a light
                                                sample could have found it too; 0: it could not */
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* that such a sample of the sky is from */
-    struct lanes3 normal; /* of the surface that sent it, where there are mesh emitters */
+    _Alignas(LANES_ALIGN) float sky_share[LANES];    /* the probability of such a sample */
+    _Alignas(LANES_ALIGN) float lights[LANES]; /* the weight of all lights in the choice of one */
+    struct lanes3 from, normal; /* origin and normal of the surface that sent it, by which its light
+                                   sample was chosen */
     _Alignas(LANES_ALIGN) uint32_t key[LANES]; /* pattern_path.h: pixel and sample */
     _Alignas(LANES_ALIGN) uint32_t sample[LANES];
     _Alignas(LANES_ALIGN) uint32_t slot[LANES];
@@ -109,6 +112,7 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     p->throughput.z[lane] = s->weight[2];
     p->pdf[lane] = 0.0f;
     p->sky_table[lane] = 0;
+    p->sky_share[lane] = p->lights[lane] = 0.0f;
     p->key[lane] = s->key;
     p->sample[lane] = s->sample;
     p->slot[lane] = s->slot;

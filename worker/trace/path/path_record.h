@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "proto/limits.h"
+#include "worker/scene/light_table.h"
 #include "worker/shade/bsdf.h"
 
 struct light_packet;
@@ -20,8 +21,8 @@ struct path_vertex;
 /* Emitters that one segment can meet: every rectangle, and the sky or a surface. */
 #define PATH_RECORD_MET (LIMIT_LIGHTS + 1)
 
-/* Light samples that one surface can take. */
-#define PATH_RECORD_LIGHTS 1
+/* Light samples that one surface can take: of lights without extent, and another. */
+#define PATH_RECORD_LIGHTS (LIGHTS_FEW + 1)
 
 /* Emission that the path's own ray met. `light`, here and below, is the number of a light of the
  * plan, LIGHT_CHOICE_EMITTERS (the surface that was met) or LIGHT_CHOICE_ENVIRONMENT. */

@@ -148,6 +148,11 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->slot[lane] = p->slot[i];
     next->pdf[lane] = s->pdf[i];
     next->sky_table[lane] = v->sky_table[i];
+    next->sky_share[lane] = v->sky_share[i];
+    next->lights[lane] = v->weights.total[i];
+    next->from.x[lane] = from->origin.x[i];
+    next->from.y[lane] = from->origin.y[i];
+    next->from.z[lane] = from->origin.z[i];
     next->normal.x[lane] = from->normal.x[i];
     next->normal.y[lane] = from->normal.y[i];
     next->normal.z[lane] = from->normal.z[i];

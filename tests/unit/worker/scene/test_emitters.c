@@ -48,35 +48,35 @@ static uint32_t shining(struct scene_fixture *f, float r, float g, float b)
     return m;
 }
 
-static double share_of(const struct emitters *e, uint32_t group)
+static double share_of(const struct emitters *e, uint32_t leaf)
 {
-    const struct emitter_groups *g = emitters_groups(e);
+    const struct emitter_tree *t = emitters_tree(e);
     double sum = 0.0;
-    for (uint32_t k = 0; k < g->count; k++) sum += g->sum[k];
-    return g->sum[group] / sum;
+    for (uint32_t k = 0; k < t->leaf_count; k++) sum += t->leaves[k].power;
+    return t->leaves[leaf].power / sum;
 }
 
-/* Density of a point where groups are chosen by their power. */
+/* Density of a point where leaves are chosen by their power. */
 static float density(const struct emitters *e, uint32_t instance, uint32_t triangle)
 {
-    uint32_t group;
-    const float within = emitters_pdf_area(e, instance, triangle, &group);
-    return e ? (float)share_of(e, group) * within : within;
+    uint32_t leaf;
+    if (!emitters_find(e, instance, triangle, &leaf)) return 0.0f;
+    return (float)share_of(e, leaf) * emitters_density(e, instance, leaf);
 }
 
-/* Uniform numbers; a sequence of its own for each test. Groups are chosen by their power. */
+/* Uniform numbers; a sequence of its own for each test. Leaves are chosen by their power. */
 static void draw(const struct emitters *e, struct random *r, struct emitter_point *out)
 {
-    const uint32_t count = emitters_groups(e)->count;
+    const uint32_t count = emitters_tree(e)->leaf_count;
     double at = (double)random_unit(r);
-    uint32_t group = 0;
-    while (group + 1 < count && at >= share_of(e, group)) at -= share_of(e, group++);
+    uint32_t leaf = 0;
+    while (leaf + 1 < count && at >= share_of(e, leaf)) at -= share_of(e, leaf++);
     float choice = random_unit(r);
     float u[2];
     u[0] = random_unit(r);
     u[1] = random_unit(r);
-    emitters_sample(e, group, choice, u, out);
-    out->pdf_area *= (float)share_of(e, group);
+    emitters_sample(e, leaf, choice, u, out);
+    out->pdf_area *= (float)share_of(e, leaf);
 }
 
 /* Chi-square against expected counts; beyond these `sigmas` a sound sampler comes once in a

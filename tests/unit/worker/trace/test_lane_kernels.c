@@ -61,7 +61,7 @@ TEST(test_light_samples_agree)
         struct lanes_mask lanes;
         _Alignas(64) float u[LANES], v[LANES];
         random_light(&seed, (uint32_t)round % 4, &plan.lights[0]);
-        light_table_init(&table, &plan, false);
+        light_table_init(&table, &plan, NULL);
         random_surface(&seed, &s);
         for (int i = 0; i < LANES; i++) {
             u[i] = 0.5f + 0.5f * random_signed(&seed);
@@ -125,7 +125,7 @@ TEST(test_strata_agree)
         struct block block;
         const uint32_t l = 1 + (uint32_t)round % 12, all = l * l;
         random_light(&seed, (uint32_t)round % 4, &plan.lights[0]);
-        light_table_init(&table, &plan, false);
+        light_table_init(&table, &plan, NULL);
         random_surface(&seed, &s);
         block_init(&block, 4 * round, 8, 4096, 16, (struct rect){0, 0, 4096, 16});
         for (int k = 0; k < isa_count(); k++) {
@@ -362,7 +362,7 @@ TEST(test_not_finite_samples_are_rejected)
     _Alignas(64) float u[LANES] = {0};
     plan.lights[0] = (struct plan_light){.type = LIGHT_POINT, .power = 1, .strata_per_axis = 1};
     plan.lights[0].position[1] = 1e-15f;
-    light_table_init(&table, &plan, false);
+    light_table_init(&table, &plan, NULL);
     for (int i = 0; i < LANES; i++) {
         s.normal.y[i] = s.facet.y[i] = 1.0f;
         lanes.on[i] = -1;
