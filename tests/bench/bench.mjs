@@ -46,7 +46,7 @@ const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "st
 
 process.chdir(new URL("../..", import.meta.url).pathname);
 
-const NAMES = `parts: ${FULL.parts.join(" ")}\neffects: ${Object.keys(effects).join(" ")}\nscenes: ${scenes.map((s) => s.name).join(" ")}\nreal scenes: those of the peers folder, and living_room_lens`;
+const NAMES = `parts: ${FULL.parts.join(" ")}\neffects: ${Object.keys(effects).join(" ")}\nscenes: ${scenes.map((s) => s.name).join(" ")}\nreal scenes: those of the peers folder, living_room_lens, and lamps`;
 
 function usage(sentence) {
   console.error(`bench: ${sentence}\n${NAMES}`);

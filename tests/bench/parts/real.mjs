@@ -8,12 +8,13 @@ import { filterSeconds, pictureSeconds } from "../real/cost.mjs";
 import { denoised, denoiserSeconds } from "../real/denoiser.mjs";
 import { equalCpu, equalSentence } from "../real/equal_cpu.mjs";
 import { makeReferences } from "../real/references.mjs";
+import { LAMPS, lampsScene } from "../scenes/lamps.mjs";
 import { peersScenes } from "../scenes/peers.mjs";
 import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
 import { withFarm } from "./farms.mjs";
 import { summary } from "./runs.mjs";
 
-const METHODS = ["none", "auto"], WARM_UP = 8;
+const METHODS = ["none", "auto"], WARM_UP = 8, LAMPS_WIDTH = 240;
 
 // What is measured if nothing is said. width: of small scenes, which take the place of the peers folder then.
 const FULL = { spp: [1, 4, 16, 64], referenceSpp: 1024 };
@@ -28,8 +29,14 @@ function settings({ mode, given, repeat, out }) {
     times: (spp) => given.repeat ? repeat : isLong(spp) ? 1 : Math.min(repeat, 3), folder: `${out}/real` };
 }
 
+// Those of the peers folder and the bench's own; null where there is no such folder.
+function fullScenes({ out, peers }) {
+  const scenes = peersScenes(peers);
+  return scenes && [...scenes, lampsScene(`${out}/real`, LAMPS_WIDTH)];
+}
+
 // Those that there are; null where the peers folder is wanted and not there.
-const realScenes = ({ mode, out, peers }) => SMALL[mode] ? smallScenes(`${out}/real`, SMALL[mode].width) : peersScenes(peers);
+const realScenes = (o) => SMALL[o.mode] ? smallScenes(`${o.out}/real`, SMALL[o.mode].width) : fullScenes(o);
 
 const jobOf = ({ job }, method, spp, seed) => ({ ...job, sampling: { spp, seed }, filter: { method } });
 
@@ -87,7 +94,7 @@ function judge(o, rows) {
 
 // {absent, names}: what was asked for and is not there, and what is; null where all is, or where no folder tells.
 export function absentScenes({ mode, peers, realNames }) {
-  const names = SMALL[mode] ? SMALL_NAMES : peersScenes(peers)?.map((s) => s.name);
+  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS];
   return names && realNames?.some((name) => !names.includes(name)) ? { absent: realNames.filter((name) => !names.includes(name)), names } : null;
 }
 

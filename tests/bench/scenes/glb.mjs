@@ -27,12 +27,20 @@ function unpack(glb) {
     binary: rest.subarray(8, 8 + rest.readUInt32LE(0)) };
 }
 
+// Of what shines; with a strength beyond 1 the factor is what is left.
+function shining(emission) {
+  const most = Math.max(1, ...emission);
+  return { factor: emission.map((x) => x / most), ...(most > 1 ? { KHR_materials_emissive_strength: { emissiveStrength: most } } : {}) };
+}
+
 // Lambert unless more is said: {metallic, roughness, specular}. The texture is an index or undefined.
-const surface = (name, color, { metallic = 0, roughness = 1, specular = 0 } = {}, texture) => ({
-  name, doubleSided: true,
+const surface = (name, color, { metallic = 0, roughness = 1, specular = 0 } = {}, texture, { emission, oneSided = false } = {}) => {
+  const { factor, ...strength } = emission ? shining(emission) : {};
+  return { name, doubleSided: !oneSided, ...(emission ? { emissiveFactor: factor } : {}),
   pbrMetallicRoughness: { baseColorFactor: [...color, 1], metallicFactor: metallic, roughnessFactor: roughness,
     ...(texture === undefined ? {} : { baseColorTexture: { index: texture } }) },
-  extensions: { KHR_materials_specular: { specularFactor: specular } } });
+  extensions: { KHR_materials_specular: { specularFactor: specular }, ...strength } };
+};
 const lambert = (name, color) => surface(name, color);
 
 function extremes(positions) {
@@ -72,7 +80,7 @@ function addTexture(document, view, png) {
   return document.textures.length - 1;
 }
 
-function addPart(document, view, { name, color, mesh, material, texture }) {
+function addPart(document, view, { name, color, mesh, material, texture, emission, oneSided }) {
   const accessor = (data, type, componentType, target, more) => {
     const bytes = Buffer.from(data.buffer, data.byteOffset, data.byteLength);
     document.accessors.push({ bufferView: view(bytes, { target }), componentType, type,
@@ -80,7 +88,7 @@ function addPart(document, view, { name, color, mesh, material, texture }) {
     return document.accessors.length - 1;
   };
   const index = texture && addTexture(document, view, texture);
-  document.materials.push(surface(name, color, material, index));
+  document.materials.push(surface(name, color, material, index, { emission, oneSided }));
   document.meshes.push({ name, primitives: [{ material: document.materials.length - 1,
     attributes: {
       POSITION: accessor(Float32Array.from(mesh.positions), "VEC3", 5126, 34962, extremes(mesh.positions)),
@@ -98,7 +106,8 @@ export function glbOf(parts, base = empty()) {
   for (const [name, none] of Object.entries(ADDED)) document[name] ??= none.slice();
   for (const part of parts) addPart(document, view, part);
   for (const name of Object.keys(ADDED)) if (document[name].length === 0) delete document[name];
-  document.extensionsUsed = [...new Set([...(document.extensionsUsed ?? []), "KHR_materials_specular"])];
+  const used = document.materials.flatMap((m) => Object.keys(m.extensions ?? {}));
+  document.extensionsUsed = [...new Set([...(document.extensionsUsed ?? []), ...used])];
   const binary = bytes();
   document.buffers = [{ byteLength: binary.length }];
   return pack(document, binary);
