@@ -272,26 +272,35 @@ float emitters_density(const struct emitters *e, uint32_t instance, uint32_t lea
     return (float)(e->instances[instance].luminance / e->tree.leaves[leaf].power);
 }
 
-void emitters_sample(const struct emitters *e, uint32_t leaf, float choice, const float u[2],
-                     struct emitter_point *out)
+uint32_t emitters_choose(const struct emitters *e, uint32_t leaf, float choice, const float u[2])
 {
     const uint32_t first = e->tree.leaves[leaf].first, count = e->tree.leaves[leaf].count;
-    uint32_t cell = alias_choose(e->cells + first, count, alias_refine(choice, u));
-    const struct emitter_triangle *chosen = &e->triangles[first + cell];
-    const struct mesh_view *mesh = mesh_of(e->scene, chosen->instance);
-    struct emitter_shape found;
-    const struct emitter_shape *s = e->shapes ? &e->shapes[first + cell] : &found;
+    const uint32_t chosen = first + alias_choose(e->cells + first, count, alias_refine(choice, u));
+    __builtin_prefetch(&e->triangles[chosen]);
+    if (e->shapes) __builtin_prefetch(&e->shapes[chosen]);
+    return chosen;
+}
+
+void emitters_sample(const struct emitters *e, uint32_t leaf, uint32_t chosen, const float u[2],
+                     struct emitter_point *out)
+{
+    const struct emitter_triangle *triangle = &e->triangles[chosen];
+    const struct mesh_view *mesh = mesh_of(e->scene, triangle->instance);
+    struct emitter_shape s;
     float a, b;
-    if (!e->shapes) shape_of(e, chosen->instance, chosen->triangle, &found); /* it has an area */
+    if (e->shapes)
+        s = e->shapes[chosen];
+    else
+        shape_of(e, triangle->instance, triangle->triangle, &s); /* it has an area */
     square_to_triangle(u, &a, &b);
     for (int k = 0; k < 3; k++)
         out->position[k] =
-            (1.0f - a - b) * s->corner[0][k] + a * s->corner[1][k] + b * s->corner[2][k];
-    memcpy(out->normal, s->normal, sizeof out->normal);
-    emit(mesh, chosen->triangle, a, b, out->radiance);
-    out->offset = offset_distance(s->magnitude);
+            (1.0f - a - b) * s.corner[0][k] + a * s.corner[1][k] + b * s.corner[2][k];
+    memcpy(out->normal, s.normal, sizeof out->normal);
+    emit(mesh, triangle->triangle, a, b, out->radiance);
+    out->offset = offset_distance(s.magnitude);
     out->double_sided = mesh->material->double_sided;
-    out->pdf_area = emitters_density(e, chosen->instance, leaf);
+    out->pdf_area = emitters_density(e, triangle->instance, leaf);
 }
 
 bool emitters_find(const struct emitters *e, uint32_t instance, uint32_t triangle, uint32_t *leaf)

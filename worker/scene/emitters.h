@@ -33,9 +33,12 @@ struct emitter_point {
 /* Returns the tree; NULL without emitters (NULL). */
 const struct emitter_tree *emitters_tree(const struct emitters *e);
 
-/* Samples a point of a leaf by three uniform numbers in [0, 1). `choice` picks the triangle and u
- * the place on it. The last digits of u refine the choice (alias_refine). */
-void emitters_sample(const struct emitters *e, uint32_t leaf, float choice, const float u[2],
+/* Chooses a triangle of a leaf by a uniform number in [0, 1), and prefetches it. u, the place on
+ * it, refines the choice by its last digits (alias_refine). */
+uint32_t emitters_choose(const struct emitters *e, uint32_t leaf, float choice, const float u[2]);
+
+/* Samples a point of a chosen triangle of a leaf by u. */
+void emitters_sample(const struct emitters *e, uint32_t leaf, uint32_t chosen, const float u[2],
                      struct emitter_point *out);
 
 /* Finds the smallest leaf of a triangle. Returns false for an instance that is no emitter, and

@@ -128,19 +128,51 @@ static bool aim_at(const struct path_vertex *v, int i, const struct emitter_poin
     return true;
 }
 
-static void sample_emitter(const struct path_context *c, const struct path_vertex *v,
-                           const struct light_selection *selection, int i, struct nee_sample *out)
+/* Points of emitters that lanes sample. */
+struct emitter_choices {
+    int lane[LANES], count;
+    struct light_leaf leaf[LANES];
+    uint32_t triangle[LANES];
+};
+
+/* Chooses triangles for the lanes that chose emitters. */
+static void choose_triangles(const struct path_context *c, const struct path_vertex *v,
+                             const struct light_selection *selection, struct light_packet *p,
+                             struct emitter_choices *out)
 {
-    struct emitter_point e;
-    const float u[2] = {selection->u[i], selection->v[i]};
-    const struct light_leaf leaf = choose_leaf(c, v, selection, i);
-    out->packet.skip[i] = LIGHT_FACING_AWAY;
-    if (!(leaf.chance > 0.0f)) return;
-    emitters_sample(c->queries->scene->emitters, leaf.leaf, selection->pick[i], u, &e);
-    if (!aim_at(v, i, &e, leaf.chance, &out->packet)) return;
-    out->color.x[i] = e.radiance[0];
-    out->color.y[i] = e.radiance[1];
-    out->color.z[i] = e.radiance[2];
+    out->count = 0;
+    for (int i = 0; i < LANES; i++) {
+        const uint32_t chosen = selection->chosen[i];
+        if (chosen < LIGHT_CHOICE_EMITTERS || chosen >= LIGHT_CHOICE_ENVIRONMENT) continue;
+        const struct light_leaf leaf = choose_leaf(c, v, selection, i);
+        p->skip[i] = LIGHT_FACING_AWAY;
+        if (!(leaf.chance > 0.0f)) continue;
+        out->lane[out->count] = i;
+        out->leaf[out->count] = leaf;
+        out->triangle[out->count++] =
+            emitters_choose(c->queries->scene->emitters, leaf.leaf, selection->pick[i],
+                            (float[]){selection->u[i], selection->v[i]});
+    }
+}
+
+/* Samples mesh emitters in the lanes that chose them. Each step is done for all lanes before the
+ * next, since triangles are seldom in the cache. */
+static void sample_emitters(const struct path_context *c, const struct path_vertex *v,
+                            const struct light_selection *selection, struct nee_sample *out)
+{
+    struct emitter_choices choices;
+    choose_triangles(c, v, selection, &out->packet, &choices);
+    for (int k = 0; k < choices.count; k++) {
+        const int i = choices.lane[k];
+        const float u[2] = {selection->u[i], selection->v[i]};
+        struct emitter_point e;
+        emitters_sample(c->queries->scene->emitters, choices.leaf[k].leaf, choices.triangle[k], u,
+                        &e);
+        if (!aim_at(v, i, &e, choices.leaf[k].chance, &out->packet)) continue;
+        out->color.x[i] = e.radiance[0];
+        out->color.y[i] = e.radiance[1];
+        out->color.z[i] = e.radiance[2];
+    }
 }
 
 static void sample_others(const struct path_context *c, const struct path_vertex *v,
@@ -148,11 +180,11 @@ static void sample_others(const struct path_context *c, const struct path_vertex
 {
     struct light_packet *p = &out->packet;
     path_nee_sample_sky(c, v, selection, out);
+    if (c->lights->emitters) sample_emitters(c, v, selection, out);
     for (int i = 0; i < LANES; i++) {
         const uint32_t chosen = selection->chosen[i];
         if (chosen == UINT32_MAX) p->skip[i] = LIGHT_FACING_AWAY;
         if (chosen == UINT32_MAX || chosen < LIMIT_LIGHTS) continue;
-        if (chosen < LIGHT_CHOICE_ENVIRONMENT) sample_emitter(c, v, selection, i, out);
         bool fit = p->skip[i] == LIGHT_TRACED && p->irradiance[i] < INFINITY;
         if (p->skip[i] == LIGHT_TRACED && !fit) p->skip[i] = LIGHT_NOT_FINITE;
         p->traced.on[i] = fit ? -1 : 0;

@@ -75,7 +75,7 @@ static void draw(const struct emitters *e, struct random *r, struct emitter_poin
     float u[2];
     u[0] = random_unit(r);
     u[1] = random_unit(r);
-    emitters_sample(e, leaf, choice, u, out);
+    emitters_sample(e, leaf, emitters_choose(e, leaf, choice, u), u, out);
     out->pdf_area *= (float)share_of(e, leaf);
 }
 
