@@ -83,13 +83,15 @@ static float kernel_weigh_node(const struct emitter_groups *restrict e,
 {
     const float x = origin->x[lane], y = origin->y[lane], z = origin->z[lane];
     const float normal_x = normal->x[lane], normal_y = normal->y[lane], normal_z = normal->z[lane];
-    float total = 0.0f;
+    _Alignas(LANES_ALIGN) float sums[EMITTER_GROUPS];
     for (uint32_t g = 0; g < EMITTER_GROUPS; g++) {
         const struct emitting from = {e->x[g] - x,  e->y[g] - y,  e->z[g] - z,  e->radius[g],
                                       e->axis_x[g], e->axis_y[g], e->axis_z[g], e->cosine[g],
                                       e->sine[g],   e->power[g]};
         weight[g] = bound_irradiance(from, normal_x, normal_y, normal_z);
     }
-    for (uint32_t g = 0; g < EMITTER_GROUPS; g++) total += weight[g];
-    return total;
+    /* Pairs first, in an order that vectors keep. */
+    for (uint32_t g = 0; g < 8; g++) sums[g] = weight[g] + weight[g + 8];
+    for (uint32_t g = 0; g < 4; g++) sums[g] += sums[g + 4];
+    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }

@@ -20,19 +20,18 @@ static float choose_group(const struct emitter_groups *node, const float *weight
                           uint32_t *group, double *x)
 {
     const double target = *x * (double)total;
-    double upto = 0.0, before = 0.0;
-    float of = 0.0f;
+    float upto = 0.0f, before = 0.0f, of = 0.0f;
     for (uint32_t g = 0; g < node->count; g++) {
-        if (!(weight[g] > 0.0f)) continue;
-        before = upto;
-        of = weight[g];
-        *group = g;
-        upto += (double)of;
-        if (target < upto) break;
+        const bool takes = weight[g] > 0.0f;
+        before = takes ? upto : before;
+        of = takes ? weight[g] : of;
+        *group = takes ? g : *group;
+        upto += weight[g];
+        if (target < (double)upto) break;
     }
     if (!(of > 0.0f)) return 0.0f;
-    const double within = (target - before) / (double)of;
-    *x = within < BELOW_ONE ? within : BELOW_ONE;
+    const double within = (target - (double)before) / (double)of;
+    *x = within > 0.0 ? (within < BELOW_ONE ? within : BELOW_ONE) : 0.0;
     return of / total;
 }
 
