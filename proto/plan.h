@@ -69,6 +69,12 @@ struct plan_environment {
     float power;        /* relative to the lights'; > 0 unless NONE */
 };
 
+/* What paths leave out of the light that reaches the first surface directly, since light fields of
+ * pixel centres bring it: nothing; whatever the diffuse lobe sends on; what it sends on of the
+ * plan's lights. Where all is left there is no environment, and indirect light of that lobe is left
+ * out, too, if there are bounces. */
+enum direct_left { DIRECT_LEFT_NONE = 0, DIRECT_LEFT_ALL = 1, DIRECT_LEFT_LISTED = 2 };
+
 /* The path tracer: `spp` paths a pixel, each through its own point of the pixel filter (a box: the
  * pixel; a tent: two pixels wide, falling off linearly from the centre) and of the lens, with up to
  * `bounces` scatterings after the first. A frame's paths are traced in passes, tile by tile: pass
@@ -84,10 +90,8 @@ struct plan_paths {
     uint32_t without_glossy_indirect;  /* 1: the same of the glossy lobe of surfaces that have one
                                           (worker/shade/glossy.h), which the glossy planes bring;
                                           only beside the above */
-    uint32_t without_diffuse_direct;   /* 1: paths leave out whatever the first surface's diffuse
-                                          lobe sends on, and what the camera sees shine: light
-                                          fields bring both. There is no environment, and the
-                                          first of the above holds where there are bounces */
+    uint32_t without_diffuse_direct;   /* enum direct_left. Unless it is none, paths leave out
+                                          surfaces that the camera sees shine, too */
     uint32_t edge_digits; /* pixels at edges (worker/trace/field/edge_pixels.h) have 2^edge_digits
                              times as many paths, whose sums are those of `spp`; only where there
                              are mixed pixels */

@@ -318,13 +318,18 @@ static int check_fields(const struct plan_field *at, const struct plan *plan)
     return error;
 }
 
-/* Returns whether light fields may bring all that paths leave out of first surfaces. */
-static bool brings_surfaces(const struct plan *plan)
+/* Returns the most of enum direct_left that light fields may bring. */
+static uint32_t direct_left_most(const struct plan *plan)
 {
-    return plan->paths.spp > 0 && plan->environment.kind == ENVIRONMENT_NONE &&
-           !plan->paths.without_glossy_indirect && plan->camera.aperture_radius == 0.0f &&
-           plan->paths.pixel_filter == PIXEL_FILTER_BOX && (plan->planes & PLANE_BIT(ALBEDO)) &&
-           (plan->paths.without_diffuse_indirect || plan->bounces == 0);
+    const bool fields = plan->paths.spp > 0 && !plan->paths.without_glossy_indirect &&
+                        plan->camera.aperture_radius == 0.0f &&
+                        plan->paths.pixel_filter == PIXEL_FILTER_BOX &&
+                        (plan->planes & PLANE_BIT(ALBEDO));
+    const bool all = plan->environment.kind == ENVIRONMENT_NONE &&
+                     (plan->paths.without_diffuse_indirect || plan->bounces == 0);
+    if (!fields) return DIRECT_LEFT_NONE;
+    return plan->paths.without_diffuse_direct == DIRECT_LEFT_ALL && !all ? DIRECT_LEFT_NONE
+                                                                         : DIRECT_LEFT_LISTED;
 }
 
 int plan_check(const struct plan *plan, struct fault *fault)
@@ -345,7 +350,7 @@ int plan_check(const struct plan *plan, struct fault *fault)
                                  plan->paths.without_diffuse_indirect);
     if (!error)
         error = plan_field_count(&at, "paths.without_diffuse_direct",
-                                 plan->paths.without_diffuse_direct, 0, brings_surfaces(plan));
+                                 plan->paths.without_diffuse_direct, 0, direct_left_most(plan));
     if (!error) error = check_target(&at, plan);
     if (!error) error = check_planes(&at, plan);
     if (!error) error = plan_filters_check(&at, plan);

@@ -60,11 +60,15 @@ static void head(FILE *out, const struct replay_sheet *s)
     fprintf(out, "through image point %.9g, %.9g", (double)r->pixel[0], (double)r->pixel[1]);
     if (c->aperture_radius > 0.0f) position(out, s, ", lens point ", r->vertices[0].origin);
     fputc('\n', out);
-    if (p->paths.without_diffuse_direct)
+    if (p->paths.without_diffuse_direct == DIRECT_LEFT_ALL)
         fputs("light fields bring all that the first surface's diffuse lobe sends on, and what the "
               "camera sees shine: both are left out here\n",
               out);
-    else if (p->paths.without_diffuse_indirect)
+    if (p->paths.without_diffuse_direct == DIRECT_LEFT_LISTED)
+        fputs("light fields bring what the first surface's diffuse lobe sends on of listed lights "
+              "directly, and surfaces that the camera sees shine: both are left out here\n",
+              out);
+    if (p->paths.without_diffuse_direct != DIRECT_LEFT_ALL && p->paths.without_diffuse_indirect)
         fprintf(out,
                 "light fields bring indirect light of the first surface's diffuse%s lobe: it is "
                 "left out here\n",

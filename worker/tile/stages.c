@@ -63,8 +63,8 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
                        .albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0,
                        .first = pass->first,
                        .count = plan->paths.spp > 0 ? pass->count : 0};
-    s.skips_paths =
-        plan->paths.without_diffuse_direct && !(plan->planes & PLANE_BIT(PATH_VISIBILITY));
+    s.skips_paths = plan->paths.without_diffuse_direct == DIRECT_LEFT_ALL &&
+                    !(plan->planes & PLANE_BIT(PATH_VISIBILITY));
     s.centres = s.centres || s.bounces;
     s.vertices = s.bounces || plan->paths.without_diffuse_direct || s.glossy || pass->strata_map ||
                  plan->lens_mirrors > 0 || (plan->planes & PLANE_BIT(LENS_LOBE)) != 0;
@@ -81,10 +81,11 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
     out->blended = has_blended(scene->materials);
     out->has_emission = out->has_other_emission =
         plan->environment.kind != ENVIRONMENT_NONE || has_other_emission(scene, plan);
-    if (plan->paths.without_diffuse_direct)
+    if (plan->paths.without_diffuse_direct == DIRECT_LEFT_ALL)
         out->skip = SKIP_DIFFUSE;
     else if (plan->paths.without_diffuse_indirect)
         out->skip = SKIP_DIFFUSE_INDIRECT;
+    if (plan->paths.without_diffuse_direct == DIRECT_LEFT_LISTED) out->skip |= SKIP_LISTED;
     if (plan->paths.without_glossy_indirect) out->skip |= SKIP_GLOSSY_INDIRECT;
     out->chains = out->features && out->demodulate && out->skip == 0;
 }

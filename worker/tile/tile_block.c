@@ -132,10 +132,10 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     hit_resolve(&t->queries, &camera->valid, t->seen, &t->centre.surface);
     t->centre.mirrors.any = false;
     if (stages->field.mirrors) mirrors_follow(&stages->field, NULL, t->seen, &t->centre);
-    if (stages->paths.skip & SKIP_DIFFUSE) path_hide_from_fields(&t->centre.surface);
+    if (plan->paths.without_diffuse_direct) path_hide_from_fields(&t->centre.surface);
     mark_lit(&t->centre.surface, &t->point.lit);
     resolve_centre(t, stages);
-    if (stages->paths.skip & SKIP_DIFFUSE) path_hide_from_fields(&t->centre.surface);
+    if (plan->paths.without_diffuse_direct) path_hide_from_fields(&t->centre.surface);
     if (stages->bounces) mark_lit(&t->centre.surface, &t->bouncing);
     geometry_store(&t->queries, b, mirrors_seen(&t->centre, &copy), &t->planes);
     struct glow glow = {false, false};
@@ -144,10 +144,10 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     for (uint32_t k = 0; k < plan->sub_samples; k++) {
         struct surface *sub = &t->beside.surface;
         primary_trace_sub(&t->queries, plan, b, k, plan->sub_samples, &t->camera, sub);
-        if (stages->paths.skip & SKIP_DIFFUSE) path_hide_from_fields(sub);
+        if (plan->paths.without_diffuse_direct) path_hide_from_fields(sub);
         mark_lit(sub, &t->point.lit);
         resolve_sub(t, stages, k, samples);
-        if (stages->paths.skip & SKIP_DIFFUSE) path_hide_from_fields(sub);
+        if (plan->paths.without_diffuse_direct) path_hide_from_fields(sub);
         if (stages->bounces) mark_lit(sub, &t->bouncing);
         geometry_store_sub(&t->queries, b, plan->length_unit, &t->centre.surface, sub,
                            &t->planes.sub[k]);
@@ -156,7 +156,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     }
     if (plan->lens_relight == LENS_RELIGHT_DIFFUSE) mark_all_lit(t);
     if (plan->planes & PLANE_BIT(LENS_LOBE)) mark_lobed(t);
-    if (stages->paths.skip & SKIP_DIFFUSE) leave_to_paths(t);
+    if (plan->paths.without_diffuse_direct) leave_to_paths(t);
     uint32_t emitted = 1 + plan->sub_samples;
     if (glow.bright && glow.dark && plan->sub_samples > 0 && !stages->field.mirrors)
         emitted = sharpen_glow(t, plan, counters);

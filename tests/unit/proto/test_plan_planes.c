@@ -33,6 +33,35 @@ TEST(paths_are_checked)
     EXPECT(plan.planes &= ~spread, ERR_OK, "");
 }
 
+/* Fields bring what paths leave out of direct light: from pixel centres, through a box. */
+static void leave(struct plan *plan, uint32_t direct)
+{
+    without_lens(plan);
+    plan->paths.pixel_filter = PIXEL_FILTER_BOX;
+    plan->paths.without_diffuse_direct = direct;
+}
+
+TEST(direct_light_is_left_to_fields)
+{
+    static const char place[] = "paths.without_diffuse_direct";
+    EXPECT(leave(&plan, DIRECT_LEFT_LISTED), ERR_OK, "");
+    EXPECT(leave(&plan, DIRECT_LEFT_LISTED + 1), ERR_LIMIT, place);
+    EXPECT((leave(&plan, DIRECT_LEFT_LISTED), plan.paths.without_diffuse_indirect = 1), ERR_OK, "");
+    EXPECT((leave(&plan, DIRECT_LEFT_LISTED),
+            plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1),
+           ERR_LIMIT, place);
+    EXPECT((leave(&plan, DIRECT_LEFT_LISTED), plan.paths.pixel_filter = PIXEL_FILTER_TENT),
+           ERR_LIMIT, place);
+    EXPECT(plan.paths.without_diffuse_direct = DIRECT_LEFT_LISTED, ERR_LIMIT, place);
+    EXPECT((leave(&plan, DIRECT_LEFT_ALL), plan.paths.without_diffuse_indirect = 1), ERR_LIMIT,
+           place);
+    EXPECT((leave(&plan, DIRECT_LEFT_ALL), plan.environment = (struct plan_environment){0}),
+           ERR_LIMIT, place);
+    EXPECT((leave(&plan, DIRECT_LEFT_ALL), plan.environment = (struct plan_environment){0},
+            plan.paths.without_diffuse_indirect = 1),
+           ERR_OK, "");
+}
+
 /* Paths need nothing of the light field. */
 TEST(paths_stand_alone)
 {

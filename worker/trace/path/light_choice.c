@@ -5,6 +5,22 @@
 /* The largest number below 1. */
 #define BELOW_ONE 0x1.fffffffffffffp-1
 
+/* Lets the plan's lights count by the surfaces' shares, and the environment for as much more. */
+static void weigh_listed(const struct light_table *t, struct path_vertex *v)
+{
+    struct light_weights *w = &v->weights;
+    const uint32_t groups = t->emitters ? t->emitters->root_groups : 0;
+    for (int i = 0; i < LANES; i++) {
+        const float sky = v->sky_share[i], before = w->total[i];
+        float total = 0.0f;
+        for (uint32_t k = 0; k < t->count; k++) total += w->of[k][i] *= v->listed[i];
+        for (uint32_t g = 0; g < groups; g++) total += w->of[LIGHT_CHOICE_EMITTERS + g][i];
+        w->total[i] = total;
+        const float rest = before > 0.0f ? (1.0f - sky) * (total / before) : 0.0f;
+        v->sky_share[i] = sky > 0.0f ? sky / (sky + rest) : 0.0f;
+    }
+}
+
 void light_choice_weigh(const struct path_context *c, struct path_vertex *v)
 {
     const struct surface *s = &v->surface;
@@ -13,6 +29,7 @@ void light_choice_weigh(const struct path_context *c, struct path_vertex *v)
     c->kernels->weigh_lights(c->lights, points, &s->origin, &s->normal, &v->weights);
     for (int i = 0; i < LANES; i++)
         v->sky_share[i] = sky > 0.0f && !(v->weights.total[i] > 0.0f) ? 1.0f : sky;
+    if ((c->skip & SKIP_LISTED) && v->depth == 0) weigh_listed(c->lights, v);
 }
 
 /* Chooses one of a node's groups by *x, which becomes its place within that. Returns its chance. */

@@ -214,6 +214,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
     if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_thin_lobes(c, p, v);
+    if (depth == 0 && (c->skip & SKIP_LISTED)) path_leave_listed(p, v, &s->harvest);
     if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
     if (depth == c->plan->bounces && !c->has_emission) v->last = v->active;
     end_last(c, v);

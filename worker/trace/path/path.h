@@ -34,7 +34,9 @@ enum path_skip {
     SKIP_DIFFUSE_INDIRECT = 2, /* indirect light of diffuse lobes */
     SKIP_GLOSSY_INDIRECT = 4,  /* that of glossy lobes; beside SKIP_DIFFUSE_INDIRECT */
     SKIP_GLOSSY_OF_LENS = 8,   /* that of glossy lobes whose reflectance is path_harvest.lobe */
-    SKIP_SOFT_SKY = 16         /* the soft share of the sky; beside SKIP_DIFFUSE_INDIRECT */
+    SKIP_SOFT_SKY = 16,        /* the soft share of the sky; beside SKIP_DIFFUSE_INDIRECT */
+    SKIP_LISTED = 32 /* direct light of the plan's lights on diffuse lobes, and surfaces that
+                        the camera sees shine */
 };
 
 /* What all paths of a tile share. */
@@ -91,6 +93,11 @@ struct path_vertex {
     struct surface surface;
     struct mirrors mirrors;    /* of camera rays, where the context looks through mirrors */
     struct lanes_mask lambert; /* active lanes that are pure Lambert; the others have a bsdf */
+    /* Only of first surfaces where contexts leave light of the plan's lights: where fields bring
+     * that of the diffuse lobe, and the share of these lights' power that counts where a light is
+     * chosen. */
+    struct lanes_mask left;
+    _Alignas(LANES_ALIGN) float listed[LANES];
     bool any_lambert, any_general;
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* of the sky's guide; only with a map */
     struct light_weights weights;                    /* where there is a choice of lights */

@@ -109,8 +109,10 @@ static void find_reach(const struct path_context *c, const struct path_packet *p
 
 /* Weighs what rays that have met a rectangle bring, which light samples may find, too. */
 static void weigh_rectangle(const struct path_context *c, const struct path_packet *p,
+                            const struct path_vertex *v, const struct path_harvest *h,
                             const struct light *light, const float *density, float *factor)
 {
+    const bool listed = (c->skip & SKIP_LISTED) && v->depth == 1;
     const bool single = light_table_is_single(c->lights);
     _Alignas(LANES_ALIGN) float weight[LANES];
     bool any = false;
@@ -119,10 +121,32 @@ static void weigh_rectangle(const struct path_context *c, const struct path_pack
     if (!single) c->kernels->weigh_rectangle(light, &p->from, &p->normal, weight);
     for (uint32_t i = 0; i < p->count; i++) {
         if (!(factor[i] > 0.0f && p->pdf[i] > 0.0f)) continue;
+        if (listed) weight[i] *= h->listed[p->slot[i]];
         const float chosen =
             single ? 1.0f : light_choice_probability(weight[i], p->lights[i], p->sky_share[i]);
         factor[i] *= mis_power_weight(p->pdf[i], chosen * density[i]);
     }
+}
+
+/* Adds what the ray meets of a rectangle. Of what first surfaces send on of it fields may bring the
+ * diffuse lobe's part. */
+static void add_rectangle(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, uint32_t i, uint32_t light, float factor,
+                          struct path_harvest *h)
+{
+    const float *color = c->lights->lights[light].plan->color;
+    const struct lanes3 *t = &p->throughput;
+    const uint32_t slot = p->slot[i];
+    float rest[3] = {color[0], color[1], color[2]};
+    if ((c->skip & SKIP_LISTED) && v->depth == 1 && !(h->own[slot] > 0.0f)) {
+        rest[0] *= h->kept.r[slot], rest[1] *= h->kept.g[slot], rest[2] *= h->kept.b[slot];
+        h->direct.r[slot] += rest[0] * factor * t->x[i];
+        h->direct.g[slot] += rest[1] * factor * t->y[i];
+        h->direct.b[slot] += rest[2] * factor * t->z[i];
+    } else {
+        add(c, p, v->depth, i, color, factor, h);
+    }
+    if (c->record) path_record_meet(c, p, light, rest, factor);
 }
 
 static void meet_rectangles(const struct path_context *c, const struct path_packet *p,
@@ -138,10 +162,9 @@ static void meet_rectangles(const struct path_context *c, const struct path_pack
         c->kernels->meet_rectangle(light, p, reach, factor, density);
         for (uint32_t i = 0; i < p->count; i++)
             if (is_seen(v, i)) factor[i] = 0.0f;
-        weigh_rectangle(c, p, light, density, factor);
+        weigh_rectangle(c, p, v, h, light, density, factor);
         for (uint32_t i = 0; i < p->count; i++)
-            if (factor[i] > 0.0f) add(c, p, v->depth, i, light->plan->color, factor[i], h);
-        if (c->record && factor[0] > 0.0f) path_record_meet(c, p, k, light->plan->color, factor[0]);
+            if (factor[i] > 0.0f) add_rectangle(c, p, v, i, k, factor[i], h);
     }
 }
 
@@ -217,7 +240,8 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
     const struct surface *s = &v->surface;
     const uint32_t lens = c->plan->lens_relight;
     if (lens == LENS_RELIGHT_SKY) meet_soft_sky(c, p, v, h);
-    const bool paths = c->plan->paths.spp > 0 && !c->plan->paths.without_diffuse_direct;
+    const bool paths =
+        c->plan->paths.spp > 0 && c->plan->paths.without_diffuse_direct != DIRECT_LEFT_ALL;
     if (paths || lens == LENS_RELIGHT_INDIRECT || lens == LENS_RELIGHT_SKY) return;
     for (uint32_t i = 0; i < p->count; i++) {
         uint32_t slot = p->slot[i];
@@ -238,6 +262,7 @@ void path_emission_add(const struct path_context *c, const struct path_packet *p
     }
     if ((c->skip & SKIP_DIFFUSE) && v->depth == 0) return;
     if (c->sky->kind != ENVIRONMENT_NONE) meet_sky(c, p, v, h);
+    if ((c->skip & SKIP_LISTED) && v->depth == 0) return;
     if (v->depth > 0 || v->mirrors.any) meet_rectangles(c, p, v, h);
     meet_surfaces(c, p, v, h);
 }

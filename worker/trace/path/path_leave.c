@@ -105,6 +105,36 @@ void path_leave_surface(const struct path_context *c, const struct path_packet *
  * facets reflect, over the width of their lobe, at most surely. */
 #define LOBE_CHANCE 2.0f
 
+/* Returns how often a lobe of facets is worth a look, beside others that are always. */
+static float lobe_chance(const struct layers *l, int i)
+{
+    const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
+    return LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
+}
+
+/* Diffuse lobes bring nothing of the plan's lights, and facets that reflect little only a little.
+ */
+static float listed_share(const struct path_vertex *v, int i)
+{
+    const struct layers *l = &v->layers;
+    if (!v->left.on[i]) return 1.0f;
+    if (v->lambert.on[i]) return 0.0f;
+    return l->on.on[i] ? fminf(lobe_chance(l, i), 1.0f) : 1.0f;
+}
+
+void path_leave_listed(const struct path_packet *p, struct path_vertex *v, struct path_harvest *h)
+{
+    for (int i = 0; i < LANES; i++) {
+        v->left.on[i] = v->active.on[i] && path_leaves_to_fields(&v->surface, i) ? -1 : 0;
+        v->listed[i] = listed_share(v, i);
+    }
+    for (uint32_t i = 0; i < p->count; i++) {
+        const uint32_t slot = p->slot[i];
+        h->own[slot] = v->left.on[i] ? 0.0f : 1.0f;
+        h->listed[slot] = v->listed[i];
+    }
+}
+
 /* Where facets reflect little, and that widely, few paths stand for all: their noise is as small.
  * What narrow lobes show of lights is bright, however little they reflect. */
 void path_thin_lobes(const struct path_context *c, struct path_packet *p, struct path_vertex *v)
@@ -119,8 +149,7 @@ void path_thin_lobes(const struct path_context *c, struct path_packet *p, struct
     for (uint32_t i = 0; i < p->count; i++) {
         if (!(v->active.on[i] & l->on.on[i])) continue;
         if (!path_leaves_to_fields(&v->surface, (int)i)) continue;
-        const float width = 0.5f * (l->alpha_u[i] + l->alpha_v[i]); /* above 0: layers are rough */
-        stays[i] = LOBE_CHANCE * (l->metallic[i] + 1.0f - l->kept[i]) / width;
+        stays[i] = lobe_chance(l, (int)i);
         if (!(stays[i] < 1.0f)) continue;
         ended.on[i] = chance[i] < stays[i] ? 0 : -1;
         if (ended.on[i]) continue;

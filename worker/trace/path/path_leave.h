@@ -12,6 +12,11 @@ void path_leave_diffuse(const struct path_context *context, struct path_packet *
 void path_leave_surface(const struct path_context *context, const struct path_packet *packet,
                         struct path_vertex *vertex, struct path_harvest *harvest);
 
+/* Leaves out what diffuse lobes of first surfaces send on of the plan's lights directly. Marks
+ * these surfaces, whose layers are set, and the paths. */
+void path_leave_listed(const struct path_packet *packet, struct path_vertex *vertex,
+                       struct path_harvest *harvest);
+
 /* Returns whether fields bring the diffuse light of lane i's surface, which is there. A normal
  * map's light is that of many normals a pixel, of which a field of pixel centres knows one. */
 bool path_leaves_to_fields(const struct surface *surface, int i);

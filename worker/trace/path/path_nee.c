@@ -99,6 +99,22 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
     }
 }
 
+/* Leaves direct light of the plan's lights, as diffuse lobes reflect it, to fields. */
+static void leave_listed(const struct path_context *c, const struct path_vertex *v,
+                         const struct light_selection *selection, struct reflected *f)
+{
+    const struct lanes3 *a = &v->surface.albedo;
+    struct lanes3 *d = &f->diffuse, *all = &f->all;
+    if (!(c->skip & SKIP_LISTED) || v->depth > 0) return;
+    for (int i = 0; i < LANES; i++) {
+        if (!v->left.on[i] || selection->chosen[i] >= LIMIT_LIGHTS) continue;
+        all->x[i] = fmaxf(all->x[i] - d->x[i] * a->x[i], 0.0f);
+        all->y[i] = fmaxf(all->y[i] - d->y[i] * a->y[i], 0.0f);
+        all->z[i] = fmaxf(all->z[i] - d->z[i] * a->z[i], 0.0f);
+        d->x[i] = d->y[i] = d->z[i] = 0.0f;
+    }
+}
+
 /* Records the only path's sample. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_vertex *v,
                                     const struct light_selection *selection,
@@ -172,6 +188,7 @@ static void try_lights(const struct path_context *c, struct path_numbers n,
     for (int i = 0; i < LANES; i++) /* scattering will not find the light of the last vertex */
         packet->density[i] = v->last.on[i] ? 0.0f : packet->density[i];
     reflect(c, v, selection, light, out);
+    leave_listed(c, v, selection, out);
 }
 
 /* Of several samples, one is traced: chosen in proportion to what it would bring. */
@@ -287,6 +304,7 @@ static void add_points(const struct path_context *c, const struct path_packet *p
         path_nee_sample_point(c, &c->lights->lights[k], v, &selection, light);
         light_count_skips(&light->packet, &v->active, 1, c->counters);
         reflect(c, v, &selection, light, &reflected);
+        leave_listed(c, v, &selection, &reflected);
         trace_sample(c, p, v, &selection, light, &reflected, h);
     }
 }

@@ -59,8 +59,9 @@ struct path_harvest {
     bool strayed[PATH_SLOTS];      /* the path left a chain's likelier way */
     uint32_t mirrored[PATH_SLOTS]; /* reflections before the first surface; only where contexts have
                                       mirrors */
-    _Alignas(LANES_ALIGN) float own[PATH_SLOTS]; /* 1: brings all the light, also what the lens's
-                                                    fields would */
+    _Alignas(LANES_ALIGN) float own[PATH_SLOTS];    /* 1: brings all the light, also what
+                                                       fields beside would */
+    _Alignas(LANES_ALIGN) float listed[PATH_SLOTS]; /* path_vertex's, of the first surface */
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float occlusion[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float distance[PATH_SLOTS]; /* of paths that begin on surfaces, to their

@@ -276,7 +276,8 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
     if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);
     if (v->any_general) scatter_generals(c, p, v, u, w, &s);
     if (v->any_general && c->demodulate && first) keep_shares(p, v, &s, h);
-    if (v->any_general && (c->skip & SKIP_DIFFUSE_INDIRECT) && first) keep_rest(c, p, v, &s, h);
+    const bool leaves = (c->skip & (SKIP_DIFFUSE_INDIRECT | SKIP_LISTED)) != 0;
+    if (v->any_general && leaves && first) keep_rest(c, p, v, &s, h);
     chains_scatter(c, p, v, &s, h);
     if (v->mirrors.any && c->demodulate) untint_shares(p, v, h);
     append(c, p, v, &s, h, next);

@@ -199,6 +199,28 @@ static void add_up(const struct path_record *r)
     assert_same(sum, r->radiance);
 }
 
+/* Paths that leave direct light of listed lights, as diffuse lobes send it on, to light fields. */
+TEST(so_they_are_without_listed_lights)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    p.paths.without_diffuse_direct = DIRECT_LEFT_LISTED;
+    p.camera.aperture_radius = 0;
+    p.paths.spp = 32;
+    for (uint32_t indirect = 0; indirect < 2; indirect++) {
+        p.paths.without_diffuse_indirect = indirect;
+        struct traced t = trace_all(f, &p);
+        sums_are_those_of_tiles(&p, &t);
+        for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i++) {
+            struct path_record *r = replay(&t, &p, i % SIDE_PX, i / SIDE_PX, 0);
+            add_up(r);
+            free(r);
+        }
+        traced_fini(&t);
+    }
+    free(f);
+}
+
 /* Each vertex follows from the one before it. */
 static void hang_together(const struct path_record *r)
 {

@@ -311,7 +311,7 @@ static bool is_shaded(const struct traced *t, int32_t i)
 
 /* To fields the floor is black, but they say what hides the light from it: filters ask neighbours.
  * What paths bring of it is all that whole paths do, bit by bit. */
-static void expect_left_to_paths(bool coat)
+static void expect_left_to_paths(bool coat, uint32_t left)
 {
     struct scene_fixture *f = fixture_new();
     struct plan entire = floor_plan(f, 10.0f, 24);
@@ -320,11 +320,15 @@ static void expect_left_to_paths(bool coat)
     fixture_panel(f, coated(f, 0.3f, 0), (float[]){2.5f, 0.8f, 0}, (float[]){0.4f, 0, 0},
                   (float[]){0, 0, -0.4f}); /* out of sight */
     fixture_ceiling_light(&entire, 6.0f, 3.0f, 0, 0.5f, 2);
+    if (left == DIRECT_LEFT_LISTED)
+        entire.environment = (struct plan_environment){
+            .kind = ENVIRONMENT_CONSTANT, .radiance = {0.5f, 0.6f, 0.7f}, .power = 1.0f};
     struct plan divided = entire;
     entire.light_planes = 0;
     entire.planes = PLANE_BIT(PATH_RADIANCE);
     entire.paths.spp = 4;
     divide(&divided, 4);
+    divided.paths.without_diffuse_direct = left;
     divided.light_planes |= 1u << LIGHT_PLANE_DIFFUSE_WEIGHT;
     struct traced a = trace_all(f, &entire), b = trace_all(f, &divided);
     uint32_t shaded = 0;
@@ -344,8 +348,10 @@ static void expect_left_to_paths(bool coat)
 
 TEST(normal_maps_are_left_to_paths)
 {
-    expect_left_to_paths(false);
-    expect_left_to_paths(true);
+    for (uint32_t left = DIRECT_LEFT_ALL; left <= DIRECT_LEFT_LISTED; left++) {
+        expect_left_to_paths(false, left);
+        expect_left_to_paths(true, left);
+    }
 }
 
 /* -- pixels without other lobes -- */
