@@ -29,7 +29,9 @@ const lens = { aperture_radius: 0.1, focus_distance: 3 }, environment = { radian
 const jobs = {
     paths: { integrator: "paths", document: { ...base, filter: { method: "none" }, sampling: { spp: 40, seed: 7 }, effects: { indirect_bounces: 4 }, lens } },
     light_field: { integrator: "light_field", document: { ...base, layers: ["beauty", "direct", "indirect", "visibility", "filter_width", "error"] } },
-    filtered_paths: { integrator: "paths", document: { ...base, environment, layers: ["beauty", "diffuse_direct", "diffuse_indirect", "error"] } },
+    divided_lights: { integrator: "paths_and_light_field", document: { ...base, environment, layers: ["beauty", "diffuse_direct", "diffuse_indirect", "error"] } },
+    // More samples than light is divided for.
+    filtered_paths: { integrator: "paths", document: { ...base, environment, sampling: { spp: 49, seed: 7 }, layers: ["beauty", "diffuse_direct", "diffuse_indirect", "error"] } },
     paths_and_light_field: { integrator: "paths_and_light_field", document: { ...base, environment, filter: { indirect: "constant" }, layers: ["beauty", "direct", "indirect", "diffuse_indirect", "error"] } },
     lens_field: { integrator: "lens_field", document: { ...base, lens } },
     // Tiles differ in samples under a target: each size has a picture of its own.

@@ -23,10 +23,14 @@ check_plan "auto filters its bounces" "{$scene_member, \"effects\": {\"indirect_
     '.integrator == "light_field" and .indirect_filter == "constant" and
      .indirect_filter_why == "9 bounce rays: weighted means need the fewest" and
      (.planes | index("bounce_distance_min")) and .samples.indirect == 9'
-check_plan "shadows beside paths are not filtered" "{$scene_member, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
+check_plan "shadows beside paths are not filtered" "{\"scene\": {\"asset\": \"$asset\", \"lights\": false}, \"environment\": {\"asset\": \"$map\"}, \"filter\": {\"method\": \"axis_aligned\"}}" \
     '.integrator == "paths" and .filter == "none" and (.filter_why | startswith("the residual filter cleans whole paths")) and
      (.warnings | any(startswith("filter.method is axis_aligned, but shadows are not filtered")))'
-check_plan "an environment asks for paths" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
+check_plan "an environment leaves a lamp to fields" "{$scene_member, \"environment\": {\"asset\": \"$map\"}}" \
+    '.integrator == "paths_and_light_field" and .filter == "sheared" and
+     (.light_filters | any(. == {light: "rectangle", lobes: "diffuse", by: "light_field", filter: "sheared"})
+                       and any(. == {light: "environment", lobes: "diffuse", by: "paths", filter: "halves"}))'
+check_plan "an environment asks for paths" "{\"scene\": {\"asset\": \"$asset\", \"lights\": false}, \"environment\": {\"asset\": \"$map\"}}" \
     '.integrator == "paths" and .environment.type == "map" and (.effects | index("environment"))
      and (.skipped | any(.what == "light fields of lights" and .why == "there is an environment"))
      and .residual_filter == "halves" and (.planes | index("path_radiance") and index("path_half_scattered"))'

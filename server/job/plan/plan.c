@@ -15,12 +15,6 @@
 /* Bounce rays beside as many paths are not worth their while: the first pass traces them all. */
 #define SAMPLES_BESIDE_MOST 256
 
-/* Fields of diffuse lobes beside paths of the others keep some bias. psnr_db by fields and paths,
- * and by whole paths, at 16, 36 and 64 samples: the Cornell box with a glossy box 51.9
- * and 45.6, 53.2 and 49.9, 55.0 and 52.7; blocks of glTF's default material 49.2 and 48.1, 50.2
- * and 50.7, 50.8 and 53.1. */
-#define LOBES_BESIDE_MOST 36
-
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
     va_list args;
@@ -163,24 +157,6 @@ static bool does_without_fields(const struct job *job, const struct plan_report 
     return true;
 }
 
-/* Returns whether all that shines is a light of the list, in a scene that fields do not cover:
- * then fields bring what diffuse lobes send on, and paths what the others do. Pixels without
- * other lobes need no path. */
-static bool divides_lobes(const struct job *job, const struct plan *plan,
-                          const struct plan_report *report)
-{
-    const bool asked = job->indirect != INDIRECT_AUTO || job->glossy != GLOSSY_AUTO;
-    const uint32_t l = job_strata_per_axis(job->spp);
-    const bool listed = plan->environment.kind == ENVIRONMENT_NONE && !(report->emitters.flux > 0);
-    /* Volumes dim paths alone, and unlit surfaces light others along bounce rays. */
-    const bool whole =
-        !report->volumes && !(report->emitters.any_unlit && job->indirect_bounces == 0);
-    char why[PLAN_FILTER_WHY_BYTES];
-    return !asked && listed && whole && l * l <= LOBES_BESIDE_MOST && plan->light_count > 0 &&
-           !(job->target_error > 0.0f) && (l == 1 || plan_residual_possible(job, report)) &&
-           (!plan_has_rectangle(plan) || plan_choose_filter(job, plan, why) != SHADOW_FILTER_NONE);
-}
-
 /* Light fields cannot do it alone. */
 static void choose_beside(const struct job *job, const struct plan *plan, const char *why,
                           struct plan_report *report)
@@ -188,8 +164,7 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
     char filter_why[PLAN_FILTER_WHY_BYTES], enough_paths[PLAN_WHY_BYTES];
     bool indirect = job->indirect_bounces > 0 && plan_is_lit(plan, report);
     bool occlusion = (report->layers & LAYER_OCCLUSION) != 0;
-    report->by_lobe = divides_lobes(job, plan, report);
-    if (report->by_lobe) {
+    if (plan_divides(job, plan, report)) {
         report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;
         plan_skip(report, "light fields alone", "%s", why);
         return;

@@ -93,6 +93,7 @@ struct plan_report {
     bool bumpy;                /* some surface has a normal map */
     bool volumes;              /* or encloses a volume */
     bool by_lobe;              /* fields bring diffuse lobes' light, paths that of other lobes */
+    bool by_light;             /* beside by_lobe: of direct light, that of the list alone */
     bool studio_light;         /* nothing else lights the scene */
     bool soft_sky;             /* the environment has no sun: nothing far above its mean */
     uint32_t layers;           /* enum layer */

@@ -48,6 +48,10 @@ uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
 void plan_filter(const struct job *job, struct plan *plan, struct plan_report *report);
 void plan_filter_none(const struct job *job, const char *why, struct plan_report *report);
 
+/* Returns whether light fields and paths divide a pinhole's light that fields alone do not cover.
+ * The report says how. */
+bool plan_divides(const struct job *job, const struct plan *plan, struct plan_report *report);
+
 /* Returns whether some surface has a normal map. */
 bool plan_has_bumps(const struct scene *scene);
 

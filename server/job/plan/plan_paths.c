@@ -37,6 +37,9 @@ static bool is_brought(const struct plan *plan, const struct plan_report *report
         PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT) | PLANE_BIT(PATH_ALBEDO);
     if (plane == PLANE_BIT(PATH_VISIBILITY))
         return (plan->planes & PLANE_BIT(AMBIENT_VISIBILITY)) != 0;
+    if (report->by_light)
+        return plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && !report->bumpy &&
+               plan->paths.without_diffuse_indirect;
     if (plan->paths.without_diffuse_direct)
         return plane == PLANE_BIT(PATH_EMISSION) || ((plane & diffuse) && !report->bumpy);
     return plane == PLANE_BIT(PATH_DIFFUSE_INDIRECT) && plan->paths.without_diffuse_indirect;
@@ -93,7 +96,9 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
         (plan->planes &
          (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
     plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
-    plan->paths.without_diffuse_direct = report->by_lobe;
+    plan->paths.without_diffuse_direct = report->by_light  ? DIRECT_LEFT_LISTED
+                                         : report->by_lobe ? DIRECT_LEFT_ALL
+                                                           : DIRECT_LEFT_NONE;
     plan->capabilities |= CAPABILITY_PATHS;
     plan_residual(job, plan, report);
     plan_planes(plan, report);

@@ -11,6 +11,7 @@ struct targets {
     const struct plane *beauty[4], *direct[3], *indirect[3], *emission[3], *albedo[3];
     bool resolved;          /* any of the above but emission alone */
     bool adds, adds_albedo; /* to what paths have put there; the latter into albedo */
+    bool adds_emission;     /* and into emission, beside the whole albedo */
 };
 
 static void find_planes(const struct image *image, const char *const *names, int count,
@@ -53,32 +54,24 @@ static void add_run(const struct plane *plane, const struct run *run, const floa
     for (uint32_t k = 0; k < run->count; k++) to[k] += values[k];
 }
 
-static void put_beauty(const struct plane *plane, const struct run *run,
-                       const float *restrict light, const float *restrict emission)
+static void lay_run(const struct plane *plane, const struct run *run, const float *values,
+                    bool adds)
 {
-    if (!plane) return;
-    float *restrict to = plane_at(plane, run->x, run->y);
-    for (uint32_t k = 0; k < run->count; k++) to[k] = light[k] + (emission ? emission[k] : 0.0f);
+    if (adds)
+        add_run(plane, run, values);
+    else
+        put_run(plane, run, values);
 }
 
 static void put_resolved(const struct targets *t, const struct run *run,
                          const struct resolved_run *resolved, const float *const emission[3])
 {
     for (int c = 0; c < 3; c++) {
-        if (t->adds) {
-            add_run(t->beauty[c], run, resolved->total[c]);
-            if (emission[c]) add_run(t->beauty[c], run, emission[c]);
-            add_run(t->direct[c], run, resolved->direct[c]);
-            add_run(t->indirect[c], run, resolved->indirect[c]);
-        } else {
-            put_beauty(t->beauty[c], run, resolved->total[c], emission[c]);
-            put_run(t->direct[c], run, resolved->direct[c]);
-            put_run(t->indirect[c], run, resolved->indirect[c]);
-        }
-        if (t->adds_albedo)
-            add_run(t->albedo[c], run, resolved->albedo[c]);
-        else
-            put_run(t->albedo[c], run, resolved->albedo[c]);
+        lay_run(t->beauty[c], run, resolved->total[c], t->adds);
+        if (emission[c]) add_run(t->beauty[c], run, emission[c]);
+        lay_run(t->direct[c], run, resolved->direct[c], t->adds);
+        lay_run(t->indirect[c], run, resolved->indirect[c], t->adds);
+        if (!t->adds_emission) lay_run(t->albedo[c], run, resolved->albedo[c], t->adds_albedo);
     }
     put_run(t->beauty[3], run, resolved->coverage);
 }
@@ -156,7 +149,7 @@ static void light_run(const struct resolver *r, const struct targets *t, const s
     struct resolved_run resolved;
     for (int c = 0; c < 3 && r->patch->emission[0]; c++) {
         emission[c] = r->patch->emission[c] + run->i;
-        put_run(t->emission[c], run, emission[c]);
+        lay_run(t->emission[c], run, emission[c], t->adds_emission);
     }
     if (!t->resolved && !r->errors) return;
     resolve_run(r, run->i, run->count, &resolved);
@@ -330,6 +323,7 @@ void compose_light_field(const struct resolver *resolver, struct rect block, str
     find_targets(image, &targets);
     own.parts = targets.direct[0] || targets.indirect[0];
     targets.adds = own.plan->paths.spp > 0;
+    targets.adds_emission = own.plan->paths.without_diffuse_direct == DIRECT_LEFT_LISTED;
     targets.adds_albedo = own.patch->path_albedo[0] != NULL;
     compose_light(&own, &targets, block, variance, statistics);
     compose_diffuse_direct(resolver, block, image);

@@ -181,7 +181,7 @@ uint64_t mixed_paths_apply(const struct plan *plan, const struct patch *patch, s
     const bool divided = plan->paths.without_diffuse_direct != 0;
     struct mixture m = {.patch = patch,
                         .picture = picture,
-                        .divided = divided,
+                        .divided = plan->paths.without_diffuse_direct == DIRECT_LEFT_ALL,
                         .more = divided ? 1.0f : (float)(1u << plan->paths.edge_digits),
                         .reach = rect_intersect(patch->core, picture->block)};
     const struct mixed_share *mixed = &patch->mixed;

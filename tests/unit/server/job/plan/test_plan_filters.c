@@ -131,8 +131,7 @@ TEST(auto_minds_the_cost)
 TEST(filters_need_light_fields)
 {
     struct stage *s = *state;
-    s->job.environment =
-        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    s->material.alpha_mode = ALPHA_BLEND;
     s->job.indirect_bounces = 0;
     s->job.layers = LAYER_BEAUTY | LAYER_FILTER_WIDTH;
     static const enum filter_method methods[] = {FILTER_AUTO, FILTER_SHEARED, FILTER_AXIS_ALIGNED};
@@ -142,8 +141,8 @@ TEST(filters_need_light_fields)
         assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
         assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_NONE);
         assert_int_equal(s->report.method, FILTER_NONE);
-        assert_non_null(strstr(s->report.filter_why, "there is an environment"));
-        assert_non_null(strstr(why(s, "filter"), "there is an environment"));
+        assert_non_null(strstr(s->report.filter_why, "lets light through"));
+        assert_non_null(strstr(why(s, "filter"), "lets light through"));
         assert_true(has_warning(s, "but shadows are not filtered: ") ==
                     (methods[i] != FILTER_AUTO));
         assert_true(has_warning(s, "the layer filter_width is 0"));

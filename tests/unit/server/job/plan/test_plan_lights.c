@@ -124,6 +124,7 @@ TEST(powers_have_one_unit)
     const double sky = M_PI * 3 * M_PI * 2; /* radius^2 3, luminance 2 */
     double glow = M_PI * 2 * 0.5;           /* area 2, luminance 0.5 */
     for (int c = 0; c < 3; c++) s->material.emission[c] = 0.5f;
+    s->job.method = FILTER_NONE;
     s->job.environment =
         (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {2, 2, 2}};
     assert_int_equal(make(s), 0);

@@ -133,7 +133,8 @@ TEST(auto_tells_why_it_is_paths)
     s->job.method = FILTER_AVERAGE;
     s->job.indirect_bounces = 0;
     PATHS("the error of area lights is known only along paths");
-    /* Paths bring all light that there is. */
+    /* No light is of the list. */
+    s->job.scene_lights = false;
     s->job.indirect_bounces = 0;
     s->job.environment =
         (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};

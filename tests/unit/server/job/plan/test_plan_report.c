@@ -114,6 +114,13 @@ TEST(tells_what_cleans_which_light)
                       "indirect other paths halves\n");
     s->job.environment =
         (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    assert_int_equal(make(s), 0);
+    expect_filters(s, "rectangle diffuse light_field sheared\n"
+                      "rectangle other paths halves\n"
+                      "environment diffuse paths halves\n"
+                      "environment other paths halves\n"
+                      "indirect diffuse paths halves\n"
+                      "indirect other paths halves\n");
     s->job.indirect = INDIRECT_LINEAR;
     s->job.glossy = GLOSSY_VIRTUAL_HIT;
     assert_int_equal(make(s), 0);

@@ -51,6 +51,7 @@ TEST(auto_filters_paths)
 static void light_around(struct stage *s)
 {
     s->material.metallic = 0.5f;
+    s->job.scene_lights = false;
     s->job.environment =
         (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
     s->job.indirect_bounces = 2;
@@ -152,6 +153,103 @@ TEST(fields_and_paths_divide_lobes)
     light_around(s);
     expect_halves(s);
     assert_false(s->report.by_lobe);
+}
+
+static void shine(struct stage *s, bool sky, bool mesh)
+{
+    for (int c = 0; c < 3; c++) s->material.emission[c] = mesh ? 1.0f : 0.0f;
+    s->job.environment = (struct job_environment){
+        .kind = sky ? ENVIRONMENT_CONSTANT : ENVIRONMENT_NONE, .radiance = {1, 1, 1}};
+}
+
+/* Beside other lights fields bring direct light of those that are listed, on whatever surfaces, and
+ * paths all else, the same whatever layers are asked for. */
+TEST(fields_and_paths_divide_lights)
+{
+    static const uint32_t layers[] = {LAYER_BEAUTY, LAYER_BEAUTY | LAYER_ERROR,
+                                      LAYER_BEAUTY | LAYER_DIRECT | LAYER_EMISSION | LAYER_ALBEDO,
+                                      LAYER_BEAUTY | LAYER_OCCLUSION};
+    struct stage *s = *state;
+    s->job.indirect_bounces = 2;
+    s->job.occlusion_distance = 1;
+    for (int shines = 1; shines < 4; shines++)
+        for (int k = 0; k < 8; k++) {
+            s->material.metallic = k < 4 ? 0.0f : 0.5f;
+            s->job.layers = layers[k % 4];
+            shine(s, shines & 1, shines & 2);
+            expect_halves(s);
+            assert_true(s->report.by_light && s->report.by_lobe);
+            assert_int_equal(s->report.integrator, INTEGRATOR_PATHS_AND_LIGHT_FIELD);
+            assert_int_equal(s->plan.paths.without_diffuse_direct, DIRECT_LEFT_LISTED);
+            assert_int_equal(s->plan.paths.without_diffuse_indirect, 0);
+            assert_int_equal(s->plan.planes & PLANES_BOUNCE_LIGHT, 0);
+            assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
+            assert_int_equal(s->plan.shadow_filter, SHADOW_FILTER_SHEARED);
+            assert_true(s->plan.planes & PLANE_BIT(LONE) && s->plan.planes & PLANE_BIT(MIXED));
+            if (k % 4 == 2) assert_true(s->plan.planes & PLANE_BIT(PATH_DIRECT));
+        }
+}
+
+/* What is asked for by name, targets, many samples, volumes and unlit lights keep paths whole. */
+TEST(lights_are_not_always_divided)
+{
+    struct stage *s = *state;
+    const struct scene_material lambert = s->material;
+    const struct job job = s->job;
+#define WHOLE(change)                                                                              \
+    do {                                                                                           \
+        shine(s, true, false);                                                                     \
+        s->job.indirect_bounces = 2;                                                               \
+        change;                                                                                    \
+        assert_int_equal(make(s), 0);                                                              \
+        assert_false(s->report.by_light);                                                          \
+        assert_int_equal(s->plan.paths.without_diffuse_direct, DIRECT_LEFT_NONE);                  \
+        s->material = lambert;                                                                     \
+        s->job = job;                                                                              \
+    } while (0)
+    WHOLE(s->job.indirect = INDIRECT_CONSTANT);
+    WHOLE(s->job.glossy = GLOSSY_VIRTUAL_HIT);
+    WHOLE(s->job.method = FILTER_AVERAGE);
+    WHOLE(s->job.residual = RESIDUAL_NONE);
+    WHOLE(s->job.spp = 49);
+    WHOLE((shine(s, false, true), s->job.spp = 121));
+    WHOLE((s->job.target_error = 0.1f, s->job.max_spp = 64));
+    WHOLE((s->material.transmission = 1.0f, s->material.thickness = 1.0f));
+    WHOLE(s->job.scene_lights = false);
+#undef WHOLE
+    for (int mesh = 0; mesh < 2; mesh++) {
+        shine(s, true, mesh);
+        s->job.spp = mesh ? 100 : 36;
+        assert_int_equal(make(s), 0);
+        assert_true(s->report.by_light);
+    }
+}
+
+/* Paths are as exact about lights without area. */
+TEST(points_are_divided_for_few_samples)
+{
+    struct stage *s = *state;
+    s->lights[0].type = LIGHT_DIRECTIONAL;
+    for (uint32_t spp = 16; spp <= 25; spp += 9) {
+        shine(s, true, true);
+        s->job.spp = spp;
+        assert_int_equal(make(s), 0);
+        assert_true(s->report.by_light == (spp == 16));
+    }
+}
+
+/* What no filter of paths cleans, fields bring if they can. */
+TEST(one_sample_has_fields_of_indirect_light)
+{
+    struct stage *s = *state;
+    shine(s, true, false);
+    s->job.indirect_bounces = 2;
+    s->job.spp = 1;
+    assert_int_equal(make(s), 0);
+    assert_true(s->report.by_light);
+    assert_int_equal(s->plan.paths.without_diffuse_direct, DIRECT_LEFT_LISTED);
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, 1);
+    assert_true(s->plan.planes & PLANE_BIT(INDIRECT_MEAN));
 }
 
 /* Surfaces with normal maps are paths' alone, which then have diffuse light to filter, too. */

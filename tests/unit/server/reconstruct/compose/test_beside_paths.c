@@ -1,4 +1,6 @@
 /* Indirect light and occlusion of light fields: filtered blocks, alone and beside paths. */
+#include <math.h>
+
 #include "proto/job/job.h"
 #include "server/reconstruct/lighting/lighting.h"
 #include "tests/unit/server/reconstruct/film_picture.h"
@@ -110,6 +112,42 @@ TEST(pictures_are_sums_of_paths_and_light_fields)
         check_sum(&plan, 1);
         check_sum(&plan, 3);
     }
+}
+
+/* Where fields bring direct light of listed lights: theirs and what shines come on top of what
+ * paths have, whose albedo is whole. */
+TEST(listed_lights_come_on_top_of_paths)
+{
+    struct plan plan, paths_plan, field_plan;
+    struct block_statistics sum, of_paths, of_field;
+    synthetic_beside_plan(&plan, 150, 90, 32, 64);
+    plan.planes |= PLANE_BIT(EMISSION) | PLANE_BIT(ALBEDO);
+    plan.light_planes =
+        1u << LIGHT_PLANE_IRRADIANCE | 1u << LIGHT_PLANE_VISIBILITY | 1u << LIGHT_PLANE_SLOPES;
+    plan.paths.without_diffuse_direct = DIRECT_LEFT_LISTED;
+    split(&plan, &paths_plan, &field_plan);
+    paths_plan.paths.without_diffuse_direct = DIRECT_LEFT_NONE;
+    paths_plan.light_planes = 0;
+    field_plan.light_count = plan.light_count;
+    struct image *all = render(&plan, 3, &sum), *paths = render(&paths_plan, 3, &of_paths);
+    struct image *field = render(&field_plan, 1, &of_field);
+    is_sum(all, "direct.R", paths, "direct.R", field, "direct.R");
+    is_sum(all, "indirect.G", paths, "indirect.G", field, "indirect.G");
+    is_sum(all, "emission.B", paths, "emission.B", field, "emission.B");
+    same(all, paths, "albedo.G");
+    const float *r = picture_channel(all, "R"), *p = picture_channel(paths, "R"),
+                *f = picture_channel(field, "R"), *e = picture_channel(all, "emission.R"),
+                *d = picture_channel(field, "direct.R");
+    uint32_t lit = 0, shines = 0;
+    for (size_t i = 0; i < area_of(all); i++) {
+        assert_true(fabsf(r[i] - (p[i] + f[i])) <= 1e-5f * r[i]);
+        lit += d[i] > 0.0f, shines += e[i] > 0.0f;
+    }
+    assert_true(lit > 1000 && shines > 1000);
+    assert_int_equal(sum.pixels_background, of_field.pixels_background);
+    image_destroy(&all);
+    image_destroy(&paths);
+    image_destroy(&field);
 }
 
 TEST(no_cut_changes_a_bit)

@@ -120,6 +120,22 @@ TEST(shares_make_the_pixel)
     expect(&s, 0.25f * 0.625f + 0.75f * 3.0f, true);
 }
 
+/* Where fields bring listed lights alone, entries have the albedo of surfaces that these light,
+ * here half of what it is around; others are black there, and have what paths have seen. */
+TEST(black_surfaces_have_the_albedo_of_paths)
+{
+    static struct scene s;
+    for (int black = 0; black < 2; black++) {
+        make(&s, 4, 0.25f, black ? 1.4f : 0.9f, false);
+        s.plan.paths.without_diffuse_direct = DIRECT_LEFT_LISTED;
+        for (uint32_t e = 0; e < s.patch.mixed.count; e++)
+            for (int c = 0; c < 3; c++) s.entries[e].albedo[c] *= black ? 0.0f : 0.5f;
+        apply(&s);
+        expect(&s, black ? 0.25f * 0.625f + 0.75f * 2.0f : 0.25f * (0.25f + 0.125f) + 0.75f * 1.0f,
+               false);
+    }
+}
+
 /* The same mean is within the chance of 4 paths, and not of 4096. */
 TEST(paths_win_as_they_grow)
 {
