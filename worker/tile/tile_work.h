@@ -36,8 +36,9 @@ struct tile_tracer {
     struct sky sky;
     struct path_scratch path;
     struct path_sums sums;
-    struct block edges;     /* pixels at edges that wait for their paths */
-    struct lobe_view lobes; /* of the tile, where stages skip paths */
+    struct block edges;             /* pixels at edges that wait for their paths */
+    struct lanes_mask beside_lamps; /* of these */
+    struct lobe_view lobes;         /* of the tile, where stages skip paths */
     struct lens_scratch lens;
     struct centre_gbuffer centres;
     struct lens_second_set more;

@@ -37,6 +37,7 @@ struct mixture {
 struct surface_light {
     float diffuse[3], rest[3];
     float albedo[3]; /* that paths have seen */
+    float emission;
     float weight;
 };
 
@@ -78,6 +79,7 @@ static void add_light(const struct mixture *m, const struct pure_pixel *q, float
         sum->albedo[c] += weight * albedo;
         sum->rest[c] += weight * (m->picture->radiance[c][q->at] - sent);
     }
+    for (int c = 0; c < 3; c++) sum->emission += weight * p->path_emission[c][q->i];
     sum->weight += weight;
 }
 
@@ -136,7 +138,7 @@ static bool predict(struct mixture *m, int32_t x, int32_t y, uint32_t e, struct 
         struct shown_surface surface;
         if (!(entry->share > 0.0f)) continue;
         if (!surface_of_pixel(&m->view, m->patch, q, &surface)) return false;
-        if (!find_light(m, &surface, &light)) return false;
+        if (!find_light(m, &surface, &light) || light.emission > 0.0f) return false;
         for (int c = 0; c < 3; c++) light.albedo[c] *= entry->share;
         const bool black = entry->albedo[0] + entry->albedo[1] + entry->albedo[2] <= 0.0f;
         add_covered(&light, m->divided || black ? light.albedo : entry->albedo, entry->share, out);

@@ -188,16 +188,6 @@ static int trace_pixel(const struct mixing *m, int32_t x, int32_t y, size_t e)
 
 /* -- lamps -- */
 
-/* Returns whether one of the 3 x 3 around is on what may shine. */
-static bool is_beside_lamp(const struct mixed_cells *c, size_t i)
-{
-    const size_t s = c->stride;
-    bool any = false;
-    for (size_t k = i - 1; k <= i + 1; k++)
-        any |= c->shines[k - s] | c->shines[k] | c->shines[k + s];
-    return any;
-}
-
 static void add_emission(struct mixed_scratch *s)
 {
     const struct lanes3 *e = &s->vertex.surface.emission;
@@ -266,7 +256,7 @@ static int trace_pixels(const struct mixing *m)
     for (int32_t y = t.y0; y < t.y1; y++) {
         for (int32_t x = t.x0; x < t.x1; x++, e++) {
             if (!f->mixed[e]) continue;
-            if (shines && is_beside_lamp(&f->cells, mixed_cell(f, x, y))) trace_glow(m, x, y, e);
+            if (shines && mixed_is_beside_lamp(f, x, y)) trace_glow(m, x, y, e);
             const int error = trace_pixel(m, x, y, e);
             if (error) return error;
         }

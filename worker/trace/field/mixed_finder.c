@@ -142,6 +142,16 @@ static void mark_apart(const struct mixed_finder *f)
     }
 }
 
+bool mixed_is_beside_lamp(const struct mixed_finder *f, int32_t x, int32_t y)
+{
+    const struct mixed_cells *c = &f->cells;
+    const size_t i = mixed_cell(f, x, y), s = c->stride;
+    bool any = false;
+    for (size_t k = i - 1; k <= i + 1; k++)
+        any |= c->shines[k - s] | c->shines[k] | c->shines[k + s];
+    return any;
+}
+
 /* -- sub-samples -- */
 
 /* Returns whether sub-sample k, of the centre's object, shows another surface than it. */

@@ -46,4 +46,7 @@ static inline size_t mixed_cell(const struct mixed_finder *f, int32_t x, int32_t
     return (size_t)(y - f->tile.y0 + 1) * f->cells.stride + (size_t)(x - f->tile.x0 + 1);
 }
 
+/* Returns whether one of the 3 x 3 centres around shows what may shine. */
+bool mixed_is_beside_lamp(const struct mixed_finder *f, int32_t x, int32_t y);
+
 struct shown_surface mixed_surface(const struct mixed_cells *cells, size_t cell);

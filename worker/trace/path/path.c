@@ -202,6 +202,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     v->depth = depth;
     follow(c, p, v, &s->harvest);
     if (depth == 0) path_note(c, p, v, &s->harvest);
+    if (c->seen_only) return;
     if (depth > 0 && c->chains) chains_note(c, p, v, &s->harvest);
     if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_VISIBILITY & 1u))

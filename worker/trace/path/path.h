@@ -58,6 +58,7 @@ struct path_context {
     bool lens;               /* camera paths are those of the lens's light field */
     struct centre_gbuffer *centres; /* what light fields light of the lens's paths; or NULL */
     uint32_t edge_digits;           /* of the plan, where paths are of pixels at edges; else 0 */
+    bool seen_only;                 /* paths end at what the camera sees */
     bool chains;     /* features are of what mirrors and clear glass show (chains.h) */
     bool features;   /* depths and normals of first surfaces are noted */
     bool field;      /* paths begin on surfaces, scattered once: the field of indirect light */

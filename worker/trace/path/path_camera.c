@@ -97,5 +97,5 @@ void path_camera(const struct path_context *c, const struct block *b, uint32_t f
                 path_begin(path_place_key(places[lane], first + k),
                            path_place_sample(places[lane], first + k), k * LANES + lane, pool);
     for (uint32_t k = 0; k < path_pool_packets(pool); k++) aim(c, b, &pool->packets[k]);
-    c->counters->value[COUNTER_PATHS] += pool->count;
+    c->counters->value[COUNTER_PATHS] += c->seen_only ? 0 : pool->count;
 }

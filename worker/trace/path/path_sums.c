@@ -204,6 +204,46 @@ static void scale(struct lanes3 *v, float by)
     for (int i = 0; i < LANES; i++) v->x[i] *= by, v->y[i] *= by, v->z[i] *= by;
 }
 
+static void scale_lane(struct lanes3 *v, int i, float by)
+{
+    v->x[i] *= by;
+    v->y[i] *= by;
+    v->z[i] *= by;
+}
+
+static void cover_lane(struct path_sums *s, int i, float by)
+{
+    struct lanes3 *const sums[] = {
+        &s->direct,         &s->indirect,    &s->diffuse_direct, &s->diffuse_indirect, &s->albedo,
+        &s->half_scattered, &s->half_direct, &s->half_indirect,  &s->normal,           &s->tint};
+    for (size_t k = 0; k < sizeof sums / sizeof *sums; k++) scale_lane(sums[k], i, by);
+    s->coverage[i] *= by;
+    s->weight[i] *= by;
+    s->distance[i] *= by;
+    s->alpha[i] *= by;
+}
+
+void path_sums_see(struct path_sums *s, const struct lanes_mask *on, const struct lanes3 *emission,
+                   const float coverage[LANES], uint32_t count)
+{
+    const float part = (float)s->count / (float)(s->count + count);
+    for (int i = 0; i < LANES; i++) {
+        const float e[3] = {(s->emission.x[i] + emission->x[i]) * part,
+                            (s->emission.y[i] + emission->y[i]) * part,
+                            (s->emission.z[i] + emission->z[i]) * part};
+        if (!on->on[i] || !(e[0] < INFINITY && e[1] < INFINITY && e[2] < INFINITY)) continue;
+        if (s->coverage[i] == 0.0f && coverage[i] > 0.0f) continue;
+        if (s->coverage[i] > 0.0f)
+            cover_lane(s, i, (s->coverage[i] + coverage[i]) * part / s->coverage[i]);
+        s->emission.x[i] = e[0];
+        s->emission.y[i] = e[1];
+        s->emission.z[i] = e[2];
+        s->radiance.x[i] = e[0] + (s->direct.x[i] + s->indirect.x[i]);
+        s->radiance.y[i] = e[1] + (s->direct.y[i] + s->indirect.y[i]);
+        s->radiance.z[i] = e[2] + (s->direct.z[i] + s->indirect.z[i]);
+    }
+}
+
 /* Makes sums of so many samples of those of more. The spread is such that a mean of so many is as
  * uncertain as it is of more. */
 static void count_as_fewer(struct path_sums *s)

@@ -14,7 +14,7 @@ struct scene {
     struct plan plan;
     struct patch patch;
     struct residual_picture picture;
-    float depth[AREA], normal[3][AREA], albedo[3][AREA], spp[AREA];
+    float depth[AREA], normal[3][AREA], albedo[3][AREA], emission[3][AREA], spp[AREA];
     float radiance[3][AREA], direct[3][AREA], indirect[3][AREA];
     uint32_t id[AREA];
     struct mixed_entry entries[4 * HEIGHT];
@@ -82,6 +82,7 @@ static void make(struct scene *s, float n, float share, float mean, bool backgro
     for (int c = 0; c < 3; c++) {
         s->patch.normal[c] = s->normal[c];
         s->patch.path_albedo[c] = s->albedo[c];
+        s->patch.path_emission[c] = s->emission[c];
         s->picture.radiance[c] = s->radiance[c];
         s->picture.diffuse_direct[c] = s->direct[c];
         s->picture.diffuse_indirect[c] = s->indirect[c];
@@ -161,6 +162,16 @@ TEST(unknown_light_stays_that_of_paths)
     make(&s, 4, 0.25f, 1.4f, false);
     for (int i = 0; i < AREA; i++) s.id[i] = i % WIDTH > EDGE ? 7 : s.id[i];
     for (int i = 0; i < AREA; i++) s.depth[i] = i % WIDTH > EDGE ? 90.0f : s.depth[i];
+    apply(&s);
+    expect(&s, 1.4f, false);
+}
+
+/* Paths know more of a lamp's coverage than the list does. */
+TEST(lamps_stay_those_of_paths)
+{
+    static struct scene s;
+    make(&s, 4, 0.25f, 1.4f, false);
+    for (int i = 0; i < AREA; i++) s.emission[0][i] = i % WIDTH < EDGE ? 4 * 0.1f : 0.0f;
     apply(&s);
     expect(&s, 1.4f, false);
 }

@@ -125,6 +125,36 @@ TEST(more_samples_count_as_fewer)
     samples_destroy(&samples);
 }
 
+/* Samples that end at what the camera sees: what is scattered follows the coverage. */
+TEST(coverage_scales_what_is_scattered)
+{
+    static struct path_harvest h;
+    static struct path_sums s;
+    const struct plan_pass pass = {.count = 4};
+    struct counters counters = {.value = {0}};
+    struct lanes_mask on = {{0}};
+    struct lanes3 emission = {.x = {0}};
+    float coverage[LANES] = {0};
+    on.on[1] = on.on[2] = -1;
+    path_sums_init(&s, &pass, 0, PLANES_RESIDUAL);
+    for (size_t i = 0; i < LANES; i++) { /* one of four shines, one meets a surface */
+        h.emission.r[i] = 8.0f;
+        h.direct.r[LANES + i] = 4.0f;
+        h.albedo.g[LANES + i] = 0.5f;
+        h.distance[LANES + i] = 3.0f;
+        h.coverage[LANES + i] = i == 2 ? 0.0f : 1.0f;
+    }
+    path_sums_add(&s, &h, 4, true, &counters);
+    emission.x[1] = emission.x[2] = 8.0f * 8.0f; /* of 28: a half covers, a quarter shines */
+    coverage[1] = coverage[2] = 15.0f;
+    path_sums_see(&s, &on, &emission, coverage, 28);
+    assert_true(s.emission.x[1] == 9.0f && s.coverage[1] == 2.0f);
+    assert_true(s.direct.x[1] == 8.0f && s.half_scattered.x[1] == 8.0f);
+    assert_true(s.radiance.x[1] == 17.0f && s.albedo.y[1] == 1.0f && s.distance[1] == 6.0f);
+    assert_true(s.emission.x[0] == 8.0f && s.direct.x[0] == 4.0f); /* off */
+    assert_true(s.emission.x[2] == 8.0f && s.direct.x[2] == 4.0f); /* its surface is not known */
+}
+
 TEST(halves_are_not_added_up_unasked)
 {
     static struct path_sums s;
