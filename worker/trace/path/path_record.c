@@ -122,8 +122,9 @@ void path_record_light(const struct path_context *c, const struct path_vertex *v
     const float squared = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
     const float length = sqrtf(squared > 0.0f ? squared : 1.0f);
     if (!v->active.on[0]) return;
-    vertex->light_count++;
     vertex->last = v->last.on[0];
+    if (light == UINT32_MAX) return; /* no light could reach the surface */
+    vertex->light_count++;
     *to = (struct path_record_light){
         .light = light, .probability = probability, .skip = l->skip[0], .traced = l->traced.on[0]};
     if (to->skip != 0) return;

@@ -130,7 +130,8 @@ PATH_RECORD_COLD void path_record_leave(const struct path_context *c, const stru
 /* Records the roulette of what light fields leave, played with the chance `stays`. */
 PATH_RECORD_COLD void path_record_thin(const struct path_context *c, const struct path_packet *p,
                                        const struct path_vertex *v, float stays);
-/* Records a light sample before its ray is traced; `all` is the reflected radiance. */
+/* Records a light sample before its ray is traced; `all` is the reflected radiance. A choice of
+ * nothing, UINT32_MAX, is no sample. */
 PATH_RECORD_COLD void path_record_light(const struct path_context *c, const struct path_vertex *v,
                                         uint32_t light, float probability,
                                         const struct light_packet *l, const float all[3]);

@@ -271,6 +271,31 @@ TEST(steps_add_up)
     free(f);
 }
 
+/* Surfaces that no light faces choose none, of which there is nothing to tell. */
+TEST(no_light_is_no_sample)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    for (uint32_t k = 0; k < p.light_count; k++) p.lights[k].direction[1] = 1; /* up */
+    struct traced t = trace_all(f, &p);
+    uint32_t without = 0;
+    for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i++) {
+        struct path_record *r = replay(&t, &p, i % SIDE_PX, i / SIDE_PX, 0);
+        add_up(r);
+        for (uint32_t d = 0; d < r->count; d++) {
+            const struct path_record_vertex *v = &r->vertices[d];
+            without += v->active && v->light_count == 0;
+            for (uint32_t k = 0; k < v->light_count; k++)
+                assert_true(v->lights[k].light < p.light_count ||
+                            v->lights[k].light == LIGHT_CHOICE_EMITTERS);
+        }
+        free(r);
+    }
+    assert_true(without > 0);
+    traced_fini(&t);
+    free(f);
+}
+
 /* Every lens sample of some pixels, as it travels. */
 static void lens_samples_are_those_of_tiles(const struct plan *p, struct traced *t)
 {
