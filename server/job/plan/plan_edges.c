@@ -35,7 +35,7 @@ static void plan_mixed_paths(const char *what, struct plan *plan, struct plan_re
  * themselves. */
 static void plan_edges(struct plan *plan)
 {
-    if (plan->paths.spp == 0 || plan->target_error > 0.0f) return;
+    if (plan->paths.spp == 0) return;
     plan->paths.edge_digits = plan->paths.spp <= EDGES_FOURFOLD_MOST ? 2 : 1;
 }
 

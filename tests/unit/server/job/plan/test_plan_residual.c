@@ -105,7 +105,7 @@ TEST(whole_paths_have_mixed_pixels)
     s->job.layers = LAYER_BEAUTY;
     s->job.target_error = 0.1f, s->job.max_spp = 64;
     assert_true(is_mixed(s));
-    assert_int_equal(s->plan.paths.edge_digits, 0);
+    assert_int_equal(s->plan.paths.edge_digits, 2);
     s->job.target_error = 0.0f, s->job.max_spp = 0;
     s->job.indirect = INDIRECT_CONSTANT;
     assert_false(is_mixed(s));
