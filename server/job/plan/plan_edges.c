@@ -31,8 +31,7 @@ static void plan_mixed_paths(const char *what, struct plan *plan, struct plan_re
 }
 
 /* A tenth of the pixels, at edges, has half of the squared error: more paths there are worth more
- * than more of them everywhere (docs/reconstruction.md, Paths at edges). Targets move paths by
- * themselves. */
+ * than more of them everywhere (docs/reconstruction.md, Paths at edges). */
 static void plan_edges(struct plan *plan)
 {
     if (plan->paths.spp == 0) return;
