@@ -279,7 +279,6 @@ static void trace_sample(const struct path_context *c, const struct path_packet 
     struct light_packet *packet = &light->packet;
     const bool camera = v->depth == 0;
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
-    if ((c->skip & SKIP_SOFT_SKY) && camera) leave_soft(p, v, selection, h, reflected);
     drop_dim(c, reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
     if (c->record) record(c, v, selection, packet, reflected);
@@ -305,6 +304,7 @@ static void add_points(const struct path_context *c, const struct path_packet *p
         light_count_skips(&light->packet, &v->active, 1, c->counters);
         reflect(c, v, &selection, light, &reflected);
         leave_listed(c, v, &selection, &reflected);
+        if ((c->skip & SKIP_SOFT_SKY) && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
         trace_sample(c, p, v, &selection, light, &reflected, h);
     }
 }
@@ -326,6 +326,8 @@ void path_nee_add(const struct path_context *c, const struct path_packet *p, str
         try_several(c, p, v, &selection, &light[0], &light[1], &reflected, scale);
     else
         try_lights(c, (struct path_numbers){p->key, p->sample}, v, &selection, light, &reflected);
+    /* Before scaling, which rounds what is left of nothing. */
+    if ((c->skip & SKIP_SOFT_SKY) && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
     for (int i = 0; several && i < LANES; i++) scale_lane(scale[i], i, &reflected); /* 0 stays 0 */
     trace_sample(c, p, v, &selection, light, &reflected, h);
 }
