@@ -104,6 +104,9 @@ static int run_worker(struct replayed *r, char **arguments, const struct replay_
     if (pid < 0) return fault_set(fault, ERR_IO, "", "fork: %s", strerror(errno));
     while (waitpid(pid, &ended, 0) < 0 && errno == EINTR) {
     }
+    if (WIFSIGNALED(ended) && !interrupted)
+        return fault_set(fault, ERR_STATE, "", "the worker was ended by signal %d (%s)",
+                         WTERMSIG(ended), strsignal(WTERMSIG(ended)));
     *status = WIFEXITED(ended) ? WEXITSTATUS(ended) : 1;
     return 0;
 }

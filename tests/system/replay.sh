@@ -95,5 +95,13 @@ check "light fields alone have no paths, and say what to ask instead" bash -c "
 jq 'del(.environment) | .filter.method = "auto" | .effects.indirect_bounces = 1 | .sampling.spp = 9 | .sampling.lens_extra = 9 | .layers = ["beauty"]' "$tmp/job.json" >"$tmp/lens.json"
 check "a lens's light field has samples" bash -c "'$build/shearwater' replay '$tmp/lens.json' 2,1 8 --json | jq -e '.kind == \"lens sample\" and .lens_point and (.path | length) > 0'"
 check "... and those of second sets" bash -c "'$build/shearwater' replay '$tmp/lens.json' 2,1 256 --json | jq -e '.kind == \"lens sample of a second set\" and .samples == [256, 291]'"
+# A worker that a signal ends says nothing by itself.
+mkdir "$tmp/bin"
+ln -s "$PWD/web" "$tmp/web"
+cp "$build/shearwater" "$tmp/bin/"
+ln -s "$(realpath "$build")/shearwater-import" "$tmp/bin/"
+printf '#!/bin/sh\nkill -SEGV $$\n' >"$tmp/bin/shearwater-worker"
+chmod +x "$tmp/bin/shearwater-worker"
+check "a worker that crashes is told of" bash -c "! '$tmp/bin/shearwater' replay '$tmp/job.json' 0,0 0 2>'$tmp/said' && grep -q 'ended by signal 11' '$tmp/said'"
 serve_stop
 tap_done
