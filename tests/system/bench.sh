@@ -84,7 +84,7 @@ peers_folder() {
     cp "$folder/reference-a.exr" "$folder/oidn-4.exr" && cp "$folder/reference-b.exr" "$folder/oidn-9.exr" && mkdir "$tmp/peers/no-scene"
 }
 export SHEARWATER_PEER_WEIGHTS=$tmp/no-weights.tza
-real() { node tests/bench/bench.mjs "$build" part=real repeat=1 "out=$tmp/real" "$@" >"$tmp/real.printed" 2>"$tmp/said"; }
+real() { node tests/bench/bench.mjs "$build" part=real repeat=1 scene=cornell "out=$tmp/real" "$@" >"$tmp/real.printed" 2>"$tmp/said"; }
 real_lines() { jq -es "$1" "$tmp/real/lines.jsonl"; }
 check "a peers folder" peers_folder
 check "its scenes are measured" real "peers=$tmp/peers" spp=1,4
@@ -124,7 +124,7 @@ check "equal CPU time by hand" node --input-type=module -e '
     assert.deepEqual(equalCpu([...auto, row("oidn", 4, null, 33), row("oidn", 4, 2, null), { ...row("oidn", 4, 2, 33), scene: "t" }]), []);
     assert.equal(equalCpu([...auto, row("auto", 64, 5, null), row("oidn", 64, 8, 41)])[0].auto.psnr_db, beyond.auto.psnr_db);'
 check "a scene and a method are picked" bash -c "$(declare -f real real_lines); build='$build' tmp='$tmp'; rm -r '$tmp/real'; real peers='$tmp/peers' scene=cornell method=none spp=4 && real_lines '[.[] | select(.part == \"real\")] | length == 2'"
-no_scene() { real "peers=$tmp/peers" scene=nowhere; [ $? -eq 2 ] && grep -q 'no real scene "nowhere": cornell$' "$tmp/said"; }
+no_scene() { real "peers=$tmp/peers" scene=nowhere; [ $? -eq 2 ] && grep -q 'no real scene "nowhere": cornell lamps$' "$tmp/said"; }
 check "a scene that is not there is refused" no_scene
 no_folder() { real "peers=$tmp/nowhere" && grep -q "skipped, there is no peers folder at $tmp/nowhere" "$tmp/said"; }
 check "a folder that is not there is said" no_folder
