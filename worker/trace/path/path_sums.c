@@ -211,12 +211,22 @@ static void scale_lane(struct lanes3 *v, int i, float by)
     v->z[i] *= by;
 }
 
+/* Sums of what is scattered, and of features of what scatters. */
+enum { SCATTERED = 10 };
+
+static void list_scattered(struct path_sums *s, struct lanes3 *out[SCATTERED])
+{
+    out[0] = &s->direct, out[1] = &s->indirect;
+    out[2] = &s->diffuse_direct, out[3] = &s->diffuse_indirect;
+    out[4] = &s->half_scattered, out[5] = &s->half_direct, out[6] = &s->half_indirect;
+    out[7] = &s->albedo, out[8] = &s->normal, out[9] = &s->tint;
+}
+
 static void cover_lane(struct path_sums *s, int i, float by)
 {
-    struct lanes3 *const sums[] = {
-        &s->direct,         &s->indirect,    &s->diffuse_direct, &s->diffuse_indirect, &s->albedo,
-        &s->half_scattered, &s->half_direct, &s->half_indirect,  &s->normal,           &s->tint};
-    for (size_t k = 0; k < sizeof sums / sizeof *sums; k++) scale_lane(sums[k], i, by);
+    struct lanes3 *sums[SCATTERED];
+    list_scattered(s, sums);
+    for (int k = 0; k < SCATTERED; k++) scale_lane(sums[k], i, by);
     s->coverage[i] *= by;
     s->weight[i] *= by;
     s->distance[i] *= by;
@@ -248,12 +258,12 @@ void path_sums_see(struct path_sums *s, const struct lanes_mask *on, const struc
  * uncertain as it is of more. */
 static void count_as_fewer(struct path_sums *s)
 {
-    struct lanes3 *const sums[] = {&s->radiance,      &s->emission,       &s->direct,
-                                   &s->indirect,      &s->diffuse_direct, &s->diffuse_indirect,
-                                   &s->albedo,        &s->half_scattered, &s->half_direct,
-                                   &s->half_indirect, &s->normal,         &s->tint};
+    struct lanes3 *sums[SCATTERED];
     const float by = 1.0f / (float)(1u << s->edge_digits), all = (float)s->count, few = all * by;
-    for (size_t k = 0; k < sizeof sums / sizeof *sums; k++) scale(sums[k], by);
+    list_scattered(s, sums);
+    for (int k = 0; k < SCATTERED; k++) scale(sums[k], by);
+    scale(&s->radiance, by);
+    scale(&s->emission, by);
     scale(&s->spread, few > 1.0f ? by * (few - 1.0f) / (all - 1.0f) : 0.0f);
     for (int i = 0; i < LANES; i++) {
         s->coverage[i] *= by;

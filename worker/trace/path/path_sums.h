@@ -35,8 +35,8 @@ void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint32_t 
 void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
                    struct counters *counters);
 
-/* Takes emission and coverage from `count` samples more, of which these are sums over lanes that are
- * on, or zero. What is scattered, and features, follow the coverage, since all of them come of
+/* Takes emission and coverage from `count` samples more, of which these are sums over lanes that
+ * are on, or zero. What is scattered, and features, follow the coverage, since all of them come of
  * samples that meet a surface. Lanes whose paths have met none stay as they are. */
 void path_sums_see(struct path_sums *s, const struct lanes_mask *on, const struct lanes3 *emission,
                    const float coverage[LANES], uint32_t count);
