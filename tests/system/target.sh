@@ -48,7 +48,7 @@ check "sampling until a target" render target a --workers 1 --worker-threads 1 -
 check "... reaches it" reached open a 0.02
 check "... in rounds" counts a '.target.rounds > 1 and .target.error <= 0.02 and .target.error > 0.014'
 check "... of more than the first" counts a '.target.paths + .target.bounces > 2 * 9 * 96 * 96'
-check "... counts every sample" counts a '.target.paths <= .rays.paths'
+check "... counts every sample" counts a '.target.paths <= .rays.paths and .rays.paths <= 2 * .target.paths'
 check "... filters paths" counts a '.residual.pixels_filtered > 1000'
 jq '.filter.residual = "none"' "$tmp/target.json" >"$tmp/unfiltered.json"
 check "sampling until a target without that filter" render unfiltered plain
