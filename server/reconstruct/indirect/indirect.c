@@ -3,6 +3,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect_blend.h"
 #include "server/reconstruct/indirect/indirect_isolated.h"
+#include "server/reconstruct/indirect/indirect_spikes.h"
 #include "server/reconstruct/indirect/indirect_variance.h"
 
 /* The radius of isolated pixels' windows, in the filter's largest widths. It is within the filter's
@@ -32,11 +33,20 @@ static const float *channel_of(const struct indirect *f, uint32_t c)
     return c < f->count ? f->in[c] : f->error->half[c - f->count];
 }
 
+/* Returns whether spikes are spread: by the filters of one width. */
+static bool has_spikes(const struct plan *plan)
+{
+    return plan->indirect_filter == INDIRECT_FILTER_CONSTANT ||
+           plan->indirect_filter == INDIRECT_FILTER_LINEAR;
+}
+
 int32_t indirect_halo_px(const struct plan *plan)
 {
     const struct indirect_rule r = indirect_rule_of(plan);
     if (!(r.most_px > 0.0f || r.smooth_most_px > 0.0f)) return 0;
-    return indirect_reach_px(r.most_px) + indirect_reach_px(r.smooth_most_px) + INDIRECT_NEAR_PX;
+    const int32_t filter = indirect_reach_px(r.most_px) + INDIRECT_NEAR_PX;
+    const int32_t spikes = has_spikes(plan) ? indirect_spikes_reach(&r) : 0;
+    return indirect_reach_px(r.smooth_most_px) + (filter > spikes ? filter : spikes);
 }
 
 static bool can_filter(const struct indirect *f)
@@ -205,6 +215,26 @@ static void fill_isolated(const struct indirect *f, const struct indirect_rule *
                                         (int32_t)(ISOLATED_REACH * rule->most_px), f->in, out);
 }
 
+/* Of the filter and of its errors; those of spikes follow. */
+static uint32_t spares_of(const struct indirect *f)
+{
+    return filter_spares(f) + (f->error ? 6 + INDIRECT_VARIANCE_SPARES : 0);
+}
+
+/* Takes spikes out of light and its halves. Returns whether there may be some. Highlights of lobes,
+ * whose rays are counted, are none. */
+static bool find_spikes(const struct indirect *f, const struct indirect_rule *rule,
+                        struct indirect_spikes *s)
+{
+    if (!has_spikes(f->plan) || f->count < 3 || f->patch->bounces) return false;
+    if (indirect_spikes_reach(rule) == 0) return false;
+    for (uint32_t c = 0; c < channels_of(f); c++)
+        if (c < 3 || c >= f->count)
+            s->channel[s->count++] = indirect_neighbourhood_spare(s->around, c);
+    indirect_spikes_split(rule, s);
+    return true;
+}
+
 static int run(const struct indirect *f, uint64_t *isolated)
 {
     const struct indirect_rule rule = indirect_rule_of(f->plan);
@@ -214,11 +244,15 @@ static int run(const struct indirect *f, uint64_t *isolated)
     const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
     const struct rect wide = rect_intersect(rect_grow(f->inner, beyond), seen);
     struct indirect_neighbourhood around;
-    const uint32_t spares = filter_spares(f) + (f->error ? 6 + INDIRECT_VARIANCE_SPARES : 0);
+    const uint32_t spares = spares_of(f) + indirect_spikes_spares(INDIRECT_SPIKES_MOST);
     const int error = indirect_neighbourhood_create(f->plan, f->patch, seen, halo, spares, &around);
     if (error) return error;
     for (uint32_t c = 0; c < channels_of(f); c++) load(f, &around, c, c);
+    struct indirect_spikes spikes = {
+        .kernels = kernels, .around = &around, .rect = wide, .first = spares_of(f)};
+    const bool split = find_spikes(f, &rule, &spikes);
     run_filter(f, &rule, kernels, wide, &around);
+    if (split) indirect_spikes_spread(&rule, &spikes);
     fill_isolated(f, &rule, &around, isolated);
     store(f, &around, indirect_neighbourhood_spare(&around, channels_of(f)));
     if (f->error) run_error(f, &rule, kernels, wide, &around);

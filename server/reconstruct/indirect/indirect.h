@@ -26,8 +26,10 @@ struct indirect_statistics {
 };
 
 /* Returns how many pixels around a block the plan's filter reads; 0 for INDIRECT_FILTER_NONE. It
- * depends on the plan alone (samples, height, mu) and is at most INDIRECT_REACH_MAX_PX. */
+ * depends on the plan alone (samples, height, mu) and is at most INDIRECT_HALO_MAX_PX: the filter
+ * itself reads INDIRECT_REACH_MAX_PX, what spreads spikes the rest. */
 #define INDIRECT_REACH_MAX_PX 64
+#define INDIRECT_HALO_MAX_PX  136
 int32_t indirect_halo_px(const struct plan *plan);
 
 /* Variances of the first three channels (indirect_variance.h). */

@@ -90,14 +90,17 @@ TEST(halo_is_bounded)
     room_plan(&plan, LINES, INDIRECT_FILTER_NONE, 4);
     assert_int_equal(indirect_halo_px(&plan), 0);
     plan.indirect_filter = INDIRECT_FILTER_CONSTANT;
-    assert_int_equal(indirect_halo_px(&plan), 21); /* 2.5 * 7.5 and two more */
+    /* Spikes: windows of 12 px in two steps, and 8 steps of 5 px between means over 5. */
+    assert_int_equal(indirect_halo_px(&plan), 2 * 12 + 8 * 5 + 2 * 2);
+    plan.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
+    assert_in_range(indirect_halo_px(&plan), 1, INDIRECT_REACH_MAX_PX);
     for (plan.height_px = 1; plan.height_px <= LIMIT_IMAGE_SIDE_PX; plan.height_px *= 2) {
         for (uint32_t l = 1; l <= LIMIT_STRATA_PER_AXIS; l += 5) {
             for (plan.mu = 1e-3f; plan.mu <= (float)LIMIT_FILTER_MU; plan.mu *= 10.0f) {
                 plan.indirect_strata_per_axis = l;
                 for (size_t f = 0; f < FILTERS; f++) {
                     plan.indirect_filter = filters[f];
-                    assert_in_range(indirect_halo_px(&plan), 1, INDIRECT_REACH_MAX_PX);
+                    assert_in_range(indirect_halo_px(&plan), 1, INDIRECT_HALO_MAX_PX);
                 }
             }
         }
