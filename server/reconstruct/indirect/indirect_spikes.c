@@ -65,7 +65,10 @@ static struct spike_limits limits_of(const struct indirect_spikes *s)
     const struct indirect_neighbourhood *a = s->around;
     struct spike_limits l = {
         .rect = a->rect, .origin = a->origin, .stride = (size_t)a->field.stride};
-    spike_limits_carve(&l, a->area, indirect_neighbourhood_spare(a, s->first));
+    float *arrays[SPIKE_ARRAYS];
+    for (uint32_t k = 0; k < SPIKE_ARRAYS; k++)
+        arrays[k] = indirect_neighbourhood_spare(a, s->first + k);
+    spike_limits_take(&l, arrays);
     return l;
 }
 

@@ -2,12 +2,12 @@
 
 #include <string.h>
 
-void spike_limits_carve(struct spike_limits *s, size_t area, float *memory)
+void spike_limits_take(struct spike_limits *s, float *const arrays[SPIKE_ARRAYS])
 {
-    float **const arrays[SPIKE_ARRAYS] = {&s->light, &s->shown,   &s->link_x, &s->link_y,
-                                          &s->limit, &s->bounded, &s->along,  &s->along_count,
-                                          &s->sum,   &s->count};
-    for (size_t k = 0; k < SPIKE_ARRAYS; k++) *arrays[k] = memory + k * area;
+    float **const all[SPIKE_ARRAYS] = {&s->light, &s->shown,   &s->link_x, &s->link_y,
+                                       &s->limit, &s->bounded, &s->along,  &s->along_count,
+                                       &s->sum,   &s->count};
+    for (int k = 0; k < SPIKE_ARRAYS; k++) *all[k] = arrays[k];
 }
 
 /* Sums over the pixels of a line that are linked with each of the receivers. */

@@ -30,8 +30,8 @@ struct spike_limits {
 };
 #define SPIKE_ARRAYS 10
 
-/* Sets the arrays to SPIKE_ARRAYS times `area` floats from `memory` on. */
-void spike_limits_carve(struct spike_limits *s, size_t area, float *memory);
+/* Hands the arrays out. */
+void spike_limits_take(struct spike_limits *s, float *const arrays[SPIKE_ARRAYS]);
 
 /* Finds the limits of the pixels of `rect`. Reads spike_limits_reach(reach_px) pixels around. */
 void spike_limits_find(const struct spike_limits *s, struct rect rect, int32_t reach_px,

@@ -3,13 +3,15 @@
 #include "server/reconstruct/residual/residual_error.h"
 #include "server/reconstruct/residual/residual_pass.h"
 #include "server/reconstruct/residual/residual_smooth.h"
+#include "server/reconstruct/residual/residual_spikes.h"
 
 int32_t residual_halo_px(const struct plan *plan)
 {
     int32_t halo = 0;
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
-    halo += RESIDUAL_SMOOTH_REACH_PX;
+    if (halo < RESIDUAL_SPIKES_SPREAD_PX) halo = RESIDUAL_SPIKES_SPREAD_PX;
+    halo += RESIDUAL_SMOOTH_REACH_PX + RESIDUAL_SPIKES_LIMIT_PX;
     return halo + (plan->planes >> PLANE_PATH_M2 & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }
 
@@ -36,14 +38,20 @@ void residual_picture_fini(struct residual_picture *picture)
 }
 
 /* Where light meets albedo again. Nothing is negative but by the filter's error. */
-static void compose_pixel(const struct residual_field *f, const struct patch *p, size_t i,
-                          size_t at, struct residual_picture *out, size_t to)
+static void compose_pixel(const struct residual_field *f, const struct residual_spikes *s,
+                          const struct patch *p, size_t i, size_t at, struct residual_picture *out,
+                          size_t to)
 {
+    const size_t plane = f->features.shape.plane;
     for (size_t c = 0; c < 3; c++) {
-        const size_t k = c * f->features.shape.plane + at;
-        const float direct = f->light[RESIDUAL_DIRECT].half[0][k];
-        const float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
+        const size_t k = c * plane + at;
+        float direct = f->light[RESIDUAL_DIRECT].half[0][k];
+        float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
         const float rest = f->light[RESIDUAL_REST].half[0][k] * f->features.tint[k];
+        if (s->excess) {
+            direct += s->excess[k];
+            indirect += s->excess[3 * plane + k];
+        }
         const float sum = p->path_emission[c][i] / p->paths.spp[i] +
                           (f->features.albedo[k] * (direct + indirect) + rest);
         out->radiance[c][to] = sum > 0.0f ? sum : 0.0f;
@@ -63,7 +71,8 @@ static void copy_pixel(const struct patch *p, size_t i, struct residual_picture 
 }
 
 static void compose(const struct patch *patch, const struct residual_field *f,
-                    struct residual_picture *out, struct residual_statistics *statistics)
+                    const struct residual_spikes *s, struct residual_picture *out,
+                    struct residual_statistics *statistics)
 {
     const struct rect b = out->block;
     for (int32_t y = b.y0; y < b.y1; y++)
@@ -72,7 +81,7 @@ static void compose(const struct patch *patch, const struct residual_field *f,
             const size_t at =
                 residual_at(&f->features.shape, x - patch->rect.x0, y - patch->rect.y0);
             if (residual_is_filtered(&f->features, at)) {
-                compose_pixel(f, patch, i, at, out, to);
+                compose_pixel(f, s, patch, i, at, out, to);
                 statistics->pixels++;
             } else {
                 copy_pixel(patch, i, out, to);
@@ -80,12 +89,18 @@ static void compose(const struct patch *patch, const struct residual_field *f,
         }
 }
 
-/* The block in the patch's own coordinates, and as much around as the passes after need. */
+/* In the patch's own coordinates. */
+static struct rect own_rect(const struct patch *patch, struct rect r)
+{
+    return (struct rect){r.x0 - patch->rect.x0, r.y0 - patch->rect.y0, r.x1 - patch->rect.x0,
+                         r.y1 - patch->rect.y0};
+}
+
+/* The block, and as much around as the passes after need. */
 static struct rect area_of(const struct patch *patch, struct rect block, int number)
 {
     const struct rect whole = {0, 0, rect_width(patch->rect), rect_height(patch->rect)};
-    struct rect area = {block.x0 - patch->rect.x0, block.y0 - patch->rect.y0,
-                        block.x1 - patch->rect.x0, block.y1 - patch->rect.y0};
+    struct rect area = own_rect(patch, block);
     for (int k = number + 1; k < RESIDUAL_PASSES; k++) area = rect_grow(area, residual_reach_px(k));
     return rect_intersect(area, whole);
 }
@@ -128,11 +143,14 @@ int residual_filter(const struct patch *patch, struct rect block,
     struct residual_field field;
     int error = picture_create(patch->scratch, block, out);
     if (error) return error;
+    struct residual_spikes spikes = {NULL};
     error = residual_field_create(patch, &field);
+    if (!error) error = residual_spikes_take(&field, own_rect(patch, block), &spikes);
     if (!error)
         error = variance ? run_with_errors(patch, block, &field, variance, statistics)
                          : run_passes(patch, block, &field, statistics);
-    if (!error) compose(patch, &field, out, statistics);
+    if (!error) compose(patch, &field, &spikes, out, statistics);
+    residual_spikes_fini(&spikes);
     residual_field_fini(&field);
     if (error) residual_picture_fini(out);
     return error;

@@ -173,8 +173,8 @@ TEST(light_may_be_scaled)
     residual_picture_fini(&once);
 }
 
-#define FLASH_X 70
-#define FLASH_Y 45
+#define FLASH_X 110
+#define FLASH_Y 75
 
 static void show_flash(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
                        struct residual_sample *out)
@@ -189,7 +189,7 @@ static void show_flash(const struct residual_scene *s, int32_t x, int32_t y, uin
 TEST(a_flash_stays_in_reach)
 {
     static const float levels[] = {1e30f, 3e38f};
-    struct residual_scene s = {.width = 140, .height = 90, .spp = 4, .show = show_noise};
+    struct residual_scene s = {.width = 220, .height = 150, .spp = 4, .show = show_noise};
     const struct plan plan = residual_scene_plan(&s);
     struct residual_picture plain = residual_scene_filter_all(&s);
     const int32_t reach = residual_halo_px(&plan);

@@ -266,6 +266,34 @@ TEST(energy_stays)
     assert_true(fabs(mean(p.filtered, 0, WIDTH) / mean(p.plain, 0, WIDTH) - 1) < 0.005);
 }
 
+/* One of four samples of every 169th pixel has 2000 times what others have. */
+static void show_spikes(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                        struct residual_sample *out)
+{
+    const bool spike = x % 13 == 6 && y % 13 == 6 && sample == 2;
+    (void)s;
+    out->distance = 4.0f;
+    residual_grey(0.5f, out->albedo);
+    residual_grey(spike ? 2000.0f : 1.0f, out->direct);
+    residual_grey(spike ? 2000.0f : 1.0f, out->indirect);
+}
+
+/* They make no spots, and no light is lost; at borders, where windows end, some is gained. */
+TEST(spikes_are_spread)
+{
+    static struct pictures p;
+    const struct residual_scene s = {
+        .width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_spikes};
+    double most = 0, least = INFINITY;
+    make_pictures(&s, 1, &p);
+    for (int32_t i = 0; i < AREA; i++) {
+        most = fmax(most, (double)p.filtered[i]);
+        least = fmin(least, (double)p.filtered[i]);
+    }
+    assert_true(fabs(mean(p.filtered, 0, WIDTH) / mean(p.plain, 0, WIDTH) - 1) < 0.03);
+    assert_true(most < 2 * least);
+}
+
 /* Rounds have come to pixels more or less often: all counts gain from their neighbours. */
 static uint32_t some(int32_t x, int32_t y)
 {

@@ -1,0 +1,23 @@
+#pragma once
+/* Spikes of paths' light (patch/spike_limits.h): one half of a pixel's samples has many times what
+ * the other half and the pixels around have. The passes would make a spot of each, as no pixel is
+ * like it. What it has beyond its limit is taken out before them, and added after them, spread over
+ * pixels with like features, so that no light is lost (docs/reconstruction.md, Residual spikes). */
+#include "server/reconstruct/residual/residual_field.h"
+
+/* How far from a pixel spikes are taken from, and how much farther limits read. */
+#define RESIDUAL_SPIKES_SPREAD_PX 44
+#define RESIDUAL_SPIKES_LIMIT_PX  16
+
+struct residual_spikes {
+    const float *excess; /* of direct and of indirect diffuse light, 3 planes each, in the pixel's
+                            mean; NULL: there are no spikes */
+    struct scratch *scratch; /* borrowed */
+    float *memory;           /* owned; taken from there */
+};
+
+/* Takes spikes of diffuse light out of the field's halves, before the first pass, and spreads them
+ * over `area`, in the patch's own coordinates. ERR_MEMORY. */
+int residual_spikes_take(struct residual_field *field, struct rect area,
+                         struct residual_spikes *out);
+void residual_spikes_fini(struct residual_spikes *s);
