@@ -47,13 +47,15 @@ static void compose_pixel(const struct residual_field *f, const struct residual_
         const size_t k = c * plane + at;
         float direct = f->light[RESIDUAL_DIRECT].half[0][k];
         float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
-        const float rest = f->light[RESIDUAL_REST].half[0][k] * f->features.tint[k];
+        float rest = f->light[RESIDUAL_REST].half[0][k];
         if (s->excess) {
             direct += s->excess[k];
             indirect += s->excess[3 * plane + k];
+            rest += s->excess[6 * plane + k];
         }
-        const float sum = p->path_emission[c][i] / p->paths.spp[i] +
-                          (f->features.albedo[k] * (direct + indirect) + rest);
+        const float sum =
+            p->path_emission[c][i] / p->paths.spp[i] +
+            (f->features.albedo[k] * (direct + indirect) + rest * f->features.tint[k]);
         out->radiance[c][to] = sum > 0.0f ? sum : 0.0f;
         out->diffuse_direct[c][to] = direct;
         out->diffuse_indirect[c][to] = indirect;

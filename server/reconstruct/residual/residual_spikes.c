@@ -24,8 +24,13 @@ _Static_assert(RESIDUAL_SPIKES_SPREAD_PX >= STEP * TAPS + STEP / 2 * 2, "the spr
 _Static_assert(RESIDUAL_SPIKES_LIMIT_PX >= 2 * WINDOW_PX, "the limits' reach");
 _Static_assert(RESIDUAL_PAD_PX >= WINDOW_PX + SPIKE_LANES, "margins");
 
-/* Of light's components; the rest has highlights, which are bright and narrow, too. */
-enum { COMPONENTS = RESIDUAL_REST, PLANES = 3 * COMPONENTS };
+enum { PLANES = 3 * RESIDUAL_COMPONENTS };
+
+/* What lobes of less roughness send has bright and narrow parts: limits are that many times higher
+ * as their alpha's square is lower. */
+#define ROUGH_ALPHA 0.4f
+
+_Static_assert(PLANES + SPIKE_ARRAYS == 6 * RESIDUAL_COMPONENTS + 1, "planes to borrow");
 
 /* Work on one patch, in planes that the passes have no use for yet. */
 struct work {
@@ -94,7 +99,14 @@ static void split_half(const struct residual_light *l, int h, size_t plane, size
     }
 }
 
-static void split_pixel(const struct work *w, const struct residual_light *l, size_t i,
+/* How much higher limits of a component are at pixel i. */
+static float narrow(const struct work *w, int component, size_t i)
+{
+    const float ratio = ROUGH_ALPHA / (w->f->alpha[i] + 1e-6f);
+    return component == RESIDUAL_REST && ratio > 1.0f ? ratio * ratio : 1.0f;
+}
+
+static void split_pixel(const struct work *w, const struct residual_light *l, size_t i, float times,
                         float *const excess[3])
 {
     const size_t plane = w->f->shape.plane;
@@ -102,20 +114,20 @@ static void split_pixel(const struct work *w, const struct residual_light *l, si
     const float share[2] = {w->f->share[i], 1.0f - w->f->share[i]};
     for (int h = 0; h < 2; h++) {
         const float other = TIMES_OTHER * own[1 - h], around = w->limits.limit[i];
-        const float limit = other > around ? other : around;
+        const float limit = times * (other > around ? other : around);
         if (own[h] > limit) split_half(l, h, plane, i, limit / own[h], share[h], excess);
     }
 }
 
 /* Returns whether a half may be above its limit. Where there are no halves, both are the mean. */
-static bool may_be_spike(const struct work *w, size_t i)
+static bool may_be_spike(const struct work *w, size_t i, float times)
 {
     const float share = w->f->share[i], rest = 1.0f - share;
     const float least = share < rest ? share : rest;
-    return share > 0.0f && w->limits.light[i] > least * w->limits.limit[i];
+    return share > 0.0f && w->limits.light[i] > least * times * w->limits.limit[i];
 }
 
-static bool split_component(const struct work *w, const struct residual_light *l,
+static bool split_component(const struct work *w, const struct residual_light *l, int component,
                             float *const excess[3])
 {
     const struct residual_shape *s = &w->f->shape;
@@ -125,8 +137,9 @@ static bool split_component(const struct work *w, const struct residual_light *l
     for (int32_t y = 0; y < s->height; y++) {
         const size_t first = residual_at(s, 0, y);
         for (size_t i = first; i < first + (size_t)s->width; i++) {
-            if (!may_be_spike(w, i)) continue;
-            split_pixel(w, l, i, excess);
+            const float times = narrow(w, component, i);
+            if (!may_be_spike(w, i, times)) continue;
+            split_pixel(w, l, i, times, excess);
             any = true;
         }
     }
@@ -137,8 +150,8 @@ static bool split(const struct work *w, struct residual_field *field)
 {
     bool any = false;
     link_rows(w);
-    for (int c = 0; c < COMPONENTS; c++) {
-        if (!split_component(w, &field->light[c], w->excess + 3 * c)) continue;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
+        if (!split_component(w, &field->light[c], c, w->excess + 3 * c)) continue;
         for (int h = 0; h < 2; h++) residual_pad(&w->f->shape, field->light[c].half[h], 3);
         any = true;
     }
@@ -275,11 +288,14 @@ static void spread(const struct work *w, struct rect area)
 static void borrow(const struct residual_field *field, struct work *w)
 {
     const struct residual_shape *s = &field->features.shape;
-    float *free[RESIDUAL_COMPONENTS * 6];
-    for (size_t k = 0; k < sizeof free / sizeof free[0]; k++) {
-        free[k] = field->light[k / 6].filtered[k / 3 % 2] + k % 3 * s->plane;
-        memset(free[k], 0, s->plane * sizeof(float));
-    }
+    float *free[PLANES + SPIKE_ARRAYS];
+    size_t count = 0;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        for (int h = 0; h < 2; h++)
+            for (size_t k = 0; k < 3; k++)
+                free[count++] = field->light[c].filtered[h] + k * s->plane;
+    free[count++] = field->light[0].guide[0];
+    for (size_t k = 0; k < count; k++) memset(free[k], 0, s->plane * sizeof(float));
     memcpy(w->between, free, sizeof w->between);
     spike_limits_take(&w->limits, free + PLANES);
 }

@@ -10,13 +10,13 @@
 #define RESIDUAL_SPIKES_LIMIT_PX  16
 
 struct residual_spikes {
-    const float *excess; /* of direct and of indirect diffuse light, 3 planes each, in the pixel's
-                            mean; NULL: there are no spikes */
+    const float
+        *excess; /* 3 planes for each component, of the pixel's mean; NULL: there are none */
     struct scratch *scratch; /* borrowed */
     float *memory;           /* owned; taken from there */
 };
 
-/* Takes spikes of diffuse light out of the field's halves, before the first pass, and spreads them
+/* Takes spikes out of the field's halves, before the first pass, and spreads them
  * over `area`, in the patch's own coordinates. ERR_MEMORY. */
 int residual_spikes_take(struct residual_field *field, struct rect area,
                          struct residual_spikes *out);
