@@ -69,6 +69,22 @@ TEST(mirrors_show_what_filters_are_told_of)
 }
 
 /* A pane reflects a twentieth: what it lets through is what counts. */
+/* Fields know nothing of what is seen in a mirror. */
+TEST(mirrors_beside_fields_of_diffuse_light)
+{
+    struct scene_fixture *f = fixture_new();
+    uint32_t panel;
+    struct plan p = view_of(f, &panel);
+    panel_of(f, panel);
+    p.paths.without_diffuse_direct = DIRECT_LEFT_ALL;
+    p.paths.without_diffuse_indirect = true;
+    struct traced t = trace_all(f, &p);
+    const float albedo[3] = {0.375f, 0.2f, 0.125f};
+    for (size_t i = 0; i < SIDE * SIDE; i++) expect_mirrored(&t, i, albedo);
+    traced_fini(&t);
+    free(f);
+}
+
 TEST(paths_that_stray_tell_nothing)
 {
     struct scene_fixture *f = fixture_new();
