@@ -240,8 +240,8 @@ static void kernel_add_taps(const struct residual_pass *pass, const struct resid
         const struct residual_tap tap = pass->taps[first_tap + t];
         row.offset[t] = (ptrdiff_t)tap.y * (ptrdiff_t)s->stride + tap.x;
         row.exponent[t] = tile->exponent[component == RESIDUAL_REST][t];
-        sum_patches(pass->patch_px, light->guide[guide], light->variance, s->stride, row.offset[t],
-                    pass->sharpness[component], tile, &tile->patches[t]);
+        sum_patches(pass->patch_px[component], light->guide[guide], light->variance, s->stride,
+                    row.offset[t], pass->sharpness[component], tile, &tile->patches[t]);
     }
     for (size_t y = 0; y < tile->height; y++) {
         const size_t at = tile->base + y * s->stride;
@@ -249,7 +249,7 @@ static void kernel_add_taps(const struct residual_pass *pass, const struct resid
         place_row(&row, light, half, halves, at, &tile->sums[component]);
         if (halves == 2)
             add_row(&row, 2, 1, tile);
-        else if (pass->patch_px == 3)
+        else if (pass->patch_px[component] == 3)
             add_row(&row, 1, 3, tile);
         else
             add_row(&row, 1, 1, tile);

@@ -24,9 +24,9 @@ struct residual_pass {
     enum residual_kind kind;
     uint32_t tap_count;
     struct residual_tap taps[RESIDUAL_TAPS_MOST]; /* without (0, 0), which counts in full */
-    int32_t patch_px;                             /* a patch has 2 patch_px + 1 pixels a side */
-    float sharpness[RESIDUAL_COMPONENTS];         /* 1 / k^2 */
-    uint32_t probes;                              /* that it filters, if there are any */
+    int32_t patch_px[RESIDUAL_COMPONENTS]; /* a patch has 2 patch_px + 1 pixels a side: 1 or 3 */
+    float sharpness[RESIDUAL_COMPONENTS];  /* 1 / k^2 */
+    uint32_t probes;                       /* that it filters, if there are any */
 };
 
 #define RESIDUAL_TILE (RESIDUAL_TILE_X * RESIDUAL_TILE_Y)

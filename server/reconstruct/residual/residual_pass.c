@@ -10,14 +10,15 @@
  * than the root of `round`. */
 static const struct lattice {
     enum residual_kind kind;
-    int32_t reach_px, slant, modulus, round, patch_px;
+    int32_t reach_px, slant, modulus, round;
+    int32_t patch_px[RESIDUAL_COMPONENTS];
     float k[RESIDUAL_COMPONENTS]; /* how many standard deviations of noise apart is far: indirect
                                      light has few edges, highlights have edges that no feature
                                      tells */
 } lattices[RESIDUAL_PASSES] = {
-    {RESIDUAL_CROSS, 2, 0, 1, 8, 3, {0.7f, 1.1f, 0.7f}},
-    {RESIDUAL_JOINT, 7, 2, 5, 50, 1, {1.1f, 1.7f, 0.7f}},
-    {RESIDUAL_MEAN, 13, 5, 13, 180, 1, {1.0f, 1.6f, 0.7f}},
+    {RESIDUAL_CROSS, 2, 0, 1, 8, {3, 3, 3}, {0.7f, 1.1f, 0.7f}},
+    {RESIDUAL_JOINT, 7, 2, 5, 50, {1, 1, 1}, {1.1f, 1.7f, 0.7f}},
+    {RESIDUAL_MEAN, 13, 5, 13, 180, {3, 3, 1}, {1.0f, 1.6f, 0.7f}},
 };
 
 static struct residual_pass passes[RESIDUAL_PASSES];
@@ -25,11 +26,12 @@ static pthread_once_t once = PTHREAD_ONCE_INIT;
 
 static void make_pass(const struct lattice *l, struct residual_pass *pass)
 {
-    *pass = (struct residual_pass){.kind = l->kind,
-                                   .patch_px = l->patch_px,
-                                   .probes = l->kind == RESIDUAL_MEAN ? RESIDUAL_PROBES
-                                                                      : RESIDUAL_SIGNED};
-    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) pass->sharpness[c] = 1.0f / (l->k[c] * l->k[c]);
+    *pass = (struct residual_pass){
+        .kind = l->kind, .probes = l->kind == RESIDUAL_MEAN ? RESIDUAL_PROBES : RESIDUAL_SIGNED};
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
+        pass->sharpness[c] = 1.0f / (l->k[c] * l->k[c]);
+        pass->patch_px[c] = l->patch_px[c];
+    }
     for (int32_t y = -l->reach_px; y <= l->reach_px; y++)
         for (int32_t x = -l->reach_px; x <= l->reach_px; x++)
             if ((x != 0 || y != 0) && (l->slant * x + y) % l->modulus == 0 &&
@@ -51,7 +53,10 @@ const struct residual_pass *residual_pass_of(int number)
 /* Taps, their patches, and the pixels that variances are found of. */
 int32_t residual_reach_px(int number)
 {
-    return lattices[number].reach_px + lattices[number].patch_px + 1;
+    int32_t patch_px = 0;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        if (lattices[number].patch_px[c] > patch_px) patch_px = lattices[number].patch_px[c];
+    return lattices[number].reach_px + patch_px + 1;
 }
 
 struct job {
