@@ -33,11 +33,13 @@ static const float *channel_of(const struct indirect *f, uint32_t c)
     return c < f->count ? f->in[c] : f->error->half[c - f->count];
 }
 
-/* Returns whether spikes are spread: by the filters of one width. */
+/* Returns whether spikes are spread: by the filters of one width, and where patches have not lens
+ * samples in all of a larger halo. */
 static bool has_spikes(const struct plan *plan)
 {
-    return plan->indirect_filter == INDIRECT_FILTER_CONSTANT ||
-           plan->indirect_filter == INDIRECT_FILTER_LINEAR;
+    return (plan->indirect_filter == INDIRECT_FILTER_CONSTANT ||
+            plan->indirect_filter == INDIRECT_FILTER_LINEAR) &&
+           plan->lens_strata_per_axis == 0;
 }
 
 int32_t indirect_halo_px(const struct plan *plan)
