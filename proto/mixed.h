@@ -7,7 +7,7 @@
  * An entry is what one of the nine, the lender, contributes, as a mean over the samples: each
  * sample splits among lenders by the weights of sub-samples (docs/reconstruction.md,
  * Anti-aliasing). A pixel that is not listed is the mean of its centre and its sub-samples, or of
- * its paths. */
+ * its paths. Under whole paths entries say nothing but that their pixels are at edges. */
 #include "proto/error.h"
 #include "proto/plan.h"
 #include "proto/sparse_list.h"

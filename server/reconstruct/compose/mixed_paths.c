@@ -27,7 +27,6 @@ struct mixture {
     const struct residual_picture *picture;
     struct surface_view view;
     bool divided; /* entries have the albedo of surfaces whose diffuse light fields bring, alone */
-    float more;   /* paths of a mixed pixel for each of another, at least */
     struct rect reach; /* pixels that both have */
     struct pure_pixel pure[SIDE * SIDE];
     int count;
@@ -43,7 +42,8 @@ struct surface_light {
 
 int32_t mixed_paths_ring_px(const struct plan *plan)
 {
-    return plan->planes & PLANE_BIT(MIXED) ? PATCH_RING_PX : 0;
+    const bool beside = plan->paths.without_diffuse_direct != 0;
+    return beside && (plan->planes & PLANE_BIT(MIXED)) ? PATCH_RING_PX : 0;
 }
 
 /* Finds the pure pixels around (x, y). */
@@ -163,7 +163,7 @@ static float variance_of(const struct covered *c, float n)
 static void mix(const struct mixture *m, int32_t x, int32_t y, const struct covered *c)
 {
     const size_t at = residual_picture_at(m->picture, x, y);
-    const float n = m->more * m->patch->paths.spp[patch_pixel(m->patch, x, y)];
+    const float n = m->patch->paths.spp[patch_pixel(m->patch, x, y)];
     const float chance = CHANCE * variance_of(c, n);
     float squared = 0.0f;
     for (int k = 0; k < 3; k++) {
@@ -180,14 +180,13 @@ static void mix(const struct mixture *m, int32_t x, int32_t y, const struct cove
 uint64_t mixed_paths_apply(const struct plan *plan, const struct patch *patch, struct rect block,
                            const struct residual_picture *picture)
 {
-    const bool divided = plan->paths.without_diffuse_direct != 0;
     struct mixture m = {.patch = patch,
                         .picture = picture,
                         .divided = plan->paths.without_diffuse_direct == DIRECT_LEFT_ALL,
-                        .more = divided ? 1.0f : (float)(1u << plan->paths.edge_digits),
                         .reach = rect_intersect(patch->core, picture->block)};
     const struct mixed_share *mixed = &patch->mixed;
     uint64_t count = 0;
+    if (mixed_paths_ring_px(plan) == 0) return 0;
     if (mixed->count == 0 || !patch->depth || !patch->normal[0]) return 0;
     surface_view_init(&m.view, plan);
     for (int32_t y = block.y0; y < block.y1; y++) {

@@ -1,8 +1,9 @@
 #pragma once
-/* Mixed pixels (proto/mixed.h) of a picture of paths. Few paths estimate badly how much of such a
- * pixel each surface covers. Here the light of a surface is that of pixels near by that show it
- * alone, and its share comes from many samples of geometry. Where the result is farther from the
- * paths' own mean than chance explains, the mean stays. With many paths it always does. */
+/* Mixed pixels (proto/mixed.h) of a picture of paths beside light fields. Few paths estimate badly
+ * how much of such a pixel each surface covers. Here the light of a surface is that of pixels near
+ * by that show it alone, and its share comes from many samples of geometry. Where the result is
+ * farther from the paths' own mean than chance explains, the mean stays. With many paths it always
+ * does. Whole paths have more samples there instead (worker/trace/field/edge_pixels.h). */
 #include "server/reconstruct/patch/patch.h"
 #include "server/reconstruct/residual/residual.h"
 

@@ -158,7 +158,7 @@ static uint32_t find_lenders(const struct mixing *m, int32_t x, int32_t y,
     return lenders;
 }
 
-/* Whole paths' list has all pixels at edges: where a surface is not known, entries say nothing. */
+/* Whole paths know by themselves what covers a pixel: their list tells where they are more. */
 static bool is_of_whole_paths(const struct plan *plan)
 {
     return plan->paths.spp > 0 && !plan->paths.without_diffuse_direct;
@@ -172,6 +172,7 @@ static int trace_pixel(const struct mixing *m, int32_t x, int32_t y, size_t e)
     const uint32_t lenders = find_lenders(m, x, y, pixels);
     memset(&s->sums, 0, sizeof s->sums);
     s->sums.lenders = 1u << MIXED_SLOT_OWN;
+    if (is_of_whole_paths(m->context.plan)) return put_entries(m, e);
     for (uint32_t first = 0; first < m->count && !s->sums.lone; first += LANES) {
         trace_subs(m, x, y, first, m->count);
         resolve_subs(m, x, y);
@@ -181,9 +182,7 @@ static int trace_pixel(const struct mixing *m, int32_t x, int32_t y, size_t e)
         s->sums.lenders |= s->shares.lenders;
         add_unlent(m);
     }
-    if (s->sums.lone && !is_of_whole_paths(m->context.plan)) return 0;
-    if (s->sums.lone) memset(s->sums.value, 0, sizeof s->sums.value);
-    return put_entries(m, e);
+    return s->sums.lone ? 0 : put_entries(m, e);
 }
 
 /* -- lamps -- */

@@ -25,6 +25,7 @@ static void make_plan(struct plan *plan)
     *plan = (struct plan){.width_px = WIDTH,
                           .height_px = HEIGHT,
                           .planes = PLANE_BIT(MIXED),
+                          .paths = {.without_diffuse_direct = DIRECT_LEFT_LISTED},
                           .camera = {.right = {1, 0, 0},
                                      .up = {0, 1, 0},
                                      .forward = {0, 0, -1},
@@ -128,7 +129,6 @@ TEST(black_surfaces_have_the_albedo_of_paths)
     static struct scene s;
     for (int black = 0; black < 2; black++) {
         make(&s, 4, 0.25f, black ? 1.4f : 0.9f, false);
-        s.plan.paths.without_diffuse_direct = DIRECT_LEFT_LISTED;
         for (uint32_t e = 0; e < s.patch.mixed.count; e++)
             for (int c = 0; c < 3; c++) s.entries[e].albedo[c] *= black ? 0.0f : 0.5f;
         apply(&s);
@@ -179,6 +179,10 @@ TEST(lamps_stay_those_of_paths)
 TEST(pictures_without_the_list_stay)
 {
     static struct scene s;
+    make(&s, 4, 0.25f, 1.4f, false);
+    s.plan.paths.without_diffuse_direct = DIRECT_LEFT_NONE; /* whole paths: it says nothing */
+    apply(&s);
+    expect(&s, 1.4f, false);
     make(&s, 4, 0.25f, 1.4f, false);
     s.patch.mixed.count = 0;
     apply(&s);

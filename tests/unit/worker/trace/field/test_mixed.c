@@ -184,7 +184,8 @@ TEST(tiles_do_not_matter)
     free(f);
 }
 
-/* Paths have no sub-samples: the list is what centres tell, whatever a tile begins with. */
+/* Paths have no sub-samples, and know what covers a pixel: the list is of the pixels that centres
+ * find, whatever a tile begins with, and of the rays of geometry none is traced. */
 TEST(centres_find_mixed_pixels_of_paths)
 {
     struct scene_fixture *f = fixture_new();
@@ -192,17 +193,22 @@ TEST(centres_find_mixed_pixels_of_paths)
     struct traced fields = trace_all(f, &p);
     paths_only(&p);
     struct traced paths = trace_all(f, &p);
-    assert_non_null(paths.samples->mixed);
-    assert_int_equal(expect_same(paths.samples, whole, fields.samples->mixed),
-                     fields.samples->mixed->count);
-    uint32_t entries = 0;
+    const struct sparse_list *list = paths.samples->mixed, *all = fields.samples->mixed;
+    uint32_t own = 0, entries = 0;
+    for (uint32_t e = 0; e < all->count; e++) own += all->words[e] % MIXED_SLOTS == MIXED_SLOT_OWN;
+    assert_int_equal(list->count, own);
+    for (uint32_t e = 0; e < list->count; e++) {
+        assert_int_equal(list->words[e] % MIXED_SLOTS, MIXED_SLOT_OWN);
+        assert_true(sparse_list_numbers(list, MIXED_SHARE)[e] == 0.0f);
+    }
+    assert_int_equal(count(&paths, COUNTER_RAYS_ANTIALIAS), 0);
     for (int32_t x = 0; x < SIDE; x += 8) {
         const struct rect r = {x, 0, x + 8, SIDE};
         struct traced t = trace(f, &p, r);
-        entries += expect_same(t.samples, r, paths.samples->mixed);
+        entries += expect_same(t.samples, r, list);
         traced_fini(&t);
     }
-    assert_int_equal(entries, paths.samples->mixed->count);
+    assert_int_equal(entries, list->count);
     traced_fini(&paths);
     traced_fini(&fields);
     free(f);
@@ -219,8 +225,8 @@ static uint32_t count_entries(const struct traced *t, uint32_t column)
 }
 
 /* A strip beside an edge, 3/10 of a pixel wide, that no pixel's centre shows. It is black to
- * diffuse light, which is all that fields bring; along paths comes light of other lobes, too, and
- * entries say nothing. */
+ * diffuse light, which is all that fields bring; along paths beside them comes light of other
+ * lobes, too, and the pixels are left to these. */
 TEST(black_strips_are_left_to_paths)
 {
     struct scene_fixture *f = fixture_new();
@@ -233,11 +239,9 @@ TEST(black_strips_are_left_to_paths)
     assert_true(count_entries(&fields, 11) >= 2 * SIDE);
     traced_fini(&fields);
     paths_only(&p);
+    p.paths.without_diffuse_direct = DIRECT_LEFT_LISTED;
     struct traced paths = trace_all(f, &p);
-    assert_int_equal(count_entries(&paths, 11), SIDE);
-    for (uint32_t e = 0; e < paths.samples->mixed->count; e++)
-        if (paths.samples->mixed->words[e] / MIXED_SLOTS % SIDE == 11)
-            assert_true(sparse_list_numbers(paths.samples->mixed, MIXED_SHARE)[e] == 0.0f);
+    assert_int_equal(count_entries(&paths, 11), 0);
     assert_true(count_entries(&paths, 10) >= SIDE);
     traced_fini(&paths);
     free(f);
