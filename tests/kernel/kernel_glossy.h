@@ -90,8 +90,7 @@ static inline void glossy_case_init(struct glossy_case *out, int32_t width, int3
     struct random r = {seed};
     *out = (struct glossy_case){.width = width, .height = height};
     const int32_t stride =
-        (width + 2 * GLOSSY_CASE_MARGIN + GLOSSY_LANES) / GLOSSY_LANES * GLOSSY_LANES +
-        GLOSSY_LANES;
+        (width + 2 * GLOSSY_CASE_MARGIN + SIMD_LANES) / SIMD_LANES * SIMD_LANES + SIMD_LANES;
     out->area = (size_t)stride * (size_t)height;
     for (int k = 0; k < GLOSSY_CASE_ARRAYS; k++)
         out->array[k] = field_memory(out->area * sizeof(float));
@@ -129,13 +128,13 @@ static inline void glossy_case_run(const struct glossy_case *k,
                                    int32_t start, float *out)
 {
     const bool along_x = kernel == GLOSSY_SPREAD_X;
-    const int32_t lanes = (k->width - start + GLOSSY_LANES - 1) / GLOSSY_LANES;
+    const int32_t lanes = (k->width - start + SIMD_LANES - 1) / SIMD_LANES;
     float *to[GLOSSY_CASE_CHANNELS];
     for (int c = 0; c < GLOSSY_CASE_CHANNELS; c++) to[c] = out + (size_t)c * k->area;
     for (int32_t y = 0; y < k->height; y++) {
         const struct glossy_run run = {
             .first = (size_t)(y * k->field.stride + GLOSSY_CASE_MARGIN + start),
-            .count = (uint32_t)(lanes * GLOSSY_LANES),
+            .count = (uint32_t)(lanes * SIMD_LANES),
             .step = along_x ? 1 : k->field.stride,
             .before = along_x ? GLOSSY_CASE_REACH : glossy_case_rows(y),
             .after = along_x ? GLOSSY_CASE_REACH : glossy_case_rows(k->height - 1 - y),

@@ -60,8 +60,7 @@ static inline void indirect_case_init(struct indirect_case *out, int32_t width, 
     struct random r = {seed};
     *out = (struct indirect_case){.width = width, .height = height};
     const int32_t stride =
-        (width + 2 * INDIRECT_CASE_MARGIN + INDIRECT_LANES) / INDIRECT_LANES * INDIRECT_LANES +
-        INDIRECT_LANES;
+        (width + 2 * INDIRECT_CASE_MARGIN + SIMD_LANES) / SIMD_LANES * SIMD_LANES + SIMD_LANES;
     out->area = (size_t)stride * (size_t)height;
     float **const arrays[] = {&out->point[0],  &out->point[1],  &out->point[2], &out->normal[0],
                               &out->normal[1], &out->normal[2], &out->falloff,  &out->off,
@@ -104,13 +103,13 @@ static inline void indirect_case_run(const struct indirect_case *k,
 {
     const bool along_x = kernel == INDIRECT_MEAN_X || kernel == INDIRECT_LINE_X;
     const int32_t reach = kernel == INDIRECT_NEARNESS ? 2 : INDIRECT_CASE_REACH;
-    const int32_t lanes = (k->width - start + INDIRECT_LANES - 1) / INDIRECT_LANES;
+    const int32_t lanes = (k->width - start + SIMD_LANES - 1) / SIMD_LANES;
     const float *const in[INDIRECT_CASE_CHANNELS] = {k->in[0], k->in[1], k->in[2]};
     float *const to[INDIRECT_CASE_CHANNELS] = {out, out + k->area, out + 2 * k->area};
     for (int32_t y = 0; y < k->height; y++) {
         const struct indirect_run run = {
             .first = (size_t)(y * k->field.stride + INDIRECT_CASE_MARGIN + start),
-            .count = (uint32_t)(lanes * INDIRECT_LANES),
+            .count = (uint32_t)(lanes * SIMD_LANES),
             .step = along_x ? 1 : k->field.stride,
             .before = along_x ? reach : indirect_case_rows(y, reach),
             .after = along_x ? reach : indirect_case_rows(k->height - 1 - y, reach),

@@ -81,7 +81,7 @@ static inline void lens_case_init(struct lens_case *out, int32_t width, int32_t 
     static const float high[] = {12, 1, 0, 2, 1, 4, 1, 1, 1, 1};
     struct random r = {seed};
     *out = (struct lens_case){.width = width, .height = height};
-    out->stride = (width + 2 * LENS_CASE_MARGIN + LENS_LANES) / LENS_LANES * LENS_LANES;
+    out->stride = (width + 2 * LENS_CASE_MARGIN + SIMD_LANES) / SIMD_LANES * SIMD_LANES;
     out->area = (size_t)out->stride * (size_t)(height + LENS_CASE_MARGIN);
     for (int k = 0; k < LENS_CELL_PLANES; k++) {
         out->plane[k] = field_memory(out->area * sizeof(float));
@@ -107,13 +107,13 @@ static inline void lens_case_fini(struct lens_case *c)
 static inline size_t lens_case_size(const struct lens_case *k, enum lens_kernel kernel)
 {
     return kernel == LENS_GATHER ? LENS_GROUPS * LENS_SUMS * k->area
-                                 : LENS_CELL_SUMS * (size_t)(k->splat.spare + LENS_LANES);
+                                 : LENS_CELL_SUMS * (size_t)(k->splat.spare + SIMD_LANES);
 }
 
 static inline void lens_case_run(const struct lens_case *k, const struct lens_kernels *kernels,
                                  enum lens_kernel kernel, float *out)
 {
-    const uint32_t lanes = (uint32_t)(k->width / LENS_LANES * LENS_LANES);
+    const uint32_t lanes = (uint32_t)(k->width / SIMD_LANES * SIMD_LANES);
     struct lens_splat splat = k->splat;
     splat.beyond = kernel == LENS_ADD_BEYOND || kernel == LENS_ADD_FIXED_BEYOND;
     splat.fixed = kernel == LENS_ADD_FIXED || kernel == LENS_ADD_FIXED_BEYOND;

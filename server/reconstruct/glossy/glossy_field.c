@@ -47,13 +47,13 @@ static float natural_log(float x)
 
 static int32_t rounded(int32_t count)
 {
-    return (count + GLOSSY_LANES - 1) / GLOSSY_LANES * GLOSSY_LANES;
+    return (count + SIMD_LANES - 1) / SIMD_LANES * SIMD_LANES;
 }
 
 static int carve(struct glossy_neighbourhood *p, int32_t reach)
 {
     const int32_t room = rounded(reach);
-    p->field.stride = rounded(room + rect_width(p->rect) + GLOSSY_LANES + room);
+    p->field.stride = rounded(room + rect_width(p->rect) + SIMD_LANES + room);
     p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
     p->origin = (size_t)room;
     const bool halves = p->channels == GLOSSY_MEASURED;

@@ -47,7 +47,7 @@ void glossy_neighbourhood_rule(struct glossy_neighbourhood *around, size_t i,
 void glossy_neighbourhood_one_rule(struct glossy_neighbourhood *around); /* takes these back */
 
 /* Returns the run of a row of `rect` from its first pixel on. It may pass the row's end by
- * GLOSSY_LANES - 1 pixels. */
+ * SIMD_LANES - 1 pixels. */
 struct glossy_run glossy_neighbourhood_run(const struct glossy_neighbourhood *around,
                                            struct rect rect, int32_t y, bool along_x,
                                            int32_t reach);

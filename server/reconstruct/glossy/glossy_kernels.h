@@ -7,8 +7,8 @@
 #include <stdint.h>
 
 #include "proto/runtime/kernels.h"
+#include "server/reconstruct/simd/lanes.h"
 
-#define GLOSSY_LANES        16
 #define GLOSSY_REACH_MAX_PX 64
 #define GLOSSY_TAPS         (2 * GLOSSY_REACH_MAX_PX) /* neighbours on a line, at most */
 #define GLOSSY_CUT          8.0f                      /* exponents beyond weigh 0 */
@@ -16,7 +16,7 @@
 /* The lobes of pixels. Each is a Gaussian around the mirrored direction with the covariance
  * along along^T + across across^T, both at right angles to it. */
 struct glossy_field {
-    int32_t stride;          /* a multiple of GLOSSY_LANES */
+    int32_t stride;          /* a multiple of SIMD_LANES */
     const float *point[3];   /* from the eye */
     const float *normal[3];  /* unit */
     const float *mirror[3];  /* unit */
@@ -36,7 +36,7 @@ struct glossy_rule {
     int32_t reach;    /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
 };
 
-/* Receivers first .. first + count - 1, a multiple of GLOSSY_LANES, and how many pixels they look
+/* Receivers first .. first + count - 1, a multiple of SIMD_LANES, and how many pixels they look
  * to both sides, `step` apart. */
 struct glossy_run {
     size_t first;

@@ -22,7 +22,7 @@
 #define GLOSSY_DET_LEAST 1e-30f
 #define GLOSSY_SLOPE     0.1225f /* squared: neighbours may lie so far off the plane, over distance */
 
-_Static_assert(TAPS_MOST >= GLOSSY_TAPS && SIMD_LANES == GLOSSY_LANES, "a line's neighbours");
+_Static_assert(TAPS_MOST >= GLOSSY_TAPS, "a line's neighbours");
 
 /* Sixteen receivers. */
 struct glossy_receivers {
@@ -112,10 +112,10 @@ static inline simd_vector glossy_exp_minus(simd_vector x)
  * and views. All are met before any is weighed. Steps that short let the CPU work on several taps
  * at once. */
 struct glossy_met {
-    struct taps taps;                                    /* weights: masks of accepted taps */
-    _Alignas(64) float det[GLOSSY_TAPS][GLOSSY_LANES];   /* of S */
-    _Alignas(64) float apart[GLOSSY_TAPS][GLOSSY_LANES]; /* h^T S^-1 h times that */
-    _Alignas(64) float sharp[GLOSSY_TAPS][GLOSSY_LANES];
+    struct taps taps;                                  /* weights: masks of accepted taps */
+    _Alignas(64) float det[GLOSSY_TAPS][SIMD_LANES];   /* of S */
+    _Alignas(64) float apart[GLOSSY_TAPS][SIMD_LANES]; /* h^T S^-1 h times that */
+    _Alignas(64) float sharp[GLOSSY_TAPS][SIMD_LANES];
     float square[GLOSSY_TAPS]; /* of the distance in pixels */
 };
 
@@ -243,7 +243,7 @@ static void kernel_spread(const struct glossy_field *f, const struct glossy_rule
                           float *const *out)
 {
     struct glossy_met met;
-    for (size_t p = run->first; p < run->first + run->count; p += GLOSSY_LANES) {
+    for (size_t p = run->first; p < run->first + run->count; p += SIMD_LANES) {
         glossy_gather(f, rule, run, p, &met);
         taps_mean(&met.taps, count, in, p, out);
     }

@@ -14,13 +14,13 @@ _Static_assert(sizeof(int32_t) == sizeof(float), "objects are carved like number
 
 static int32_t rounded(int32_t count)
 {
-    return (count + INDIRECT_LANES - 1) / INDIRECT_LANES * INDIRECT_LANES;
+    return (count + SIMD_LANES - 1) / SIMD_LANES * SIMD_LANES;
 }
 
 static int carve(struct indirect_neighbourhood *p, int32_t reach, uint32_t spares)
 {
     const int32_t room = rounded(reach);
-    p->field.stride = rounded(room + rect_width(p->rect) + INDIRECT_LANES + room);
+    p->field.stride = rounded(room + rect_width(p->rect) + SIMD_LANES + room);
     p->area = (size_t)p->field.stride * (size_t)rect_height(p->rect);
     p->origin = (size_t)room;
     const size_t bytes = (OWN_ARRAYS + spares) * p->area * sizeof(float);

@@ -40,7 +40,7 @@ static inline size_t indirect_neighbourhood_index(const struct indirect_neighbou
 }
 
 /* Returns the run of a row of `rect` from its first pixel on: along x, or along y with at most
- * `reach` rows before and after. It may pass the row's end by INDIRECT_LANES - 1 pixels. */
+ * `reach` rows before and after. It may pass the row's end by SIMD_LANES - 1 pixels. */
 struct indirect_run indirect_neighbourhood_run(const struct indirect_neighbourhood *around,
                                                struct rect rect, int32_t y, bool along_x,
                                                int32_t reach);

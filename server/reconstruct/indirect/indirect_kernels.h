@@ -12,15 +12,15 @@
 #include <stdint.h>
 
 #include "proto/runtime/kernels.h"
+#include "server/reconstruct/simd/lanes.h"
 
-#define INDIRECT_LANES   16
 #define INDIRECT_TAPS    128          /* most neighbours on a line: INDIRECT_REACH_MAX_PX a side */
 #define INDIRECT_NEAR_PX 2            /* radius of the mean of nearness */
 #define INDIRECT_COS     0.984807753f /* 10 degrees */
 #define INDIRECT_CUT     3.125f       /* exponents beyond weigh 0: |d| > 2.5 beta */
 
 struct indirect_field {
-    int32_t stride;         /* a multiple of INDIRECT_LANES */
+    int32_t stride;         /* a multiple of SIMD_LANES */
     const float *point[3];  /* from the eye */
     const float *normal[3]; /* unit; 0: no receiver accepts it */
     const int32_t *object;  /* 0: no surface */
@@ -28,7 +28,7 @@ struct indirect_field {
     const float *off;       /* how far off the tangent plane neighbours may be */
 };
 
-/* Receivers first .. first + count - 1, a multiple of INDIRECT_LANES, and how many pixels they look
+/* Receivers first .. first + count - 1, a multiple of SIMD_LANES, and how many pixels they look
  * to both sides, `step` apart. */
 struct indirect_run {
     size_t first;

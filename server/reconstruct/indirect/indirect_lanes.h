@@ -17,9 +17,9 @@
 /* Neighbours, and for rule B signed distances in sqrt 2 beta, then weights times those. */
 struct indirect_taps {
     struct taps taps;
-    _Alignas(64) float moment[INDIRECT_TAPS][INDIRECT_LANES];
+    _Alignas(64) float moment[INDIRECT_TAPS][SIMD_LANES];
 };
-_Static_assert(TAPS_MOST >= INDIRECT_TAPS && SIMD_LANES == INDIRECT_LANES, "a line's neighbours");
+_Static_assert(TAPS_MOST >= INDIRECT_TAPS, "a line's neighbours");
 
 /* What sixteen pixels ask their neighbours. */
 struct indirect_receivers {
@@ -96,7 +96,7 @@ static inline void indirect_weigh(const struct indirect_field *f,
             for (int v = 0; v < SIMD_VECTORS; v++)
                 exponent.v[v] = simd_where(taken.v[v], exponent.v[v]);
             simd_store(&exponent, moment);
-            for (int i = 0; i < INDIRECT_LANES; i++) moment[i] = sign * sqrtf(moment[i]);
+            for (int i = 0; i < SIMD_LANES; i++) moment[i] = sign * sqrtf(moment[i]);
         }
         taps_add(&taps->taps, q, &w);
     }
@@ -116,7 +116,7 @@ static void kernel_mean(const struct indirect_field *f, const struct indirect_ru
                         uint32_t count, const float *const *in, float *const *out)
 {
     struct indirect_taps taps;
-    for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
+    for (size_t p = run->first; p < run->first + run->count; p += SIMD_LANES) {
         indirect_gather(f, run, p, 0, &taps);
         taps_mean(&taps.taps, count, in, p, out);
     }
@@ -189,7 +189,7 @@ static void kernel_line(const struct indirect_field *f, const struct indirect_ru
 {
     struct indirect_taps taps;
     struct indirect_line line;
-    for (size_t p = run->first; p < run->first + run->count; p += INDIRECT_LANES) {
+    for (size_t p = run->first; p < run->first + run->count; p += SIMD_LANES) {
         indirect_gather(f, run, p, 1, &taps);
         indirect_fit(&taps, &line);
         for (int v = 0; v < SIMD_VECTORS; v++) {
@@ -233,12 +233,12 @@ SIMD_INLINE void nearness_mean(const struct indirect_field *f, const struct indi
     struct simd_whole own[NEARNESS_GROUPS];
     for (int g = 0; g < groups; g++) {
         sum[g] = counts[g] = simd_all(0.0f);
-        own[g] = simd_load_whole(f->object + p + g * INDIRECT_LANES);
+        own[g] = simd_load_whole(f->object + p + g * SIMD_LANES);
     }
     for (int32_t y = -run->before; y <= run->after; y++) {
         for (int32_t x = -INDIRECT_NEAR_PX; x <= INDIRECT_NEAR_PX; x++) {
             for (int g = 0; g < groups; g++) {
-                const size_t q = (size_t)((ptrdiff_t)p + y * run->step + x + g * INDIRECT_LANES);
+                const size_t q = (size_t)((ptrdiff_t)p + y * run->step + x + g * SIMD_LANES);
                 const struct simd_whole object = simd_load_whole(f->object + q);
                 const struct simd near = simd_load(nearness + q);
                 for (int v = 0; v < SIMD_VECTORS; v++)
@@ -250,7 +250,7 @@ SIMD_INLINE void nearness_mean(const struct indirect_field *f, const struct indi
     for (int g = 0; g < groups; g++) {
         for (int v = 0; v < SIMD_VECTORS; v++)
             sum[g].v[v] /= simd_select(counts[g].v[v] > 0.0f, counts[g].v[v], simd_all(1.0f).v[v]);
-        simd_store(&sum[g], out + p + g * INDIRECT_LANES);
+        simd_store(&sum[g], out + p + g * SIMD_LANES);
     }
 }
 
@@ -259,7 +259,7 @@ static void kernel_nearness(const struct indirect_field *f, const struct indirec
 {
     const size_t end = run->first + run->count;
     size_t p = run->first;
-    for (; p + NEARNESS_GROUPS * INDIRECT_LANES <= end; p += NEARNESS_GROUPS * INDIRECT_LANES)
+    for (; p + NEARNESS_GROUPS * SIMD_LANES <= end; p += NEARNESS_GROUPS * SIMD_LANES)
         nearness_mean(f, run, nearness, p, NEARNESS_GROUPS, out);
-    for (; p < end; p += INDIRECT_LANES) nearness_mean(f, run, nearness, p, 1, out);
+    for (; p < end; p += SIMD_LANES) nearness_mean(f, run, nearness, p, 1, out);
 }

@@ -19,13 +19,13 @@
 #include <stdint.h>
 
 #include "proto/runtime/kernels.h"
+#include "server/reconstruct/simd/lanes.h"
 
 #define V_PLANE_REACH_PX    16  /* farthest pixel of a walk */
 #define V_PLANE_SLOPES_PX   2   /* radius of the window, over one object, for slopes */
 #define V_PLANE_STRATA_MAX  16  /* l; LIMIT_PLANE_STRATA_PER_AXIS */
 #define V_PLANE_NODES       31  /* shifts along x, from -1 to 1, at which sums are kept */
 #define V_PLANE_NODE_FLOATS 128 /* of a pixel: four channels a node, and one more node of zeros */
-#define V_PLANE_LANES       16
 #define V_PLANE_RECORD      6
 #define V_PLANE_CELLS       8 /* directions along x in a column of strata */
 #define V_PLANE_POWERS      3 /* sums a cell: powers 0 to 2 of cosine^2 within a column */
@@ -74,10 +74,10 @@ static inline uint32_t v_plane_row_lanes(uint32_t l)
     return (l + 3) / 4 * 4;
 }
 
-/* Returns the lanes of all strata, rounded up to whole V_PLANE_LANES. */
+/* Returns the lanes of all strata, rounded up to whole SIMD_LANES. */
 static inline uint32_t v_plane_lanes(uint32_t l)
 {
-    return (l * v_plane_row_lanes(l) + V_PLANE_LANES - 1) / V_PLANE_LANES * V_PLANE_LANES;
+    return (l * v_plane_row_lanes(l) + SIMD_LANES - 1) / SIMD_LANES * SIMD_LANES;
 }
 
 /* Returns the floats of a sample record: V_PLANE_RECORD arrays of `lanes` numbers, which are 2 y z,

@@ -45,7 +45,7 @@ static inline uint32_t v_plane_place_taps(const struct v_plane_walk *w,
                                           struct v_plane_taps *out)
 {
     const int32_t count = 2 * w->reach + 1;
-    const int32_t padded = (count + V_PLANE_LANES - 1) / V_PLANE_LANES * V_PLANE_LANES;
+    const int32_t padded = (count + SIMD_LANES - 1) / SIMD_LANES * SIMD_LANES;
     for (int32_t i = 0; i < padded; i++) {
         const int32_t k = i < count ? i - w->reach : 0;
         const int32_t aside = (int32_t)floorf((float)k * w->slant + 0.5f);

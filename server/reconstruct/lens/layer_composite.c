@@ -22,7 +22,7 @@ struct view {
     struct lens_tap taps[TAPS_MOST];
     struct lens_gather gather;
     struct lens_composite composite;
-    float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES]; /* of some pixels of a row */
+    float sums[LENS_GROUPS * LENS_SUMS * SIMD_LANES]; /* of some pixels of a row */
 };
 
 /* Finds the part of the lens that each group of taps covers, at the layer's middle. */
@@ -94,7 +94,7 @@ static void find_taps(struct view *view, float px, float py)
     find_shares(view);
 }
 
-/* Bits of those of LENS_LANES pixels that are near the layer: their cells are every 2^fine-th from
+/* Bits of those of SIMD_LANES pixels that are near the layer: their cells are every 2^fine-th from
  * `column` on, those before `end`. */
 static uint32_t near_lanes(const struct lens_cells *c, int32_t column, int32_t end, int32_t row)
 {
@@ -112,27 +112,27 @@ static uint32_t near_lanes(const struct lens_cells *c, int32_t column, int32_t e
 }
 
 /* Loads pixels of a plane, `step` apart, into `count` lanes; the others are 0. */
-static void load_lanes(const float *from, size_t step, size_t count, float to[LENS_LANES])
+static void load_lanes(const float *from, size_t step, size_t count, float to[SIMD_LANES])
 {
-    if (count < LENS_LANES) {
-        for (size_t i = 0; i < LENS_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
+    if (count < SIMD_LANES) {
+        for (size_t i = 0; i < SIMD_LANES; i++) to[i] = i < count ? from[i * step] : 0.0f;
     } else if (step == 1) {
-        memcpy(to, from, LENS_LANES * sizeof *to);
+        memcpy(to, from, SIMD_LANES * sizeof *to);
     } else if (step == 2) {
-        for (size_t i = 0; i < LENS_LANES; i += 4)
+        for (size_t i = 0; i < SIMD_LANES; i += 4)
             _mm_storeu_ps(to + i, _mm_shuffle_ps(_mm_loadu_ps(from + 2 * i),
                                                  _mm_loadu_ps(from + 2 * i + 4), EVEN));
     } else {
-        for (size_t i = 0; i < LENS_LANES; i += 4)
+        for (size_t i = 0; i < SIMD_LANES; i += 4)
             _mm_storeu_ps(to + i, _mm_setr_ps(from[i * step], from[(i + 1) * step],
                                               from[(i + 2) * step], from[(i + 3) * step]));
     }
 }
 
 /* Every second number; those between stay. */
-static void store_second(const float from[LENS_LANES], float *to)
+static void store_second(const float from[SIMD_LANES], float *to)
 {
-    for (size_t i = 0; i < LENS_LANES; i += 4) {
+    for (size_t i = 0; i < SIMD_LANES; i += 4) {
         float *at = to + 2 * i;
         const __m128 new = _mm_loadu_ps(from + i);
         const __m128 old = _mm_shuffle_ps(_mm_loadu_ps(at), _mm_loadu_ps(at + 4), ODD);
@@ -142,16 +142,16 @@ static void store_second(const float from[LENS_LANES], float *to)
 }
 
 /* The reverse. Numbers between pixels may be written unchanged. */
-static void store_lanes(const float from[LENS_LANES], size_t step, size_t count, float *to)
+static void store_lanes(const float from[SIMD_LANES], size_t step, size_t count, float *to)
 {
-    if (count < LENS_LANES) {
+    if (count < SIMD_LANES) {
         for (size_t i = 0; i < count; i++) to[i * step] = from[i];
     } else if (step == 1) {
-        memcpy(to, from, LENS_LANES * sizeof *to);
+        memcpy(to, from, SIMD_LANES * sizeof *to);
     } else if (step == 2) {
         store_second(from, to);
     } else {
-        for (size_t i = 0; i < LENS_LANES; i += 4)
+        for (size_t i = 0; i < SIMD_LANES; i += 4)
             for (size_t k = 0; k < 4; k++) to[(i + k) * step] = from[i + k];
     }
 }
@@ -159,14 +159,14 @@ static void store_lanes(const float from[LENS_LANES], size_t step, size_t count,
 /* Loads what pixels have gathered, from pixel p of `wide` on. Returns whether any of them sees
  * beyond. */
 static bool load_seen(const struct view *view, size_t count, size_t p,
-                      float seen[LENS_VIEWS][LENS_LANES])
+                      float seen[LENS_VIEWS][SIMD_LANES])
 {
     const struct lens_field *f = view->f;
     const size_t step = (size_t)1 << view->c->coarse;
     __m128 through = _mm_setzero_ps();
     for (int g = 0; g < LENS_GROUPS; g++) {
         load_lanes(f->through[g] + p, step, count, seen[g]);
-        for (int i = 0; i < LENS_LANES; i += 4)
+        for (int i = 0; i < SIMD_LANES; i += 4)
             through = _mm_or_ps(through, _mm_loadu_ps(seen[g] + i));
     }
     if (_mm_movemask_ps(_mm_cmpgt_ps(through, _mm_setzero_ps())) == 0) return false;
@@ -181,17 +181,17 @@ static void composite_row(struct view *view, int32_t x, int32_t y)
     const struct rect targets = c->targets;
     const int32_t step = 1 << c->coarse, row = y >> c->coarse << c->fine;
     const struct lens_kernels *kernels = view->f->kernels;
-    for (int32_t first = x; first < targets.x1; first += LENS_LANES * step) {
+    for (int32_t first = x; first < targets.x1; first += SIMD_LANES * step) {
         const int32_t column = first >> c->coarse << c->fine;
         const int32_t left = (targets.x1 - first + step - 1) / step;
-        const int32_t count = left < LENS_LANES ? left : LENS_LANES;
+        const int32_t count = left < SIMD_LANES ? left : SIMD_LANES;
         const size_t p = lens_wide(view->f, first, y);
-        float seen[LENS_VIEWS][LENS_LANES];
+        float seen[LENS_VIEWS][SIMD_LANES];
         view->composite.near = near_lanes(c, column, column + (count << c->fine), row);
         if (!view->composite.near || !load_seen(view, (size_t)count, p, seen)) continue;
         const size_t at = (size_t)(row - c->rect.y0) * (size_t)c->stride +
                           (size_t)((column - c->rect.x0) >> c->fine);
-        kernels->gather(&view->gather, at, LENS_LANES, view->sums, LENS_LANES);
+        kernels->gather(&view->gather, at, SIMD_LANES, view->sums, SIMD_LANES);
         kernels->composite(&view->composite, seen);
         for (int k = 0; k < LENS_VIEWS; k++)
             store_lanes(seen[k], (size_t)step, (size_t)count, view->f->view[k] + p);

@@ -32,7 +32,7 @@ static struct lens_splat splat_of(const struct lens_field *f, const struct lens_
         .rows = rect_height(c->rect),
         .stride = c->stride,
         .phase_step = c->columns,
-        .spare = (int32_t)c->area - LENS_LANES,
+        .spare = (int32_t)c->area - SIMD_LANES,
         .next = (size_t)rect_width(f->patch->rect) << last_digit(c),
     };
 }

@@ -198,7 +198,7 @@ static struct lens_focus focus_of(const struct lens_field *f, int32_t y)
 static void composite_focus(struct lens_field *f)
 {
     const struct rect r = f->wide;
-    const uint32_t many = (uint32_t)rect_width(r) / LENS_LANES * LENS_LANES;
+    const uint32_t many = (uint32_t)rect_width(r) / SIMD_LANES * SIMD_LANES;
     forget_counts(f);
     for (int32_t y = r.y0; y < r.y1; y++) {
         const struct lens_focus row = focus_of(f, y);

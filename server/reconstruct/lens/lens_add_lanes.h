@@ -270,7 +270,7 @@ static inline void lens_add_row(const struct lens_splat *splat, uint32_t count, 
     struct lens_pixels pixels = lens_pixels_at(&p, 0);
     for (uint32_t i = 0; i <= last; i += most) {
         simd_mask cell = {0};
-        if (i % LENS_LANES == 0) lens_fetch(&p, i, beyond);
+        if (i % SIMD_LANES == 0) lens_fetch(&p, i, beyond);
         if (lens_splat_vector(&p, i, &pixels, all, &cell, beyond))
             lens_add_vector(&p, i, cell, sums, beyond);
         pixels.column += (int32_t)most >> p.coarse << p.fine;

@@ -36,10 +36,10 @@ static void kernel_passes(const float *sums, const float *counts, float middle, 
     }
 }
 
-/* Transposes the sums of LENS_LANES cells, so that those of a kind lie side by side. */
-static inline void lens_turn(const float *sums, float turned[LENS_CELL_SUMS][LENS_LANES])
+/* Transposes the sums of SIMD_LANES cells, so that those of a kind lie side by side. */
+static inline void lens_turn(const float *sums, float turned[LENS_CELL_SUMS][SIMD_LANES])
 {
-    for (size_t i = 0; i < LENS_LANES; i += 4)
+    for (size_t i = 0; i < SIMD_LANES; i += 4)
         for (size_t k = 0; k < LENS_CELL_SUMS; k += 4) {
             const float *from = sums + LENS_CELL_SUMS * i + k;
             __m128 a = _mm_loadu_ps(from), b = _mm_loadu_ps(from + LENS_CELL_SUMS);
@@ -55,7 +55,7 @@ static inline void lens_turn(const float *sums, float turned[LENS_CELL_SUMS][LEN
 
 /* Computes the planes of the cells from `at` on, from transposed sums from `i` on. */
 static inline void lens_finish_vector(const struct lens_finish *f,
-                                      float sums[LENS_CELL_SUMS][LENS_LANES], size_t i, size_t at)
+                                      float sums[LENS_CELL_SUMS][SIMD_LANES], size_t i, size_t at)
 {
     const simd_vector middle = f->middle - (simd_vector){0};
     const simd_vector samples = simd_load_vector(sums[4] + i), all = simd_load_vector(sums[6] + i),
@@ -73,10 +73,10 @@ static inline void lens_finish_vector(const struct lens_finish *f,
 
 static void kernel_finish(const struct lens_finish *finish, size_t first, size_t count)
 {
-    for (size_t at = first; at < first + count; at += LENS_LANES) {
-        float sums[LENS_CELL_SUMS][LENS_LANES];
+    for (size_t at = first; at < first + count; at += SIMD_LANES) {
+        float sums[LENS_CELL_SUMS][SIMD_LANES];
         lens_turn(finish->sums + LENS_CELL_SUMS * at, sums);
-        for (size_t i = 0; i < LENS_LANES; i += SIMD_PER_VECTOR)
+        for (size_t i = 0; i < SIMD_LANES; i += SIMD_PER_VECTOR)
             lens_finish_vector(finish, sums, i, at + i);
     }
 }

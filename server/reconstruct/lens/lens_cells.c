@@ -130,10 +130,10 @@ int lens_cells_create(const struct lens_field *f, uint32_t layer, struct lens_ce
     find_rects(f, c);
     if (rect_is_empty(c->targets)) return 0;
     const int32_t width = rect_width(c->rect);
-    c->columns = (width >> c->fine) + 1 + LENS_LANES;
-    c->columns = (c->columns + LENS_LANES - 1) / LENS_LANES * LENS_LANES;
+    c->columns = (width >> c->fine) + 1 + SIMD_LANES;
+    c->columns = (c->columns + SIMD_LANES - 1) / SIMD_LANES * SIMD_LANES;
     c->stride = c->columns << c->fine;
-    c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * LENS_LANES;
+    c->area = (size_t)c->stride * (size_t)rect_height(c->rect) + 2 * SIMD_LANES;
     const size_t tiles = (size_t)rect_area(c->tiles);
     const size_t floats = (SUMS + LENS_CELL_PLANES) * c->area, samples = f->l * f->l;
     c->memory = scratch_take(f->patch->scratch,

@@ -114,7 +114,7 @@ static void find_all(struct lens_field *f)
 
 static size_t padded(size_t floats)
 {
-    return (floats + 2 * LENS_LANES - 1) / LENS_LANES * LENS_LANES;
+    return (floats + 2 * SIMD_LANES - 1) / SIMD_LANES * SIMD_LANES;
 }
 
 static int allocate(struct lens_field *f)

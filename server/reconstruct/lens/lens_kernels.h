@@ -5,10 +5,10 @@
 #include <stdint.h>
 
 #include "proto/runtime/kernels.h"
+#include "server/reconstruct/simd/lanes.h"
 
 struct lens_aperture;
 
-#define LENS_LANES  16
 #define LENS_GROUPS 4 /* quarters of the aperture, each with its own transparency */
 #define LENS_LIGHTS 4 /* red, green, blue, and the sum of their squares */
 
@@ -62,7 +62,7 @@ struct lens_splat {
     int32_t column, row;   /* of the first cell; row: relative to the pixels' own */
     int32_t columns, rows; /* of all cells */
     size_t next;           /* from a row's samples to those of the row added after it */
-    int32_t spare;         /* first of LENS_LANES spare cells, which take what belongs nowhere */
+    int32_t spare;         /* first of SIMD_LANES spare cells, which take what belongs nowhere */
     int32_t stride, phase_step; /* cell (c, r): r stride + (c & (2^fine - 1)) phase_step + (c >>
                                    fine) */
 };
@@ -98,7 +98,7 @@ enum lens_view {
 
 /* A layer to be composited behind that. */
 struct lens_composite {
-    const float *sums;        /* as gather writes them of LENS_LANES pixels, its stride */
+    const float *sums;        /* as gather writes them of SIMD_LANES pixels, its stride */
     float share[LENS_GROUPS]; /* of the cells that make up the lens */
     float lens[LENS_GROUPS];  /* of the lens itself */
     float slope;              /* its size */
@@ -107,7 +107,7 @@ struct lens_composite {
 
 struct lens_kernels {
     /* Gathers cells: out[(g LENS_SUMS + s) stride + i] becomes sum s over group g of pixel i of
-     * `count`, a multiple of LENS_LANES, whose cell is `first` + i. A cell is weighted by its reach
+     * `count`, a multiple of SIMD_LANES, whose cell is `first` + i. A cell is weighted by its reach
      * less its distance, clamped to 0 .. 1. */
     void (*gather)(const struct lens_gather *gather, size_t first, uint32_t count, float *out,
                    size_t stride);
@@ -128,20 +128,20 @@ struct lens_kernels {
                    float *counts);
 
     /* Computes the slopes by which samples pass a layer: the mean of a pixel's known slopes;
-     * without any, or if fixed, `middle`. Up to LENS_LANES more than `count` are written. */
+     * without any, or if fixed, `middle`. Up to SIMD_LANES more than `count` are written. */
     void (*passes)(const float *sums, const float *counts, float middle, int32_t fixed,
                    size_t count, float *pass);
 
-    /* Finishes `count` cells from `first` on, and up to LENS_LANES more. */
+    /* Finishes `count` cells from `first` on, and up to SIMD_LANES more. */
     void (*finish)(const struct lens_finish *finish, size_t first, size_t count);
 
     /* Composites what is in focus, behind nearer layers, for `count` pixels, a multiple of
-     * LENS_LANES. Lists the pixels that see through but have no sample in focus or beyond, and
+     * SIMD_LANES. Lists the pixels that see through but have no sample in focus or beyond, and
      * leaves them as they are. Returns their number. */
     uint32_t (*focus)(const struct lens_focus *focus, uint32_t count, uint32_t *hidden);
 
-    /* Composites the layer behind what LENS_LANES pixels have gathered. */
-    void (*composite)(const struct lens_composite *composite, float seen[LENS_VIEWS][LENS_LANES]);
+    /* Composites the layer behind what SIMD_LANES pixels have gathered. */
+    void (*composite)(const struct lens_composite *composite, float seen[LENS_VIEWS][SIMD_LANES]);
 };
 
 /* The kernels of each instruction set (kernels.h). All give the same bits. */

@@ -88,13 +88,13 @@ static inline simd_mask lens_bits(uint32_t bits)
  * quarters. Cells on the lines between quarters belong to one quarter each, so the transparencies
  * of the quarters are scaled at the end to leave what the layer did not take of the lens. */
 static inline void lens_composite_vector(const struct lens_composite *c, size_t i,
-                                         float seen[LENS_VIEWS][LENS_LANES])
+                                         float seen[LENS_VIEWS][SIMD_LANES])
 {
     simd_vector total[LENS_SUMS] = {{0}}, before[LENS_GROUPS], after[LENS_GROUPS];
     for (size_t g = 0; g < LENS_GROUPS; g++) {
         before[g] = after[g] = simd_load_vector(seen[LENS_VIEW_THROUGH + g] + i);
         for (size_t k = 0; k < LENS_SUMS; k++)
-            total[k] += simd_load_vector(c->sums + (g * LENS_SUMS + k) * LENS_LANES + i);
+            total[k] += simd_load_vector(c->sums + (g * LENS_SUMS + k) * SIMD_LANES + i);
     }
     const simd_mask near = lens_bits(c->near >> i);
     const simd_mask any = near & (total[LENS_SUM_SHARE] > 0.0f); /* then there is weight, too */
@@ -102,11 +102,11 @@ static inline void lens_composite_vector(const struct lens_composite *c, size_t 
     const simd_vector scale = simd_where(cells > 0.0f, left / cells);
     simd_vector taken = {0};
     for (size_t g = 0; g < LENS_GROUPS; g++) {
-        const float *sums = c->sums + g * LENS_SUMS * LENS_LANES + i;
-        const simd_mask own = simd_load_vector(sums + LENS_SUM_WEIGHT * LENS_LANES) > 0.0f;
+        const float *sums = c->sums + g * LENS_SUMS * SIMD_LANES + i;
+        const simd_mask own = simd_load_vector(sums + LENS_SUM_WEIGHT * SIMD_LANES) > 0.0f;
         simd_vector sum[LENS_SUMS];
         for (size_t k = 0; k < LENS_SUMS; k++)
-            sum[k] = simd_select(own, simd_load_vector(sums + k * LENS_LANES), total[k]);
+            sum[k] = simd_select(own, simd_load_vector(sums + k * SIMD_LANES), total[k]);
         const simd_vector weight = sum[LENS_SUM_WEIGHT], share = sum[LENS_SUM_SHARE];
         const simd_mask met = any & (share > 0.0f);
         const simd_vector by = scale * before[g] * c->share[g] / weight;
@@ -129,8 +129,8 @@ static inline void lens_composite_vector(const struct lens_composite *c, size_t 
 }
 
 static void kernel_composite(const struct lens_composite *composite,
-                             float seen[LENS_VIEWS][LENS_LANES])
+                             float seen[LENS_VIEWS][SIMD_LANES])
 {
-    for (size_t i = 0; i < LENS_LANES; i += SIMD_PER_VECTOR)
+    for (size_t i = 0; i < SIMD_LANES; i += SIMD_PER_VECTOR)
         lens_composite_vector(composite, i, seen);
 }

@@ -12,7 +12,7 @@ void spike_limits_take(struct spike_limits *s, float *const arrays[SPIKE_ARRAYS]
 
 /* Sums over the pixels of a line that are linked with each of the receivers. */
 struct line_sums {
-    float open[SPIKE_LANES], sum[SPIKE_LANES], count[SPIKE_LANES];
+    float open[SIMD_LANES], sum[SIMD_LANES], count[SIMD_LANES];
 };
 
 /* A line's input. link[i] tells of pixels i and i + step. */
@@ -25,12 +25,12 @@ struct line {
 static void add_side(const struct line *l, size_t p, bool backward, int32_t reach,
                      struct line_sums *s)
 {
-    for (int i = 0; i < SPIKE_LANES; i++) s->open[i] = 1.0f;
+    for (int i = 0; i < SIMD_LANES; i++) s->open[i] = 1.0f;
     for (int32_t k = 1; k <= reach; k++) {
         const ptrdiff_t way = backward ? -k * l->step : k * l->step;
         const ptrdiff_t at = (ptrdiff_t)p + way, joint = backward ? at : at - l->step;
         const float *in = l->in + at, *counts = l->counts + at, *link = l->link + joint;
-        for (int i = 0; i < SPIKE_LANES; i++) {
+        for (int i = 0; i < SIMD_LANES; i++) {
             s->open[i] *= link[i];
             s->sum[i] += s->open[i] * in[i];
             s->count[i] += s->open[i] * counts[i];
@@ -42,7 +42,7 @@ static void sum_line(const struct line *l, size_t first, int32_t width, int32_t 
                      int32_t after, float *out, float *out_counts)
 {
     struct line_sums s;
-    for (size_t p = first; p < first + (size_t)width; p += SPIKE_LANES) {
+    for (size_t p = first; p < first + (size_t)width; p += SIMD_LANES) {
         memcpy(s.sum, l->in + p, sizeof s.sum);
         memcpy(s.count, l->counts + p, sizeof s.count);
         add_side(l, p, true, before, &s);

@@ -10,12 +10,10 @@
 #include <stdint.h>
 
 #include "proto/tile.h"
-
-/* Receivers that are summed side by side. */
-#define SPIKE_LANES 16
+#include "server/reconstruct/simd/lanes.h"
 
 /* Arrays of one layout: pixel (x, y) is at origin + (y - rect.y0) * stride + x - rect.x0. Rows have
- * margins of the window's reach and SPIKE_LANES. All arrays are finite, and links are 0 wherever
+ * margins of the window's reach and SIMD_LANES. All arrays are finite, and links are 0 wherever
  * there are no two pixels. */
 struct spike_limits {
     struct rect rect;

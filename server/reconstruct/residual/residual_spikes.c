@@ -22,7 +22,7 @@
 
 _Static_assert(RESIDUAL_SPIKES_SPREAD_PX >= STEP * TAPS + STEP / 2 * 2, "the spread's reach");
 _Static_assert(RESIDUAL_SPIKES_LIMIT_PX >= 2 * WINDOW_PX, "the limits' reach");
-_Static_assert(RESIDUAL_PAD_PX >= WINDOW_PX + SPIKE_LANES, "margins");
+_Static_assert(RESIDUAL_PAD_PX >= WINDOW_PX + SIMD_LANES, "margins");
 
 enum { PLANES = 3 * RESIDUAL_COMPONENTS };
 
@@ -174,18 +174,18 @@ static bool any_near(const struct line *l, size_t p)
     for (int32_t t = l->first; t <= l->last; t++) {
         const float *there = l->w->limits.light + (ptrdiff_t)p + t * l->step;
         float sum = 0.0f;
-        for (int i = 0; i < SPIKE_LANES; i++) sum += there[i];
+        for (int i = 0; i < SIMD_LANES; i++) sum += there[i];
         if (sum > 0.0f) return true;
     }
     return false;
 }
 
 /* Weights of tap t of the receivers from p on. */
-static void weigh(const struct line *l, size_t p, int32_t t, float weight[SPIKE_LANES])
+static void weigh(const struct line *l, size_t p, int32_t t, float weight[SIMD_LANES])
 {
     const float gauss = l->gauss[t < 0 ? -t : t];
     const size_t q = (size_t)((ptrdiff_t)p + t * l->step);
-    for (size_t i = 0; i < SPIKE_LANES; i++) {
+    for (size_t i = 0; i < SIMD_LANES; i++) {
         const float same = alike(l->w->f, l->slope, p + i, q + i, (float)(t * STEP));
         weight[i] = gauss * same * same;
     }
@@ -195,25 +195,25 @@ static void weigh(const struct line *l, size_t p, int32_t t, float weight[SPIKE_
 static void mean_lanes(const struct line *l, size_t p, float *const in[PLANES],
                        float *const out[PLANES])
 {
-    float sum[PLANES][SPIKE_LANES], total[SPIKE_LANES], weight[SPIKE_LANES];
-    for (int i = 0; i < SPIKE_LANES; i++) total[i] = 1.0f;
+    float sum[PLANES][SIMD_LANES], total[SIMD_LANES], weight[SIMD_LANES];
+    for (int i = 0; i < SIMD_LANES; i++) total[i] = 1.0f;
     for (size_t k = 0; k < PLANES; k++) memcpy(sum[k], in[k] + p, sizeof sum[k]);
     for (int32_t t = l->first; t <= l->last; t++) {
         if (t == 0) continue;
         weigh(l, p, t, weight);
-        for (int i = 0; i < SPIKE_LANES; i++) total[i] += weight[i];
+        for (int i = 0; i < SIMD_LANES; i++) total[i] += weight[i];
         for (size_t k = 0; k < PLANES; k++) {
             const float *there = in[k] + (ptrdiff_t)p + t * l->step;
-            for (int i = 0; i < SPIKE_LANES; i++) sum[k][i] += weight[i] * there[i];
+            for (int i = 0; i < SIMD_LANES; i++) sum[k][i] += weight[i] * there[i];
         }
     }
     for (size_t k = 0; k < PLANES; k++)
-        for (size_t i = 0; i < SPIKE_LANES; i++) out[k][p + i] = sum[k][i] / total[i];
+        for (size_t i = 0; i < SIMD_LANES; i++) out[k][p + i] = sum[k][i] / total[i];
 }
 
 static void clear_lanes(size_t p, float *const out[PLANES])
 {
-    for (size_t k = 0; k < PLANES; k++) memset(out[k] + p, 0, SPIKE_LANES * sizeof(float));
+    for (size_t k = 0; k < PLANES; k++) memset(out[k] + p, 0, SIMD_LANES * sizeof(float));
 }
 
 static void find_present(const struct work *w, struct rect r, float *const in[PLANES])
@@ -257,7 +257,7 @@ static void mean_rows(const struct work *w, struct rect r, bool along_x, float *
         const size_t first = residual_at(s, r.x0, y);
         l.first = along_x ? -TAPS : -taps_within(y);
         l.last = along_x ? TAPS : taps_within(s->height - 1 - y);
-        for (size_t p = first; p < first + (size_t)rect_width(r); p += SPIKE_LANES)
+        for (size_t p = first; p < first + (size_t)rect_width(r); p += SIMD_LANES)
             if (any_near(&l, p))
                 mean_lanes(&l, p, in, out);
             else

@@ -10,9 +10,9 @@
 
 #define BLUR_TOGETHER 16 /* taps that are met before any is weighed */
 
-/* Computes exponents of SHADOW_LANES pixels' weights at tap k; infinite where they refuse it. */
+/* Computes exponents of SIMD_LANES pixels' weights at tap k; infinite where they refuse it. */
 SIMD_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at, int32_t k,
-                           float out[SHADOW_LANES])
+                           float out[SIMD_LANES])
 {
     const struct shadow_pixels *pixels = f->pixels;
     const float *px = pixels->point[0], *py = pixels->point[1], *pz = pixels->point[2];
@@ -21,7 +21,7 @@ SIMD_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at,
     const float *falloff = f->falloff, *refusal = f->refusal;
     const int32_t *reach = f->reach, beyond = (k < 0 ? -k : k) - 1;
     const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
-    for (size_t lane = 0; lane < SHADOW_LANES; lane++) {
+    for (size_t lane = 0; lane < SIMD_LANES; lane++) {
         const size_t p = at + lane, q = to + lane;
         const struct compatible_receiver receiver = {
             {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
@@ -37,7 +37,7 @@ SIMD_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at,
 
 /* Adds `count` taps, the first of which reads `values`, to the sums of weighted values and of
  * weights. */
-SIMD_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const float *values,
+SIMD_INLINE void blur_add(float (*exponents)[SIMD_LANES], int32_t count, const float *values,
                           ptrdiff_t step, struct simd *sum, struct simd *weights)
 {
     for (int v = 0; v < SIMD_VECTORS; v++) {
@@ -52,12 +52,12 @@ SIMD_INLINE void blur_add(float (*exponents)[SHADOW_LANES], int32_t count, const
     }
 }
 
-/* Blurs SHADOW_LANES adjacent pixels from `at` on, with `most` taps to both sides. */
+/* Blurs SIMD_LANES adjacent pixels from `at` on, with `most` taps to both sides. */
 static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t at, int32_t most,
-                              float out[SHADOW_LANES])
+                              float out[SIMD_LANES])
 {
     const float *seen = f->seen + at;
-    _Alignas(64) float exponents[BLUR_TOGETHER][SHADOW_LANES];
+    _Alignas(64) float exponents[BLUR_TOGETHER][SIMD_LANES];
     struct simd sum = simd_all(0.0f), weights = sum;
     for (int32_t first = -most, n; first <= most; first += n) {
         const int32_t left = most + 1 - first;
@@ -77,10 +77,10 @@ static inline void blur_group(const struct shadow_blur *f, int32_t step, size_t 
 static void kernel_blur(const struct shadow_blur *f, int32_t step, size_t first, uint32_t count,
                         float *out)
 {
-    for (uint32_t i = 0; i < count; i += SHADOW_LANES) {
-        const uint32_t left = count - i, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+    for (uint32_t i = 0; i < count; i += SIMD_LANES) {
+        const uint32_t left = count - i, n = left < SIMD_LANES ? left : SIMD_LANES;
         int32_t most = 0;
-        _Alignas(64) float group[SHADOW_LANES];
+        _Alignas(64) float group[SIMD_LANES];
         for (uint32_t k = 0; k < n; k++)
             most = most > f->reach[first + i + k] ? most : f->reach[first + i + k];
         if (most > 0)

@@ -8,8 +8,6 @@
 #include "server/reconstruct/simd/inline.h"
 #include "server/reconstruct/simd/vector.h"
 
-_Static_assert(SIMD_LANES == SHADOW_LANES, "vectors of all lanes");
-
 /* A receiving pixel's numbers for the test. */
 struct compatible_receiver {
     float point[3], normal[3];

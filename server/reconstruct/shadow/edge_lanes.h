@@ -26,7 +26,7 @@ struct edge_neighbours {
     float exponent[EDGE_AROUND], u[2][EDGE_AROUND], jitter[2][EDGE_AROUND];
     size_t count;
 };
-_Static_assert(SHADOW_LANES + EDGE_SIDE * EDGE_SIDE <= EDGE_AROUND, "room for all and the lanes");
+_Static_assert(SIMD_LANES + EDGE_SIDE * EDGE_SIDE <= EDGE_AROUND, "room for all and the lanes");
 
 /* Computes I / cov of docs/reconstruction.md, Sample weights, at both axes' nodes but the last. */
 static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct edge_windows *w,
@@ -37,8 +37,8 @@ static inline void edge_weigh_nodes(const struct edge_fixed *fixed, const struct
     const float inverse[] = {w->inverse[0][lane], w->inverse[1][lane]};
     const float all[] = {w->all[0][lane], w->all[1][lane]};
     const float rest[] = {w->rest[0][lane], w->rest[1][lane]};
-    _Alignas(64) float at[SHADOW_LANES];
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    _Alignas(64) float at[SIMD_LANES];
+    for (int i = 0; i < SIMD_LANES; i++) {
         const int second = i >= EDGE_NODES, node = i % EDGE_NODES;
         const struct coverage_shear s = {second ? reach[1] : reach[0],
                                          second ? inverse[1] : inverse[0], second ? all[1] : all[0],
@@ -62,10 +62,10 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
     const int32_t told = w->told[lane];
     const float ax = w->across[0][lane], ay = w->across[1][lane];
     const float across_falloff = w->falloff[0][lane], along_falloff = w->falloff[1][lane];
-    for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
+    for (int row = 0; row < EDGE_AROUND; row += SIMD_LANES) {
         const int32_t *same = edge_same(v) + row;
-        const int32_t *opposite = edge_same(v) + (EDGE_SIDE - 1) * (SHADOW_LANES + 1) - row;
-        for (int i = 0; i < SHADOW_LANES; i++) {
+        const int32_t *opposite = edge_same(v) + (EDGE_SIDE - 1) * (SIMD_LANES + 1) - row;
+        for (int i = 0; i < SIMD_LANES; i++) {
             const float x = fixed->x[row + i], y = fixed->y[row + i];
             const float across = fused(y, ay, x * ax), along = fused(y, ax, -x * ay);
             const float exponent =
@@ -109,7 +109,7 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
                              size_t pixel, struct edge_neighbours *n)
 {
     n->count = 0;
-    for (int row = 0; row < EDGE_AROUND; row += SHADOW_LANES) {
+    for (int row = 0; row < EDGE_AROUND; row += SIMD_LANES) {
         const __m512i near = _mm512_load_si512(n->near + row);
         const __mmask16 kept = _mm512_test_epi32_mask(near, near);
         const size_t q = (size_t)((ptrdiff_t)pixel + fixed->to[row]);
@@ -132,7 +132,7 @@ static inline void edge_load(const struct edge_field *f, const struct edge_fixed
 {
     int32_t kept[EDGE_AROUND];
     n->count = simd_kept(n->near, EDGE_AROUND, kept);
-    for (size_t i = 0; i < n->count || i % SHADOW_LANES != 0; i++) {
+    for (size_t i = 0; i < n->count || i % SIMD_LANES != 0; i++) {
         const bool has = i < n->count;
         const size_t q = (size_t)((ptrdiff_t)pixel + (has ? fixed->to[kept[i]] : 0));
         n->at[i] = (int32_t)q;
@@ -214,8 +214,8 @@ static inline struct edge_centre edge_centre_of(const struct edge_field *f, size
 static inline struct simd_whole edge_bits(const struct edge_field *f, uint32_t k, const int32_t *at)
 {
     const uint32_t *word = f->bits + k / 32 * f->stride;
-    _Alignas(64) int32_t bits[SHADOW_LANES];
-    for (size_t i = 0; i < SHADOW_LANES; i++) bits[i] = (int32_t)word[at[i]];
+    _Alignas(64) int32_t bits[SIMD_LANES];
+    for (size_t i = 0; i < SIMD_LANES; i++) bits[i] = (int32_t)word[at[i]];
     return simd_load_whole(bits);
 }
 
@@ -274,7 +274,7 @@ static inline void edge_add(const struct edge_field *f, const struct edge_centre
 static inline float edge_total(const struct simd *a, const struct simd *b)
 {
     struct simd both;
-    _Alignas(64) float all[SHADOW_LANES];
+    _Alignas(64) float all[SIMD_LANES];
     for (int v = 0; v < SIMD_VECTORS; v++) both.v[v] = a->v[v] + b->v[v];
     simd_store(&both, all);
     return simd_sum(all);
@@ -284,8 +284,8 @@ static inline float edge_sum(const struct edge_field *f, const struct edge_centr
                              const struct edge_neighbours *near)
 {
     struct edge_sums sums[EDGE_PARTS] = {{{{{0}}}, {{{0}}}}};
-    for (size_t first = 0; first < near->count; first += SHADOW_LANES)
-        edge_add(f, centre, near, first, &sums[first / SHADOW_LANES % EDGE_PARTS]);
+    for (size_t first = 0; first < near->count; first += SIMD_LANES)
+        edge_add(f, centre, near, first, &sums[first / SIMD_LANES % EDGE_PARTS]);
     const float whole = edge_total(&sums[0].all, &sums[1].all);
     const float share = edge_total(&sums[0].seen, &sums[1].seen);
     return whole > 0.0f ? share / whole : -1.0f;
@@ -318,11 +318,11 @@ static void kernel_filter_edges(const struct edge_field *f, const uint32_t *pixe
                                 const float *sigma_px, uint32_t count, float *out)
 {
     struct edge_fixed fixed;
-    struct edge_view views[SHADOW_LANES] = {0};
+    struct edge_view views[SIMD_LANES] = {0};
     struct edge_windows windows = {0};
     edge_fix(f, &fixed);
-    for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
-        const uint32_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+    for (uint32_t first = 0; first < count; first += SIMD_LANES) {
+        const uint32_t left = count - first, n = left < SIMD_LANES ? left : SIMD_LANES;
         for (uint32_t i = 0; i < n; i++) edge_look(f, &fixed, pixels[first + i], &views[i]);
         for (uint32_t i = 0; i < n; i++)
             edge_ask(f, &fixed, pixels[first + i], sigma_px[first + i], i, &views[i], &windows);

@@ -8,7 +8,7 @@
 
 #define ESTIMATE_NEAR_MOST 1e9f /* (size / distance)^2 */
 
-/* Adjacent receivers, as they were given. SHADOW_LANES elements of each array may be read. */
+/* Adjacent receivers, as they were given. SIMD_LANES elements of each array may be read. */
 struct estimate_receivers {
     const float *point[3], *normal[3], *jitter[2];
     const uint32_t *bits;
@@ -17,8 +17,8 @@ struct estimate_receivers {
 
 /* The last receivers, padded with some that have no normal. */
 struct estimate_rest {
-    _Alignas(64) float numbers[8][SHADOW_LANES];
-    uint32_t bits[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 32][SHADOW_LANES];
+    _Alignas(64) float numbers[8][SIMD_LANES];
+    uint32_t bits[SHADOW_STRATA_MAX * SHADOW_STRATA_MAX / 32][SIMD_LANES];
 };
 
 static inline struct estimate_receivers estimate_receivers_at(const struct estimate_receivers *all,
@@ -47,7 +47,7 @@ static inline void estimate_fill(struct estimate_receivers *r, size_t count, uin
     for (size_t k = 0; k < (strata + 31) / 32; k++)
         memcpy(rest->bits[k], r->bits + k * r->stride, count * sizeof(uint32_t));
     r->bits = rest->bits[0];
-    r->stride = SHADOW_LANES;
+    r->stride = SIMD_LANES;
 }
 
 static inline simd_mask estimate_words(const uint32_t *from)
@@ -59,7 +59,7 @@ static inline simd_mask estimate_words(const uint32_t *from)
 
 /* Returns whether each receiver sees all of the light or none of it. Then out[i] is 1 or 0. */
 static inline bool estimate_is_plain(const struct estimate_receivers *r, uint32_t strata,
-                                     float out[SHADOW_LANES])
+                                     float out[SIMD_LANES])
 {
     struct simd_whole mixed;
     for (int v = 0; v < SIMD_VECTORS; v++) {
@@ -150,7 +150,7 @@ SIMD_INLINE void estimate_sum(const struct shadow_rectangle *light, bool gaussia
 
 /* Computes the seen share, by number where no stratum has weight. */
 static inline void estimate_share(const struct estimate_chunk *c, float strata,
-                                  float out[SHADOW_LANES])
+                                  float out[SIMD_LANES])
 {
     for (int i = 0; i < SIMD_VECTORS; i++) {
         const simd_mask any = c->all.v[i] > 0.0f;
@@ -184,11 +184,11 @@ static void kernel_estimate(const struct shadow_rectangle *light, uint32_t l, ui
                                            stride};
     struct estimate_rest rest;
     struct estimate_chunk c;
-    for (size_t first = 0; first < count; first += SHADOW_LANES) {
-        const size_t left = count - first, n = left < SHADOW_LANES ? left : SHADOW_LANES;
+    for (size_t first = 0; first < count; first += SIMD_LANES) {
+        const size_t left = count - first, n = left < SIMD_LANES ? left : SIMD_LANES;
         struct estimate_receivers r = estimate_receivers_at(&all, first);
-        _Alignas(64) float answer[SHADOW_LANES];
-        if (n < SHADOW_LANES) estimate_fill(&r, n, l * l, &rest);
+        _Alignas(64) float answer[SIMD_LANES];
+        if (n < SIMD_LANES) estimate_fill(&r, n, l * l, &rest);
         if (!estimate_is_plain(&r, l * l, answer)) {
             if (light->profile == PROFILE_GAUSSIAN)
                 estimate_profile(light, true, l, &r, &c);

@@ -7,24 +7,24 @@
 #include "server/reconstruct/shadow/shadow_lanes.h"
 #include "server/reconstruct/simd/fused.h"
 #include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/lanes.h"
 
-#define PROJECT_LANES 16
 #define PROJECT_GROUP 8 /* pixels whose weights are all written before any is read */
 
 /* Where the strata of adjacent pixels begin: the first node, its distance from the stratum's
  * sample, the rows of weights of the phases below and above, and the distance from the phase
  * below. */
 struct project_start {
-    _Alignas(64) int32_t node[PROJECT_LANES], below[PROJECT_LANES], above[PROJECT_LANES];
-    float g[PROJECT_LANES], rest[PROJECT_LANES];
+    _Alignas(64) int32_t node[SIMD_LANES], below[SIMD_LANES], above[SIMD_LANES];
+    float g[SIMD_LANES], rest[SIMD_LANES];
 };
 
 static inline void project_begin(const struct shadow_field *f, uint32_t stratum,
-                                 const float jitter[PROJECT_LANES], struct project_start *out)
+                                 const float jitter[SIMD_LANES], struct project_start *out)
 {
     const float strata_nodes = (float)f->scale / (float)f->strata, a = (float)stratum;
     const int32_t window = (int32_t)f->window;
-    for (int i = 0; i < PROJECT_LANES; i++) {
+    for (int i = 0; i < SIMD_LANES; i++) {
         const float at = (a + jitter[i]) * strata_nodes, first = ceilf(at), g = first - at;
         const float phase = g * SHADOW_PHASES, whole = floorf(phase);
         const int32_t below = (int32_t)whole;
@@ -36,12 +36,12 @@ static inline void project_begin(const struct shadow_field *f, uint32_t stratum,
     }
 }
 
-/* Finds these for all strata of up to PROJECT_LANES of the `left` pixels. */
+/* Finds these for all strata of up to SIMD_LANES of the `left` pixels. */
 SIMD_INLINE void project_begin_all(const struct shadow_field *f, uint32_t strata,
                                    const float *jitter, uint32_t left, struct project_start *out)
 {
-    _Alignas(64) float own[PROJECT_LANES] = {0};
-    if (left >= PROJECT_LANES) /* copied in one piece, as it is read */
+    _Alignas(64) float own[SIMD_LANES] = {0};
+    if (left >= SIMD_LANES) /* copied in one piece, as it is read */
         memcpy(own, jitter, sizeof own);
     else
         memcpy(own, jitter, left * sizeof *own);
@@ -193,7 +193,7 @@ struct project_group {
     _Alignas(64) float weights[PROJECT_GROUP][PROJECT_FEW][PROJECT_SPAN];
     int32_t first[PROJECT_GROUP][PROJECT_FEW]; /* nodes */
 };
-_Static_assert(PROJECT_LANES % PROJECT_GROUP == 0, "groups begin where lanes do");
+_Static_assert(SIMD_LANES % PROJECT_GROUP == 0, "groups begin where lanes do");
 
 SIMD_INLINE void project_nodes(struct project_shape shape, float (*weights)[PROJECT_SPAN],
                                const int32_t *first, const uint32_t *seen, float *columns)
@@ -228,10 +228,10 @@ SIMD_INLINE void project_columns_few(const struct shadow_field *f, struct projec
     struct project_group group = {0};
     for (uint32_t k = 0; k < count; k += PROJECT_GROUP) {
         const uint32_t left = count - k, many = left < PROJECT_GROUP ? left : PROJECT_GROUP;
-        if (k % PROJECT_LANES == 0) project_begin_all(f, l, jitter + k, left, starts);
+        if (k % SIMD_LANES == 0) project_begin_all(f, l, jitter + k, left, starts);
         for (uint32_t i = 0; i < many; i++) {
             const struct project_row row = project_row_of(f, 0, pixels[k + i]);
-            const uint32_t lane = k % PROJECT_LANES + i;
+            const uint32_t lane = k % SIMD_LANES + i;
             for (uint32_t a = 0; a < l; a++) {
                 const struct project_start *s = &starts[a];
                 group.first[i][a] = s->node[lane];
@@ -254,7 +254,7 @@ SIMD_INLINE void project_columns(const struct shadow_field *f, struct project_sh
     struct project_start starts[SHADOW_STRATA_MAX];
     struct project_strata strata = {0};
     for (uint32_t k = 0; k < count; k++) {
-        const uint32_t lane = k % PROJECT_LANES;
+        const uint32_t lane = k % SIMD_LANES;
         const struct project_row row = project_row_of(f, 0, pixels[k]);
         if (lane == 0) project_begin_all(f, l, jitter + k, count - k, starts);
         for (uint32_t a = 0; a < l; a++) {

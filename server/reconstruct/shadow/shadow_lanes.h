@@ -12,8 +12,8 @@
 
 #include "server/reconstruct/shadow/shadow_kernels.h"
 #include "server/reconstruct/simd/inline.h"
+#include "server/reconstruct/simd/lanes.h"
 
-#define SHADOW_LANES 16 /* arrays are padded to a multiple of it */
 /* Four sums, aligned to 16 bytes. */
 typedef float shadow_four __attribute__((vector_size(16), may_alias));
 
@@ -34,8 +34,8 @@ static inline __mmask16 simd_run(__m512i to, __mmask16 left, ptrdiff_t *start)
     return _mm512_mask_cmpeq_epi32_mask(left, from, _mm512_broadcastd_epi32(first));
 }
 
-SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
-                           float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SIMD_LANES],
+                           float out[][SIMD_LANES])
 {
     const __m512i pixels = _mm512_loadu_si512(to);
     ptrdiff_t start;
@@ -52,7 +52,7 @@ SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_
     }
 }
 
-SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SIMD_LANES],
                           const void *numbers)
 {
     const float *in = numbers;
@@ -62,7 +62,7 @@ SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SH
         run = simd_run(pixels, left, &start);
         for (size_t n = 0; n < count; n++)
             _mm512_mask_storeu_ps((float *)planes[n] + start, run,
-                                  _mm512_loadu_ps(in + n * SHADOW_LANES));
+                                  _mm512_loadu_ps(in + n * SIMD_LANES));
     }
 }
 
@@ -82,7 +82,7 @@ static inline __m256i simd_run(__m256i to, __m256i left, ptrdiff_t *start)
 }
 
 SIMD_INLINE void simd_take_eight(const void *const *planes, size_t count, size_t half,
-                                 const int32_t to[SHADOW_LANES], float out[][SHADOW_LANES])
+                                 const int32_t to[SIMD_LANES], float out[][SIMD_LANES])
 {
     const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)(to + half));
     ptrdiff_t start;
@@ -106,19 +106,19 @@ SIMD_INLINE void simd_take_eight(const void *const *planes, size_t count, size_t
     }
 }
 
-SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
-                           float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SIMD_LANES],
+                           float out[][SIMD_LANES])
 {
     simd_take_eight(planes, count, 0, to, out);
-    simd_take_eight(planes, count, SHADOW_LANES / 2, to, out);
+    simd_take_eight(planes, count, SIMD_LANES / 2, to, out);
 }
 
 #else
 
-SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
-                           float out[][SHADOW_LANES])
+SIMD_INLINE void simd_take(const void *const *planes, size_t count, const int32_t to[SIMD_LANES],
+                           float out[][SIMD_LANES])
 {
-    for (uint32_t first = 0; first < SHADOW_LANES; first += 4) {
+    for (uint32_t first = 0; first < SIMD_LANES; first += 4) {
         const int32_t *at = to + first;
         const int follows = (at[1] == at[0] + 1) & (at[2] == at[0] + 2) & (at[3] == at[0] + 3);
         for (size_t n = 0; n < count; n++) {
@@ -155,18 +155,18 @@ static inline bool simd_stored_follow(const int32_t to[SIMD_STORED])
 #endif
 }
 
-SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SHADOW_LANES],
+SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SIMD_LANES],
                           const void *numbers)
 {
-    for (uint32_t first = 0; first < SHADOW_LANES; first += SIMD_STORED) {
+    for (uint32_t first = 0; first < SIMD_LANES; first += SIMD_STORED) {
         const float *in = (const float *)numbers + first;
         const int32_t *at = to + first;
         if (simd_stored_follow(at)) {
-            for (size_t n = 0; n < count; n++, in += SHADOW_LANES)
+            for (size_t n = 0; n < count; n++, in += SIMD_LANES)
                 memcpy((float *)planes[n] + at[0], in, SIMD_STORED * sizeof *in);
             continue;
         }
-        for (size_t n = 0; n < count; n++, in += SHADOW_LANES)
+        for (size_t n = 0; n < count; n++, in += SIMD_LANES)
             for (uint32_t i = 0; i < SIMD_STORED; i++)
                 memcpy((float *)planes[n] + at[i], in + i, sizeof *in);
     }
@@ -178,7 +178,7 @@ SIMD_INLINE void simd_put(void *const *planes, size_t count, const int32_t to[SH
 typedef float simd_number __attribute__((may_alias));
 
 /* Returns whether the pixels are adjacent, in the order of the lanes; then *start is the first. */
-static inline bool simd_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start)
+static inline bool simd_follow(const int32_t to[SIMD_LANES], ptrdiff_t *start)
 {
     int32_t follows = 1;
     *start = to[0];
@@ -195,20 +195,20 @@ static inline bool simd_follow(const int32_t to[SHADOW_LANES], ptrdiff_t *start)
                         _mm256_xor_si256(_mm256_loadu_si256(in + 1), _mm256_add_epi32(low, eight)));
     follows = _mm256_testz_si256(off, off);
 #else
-    for (int32_t i = 1; i < SHADOW_LANES; i++) follows &= to[i] == to[0] + i;
+    for (int32_t i = 1; i < SIMD_LANES; i++) follows &= to[i] == to[0] + i;
 #endif
     return follows;
 }
 
 /* Loads the pixels of a list into lanes. Lanes past the list's end repeat the last pixel. */
-SIMD_INLINE void simd_list(const uint32_t *pixels, uint32_t count, int32_t out[SHADOW_LANES])
+SIMD_INLINE void simd_list(const uint32_t *pixels, uint32_t count, int32_t out[SIMD_LANES])
 {
-    if (count >= SHADOW_LANES) { /* Copied in one piece: a vector load would stall on several stores
+    if (count >= SIMD_LANES) { /* Copied in one piece: a vector load would stall on several stores
                                     in flight. */
-        memcpy(out, pixels, SHADOW_LANES * sizeof *out);
+        memcpy(out, pixels, SIMD_LANES * sizeof *out);
         return;
     }
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) out[i] = (int32_t)pixels[i < count ? i : count - 1];
+    for (uint32_t i = 0; i < SIMD_LANES; i++) out[i] = (int32_t)pixels[i < count ? i : count - 1];
 }
 
 /* Writes the indices of the lanes that are not 0, in order; out has room for all. Returns how many
@@ -258,7 +258,7 @@ static inline float simd_keep(int32_t kept, float v)
 
 /* Returns the sum over lanes, in pairs and in a fixed order. Sums are kept in as many parts as
  * there are lanes. */
-static inline float simd_sum(const float parts[SHADOW_LANES])
+static inline float simd_sum(const float parts[SIMD_LANES])
 {
     typedef float four __attribute__((vector_size(16), aligned(4), may_alias));
     const four *in = (const four *)parts;

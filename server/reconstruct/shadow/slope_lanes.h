@@ -9,10 +9,10 @@
 
 #define SLOPES_SIDE    5
 #define SLOPES_REACH   (SLOPES_SIDE / 2)
-#define SLOPES_COLUMNS (SHADOW_LANES + SLOPES_SIDE - 1) /* that adjacent pixels read */
-/* For a pixel at least SLOPES_REACH from the edges, vectors reach SHADOW_LANES - 1 past the planes.
+#define SLOPES_COLUMNS (SIMD_LANES + SLOPES_SIDE - 1) /* that adjacent pixels read */
+/* For a pixel at least SLOPES_REACH from the edges, vectors reach SIMD_LANES - 1 past the planes.
  */
-_Static_assert(SHADOW_LANES - 1 <= SHADOW_PLANE_PAD, "vectors of all lanes");
+_Static_assert(SIMD_LANES - 1 <= SHADOW_PLANE_PAD, "vectors of all lanes");
 
 /* A row of neighbours, from its first on. */
 struct slopes_row {
@@ -20,13 +20,13 @@ struct slopes_row {
     const float *a, *b;
 };
 
-/* Returns how many of the `most` pixels of the list, from the first on, lie among SHADOW_LANES in a
+/* Returns how many of the `most` pixels of the list, from the first on, lie among SIMD_LANES in a
  * row. */
 static inline uint32_t slopes_count(const uint32_t *pixels, uint32_t most)
 {
     uint32_t count = 1;
     while (count < most && pixels[count] > pixels[count - 1] &&
-           pixels[count] - pixels[0] < SHADOW_LANES)
+           pixels[count] - pixels[0] < SIMD_LANES)
         count++;
     return count;
 }
@@ -77,7 +77,7 @@ SIMD_INLINE void slopes_add(const struct compatible_receivers *receiver,
 
 /* Computes the number of neighbours and the sums of a and b for adjacent pixels from `first` on. */
 static inline void slopes_sum(const struct shadow_field *f, size_t first, const float *a,
-                              const float *b, float out[3][SHADOW_LANES])
+                              const float *b, float out[3][SIMD_LANES])
 {
     struct slopes_sums sums[SIMD_VECTORS] = {0};
     struct compatible_receivers receivers[SIMD_VECTORS];
@@ -97,11 +97,11 @@ static inline void slopes_sum(const struct shadow_field *f, size_t first, const 
     }
 }
 
-/* Takes up to SHADOW_LANES adjacent pixels at once. The list need not hold all of them. */
+/* Takes up to SIMD_LANES adjacent pixels at once. The list need not hold all of them. */
 static void kernel_sum_slopes(const struct shadow_field *f, const uint32_t *pixels, uint32_t count,
                               const float *a, const float *b, float *out)
 {
-    _Alignas(64) float sums[3][SHADOW_LANES];
+    _Alignas(64) float sums[3][SIMD_LANES];
     for (uint32_t k = 0, n; k < count; k += n) {
         const size_t first = pixels[k];
         n = slopes_count(pixels + k, count - k);

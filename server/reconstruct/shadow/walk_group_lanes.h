@@ -8,16 +8,16 @@
 struct walk_group {
     uint32_t count;     /* pixels; lanes past the end repeat the last */
     int32_t reach_most; /* of all lanes */
-    _Alignas(64) int32_t pixel[SHADOW_LANES], reach[SHADOW_LANES];
-    int32_t forward[SHADOW_LANES], minor[SHADOW_LANES]; /* pixels on, a step and aside */
-    float slant[SHADOW_LANES];                          /* steps aside, a step */
+    _Alignas(64) int32_t pixel[SIMD_LANES], reach[SIMD_LANES];
+    int32_t forward[SIMD_LANES], minor[SIMD_LANES]; /* pixels on, a step and aside */
+    float slant[SIMD_LANES];                        /* steps aside, a step */
 };
 
 /* One tap of each pixel. */
 struct walk_tap {
-    _Alignas(64)
-        int32_t to[SHADOW_LANES]; /* the tap's pixel; the receiver itself where there is no tap */
-    float share[SHADOW_LANES];    /* 0 where there is none */
+    _Alignas(
+        64) int32_t to[SIMD_LANES]; /* the tap's pixel; the receiver itself where there is no tap */
+    float share[SIMD_LANES];        /* 0 where there is none */
 };
 
 static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
@@ -25,14 +25,14 @@ static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
 {
     const struct shadow_walk *walk = &f->pixels->walk[axis];
     const void *const steps[] = {walk->step[0], walk->step[1], walk->reach};
-    _Alignas(64) float own[3][SHADOW_LANES];
+    _Alignas(64) float own[3][SIMD_LANES];
     const int32_t row = f->width;
-    g->count = left < SHADOW_LANES ? left : SHADOW_LANES;
+    g->count = left < SIMD_LANES ? left : SIMD_LANES;
     simd_list(pixels, g->count, g->pixel);
     simd_take(steps, 3, g->pixel, own);
     memcpy(g->reach, own[2], sizeof g->reach);
     g->reach_most = 0;
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+    for (uint32_t i = 0; i < SIMD_LANES; i++) {
         const int32_t along_x = fabsf(own[0][i]) >= fabsf(own[1][i]);
         const int32_t major = along_x ? 1 : row;
         const float main = along_x ? own[0][i] : own[1][i];
@@ -54,9 +54,9 @@ static inline void walk_place(const struct walk_group *g, int32_t k, struct walk
 {
     const int32_t away = k < 0 ? -k : k;
     const float step = (float)k;
-    _Alignas(64) float near[SHADOW_LANES], far[SHADOW_LANES];
-    _Alignas(64) int32_t to_near[SHADOW_LANES], to_far[SHADOW_LANES];
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+    _Alignas(64) float near[SIMD_LANES], far[SIMD_LANES];
+    _Alignas(64) int32_t to_near[SIMD_LANES], to_far[SIMD_LANES];
+    for (uint32_t i = 0; i < SIMD_LANES; i++) {
         const float aside = step * g->slant[i], below = floorf(aside), rest = aside - below;
         const int32_t on = k * g->forward[i] + (int32_t)below * g->minor[i];
         const int32_t here = g->pixel[i], there = here + on;
@@ -74,7 +74,7 @@ static inline void walk_place(const struct walk_group *g, int32_t k, struct walk
 
 #ifdef __AVX512F__
 
-static inline void walk_mark(const int32_t to[SHADOW_LANES], uint8_t *marks)
+static inline void walk_mark(const int32_t to[SIMD_LANES], uint8_t *marks)
 {
     const __m512i pixels = _mm512_loadu_si512(to);
     const __m128i ones = _mm_set1_epi8(1);
@@ -94,9 +94,9 @@ static inline void walk_mark(const int32_t to[SHADOW_LANES], uint8_t *marks)
 
 #else
 
-static inline void walk_mark(const int32_t to[SHADOW_LANES], uint8_t *marks)
+static inline void walk_mark(const int32_t to[SIMD_LANES], uint8_t *marks)
 {
-    for (uint32_t half = 0; half < SHADOW_LANES; half += 8) {
+    for (uint32_t half = 0; half < SIMD_LANES; half += 8) {
         const int32_t *own = to + half;
 #ifdef __AVX2__
         const __m256i pixels = _mm256_loadu_si256((const __m256i *)(const void *)own);

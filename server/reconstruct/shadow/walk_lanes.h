@@ -7,7 +7,7 @@ static void kernel_walk_columns(const struct shadow_field *f, const uint32_t *pi
                                 uint32_t count, float *out)
 {
     struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k += SHADOW_LANES) {
+    for (uint32_t k = 0; k < count; k += SIMD_LANES) {
         walk_take(f, 0, f->lanes, pixels + k, count - k, &taps);
         walk_sum_columns(f, &taps, out + (size_t)k * 4 * f->scale);
     }
@@ -17,7 +17,7 @@ static void kernel_walk_rows(const struct shadow_field *f, const uint32_t *pixel
                              float *out)
 {
     struct walk_taps taps;
-    for (uint32_t k = 0; k < count; k += SHADOW_LANES) {
+    for (uint32_t k = 0; k < count; k += SIMD_LANES) {
         walk_take(f, 1, 2, pixels + k, count - k, &taps);
         walk_sum_rows(f, &taps, out + 2 * (size_t)k);
     }
@@ -28,7 +28,7 @@ static void kernel_mark_walks(const struct shadow_field *f, uint32_t axis, const
 {
     struct walk_group group;
     struct walk_tap tap[2];
-    for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
+    for (uint32_t first = 0; first < count; first += SIMD_LANES) {
         walk_group_load(f, axis, pixels + first, count - first, &group);
         for (int32_t k = -group.reach_most; k <= group.reach_most; k++) {
             walk_place(&group, k, tap);

@@ -15,7 +15,7 @@ SIMD_INLINE void walk_add(const struct shadow_field *f, uint32_t lanes,
                           const struct walk_taps *taps, uint32_t n, float *sums)
 {
 #pragma GCC unroll 4
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+    for (uint32_t i = 0; i < SIMD_LANES; i++) {
         const float *c = f->columns + taps->at[n][i];
         float *to = sums + taps->phase[n][i];
         const walk_two w = ((const walk_two *)taps->weight[n])[i];
@@ -54,7 +54,7 @@ static inline void walk_add_both(const struct shadow_field *f, const struct walk
     const uint32_t *at = taps->at[n], *phase = taps->phase[n];
     const float *pairs = taps->weight[n];
 #pragma GCC unroll 16
-    for (uint32_t i = 0; i < SHADOW_LANES; i++) {
+    for (uint32_t i = 0; i < SIMD_LANES; i++) {
         fused_eight w;
         walk_weights(pairs, i, &w);
         fused_add_8((const fused_eight *)(f->columns + at[i]), &w,
@@ -155,8 +155,8 @@ static inline void walk_sum_columns(const struct shadow_field *f, const struct w
 {
     const size_t each = f->phases * walk_phase_sums(f); /* SHADOW_SUMS_MAX at most */
     const uint32_t pixels = taps->group.count;
-    _Alignas(64) float sums[SHADOW_LANES * SHADOW_SUMS_MAX];
-    memset(sums, 0, SHADOW_LANES * each * sizeof *sums);
+    _Alignas(64) float sums[SIMD_LANES * SHADOW_SUMS_MAX];
+    memset(sums, 0, SIMD_LANES * each * sizeof *sums);
     if (f->strata == 3) {
         walk_add_steps_both(f, taps, sums);
         for (uint32_t i = 0; i < pixels; i++) walk_cells_three(sums + i * each, out + i * 32);
@@ -193,7 +193,7 @@ static inline void walk_sum_few(const struct shadow_field *f, const struct walk_
 #pragma GCC unroll 8
         for (uint32_t i = 0; i < WALK_ROWS; i++) {
             even[i] = walk_nodes(rows + at[i], w[i], even[i]);
-            odd[i] = walk_nodes(rows + at[SHADOW_LANES + i], w[SHADOW_LANES + i], odd[i]);
+            odd[i] = walk_nodes(rows + at[SIMD_LANES + i], w[SIMD_LANES + i], odd[i]);
         }
     }
     for (uint32_t i = 0; i < WALK_ROWS; i++) all[i] = even[i] + odd[i];

@@ -41,10 +41,10 @@ struct walk_taps {
     uint32_t steps;                  /* steps of which some pixel keeps a tap */
     uint32_t first[SHADOW_TAPS / 2]; /* nearer tap of each step */
     _Alignas(64) struct walk_tap tap[SHADOW_TAPS];
-    float weight[SHADOW_TAPS][2 * SHADOW_LANES]; /* of two neighbouring nodes: all lanes' lower ones
+    float weight[SHADOW_TAPS][2 * SIMD_LANES]; /* of two neighbouring nodes: all lanes' lower ones
                                                     first; once balanced, lane by lane */
-    uint32_t at[SHADOW_TAPS][SHADOW_LANES];      /* index of the lower node among all sums */
-    uint32_t phase[SHADOW_TAPS][SHADOW_LANES];   /* index of the neighbour among all pixels' sums */
+    uint32_t at[SHADOW_TAPS][SIMD_LANES];      /* index of the lower node among all sums */
+    uint32_t phase[SHADOW_TAPS][SIMD_LANES];   /* index of the neighbour among all pixels' sums */
 };
 
 /* The receiving pixels of one vector. */
@@ -78,7 +78,7 @@ static inline struct walk_rule walk_rule_of(const struct shadow_field *f, uint32
                               .phase_sums = (int32_t)walk_phase_sums(f)};
 }
 
-static inline struct walk_receivers walk_receivers_of(float own[WALK_ASKED][SHADOW_LANES],
+static inline struct walk_receivers walk_receivers_of(float own[WALK_ASKED][SIMD_LANES],
                                                       uint32_t first, uint32_t sums)
 {
     struct walk_receivers a;
@@ -135,7 +135,7 @@ SIMD_INLINE simd_chosen walk_meet_vector(const struct walk_rule *rule, uint32_t 
     const simd_mask to = walk_whole(q[WALK_SLOT], first) * rule->slot_sums +
                          __builtin_convertvector(whole, simd_mask) * rule->stride;
     *(simd_stored *)(taps->weight[n] + first) = simd_fused(-counted, rest, counted);
-    *(simd_stored *)(taps->weight[n] + SHADOW_LANES + first) = counted * rest;
+    *(simd_stored *)(taps->weight[n] + SIMD_LANES + first) = counted * rest;
     *(simd_stored_mask *)(taps->at[n] + first) = simd_only_whole(kept, to);
     if (axis == 0) {
         const simd_mask phase = walk_whole(q[WALK_PHASE], first) * rule->phase_sums;
@@ -169,7 +169,7 @@ SIMD_INLINE bool walk_look(const struct walk_rule *rule, uint32_t axis,
         for (int k = 0; k < WALK_NUMBERS; k++) q[k] = (const simd_number *)shown[k] + start;
         return walk_meet(rule, axis, own, q, n, taps);
     }
-    _Alignas(64) float taken[WALK_NUMBERS][SHADOW_LANES];
+    _Alignas(64) float taken[WALK_NUMBERS][SIMD_LANES];
     simd_take(shown, axis == 0 ? WALK_NUMBERS : WALK_PHASE, taps->tap[n].to, taken);
     for (int k = 0; k < WALK_NUMBERS; k++) q[k] = taken[k];
     return walk_meet(rule, axis, own, q, n, taps);
@@ -184,7 +184,7 @@ static inline float walk_step(const struct walk_group *g, uint32_t n)
 static inline simd_vector walk_weight(const struct walk_taps *taps, uint32_t n, int v)
 {
     const float *lower = taps->weight[n] + v * SIMD_PER_VECTOR;
-    return simd_load_vector(lower) + simd_load_vector(lower + SHADOW_LANES);
+    return simd_load_vector(lower) + simd_load_vector(lower + SIMD_LANES);
 }
 
 /* Balances weights by a local linear fit. Where a silhouette or a refusal cuts a walk, its taps lie
@@ -227,7 +227,7 @@ static inline void walk_balance(struct walk_taps *taps)
                 simd_fused(slope.v[v], simd_same(-walk_step(&taps->group, first)), simd_same(1.0f));
         for (uint32_t n = first; n < first + 2; n++) {
             const struct simd lower = simd_load(taps->weight[n]);
-            const struct simd upper = simd_load(taps->weight[n] + SHADOW_LANES);
+            const struct simd upper = simd_load(taps->weight[n] + SIMD_LANES);
             for (int v = 0; v < SIMD_VECTORS; v++)
                 simd_store_pairs(factor.v[v] * lower.v[v], factor.v[v] * upper.v[v],
                                  taps->weight[n] + 2 * v * SIMD_PER_VECTOR);
@@ -248,7 +248,7 @@ SIMD_INLINE void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t
                                            p->u[axis],        p->eta,       p->plane_least,
                                            p->distance_most2, p->distance,  p->walk[axis].falloff};
     const struct walk_rule rule = walk_rule_of(f, axis, stride);
-    _Alignas(64) float numbers[WALK_ASKED][SHADOW_LANES];
+    _Alignas(64) float numbers[WALK_ASKED][SIMD_LANES];
     struct walk_receivers own[SIMD_VECTORS];
     walk_group_load(f, axis, pixels, left, &taps->group);
     simd_take(asked, WALK_ASKED, taps->group.pixel, numbers);

@@ -49,17 +49,17 @@ enum wedge_shared {
 };
 
 struct wedge_chunk {
-    _Alignas(64) float in[WEDGE_READ][SHADOW_LANES], out[WEDGE_WRITTEN][SHADOW_LANES];
-    float shared[WEDGE_SHARED][SHADOW_LANES], sigma[2][SHADOW_LANES];
-    float rho[2][SHADOW_LANES], delta[2][SHADOW_LANES];
-    int32_t whole[WEDGE_WHOLE][SHADOW_LANES];
+    _Alignas(64) float in[WEDGE_READ][SIMD_LANES], out[WEDGE_WRITTEN][SIMD_LANES];
+    float shared[WEDGE_SHARED][SIMD_LANES], sigma[2][SIMD_LANES];
+    float rho[2][SIMD_LANES], delta[2][SIMD_LANES];
+    int32_t whole[WEDGE_WHOLE][SIMD_LANES];
 };
 
 /* Computes eta, the middle of the wedge, and wide = max(its range, eta), by which widths shrink. */
 static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 {
     const float *least = c->in[WEDGE_LEAST], *most = c->in[WEDGE_MOST];
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    for (int i = 0; i < SIMD_LANES; i++) {
         const float pixel = receiver_size(c->in[WEDGE_PLANE_LEAST][i]), inverse = 1.0f / pixel;
         const float top = longer_half / WEDGE_FLOOR_PX * inverse;
         const float upper = most[i] < top ? most[i] : top;
@@ -102,9 +102,9 @@ static inline struct wedge_rule wedge_rule_of(const struct wedge_shear *shear)
 static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedge_chunk *c)
 {
     const struct receiver_stepper s = *stepper;
-    const float(*in)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->in;
-    float(*out)[SHADOW_LANES] = c->shared + WEDGE_AIM;
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    const float(*in)[SIMD_LANES] = (const float(*)[SIMD_LANES])c->in;
+    float(*out)[SIMD_LANES] = c->shared + WEDGE_AIM;
+    for (int i = 0; i < SIMD_LANES; i++) {
         const struct receiver_aim aim =
             receiver_aim(&s, in[0][i], in[1][i], in[2][i], in[3][i], in[4][i], in[5][i]);
         out[0][i] = aim.x, out[1][i] = aim.y, out[2][i] = aim.z;
@@ -124,9 +124,9 @@ SIMD_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedg
     const float all_own = rule->own[axis], per_own = rule->per_own[axis];
     const float most_px = rule->most_px, per_most = rule->per_most;
     const struct receiver_stepper stepper = rule->stepper[axis];
-    const float(*n)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->in + WEDGE_NORMAL;
-    const float(*s)[SHADOW_LANES] = (const float(*)[SHADOW_LANES])c->shared;
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    const float(*n)[SIMD_LANES] = (const float(*)[SIMD_LANES])c->in + WEDGE_NORMAL;
+    const float(*s)[SIMD_LANES] = (const float(*)[SIMD_LANES])c->shared;
+    for (int i = 0; i < SIMD_LANES; i++) {
         const struct receiver_aim aim = {s[0][i], s[1][i], s[2][i], s[3][i],
                                          s[4][i], s[5][i], s[6][i]};
         float step_x, step_y;
@@ -160,7 +160,7 @@ SIMD_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedg
 static inline void wedge_rows(float per_rho, struct wedge_chunk *c)
 {
     for (int axis = 0; axis < 2; axis++)
-        for (int i = 0; i < SHADOW_LANES; i++)
+        for (int i = 0; i < SIMD_LANES; i++)
             c->whole[WEDGE_ROW + axis][i] =
                 coverage_row(per_rho, c->rho[axis][i], c->delta[axis][i]);
 }
@@ -170,7 +170,7 @@ static inline void wedge_rows(float per_rho, struct wedge_chunk *c)
 static inline void wedge_widths(struct wedge_chunk *c)
 {
     const float *a = c->out[WEDGE_FALLOFF], *b = c->out[WEDGE_FALLOFF + 1];
-    for (int i = 0; i < SHADOW_LANES; i++) {
+    for (int i = 0; i < SIMD_LANES; i++) {
         const float u = c->sigma[0][i] > WEDGE_SIGMA_LEAST ? c->sigma[0][i] : WEDGE_SIGMA_LEAST;
         const float v = c->sigma[1][i] > WEDGE_SIGMA_LEAST ? c->sigma[1][i] : WEDGE_SIGMA_LEAST;
         const float width = sqrtf(u) * sqrtf(v) * c->shared[WEDGE_INVERSE_PIXEL][i];
@@ -193,8 +193,8 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
                                           a->falloff, b->falloff,  out->width_px};
     void *const whole[WEDGE_WHOLE] = {a->reach, b->reach, out->weights[0], out->weights[1]};
     struct wedge_chunk c;
-    _Alignas(64) int32_t to[SHADOW_LANES];
-    for (uint32_t first = 0; first < count; first += SHADOW_LANES) {
+    _Alignas(64) int32_t to[SIMD_LANES];
+    for (uint32_t first = 0; first < count; first += SIMD_LANES) {
         simd_list(pixels + first, count - first, to);
         simd_take(read, WEDGE_READ, to, c.in);
         wedge_range(rule.longer_half, &c);

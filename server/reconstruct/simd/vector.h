@@ -7,8 +7,8 @@
 #include <immintrin.h>
 
 #include "server/reconstruct/simd/fused.h"
+#include "server/reconstruct/simd/lanes.h"
 
-#define SIMD_LANES 16
 #ifdef __AVX512F__
 #define SIMD_VECTOR_BYTES 64
 #elif defined __AVX__

@@ -7,7 +7,7 @@
 
 #define COUNT     48
 #define NUMBERS   67 /* of a row: no multiple of any vector */
-#define ALL_LANES ((1u << LENS_LANES) - 1u)
+#define ALL_LANES ((1u << SIMD_LANES) - 1u)
 
 static float between(uint32_t *state, float low, float high)
 {
@@ -49,7 +49,7 @@ static void compare_slopes(const struct lens_kernels *tested, uint32_t seed)
 
 static void compare_finish(const struct lens_kernels *tested, uint32_t seed)
 {
-    enum { CELLS = COUNT + 2 * LENS_LANES };
+    enum { CELLS = COUNT + 2 * SIMD_LANES };
     static float expected[LENS_CELL_PLANES][CELLS], result[LENS_CELL_PLANES][CELLS];
     float sums[CELLS * LENS_CELL_SUMS];
     struct lens_finish finish = {.sums = sums, .inradius = 0.75f, .middle = 3.5f};
@@ -94,8 +94,8 @@ static void compare_focus(const struct lens_kernels *tested, uint32_t seed)
 
 static void compare_composite(const struct lens_kernels *tested, uint32_t seed)
 {
-    float sums[LENS_GROUPS * LENS_SUMS * LENS_LANES], views[2][LENS_VIEWS][LENS_LANES];
-    float before[LENS_VIEWS][LENS_LANES];
+    float sums[LENS_GROUPS * LENS_SUMS * SIMD_LANES], views[2][LENS_VIEWS][SIMD_LANES];
+    float before[LENS_VIEWS][SIMD_LANES];
     const struct lens_composite composite = {.sums = sums,
                                              .lens = {0.25f, 0.25f, 0.2f, 0.3f},
                                              .share = {0.2f, 0.3f, 0.4f, 0.1f},
@@ -103,13 +103,13 @@ static void compare_composite(const struct lens_kernels *tested, uint32_t seed)
                                              .near = seed % 2 ? ALL_LANES : 0x6ca5};
     for (size_t i = 0; i < sizeof sums / sizeof *sums; i++)
         sums[i] = between(&seed, 0.0f, 1.0f) * (float)(seed >> 30 & 1u);
-    fill(&seed, 0.0f, 1.0f, LENS_VIEWS * LENS_LANES, views[0][0]);
+    fill(&seed, 0.0f, 1.0f, LENS_VIEWS * SIMD_LANES, views[0][0]);
     memcpy(views[1], views[0], sizeof *views);
     memcpy(before, views[0], sizeof before);
     lens_kernels_sse42.composite(&composite, views[0]);
     tested->composite(&composite, views[1]);
     assert_memory_equal(views[0], views[1], sizeof *views);
-    for (int i = 0; i < LENS_LANES; i++)
+    for (int i = 0; i < SIMD_LANES; i++)
         for (int k = 0; k < LENS_VIEWS && !(composite.near >> i & 1u); k++)
             assert_true(views[0][k][i] == before[k][i]);
     assert_true(memcmp(views[0], before, sizeof before) != 0);
@@ -187,7 +187,7 @@ TEST(samples_lie_at_projections)
     const float slope[3] = {4.0f, 4.0f, 1.0f}, pass[3] = {5.0f, 5.0f, 5.0f}, along[3] = {0};
     const float left[3] = {0.5f, -0.5f, 0.25f}, chord[3] = {0}, height[3] = {0.25f, -0.5f, 1.0f};
     const float known[3] = {0.0f, 0.0f, 2.0f}, light[3] = {1.0f, 2.0f, 3.0f};
-    static _Alignas(16) float sums[CELLS + LENS_LANES][LENS_CELL_SUMS];
+    static _Alignas(16) float sums[CELLS + SIMD_LANES][LENS_CELL_SUMS];
     struct lens_splat splat = {.slope = slope,
                                .pass = pass,
                                .known = known,
