@@ -31,7 +31,7 @@ int link_key_read(const char *path, struct link_key *out, struct fault *fault)
 {
     char *text = NULL;
     size_t size_bytes = 0;
-    int error = secret_file_read(path, FILE_BYTES, &text, &size_bytes, fault);
+    int error = secret_file_read(path, SECRET_READERS_NONE, FILE_BYTES, &text, &size_bytes, fault);
     if (error) return error;
     if (!decode(text, out))
         error = fault_set(fault, ERR_SYNTAX, path,

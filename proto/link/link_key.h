@@ -1,6 +1,6 @@
 #pragma once
 /* The key that coordinator and workers share: 64 hexadecimal digits in a file that only its owner
- * can read (`openssl rand -hex 32`). */
+ * can read (`openssl rand -hex 32`), or that root gives to our group. */
 #include <stdint.h>
 
 #include "proto/error.h"

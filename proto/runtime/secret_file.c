@@ -2,18 +2,26 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-static int check(int fd, const char *path, size_t limit_bytes, struct fault *fault)
+static mode_t forbidden(const struct stat *info, enum secret_readers readers)
+{
+    const bool group_reads = readers == SECRET_READERS_GROUP || info->st_uid != geteuid();
+    return S_IRWXO | S_IWGRP | (group_reads ? 0 : S_IRGRP);
+}
+
+static int check(int fd, const char *path, enum secret_readers readers, size_t limit_bytes,
+                 struct fault *fault)
 {
     struct stat info;
     if (fstat(fd, &info) != 0) return fault_set(fault, ERR_IO, path, "%s", strerror(errno));
     if (!S_ISREG(info.st_mode)) return fault_set(fault, ERR_TYPE, path, "is no regular file");
-    if (info.st_mode & (S_IRWXO | S_IWGRP))
+    if (info.st_mode & forbidden(&info, readers))
         return fault_set(fault, ERR_STATE, path,
                          "others may read or change it (mode %03o): chmod 600 it",
                          (unsigned)info.st_mode & 0777u);
@@ -41,14 +49,14 @@ static int read_all(int fd, char *text, size_t limit_bytes, size_t *size_bytes)
     return 0;
 }
 
-int secret_file_read(const char *path, size_t limit_bytes, char **out, size_t *size_bytes,
-                     struct fault *fault)
+int secret_file_read(const char *path, enum secret_readers readers, size_t limit_bytes, char **out,
+                     size_t *size_bytes, struct fault *fault)
 {
     int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0)
         return fault_set(fault, errno == ENOENT ? ERR_NOT_FOUND : ERR_IO, path, "%s",
                          strerror(errno));
-    int error = check(fd, path, limit_bytes, fault);
+    int error = check(fd, path, readers, limit_bytes, fault);
     char *text = error ? NULL : malloc(limit_bytes + 1);
     if (!error && !text) error = fault_set(fault, ERR_MEMORY, path, "memory is exhausted");
     if (text && (error = read_all(fd, text, limit_bytes, size_bytes)) != 0)

@@ -205,7 +205,8 @@ static int read_json(const char *path, json_t **out, struct fault *fault)
 {
     char *text = NULL;
     size_t size_bytes = 0;
-    int error = secret_file_read(path, LIMIT_TOKENS_FILE_BYTES, &text, &size_bytes, fault);
+    int error = secret_file_read(path, SECRET_READERS_GROUP, LIMIT_TOKENS_FILE_BYTES, &text,
+                                 &size_bytes, fault);
     if (error) return error;
     error = json_read(text, size_bytes, LIMIT_TOKENS_FILE_BYTES, out, fault);
     free(text);

@@ -54,7 +54,8 @@ static int give_token_of_file(struct client *c, const char *url, const char *pat
 {
     char *text = NULL;
     size_t size_bytes = 0;
-    int error = secret_file_read(path, TOKEN_FILE_BYTES, &text, &size_bytes, fault);
+    int error =
+        secret_file_read(path, SECRET_READERS_GROUP, TOKEN_FILE_BYTES, &text, &size_bytes, fault);
     if (!error) error = give_token(c, url, text, path, fault);
     if (text) gnutls_memset(text, 0, size_bytes);
     free(text);

@@ -51,7 +51,9 @@ int tls_read(struct tls *tls, const char *certificate_path, const char *key_path
     size_t size_bytes;
     *tls = (struct tls){0};
     int error = read_public(certificate_path, &tls->certificate, fault);
-    if (!error) error = secret_file_read(key_path, PEM_LIMIT_BYTES, &tls->key, &size_bytes, fault);
+    if (!error)
+        error = secret_file_read(key_path, SECRET_READERS_GROUP, PEM_LIMIT_BYTES, &tls->key,
+                                 &size_bytes, fault);
     if (!error) error = try_on(tls, certificate_path, fault);
     if (error) tls_fini(tls);
     return error;
