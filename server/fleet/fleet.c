@@ -133,6 +133,19 @@ unsigned fleet_count(const struct fleet *fleet)
     return count;
 }
 
+struct fleet_load fleet_load(const struct fleet *fleet)
+{
+    struct fleet_load load = {0};
+    for (size_t i = 0; i < fleet->session_count; i++) {
+        const struct session *s = fleet->sessions[i];
+        load.tiles_leased += s->leases.count;
+        if (!session_may_work(s)) continue;
+        load.workers++;
+        load.threads += s->hello.threads;
+    }
+    return load;
+}
+
 /* ---- the turn of the loop ---- */
 
 static void on_turn(uv_idle_t *turn)

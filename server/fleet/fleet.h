@@ -128,6 +128,14 @@ unsigned fleet_work(const struct fleet *fleet, uint64_t worker, struct fleet_wor
 int fleet_port(const struct fleet *fleet);
 unsigned fleet_count(const struct fleet *fleet); /* of sessions that may work */
 
+/* What workers bring and hold, for those who start and stop them. */
+struct fleet_load {
+    unsigned workers;      /* that may work */
+    uint64_t threads;      /* of these */
+    uint64_t tiles_leased; /* by all that are here, those included that drain or leave */
+};
+struct fleet_load fleet_load(const struct fleet *fleet);
+
 /* Returns the roster as an array: id, name, state, threads, isa, build, embree, capabilities, tiles
  * in hand and done, rays, rates, bytes, rss, cpu. New reference. */
 json_t *fleet_roster(const struct fleet *fleet);

@@ -304,6 +304,14 @@ void jobs_destroy(struct jobs **jobs_)
     free(jobs);
 }
 
+uint64_t jobs_waiting(const struct jobs *jobs)
+{
+    uint64_t count = 0;
+    for (const struct active_job *job = jobs->first; job; job = job->after)
+        count += !job->paused && (job->state == JOB_QUEUED || job->state == JOB_IMPORTING);
+    return count;
+}
+
 void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
 {
     struct statistics sum = jobs->past;

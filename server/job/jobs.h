@@ -144,3 +144,9 @@ struct jobs_totals {
         coordinate_cpu_us;
 };
 void jobs_totals(const struct jobs *jobs, struct jobs_totals *out);
+
+/* Returns how many jobs wait for their turn or are imported, and are not paused. */
+uint64_t jobs_waiting(const struct jobs *jobs);
+
+/* Returns about how many tiles could be given out now: of frames in work that are not paused. */
+uint64_t jobs_tiles_waiting(const struct jobs *jobs);

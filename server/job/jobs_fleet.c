@@ -132,13 +132,17 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
     return false;
 }
 
-static uint64_t tiles_left(void *ctx)
+uint64_t jobs_tiles_waiting(const struct jobs *jobs)
 {
-    struct jobs *jobs = ctx;
     uint64_t sum = 0;
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (!jobs->open[i].job->paused) sum += frame_tiles_waiting(jobs->open[i].frame->work);
     return sum;
+}
+
+static uint64_t tiles_left(void *ctx)
+{
+    return jobs_tiles_waiting(ctx);
 }
 
 struct fleet_client jobs_fleet_client(struct jobs *jobs)

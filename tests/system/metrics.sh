@@ -24,6 +24,14 @@ for _ in 1 2 3; do ids+=("$(submit "$small")"); done
 waits() { is "$(($(value waiting 'shearwater_jobs{state="queued"}') + $(value waiting 'shearwater_jobs{state="importing"}') + $(value waiting 'shearwater_jobs{state="running"}')))" 3; }
 all_wait() { scrape waiting && waits; }
 check "jobs that wait are counted by state" eventually 10 all_wait
+stats() { is "$(http "$url/v1/stats" | jq "$1")" "$2"; }
+wanted() { stats .threads_wanted "$1" && scrape "$2" && is "$(value "$2" shearwater_threads_wanted)" "$1"; }
+for id in "${ids[@]}"; do http -o "$tmp/body" -X PATCH -H 'Content-Type: application/json' -d '{"paused": true}' "$url/v1/jobs/$id"; done
+check "paused jobs want no thread" eventually 10 wanted 0 paused
+for id in "${ids[@]}"; do http -o "$tmp/body" -X PATCH -H 'Content-Type: application/json' -d '{"paused": false}' "$url/v1/jobs/$id"; done
+all_tiles_wait() { [ "$(http "$url/v1/stats" | jq '.tiles_waiting + .jobs_waiting')" -ge 4 ] && stats '.threads_wanted == .tiles_waiting + .jobs_waiting' true; }
+check "tiles and jobs that wait want threads" eventually 10 all_tiles_wait
+check "... as there is no worker" stats '[.workers, .threads, .tiles_leased] | add' 0
 check "submissions are timed by route" is "$(value waiting 'shearwater_http_request_duration_seconds_count{method="POST",route="/v1/jobs"}')" 3
 check "... and counted by status" is "$(value waiting 'shearwater_http_requests_total{method="POST",route="/v1/jobs",status="202"}')" 3
 check "commits are timed" [ "$(value waiting shearwater_store_commit_duration_seconds_count)" -ge 1 ]
@@ -58,6 +66,9 @@ check "what met no route is counted" [ "$(value second 'shearwater_http_request_
 "$build/shearwater-worker" --connect "unix:$tmp/data/worker.sock" --threads 1 --cache "$tmp/data/cache" 2>"$tmp/worker.log" &
 track $!
 for id in "${ids[@]}"; do check "job $id finishes" await_state "$id" finished 60; done
+check "when all is done no thread is wanted" eventually 10 wanted 0 done
+check "... and the worker's is there" stats '[.workers, .threads] == [1, 1]' true
+check "... in the figures, too" is "$(value done shearwater_worker_threads)" 1
 all_done() { scrape done && is "$(value done shearwater_tiles_done_total)" 12; }
 eventually 10 all_done
 check "with work done the figures are in order" read_metrics check "$tmp/done"

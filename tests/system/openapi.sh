@@ -324,6 +324,7 @@ try 200 GET $p "/v1/jobs/$failed"
 check "... and says why" jq -e '.error.detail | length > 0' "$tmp/body"
 
 # Without tokens nobody is asked who he is; tests/system/access.sh has the rest.
+try 200 GET /v1/stats /v1/stats
 try 200 GET /v1/session /v1/session
 try 204 POST /v1/session -d '' /v1/session
 try 204 DELETE /v1/session /v1/session

@@ -6,6 +6,7 @@
 
 #include "proto/runtime/build.h"
 #include "server/http/request.h"
+#include "server/http/resource/demand.h"
 #include "server/http/resource/metric_text.h"
 #include "server/http/resource/metrics_host.h"
 
@@ -119,6 +120,20 @@ static void write_fleet(FILE *out, const struct fleet *fleet)
                   "Most memory that any worker has held.", t.peak_rss_bytes);
 }
 
+static void write_demand(FILE *out, const struct http *http)
+{
+    const struct demand d = demand_now(http);
+    metric_single(out, "shearwater_tiles_waiting", "gauge",
+                  "Tiles of frames in work that no worker holds.", d.tiles_waiting);
+    metric_single(out, "shearwater_tiles_leased", "gauge", "Tiles that workers hold.",
+                  d.tiles_leased);
+    metric_single(out, "shearwater_threads_wanted", "gauge",
+                  "Threads of workers that would have a tile now; a job that waits counts as one.",
+                  d.threads_wanted);
+    metric_single(out, "shearwater_worker_threads", "gauge", "Threads of workers that may work.",
+                  d.threads);
+}
+
 /* "none" for requests that met no route. */
 static const char *path_of(int route)
 {
@@ -221,6 +236,7 @@ void route_metrics(struct request *r)
     write_jobs(out, &totals);
     write_work(out, &totals);
     write_fleet(out, r->http->options.fleet);
+    write_demand(out, r->http);
     write_http(out, r->http);
     write_streams(out, r->http->options.streams);
     metrics_store(out, r->http);

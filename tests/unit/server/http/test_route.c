@@ -45,6 +45,7 @@ TEST(finds_every_resource)
         {METHOD_GET, "/v1/jobs/" ID "/pixels?layer=beauty", ROUTE_PIXELS},
         {METHOD_GET, "/v1/workers", ROUTE_WORKER_LIST},
         {METHOD_PATCH, "/v1/workers/18", ROUTE_WORKER_PATCH},
+        {METHOD_GET, "/v1/stats", ROUTE_STATS},
         {METHOD_GET, "/%6civez", ROUTE_LIVEZ},
         {METHOD_GET, "/readyz", ROUTE_READYZ},
         {METHOD_GET, "/metrics", ROUTE_METRICS},
