@@ -10,6 +10,7 @@
 #include "proto/runtime/build.h"
 #include "worker/process/malloc_tuning.h"
 #include "worker/process/options.h"
+#include "worker/process/worker_name.h"
 #include "worker/replay/replay.h"
 #include "worker/session/session.h"
 
@@ -150,7 +151,7 @@ int main(int argc, char **argv)
     if (options.nice > 0) setpriority(PRIO_PROCESS, 0, (int)options.nice); /* before any thread */
     if (!options.cache_dir && options_default_cache(cache_dir, sizeof cache_dir) == 0)
         options.cache_dir = cache_dir;
-    if (!options.name && options_default_name(name, sizeof name) == 0) options.name = name;
+    if (!options.name && worker_name_default(name, sizeof name) == 0) options.name = name;
     if (options.replay) return replay(&options);
     if (options.exit_with_parent && !tie_to_parent()) return SESSION_END_FAILED;
     return run(&options);

@@ -14,6 +14,7 @@
 #include "worker/link/link.h"
 
 #define DEFAULT_CACHE_BYTES (16ull << 30)
+#define DEADLINE_MOST_S     (366u * 24u * 3600u)
 
 static const char *const usages[] = {
     "shearwater-worker --connect unix:PATH|HOST:PORT [options]",
@@ -26,7 +27,9 @@ static const char summary[] = "Traces tiles for a Shearwater coordinator until i
 static const char *const notes[] = {
     "SIGTERM or SIGINT: the worker finishes the tiles that it traces, gives the others back and "
     "leaves. A second signal: it gives all of them back at once.",
-    "Exit status: 0 told to stop, 1 failed, 2 wrong use, 3 refused by the coordinator.",
+    "Exit status: 0 told to stop, idle for too long or at the end of its lifetime, 1 failed, 2 "
+    "wrong "
+    "use, 3 refused by the coordinator.",
 };
 
 enum option_kind { OPTION_TEXT, OPTION_COUNT, OPTION_BYTES, OPTION_FLAG };
@@ -70,7 +73,16 @@ static const struct option_row rows[] = {
         "(default: small where they cross a network)"),
     ROW("--nice", "N", OPTION_COUNT, nice, 19,
         "niceness, 1 to 19: other processes go first (default: as started)"),
-    ROW("--name", "NAME", OPTION_TEXT, name, 0, "name in the list of workers (default: host:pid)"),
+    ROW("--name", "NAME", OPTION_TEXT, name, 0,
+        "name in the list of workers (default: host:pid; under Slurm HOST:slurm-JOB_TASK, in "
+        "Kubernetes the pod's name)"),
+    ROW("--connect-within", "SECONDS", OPTION_COUNT, connect_within_s, DEADLINE_MOST_S,
+        "fail when the coordinator has not answered once by then (default: try on)"),
+    ROW("--idle-exit", "SECONDS", OPTION_COUNT, idle_exit_s, DEADLINE_MOST_S,
+        "leave after so long without a tile, also while the coordinator is away (default: stay)"),
+    ROW("--lifetime", "SECONDS", OPTION_COUNT, lifetime_s, DEADLINE_MOST_S,
+        "leave by then: the worker takes no tile in the last tenth of it, of which a minute at "
+        "most, and gives back what is left at its end (default: stay)"),
     ROW("--log-format", "text|json", OPTION_TEXT, log_format, 0,
         "format of the log on standard error; json: one object per line (default: text)"),
     ROW("--quiet", NULL, OPTION_FLAG, quiet, 0, "log errors only"),
@@ -254,14 +266,6 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
         i++;
     }
     return finish(out, fault);
-}
-
-int options_default_name(char *out, size_t capacity)
-{
-    char host[128] = "worker";
-    gethostname(host, sizeof host - 1);
-    const int n = snprintf(out, capacity, "%s:%ld", host, (long)getpid());
-    return n > 0 && (size_t)n < capacity ? 0 : ERR_LIMIT;
 }
 
 int options_default_cache(char *out, size_t capacity)

@@ -38,6 +38,7 @@ void session_end(struct session *s, enum session_end how, const char *text)
     session_enter(s, SESSION_ENDED);
     uv_timer_stop(&s->beat);
     uv_timer_stop(&s->patience);
+    session_deadlines_stop(s);
     s->client.ended(s->client.ctx, how, text);
 }
 
@@ -141,6 +142,7 @@ static void on_down(void *ctx, int error, const char *why, uint32_t wait_ms)
     session_enter(s, SESSION_OFFLINE);
     blob_cache_link_down(s->cache);
     leases_link_lost(s->leases);
+    session_deadlines_moved(s);
     if (s->options->exit_with_parent) {
         session_end(s, SESSION_END_FAILED, why);
         return;
@@ -203,6 +205,8 @@ void session_close(struct session *s, void (*closed)(void *ctx), void *ctx)
     if (s->leases) leases_drop_all(s->leases);
     uv_close((uv_handle_t *)&s->beat, on_timer_closed);
     uv_close((uv_handle_t *)&s->patience, on_timer_closed);
+    for (int i = 0; i < SESSION_DEADLINE_COUNT; i++)
+        uv_close((uv_handle_t *)&s->deadlines[i], on_timer_closed);
     if (s->link)
         link_close(s->link, on_link_closed, s);
     else
@@ -253,7 +257,8 @@ int session_create(uv_loop_t *loop, const struct options *options, const struct 
     uv_timer_init(loop, &s->beat);
     uv_timer_init(loop, &s->patience);
     s->beat.data = s->patience.data = s;
-    s->open = 2;
+    session_deadlines_init(s, loop);
+    s->open = 2 + SESSION_DEADLINE_COUNT;
     int e = build(s, loop, fault);
     if (e) {
         session_close(s, NULL, NULL);
@@ -265,6 +270,7 @@ int session_create(uv_loop_t *loop, const struct options *options, const struct 
 
 void session_start(struct session *s)
 {
+    session_deadlines_start(s);
     link_dial(s->link);
 }
 

@@ -3,6 +3,7 @@
 
 #include "proto/runtime/build.h"
 #include "worker/process/process_stats.h"
+#include "worker/process/worker_name.h"
 #include "worker/session/session_work.h"
 
 /* Asks for as many tiles as we may hold beyond those that we hold or have asked for. Results that
@@ -36,7 +37,7 @@ void session_say_hello(struct session *s)
     if (s->options->name)
         snprintf(m.name, sizeof m.name, "%s", s->options->name);
     else
-        (void)options_default_name(m.name, sizeof m.name);
+        (void)worker_name_default(m.name, sizeof m.name);
     message_encode_hello(link_payload(s->link), &m);
     link_put(s->link, MESSAGE_HELLO, s->next_request++);
 }
@@ -81,6 +82,7 @@ void session_leave_when_done(struct session *s)
 void session_moved(struct session *s)
 {
     session_ask_for_tiles(s);
+    session_deadlines_moved(s);
     session_leave_when_done(s);
 }
 

@@ -16,6 +16,7 @@ static int take_welcome(struct session *s, const struct wire_frame_view *f)
                                            : m.beat_ms;
     session_enter(s, SESSION_WORKING);
     uv_timer_stop(&s->patience);
+    session_deadlines_welcome(s);
     session_begin_beats(s);
     link_settle(s->link);
     session_note(s, LOG_INFO, "connected", "");
@@ -50,6 +51,7 @@ static int take_tile(struct session *s, const struct wire_frame_view *f)
     if (s->state == SESSION_DRAINING) session_enter(s, SESSION_WORKING);
     if (s->asked > 0) s->asked--;
     e = leases_add_tile(s->leases, f->request_id, &m);
+    session_deadlines_moved(s);
     session_ask_for_tiles(s);
     return e;
 }

@@ -1,12 +1,20 @@
 #pragma once
 /* Internals of a session, for its own files alone: session.c has its states and its life,
- * session_say.c sends messages, session_steps.c handles those that come. */
+ * session_say.c sends messages, session_steps.c handles those that come, session_deadlines.c ends a
+ * session by time. */
 #include "proto/link/message.h"
 #include "proto/runtime/thread_pool.h"
 #include "worker/link/link.h"
 #include "worker/session/blob_cache.h"
 #include "worker/session/leases.h"
 #include "worker/session/session.h"
+
+enum session_deadline {
+    SESSION_DEADLINE_CONNECT, /* until the first WELCOME */
+    SESSION_DEADLINE_IDLE,    /* runs while no tile is held */
+    SESSION_DEADLINE_LIFETIME,
+    SESSION_DEADLINE_COUNT
+};
 
 struct session {
     const struct options *options;
@@ -17,7 +25,8 @@ struct session {
     struct thread_pool *pool;
     struct blob_cache *cache;
     struct leases *leases;
-    uv_timer_t beat, patience;
+    uv_timer_t beat, patience, deadlines[SESSION_DEADLINE_COUNT];
+    uint64_t drain_ms;  /* the last part of the lifetime */
     uint64_t worker_id; /* of the last WELCOME; 0: none yet */
     uint64_t next_request;
     uint32_t beat_ms;
@@ -56,6 +65,16 @@ void session_moved(struct session *s);
 void session_send_beat(struct session *s);
 /* Sends beats every beat_ms from now on. */
 void session_begin_beats(struct session *s);
+
+/* ---- session_deadlines.c ---- */
+
+void session_deadlines_init(struct session *s, uv_loop_t *loop);
+void session_deadlines_start(struct session *s);
+/* Tells that the coordinator has welcomed the worker. */
+void session_deadlines_welcome(struct session *s);
+/* Tells that the number of held tiles may have changed. */
+void session_deadlines_moved(struct session *s);
+void session_deadlines_stop(struct session *s);
 
 /* ---- session_steps.c ---- */
 

@@ -55,6 +55,11 @@ static void listen_there(struct world *w)
 
 struct world *world_open(uint32_t threads, bool with_blobs)
 {
+    return world_open_with(threads, with_blobs, &(const struct options){.threads = 0});
+}
+
+struct world *world_open_with(uint32_t threads, bool with_blobs, const struct options *deadlines)
+{
     struct world *w = calloc(1, sizeof *w);
     const struct session_client client = {w, &w->worker_log, on_ended, NULL};
     struct fault fault = {0};
@@ -72,7 +77,10 @@ struct world *world_open(uint32_t threads, bool with_blobs)
                                   .cache_bytes = 100 << 20,
                                   .threads = threads,
                                   .tiles_in_hand = 2 * threads,
-                                  .name = "tester"};
+                                  .name = "tester",
+                                  .connect_within_s = deadlines->connect_within_s,
+                                  .idle_exit_s = deadlines->idle_exit_s,
+                                  .lifetime_s = deadlines->lifetime_s};
     w->fd = -1;
     w->blob = malloc(BLOB_BYTES);
     for (size_t i = 0; i < BLOB_BYTES; i++) w->blob[i] = (uint8_t)(i * 7 + (i >> 9));

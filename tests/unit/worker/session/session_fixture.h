@@ -43,6 +43,8 @@ void on_ended(void *ctx, enum session_end end, const char *text);
 void on_closed(void *ctx);
 void turn(struct world *w);
 struct world *world_open(uint32_t threads, bool with_blobs);
+/* The same with the deadlines of `deadlines`. */
+struct world *world_open_with(uint32_t threads, bool with_blobs, const struct options *deadlines);
 void world_close(struct world *w);
 void accept_link(struct world *w);
 void drop_link(struct world *w);
