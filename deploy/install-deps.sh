@@ -2,6 +2,7 @@
 # Installs what is missing from Debian 12's packages. Quiet and quick when nothing is missing.
 #   --browser   also what the browser tests need (Chromium, Node.js, playwright-core from npm)
 #   --fuzz      also what fuzzing needs (clang, its runtime)
+#   --slurm     also what tests of workers in Slurm need (its daemons, munge)
 #   --dev       also linters, fuzzing runtime and inspection tools
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -13,6 +14,7 @@ build=(gcc g++ libc6-dev make pkg-config libmicrohttpd-dev libuv1-dev libembree-
 test=(libcmocka-dev curl jq libxml2-utils openexr openssl procps sqlite3)
 browser=(chromium)
 fuzz=(clang-14 libclang-rt-14-dev)
+slurm=(slurmctld slurmd slurm-client munge)
 dev=("${fuzz[@]}" clang-format clang-tidy cppcheck)
 
 want=("${build[@]}" "${test[@]}")
@@ -21,8 +23,9 @@ for option in "$@"; do
     case $option in
     --browser) want+=("${browser[@]}"); with_npm=1 ;;
     --fuzz) want+=("${fuzz[@]}") ;;
+    --slurm) want+=("${slurm[@]}") ;;
     --dev) want+=("${dev[@]}") ;;
-    -h | --help) sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "install-deps.sh: unknown option $option; see --help" >&2; exit 2 ;;
     esac
 done
