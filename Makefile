@@ -86,7 +86,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept peer-weights bench-results picture screenshot property simulate storm load faults boot-units slurm tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture screenshot property simulate storm load faults boot-units image image-check slurm tile-rate mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
@@ -187,6 +187,13 @@ load: all
 ## boot-units: the systemd units on a Debian that boots in a container (root; makes build/boot-root once)
 boot-units: all
 	@tests/deploy/boot.sh $(B) $(root)
+## image: the container image of both programs, by buildah or podman; image_base=own needs no registry (root, debootstrap)
+image_base ?= debian:12-slim
+image:
+	@deploy/image.sh shearwater $(image_base)
+## image-check: that image, run on a root that is read-only, by no engine (root, buildah)
+image-check: all
+	@tests/deploy/image.sh $(B) $(root)
 ## slurm: workers as an array of a real Slurm on this machine (installs Debian's, whose daemons it need not start)
 slurm: all
 	@deploy/install-deps.sh --slurm

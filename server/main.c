@@ -18,6 +18,7 @@ static const struct command {
     {"steer", cli_steer, "pause or resume a job, or change what is rendered first"},
     {"cancel", cli_cancel, "cancel a job"},
     {"workers", cli_workers, "list a coordinator's workers, or launch some by Slurm"},
+    {"health", cli_health, "tell whether a coordinator is well"},
     {"token", cli_token, "create an access token"},
     {"replay", cli_replay, "print every step of one sample of a job"},
     {"compare", cli_compare, "measure how far a picture is from a reference"},

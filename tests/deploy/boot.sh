@@ -15,9 +15,7 @@ for tool in debootstrap systemd-nspawn; do
 done
 
 # What the programs need, and no tool more than Debian's smallest system has.
-libraries=(libmicrohttpd12 libuv1 libembree3-3 libjansson4 libopenexr-3-1-30 libpng16-16 libturbojpeg0 libwebp7 libmeshoptimizer2d libdraco7
-           libsqlite3-0
-           libblosc1 libassimp5 libgnutls30 libnettle8 libisal2 libcurl3-gnutls)
+mapfile -t libraries <deploy/runtime-packages
 if [ ! -e "$root/etc/debian_version" ]; then
     echo "# making $root" >&2
     debootstrap --variant=minbase --include=systemd,systemd-sysv,curl,jq bookworm "$root" >"$root.log" 2>&1 ||
