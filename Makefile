@@ -86,7 +86,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept peer-weights bench-results picture screenshot property simulate storm load faults boot-units image image-check slurm tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture screenshot property simulate storm load faults boot-units image image-check shared-data slurm tile-rate mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
@@ -198,6 +198,10 @@ image-check: all
 slurm: all
 	@deploy/install-deps.sh --slurm
 	@tests/run $(B) system/slurm
+## shared-data: --data on a file system that hosts share (installs MooseFS; root)
+shared-data: all
+	@deploy/install-deps.sh --shared
+	@tests/deploy/shared_data.sh $(B)
 ## faults: the k-th write, fsync, rename, allocation, make, send of a short job fails, for all k (hours)
 faults: all $(fakes)
 	@node tests/load/faults.mjs $(B) sample=0 $(if $(kind),kind=$(kind))

@@ -3,6 +3,7 @@
 #   --browser   also what the browser tests need (Chromium, Node.js, playwright-core from npm)
 #   --fuzz      also what fuzzing needs (clang, its runtime)
 #   --slurm     also what tests of workers in Slurm need (its daemons, munge)
+#   --shared    also what tests of a shared file system need (MooseFS)
 #   --dev       also linters, fuzzing runtime and inspection tools
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -15,6 +16,7 @@ test=(libcmocka-dev curl jq libxml2-utils openexr openssl procps sqlite3)
 browser=(chromium)
 fuzz=(clang-14 libclang-rt-14-dev)
 slurm=(slurmctld slurmd slurm-client munge)
+shared=(moosefs-master moosefs-chunkserver moosefs-client)
 dev=("${fuzz[@]}" clang-format clang-tidy cppcheck)
 
 want=("${build[@]}" "${test[@]}")
@@ -24,8 +26,9 @@ for option in "$@"; do
     --browser) want+=("${browser[@]}"); with_npm=1 ;;
     --fuzz) want+=("${fuzz[@]}") ;;
     --slurm) want+=("${slurm[@]}") ;;
+    --shared) want+=("${shared[@]}") ;;
     --dev) want+=("${dev[@]}") ;;
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
     *) echo "install-deps.sh: unknown option $option; see --help" >&2; exit 2 ;;
     esac
 done

@@ -90,9 +90,24 @@ static int default_data(path_text out, struct fault *fault)
     return fault_set(fault, ERR_MISSING, "--data", "HOME is not set: give a directory");
 }
 
+int directories_lock(const char *data, int *fd, struct fault *fault)
+{
+    path_text lock;
+    if (!join(lock, data, "serve.lock"))
+        return fault_set(fault, ERR_LIMIT, data, "the path is too long");
+    *fd = open(lock, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (*fd < 0) return fault_set(fault, ERR_IO, lock, "%s", strerror(errno));
+    if (flock(*fd, LOCK_EX | LOCK_NB) == 0) return 0;
+    if (errno == EWOULDBLOCK)
+        return fault_set(fault, ERR_EXISTS, data, "another coordinator uses this folder");
+    return fault_set(fault, ERR_UNSUPPORTED, lock,
+                     "its file system cannot lock it against other coordinators: %s",
+                     strerror(errno));
+}
+
 static int open_data(const char *data, struct directories *out, struct fault *fault)
 {
-    path_text wanted, lock;
+    path_text wanted;
     int error = 0;
     if (data)
         snprintf(wanted, sizeof wanted, "%s", data);
@@ -101,14 +116,9 @@ static int open_data(const char *data, struct directories *out, struct fault *fa
     if (error) return error;
     if (make_folders(wanted) != 0 || !realpath(wanted, out->data))
         return fault_set(fault, ERR_IO, wanted, "%s", strerror(errno));
-    if (!join(out->blobs, out->data, "objects") || !join(out->cache, out->data, "cache") ||
-        !join(lock, out->data, "serve.lock"))
+    if (!join(out->blobs, out->data, "objects") || !join(out->cache, out->data, "cache"))
         return fault_set(fault, ERR_LIMIT, out->data, "the path is too long");
-    out->lock_fd = open(lock, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    if (out->lock_fd < 0) return fault_set(fault, ERR_IO, lock, "%s", strerror(errno));
-    if (flock(out->lock_fd, LOCK_EX | LOCK_NB) != 0)
-        return fault_set(fault, ERR_EXISTS, out->data, "another coordinator uses this folder");
-    return 0;
+    return directories_lock(out->data, &out->lock_fd, fault);
 }
 
 /* A socket's path has room for 107 bytes. Where the data folder's is longer, the socket goes into a

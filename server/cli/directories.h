@@ -26,5 +26,10 @@ int directories_find(const char *data, const char *web, struct directories *out,
 /* Finds only the worker's program. ERR_NOT_FOUND, ERR_IO. */
 int directories_find_worker(char out[DIRECTORIES_PATH_BYTES], struct fault *fault);
 
+/* Locks a data folder against other coordinators, on this host and, where hosts share its file
+ * system, on others. *fd is to be closed, also after a failure, when it is not -1. ERR_EXISTS: it
+ * is locked; ERR_UNSUPPORTED: it cannot be; ERR_IO, ERR_LIMIT. */
+int directories_lock(const char *data, int *fd, struct fault *fault);
+
 /* Unlocks the data folder and removes the socket. */
 void directories_leave(struct directories *directories);

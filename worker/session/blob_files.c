@@ -105,10 +105,11 @@ uint64_t blob_files_used_bytes(const struct blob_files *c)
 
 /* ---- removing ---- */
 
-/* Unlinks a file unless it is locked. */
+/* Unlinks a file unless it is locked. NFS locks no file exclusively that is open only to be read.
+ */
 static bool remove_unlocked(const char *path)
 {
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    int fd = open(path, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
     if (fd < 0) return false;
     bool removed = flock(fd, LOCK_EX | LOCK_NB) == 0 && unlink(path) == 0;
     close(fd);
