@@ -46,7 +46,7 @@ disturbed() {
     await_state "$id" finished 60 || { cat "$tmp/$script.log"; return 1; }
     curl -sSf --noproxy '*' -o "$tmp/$script.exr" "$url/v1/jobs/$id/frames/1/image.exr" || return 1
     kill $real; wait $real
-    tail -n 3 "$tmp/$script.log"
+    tail -n 3 "$tmp/$script.log"; grep -q WELCOME "$tmp/$script.log" || return 1 # it was there
     cmp "$tmp/alone.exr" "$tmp/$script.exr"
 }
 for script in garbage flip lie nan disconnect-mid-result; do
