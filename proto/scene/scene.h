@@ -55,11 +55,13 @@ struct scene_section_entry {
     uint32_t reserved;
 };
 
+/* SCENE_MOVES: the file has an animation, so the scene differs from time to time. */
+enum { SCENE_MOVES = 1u };
 struct scene_info {
     float bounds_min[3], bounds_max[3]; /* of all placed geometry */
     uint64_t placed_triangles;          /* after instancing */
     uint32_t default_camera;            /* index; there is always one camera */
-    uint32_t reserved;
+    uint32_t flags;
     double origin[3]; /* what the importer took from all positions: 0 unless they were far away */
 };
 

@@ -77,7 +77,7 @@ static int check_info(const struct scene *s, struct fault *fault)
     for (int i = 0; i < 3 && !error; i++)
         error = record_number(&at, "bounds_max", info->bounds_max[i], info->bounds_min[i], far);
     if (!error) error = record_index(&at, "default_camera", info->default_camera, SCENE_CAMERAS);
-    if (!error) error = record_reserved(&at, info->reserved);
+    if (!error) error = record_flags(&at, info->flags, SCENE_MOVES);
     for (int i = 0; i < 3 && !error; i++)
         error = record_number(&at, "origin", (float)info->origin[i], -far, far);
     return error;

@@ -28,14 +28,15 @@ static enum format format_of(const char *name, const struct file_view *main)
     return i < main->size_bytes && main->data[i] == '{' ? FORMAT_GLTF : FORMAT_OBJ;
 }
 
-static int read_scene(struct files *files, const char *name, const char *variant,
+static int read_scene(struct files *files, const char *name, const struct scene_choice *choice,
                       const struct file_view *main, struct builder *b, struct fault *fault)
 {
     switch (format_of(name, main)) {
     case FORMAT_GLTF:
-        return gltf_import(files, name, variant, main, b, fault);
+        return gltf_import(files, name, choice, main, b, fault);
     case FORMAT_OBJ:
-        if (variant != NULL) return fault_set(fault, ERR_NOT_FOUND, name, "an OBJ has no variants");
+        if (choice->variant != NULL || choice->animation != NULL)
+            return fault_set(fault, ERR_NOT_FOUND, name, "an OBJ has no variants or animations");
         return obj_import(files, name, main, b, fault);
     default:
         return fault_set(fault, ERR_UNSUPPORTED, name,
@@ -43,10 +44,10 @@ static int read_scene(struct files *files, const char *name, const char *variant
     }
 }
 
-static int build_scene(struct files *files, const char *name, const char *variant,
+static int build_scene(struct files *files, const char *name, const struct scene_choice *choice,
                        const struct file_view *main, struct builder *b, struct fault *fault)
 {
-    int rc = read_scene(files, name, variant, main, b, fault);
+    int rc = read_scene(files, name, choice, main, b, fault);
     if (rc == 0) rc = emitters_find(b, fault);
     if (rc == 0 && builder_count(b, SCENE_CAMERAS) == 0) rc = camera_append_default(b, fault);
     if (rc == 0) rc = builder_finish(b, fault);
@@ -68,21 +69,22 @@ static int verify(const char *out, struct import_stats *stats, struct fault *fau
     return 0;
 }
 
-static int import_geometry(struct files *files, const char *name, const char *variant,
+static int import_geometry(struct files *files, const char *name, const struct scene_choice *choice,
                            const struct file_view *main, const char *out, struct warnings *warnings,
                            struct import_stats *stats, struct fault *fault)
 {
     struct builder b;
     int rc = builder_init(&b, fault);
-    if (rc == 0) rc = build_scene(files, name, variant, main, &b, fault);
+    if (rc == 0) rc = build_scene(files, name, choice, main, &b, fault);
     if (rc == 0) rc = blob_write(&b, out, fault);
     *warnings = b.warnings;
     builder_fini(&b);
     return rc == 0 ? verify(out, stats, fault) : rc;
 }
 
-int import_scene(const char *root, const char *name, const char *variant, const char *out,
-                 struct warnings *warnings, struct import_stats *stats, struct fault *fault)
+int import_scene(const char *root, const char *name, const struct scene_choice *choice,
+                 const char *out, struct warnings *warnings, struct import_stats *stats,
+                 struct fault *fault)
 {
     struct files files;
     struct file_view main;
@@ -94,7 +96,7 @@ int import_scene(const char *root, const char *name, const char *variant, const 
     if (rc == 0) {
         rc = environment_is_known(&main)
                  ? environment_import(&main, name, out, warnings, stats, fault)
-                 : import_geometry(&files, name, variant, &main, out, warnings, stats, fault);
+                 : import_geometry(&files, name, choice, &main, out, warnings, stats, fault);
         files_unmap(&main);
     }
     files_close(&files);

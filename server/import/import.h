@@ -6,10 +6,11 @@
  */
 #include "server/import/scene/builder.h"
 #include "server/import/scene/import_stats.h"
+#include "server/import/scene/scene_choice.h"
 
 /* Imports `name` beneath the directory `root`, a scene or (told by its first bytes) an environment
- * map, in a variant of its materials (NULL: as they are), and writes the blob to `out`, which is
- * checked by opening it before this returns. A failure leaves no part of a blob behind. *warnings
- * is filled in in both cases. */
-int import_scene(const char *root, const char *name, const char *variant, const char *out,
-                 struct warnings *warnings, struct import_stats *stats, struct fault *fault);
+ * map, as chosen, and writes the blob to `out`, which is checked by opening it before this returns.
+ * A failure leaves no part of a blob behind. *warnings is filled in in both cases. */
+int import_scene(const char *root, const char *name, const struct scene_choice *choice,
+                 const char *out, struct warnings *warnings, struct import_stats *stats,
+                 struct fault *fault);

@@ -88,7 +88,7 @@ static int run(const struct options *options, struct fault *fault)
     }
     int rc = fence_raise(options->root, options->out, fault);
     if (rc == 0)
-        rc = import_scene(options->root, options->name, options->variant, options->out, &warnings,
+        rc = import_scene(options->root, options->name, &options->choice, options->out, &warnings,
                           &stats, fault);
     if (rc == 0) tell(report_success(&stats, &warnings, cpu_seconds()));
     return rc;

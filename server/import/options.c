@@ -1,10 +1,13 @@
 #include "server/import/options.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "proto/option_text.h"
 
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
+                            "[--animation NAME] [--time S] "
                             "[--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
@@ -19,6 +22,8 @@ static const struct option_text texts[] = {
     {0, "in", "NAME",
      "main file in DIR: .glb, .gltf or .obj; .hdr and .exr are known by their first bytes"},
     {0, "variant", "NAME", "variant of the materials (KHR_materials_variants)"},
+    {0, "animation", "NAME", "the animation that plays; without it all play"},
+    {0, "time", "S", "seconds into the animations at which the scene stands; by default 0"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -39,8 +44,17 @@ void options_dump(FILE *out)
     for (size_t i = 0; i < TEXT_COUNT; i++) option_text_dump(out, &texts[i]);
 }
 
+static int read_time(const char *text, double *out, struct fault *fault)
+{
+    char *end;
+    *out = strtod(text, &end);
+    if (end != text && *end == '\0' && isfinite(*out)) return 0;
+    return fault_set(fault, ERR_RANGE, "--time", "%.40s is no time in seconds", text);
+}
+
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
+    const char *time = NULL;
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -48,7 +62,9 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
         bool required;
     } rows[] = {{"--root", &out->root, true},
                 {"--in", &out->name, true},
-                {"--variant", &out->variant, false},
+                {"--variant", &out->choice.variant, false},
+                {"--animation", &out->choice.animation, false},
+                {"--time", &time, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;
@@ -67,5 +83,5 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     for (size_t row = 0; row < count; row++)
         if (rows[row].required && *rows[row].value == NULL)
             return fault_set(fault, ERR_MISSING, rows[row].name, "this option is required");
-    return 0;
+    return time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
 }

@@ -4,13 +4,14 @@
 #include <stdio.h>
 
 #include "proto/error.h"
+#include "server/import/scene/scene_choice.h"
 
 struct options {
-    const char *root;    /* folder that holds the scene's files */
-    const char *name;    /* main file beneath it */
-    const char *variant; /* of its materials; NULL: none */
-    const char *out;     /* where the blob goes */
-    const char *report;  /* where the line goes as well; NULL: nowhere */
+    const char *root; /* folder that holds the scene's files */
+    const char *name; /* main file beneath it */
+    struct scene_choice choice;
+    const char *out;    /* where the blob goes */
+    const char *report; /* where the line goes as well; NULL: nowhere */
     bool help, dump;
 };
 

@@ -118,9 +118,10 @@ static void check(const char *name)
     static struct warnings warnings;
     struct import_stats stats;
     struct fault fault = {0};
+    const struct scene_choice choice = {.time_s = 0.4};
     char text[WARNING_TEXT_BYTES];
     const int free_before = lowest_descriptor();
-    const int error = import_scene(root, name, NULL, out, &warnings, &stats, &fault);
+    const int error = import_scene(root, name, &choice, out, &warnings, &stats, &fault);
     must(lowest_descriptor() == free_before);
     must(warnings.count <= LIMIT_WARNINGS);
     for (uint32_t i = 0; i < warnings.count; i++) warnings_text(&warnings, i, text);

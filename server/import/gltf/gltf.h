@@ -9,6 +9,7 @@
 #include "server/import/gltf/gltf_nodes.h"
 #include "server/import/scene/builder.h"
 #include "server/import/scene/colored_materials.h"
+#include "server/import/scene/scene_choice.h"
 
 struct gltf_buffer; /* gltf_buffers.c */
 struct gltf_images; /* gltf_textures.c */
@@ -40,9 +41,8 @@ struct gltf {
     uint32_t variant;        /* of KHR_materials_variants; SCENE_NONE: none is asked for */
 };
 
-/* Imports a .glb or .gltf, in a variant of its materials (NULL: as they are). The call borrows all.
- */
-int gltf_import(struct files *files, const char *name, const char *variant,
+/* Imports a .glb or .gltf. The call borrows all. */
+int gltf_import(struct files *files, const char *name, const struct scene_choice *choice,
                 const struct file_view *main, struct builder *builder, struct fault *fault);
 
 /* Returns the offset of a file's first byte that is not white space. */

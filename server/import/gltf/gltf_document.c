@@ -18,12 +18,11 @@ static const char *const supported[] = {
     "KHR_materials_ior",          "KHR_materials_specular",
     "KHR_materials_transmission", "KHR_materials_unlit",
     "KHR_materials_volume",       "KHR_mesh_quantization",
-    "KHR_texture_transform",
+    "KHR_texture_transform",      "KHR_animation_pointer",
 };
 
 /* Known to change nothing in a still picture. */
 static const char *const harmless[] = {
-    "KHR_animation_pointer",
     "KHR_xmp",
     "KHR_xmp_json_ld",
 };
@@ -197,8 +196,5 @@ int gltf_document_read(struct gltf *g, const struct file_view *main, struct faul
     if (rc == 0) rc = check_names(g, "extensionsRequired", true, fault);
     if (rc == 0) rc = check_names(g, "extensionsUsed", false, fault);
     if (rc == 0) rc = check_arrays(g->root, fault);
-    if (rc == 0 && gltf_count(g->root, "animations") > 0)
-        warnings_add(&g->builder->warnings, "animations",
-                     "animations are ignored: the scene stands as its nodes are written");
     return rc;
 }

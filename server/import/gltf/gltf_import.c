@@ -2,14 +2,16 @@
 
 #include "proto/json.h"
 #include "server/import/gltf/gltf.h"
+#include "server/import/gltf/gltf_animation.h"
 #include "server/import/gltf/gltf_draco.h"
 
-static int import_document(struct gltf *g, const char *variant, const struct file_view *main,
-                           struct fault *fault)
+static int import_document(struct gltf *g, const struct scene_choice *choice,
+                           const struct file_view *main, struct fault *fault)
 {
     int rc = gltf_document_read(g, main, fault);
-    if (rc == 0) rc = gltf_variant_find(g, variant, fault);
+    if (rc == 0) rc = gltf_variant_find(g, choice->variant, fault);
     if (rc == 0) rc = gltf_buffers_init(g, fault);
+    if (rc == 0) rc = gltf_animations_apply(g, choice, fault);
     if (rc == 0) rc = gltf_textures_init(g, fault);
     if (rc == 0) rc = gltf_nodes_read(g, fault);
     if (rc == 0) gltf_origin_move(g);
@@ -23,12 +25,12 @@ static int import_document(struct gltf *g, const char *variant, const struct fil
     return rc;
 }
 
-int gltf_import(struct files *files, const char *name, const char *variant,
+int gltf_import(struct files *files, const char *name, const struct scene_choice *choice,
                 const struct file_view *main, struct builder *builder, struct fault *fault)
 {
     struct gltf g = {
         .files = files, .builder = builder, .name = name, .default_material = SCENE_NONE};
-    int rc = import_document(&g, variant, main, fault);
+    int rc = import_document(&g, choice, main, fault);
     gltf_draco_end(&g);
     colored_materials_fini(&g.colored);
     gltf_nodes_fini(&g.nodes);

@@ -243,5 +243,6 @@ int builder_finish(struct builder *b, struct fault *fault)
     memcpy(info->origin, b->origin, sizeof b->origin);
     info->placed_triangles = placed;
     info->default_camera = 0;
+    info->flags = b->moves ? SCENE_MOVES : 0;
     return append_warnings(b, fault);
 }

@@ -3,6 +3,7 @@
  *
  * Records are appended in the order of the source, so that the same file gives the same bytes.
  * Counts are checked against limits.h before an array grows. */
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -19,6 +20,7 @@ struct builder {
     struct builder_array sections[SCENE_SECTION_COUNT];
     struct warnings warnings;
     double origin[3]; /* of the scene in the file's coordinates */
+    bool moves;       /* an animation plays */
 };
 
 int builder_init(struct builder *b, struct fault *fault);

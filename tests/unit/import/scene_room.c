@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 char room[64];
-const char *room_variant;
+struct scene_choice room_choice;
 struct warnings room_warnings;
 struct fault room_fault;
 struct import_stats room_stats;
@@ -41,7 +41,7 @@ int room_import_blob(const char *name, char path[256])
     snprintf(path, 256, "%s/out.blob", room);
     unlink(path);
     memset(&room_fault, 0, sizeof room_fault);
-    int rc = import_scene(room, name, room_variant, path, &room_warnings, &room_stats, &room_fault);
+    int rc = import_scene(room, name, &room_choice, path, &room_warnings, &room_stats, &room_fault);
     if (rc == 0) return 0;
     assert_int_not_equal(access(path, F_OK), 0); /* nothing half-done is left */
     assert_int_equal(room_fault.code, rc);

@@ -6,7 +6,7 @@
 #include "tests/unit/unit.h"
 
 extern char room[64];
-extern const char *room_variant; /* what is imported; NULL: the file as it is */
+extern struct scene_choice room_choice; /* what is imported; zero: the file as it is */
 extern struct warnings room_warnings;
 extern struct fault room_fault;
 extern struct import_stats room_stats;

@@ -57,7 +57,7 @@ static int set_up(void **state)
     if (room_open(state) != 0) return -1;
     _Static_assert(sizeof data == 172, "as the documents say");
     room_write("d.bin", &data, sizeof data);
-    room_variant = NULL;
+    room_choice = (struct scene_choice){0};
     return 0;
 }
 
@@ -123,7 +123,7 @@ TEST(hidden_nodes_hide_what_is_beneath_them)
 
 static const char *material_in(const char *variant, struct scene *s)
 {
-    room_variant = variant;
+    room_choice.variant = variant;
     assert_int_equal(room_import_text("a.gltf", DOCUMENT(VARIANTS "," NODES("{\"mesh\": 0}")), s),
                      0);
     return scene_name(s, s->materials[s->meshes[0].material].name);
@@ -138,13 +138,13 @@ TEST(variants_are_chosen_by_name)
     scene_unmap(&s);
     assert_string_equal(material_in("rosewood", &s), "red");
     scene_unmap(&s);
-    room_variant = "pine";
+    room_choice.variant = "pine";
     room_refuses("a.gltf", DOCUMENT(VARIANTS "," NODES("{\"mesh\": 0}")), ERR_NOT_FOUND,
                  "extensions.KHR_materials_variants.variants");
     assert_non_null(strstr(room_fault.detail, "it has \"oak\", \"rosewood\""));
     room_refuses("a.gltf", DOCUMENT(MESHES "," NODES("{\"mesh\": 0}")), ERR_NOT_FOUND,
                  "extensions.KHR_materials_variants.variants");
-    room_variant = NULL;
+    room_choice = (struct scene_choice){0};
 }
 
 TEST(basis_textures_are_refused_with_what_to_do)

@@ -157,7 +157,7 @@ TEST(info_and_strings_are_checked)
     EXPECT(c.info.bounds_max[2] = 2e15f, ERR_RANGE, "info[0].bounds_max");
     EXPECT(c.info.default_camera = 2, ERR_RANGE, "info[0].default_camera");
     EXPECT(c.info.placed_triangles = 5, ERR_MISMATCH, "info[0].placed_triangles");
-    EXPECT(c.info.reserved = 1, ERR_RANGE, "info[0].reserved");
+    EXPECT(c.info.flags = 2, ERR_RANGE, "info[0].flags");
     EXPECT(c.info.origin[1] = NAN, ERR_NOT_FINITE, "info[0].origin");
     EXPECT(c.info.origin[2] = -1e16, ERR_RANGE, "info[0].origin");
     EXPECT(c.names[0] = 'x', ERR_CORRUPT, "names");

@@ -1,0 +1,9 @@
+#pragma once
+/* Animations (glTF 2.0, section 3.11; KHR_animation_pointer). Each channel's value at the chosen
+ * time is written into the document's JSON, in place of the resting value. So all that is read
+ * afterwards, such as nodes, weights, cameras, lights and materials, stands as it does then. */
+#include "server/import/gltf/gltf.h"
+
+/* Moves the document to its time. ERR_NOT_FOUND for an animation of no such name; for what a file
+ * gets wrong ERR_RANGE, ERR_MISMATCH, ERR_NOT_FINITE, ERR_TYPE, ... with the place. */
+int gltf_animations_apply(struct gltf *g, const struct scene_choice *choice, struct fault *fault);

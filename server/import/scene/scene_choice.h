@@ -1,0 +1,8 @@
+#pragma once
+/* What a scene file is imported as, where it holds more than one picture. */
+
+struct scene_choice {
+    const char *variant;   /* of the materials; NULL: as they are */
+    const char *animation; /* name of the one that plays; NULL: all play */
+    double time_s;         /* at which the scene stands; animations hold their ends outside */
+};
