@@ -161,3 +161,19 @@ void job_fini(struct job *job)
     job->files = NULL;
     job->file_count = 0;
 }
+
+int job_copy(const struct job *job, struct job *out)
+{
+    *out = *job;
+    out->file_count = 0;
+    out->files = calloc((size_t)job->file_count + 1, sizeof *out->files);
+    for (uint32_t i = 0; out->files && i < job->file_count; i++) {
+        out->files[i].asset = job->files[i].asset;
+        out->files[i].path = strdup(job->files[i].path);
+        if (!out->files[i].path) break;
+        out->file_count++;
+    }
+    if (out->files && out->file_count == job->file_count) return 0;
+    job_fini(out);
+    return ERR_MEMORY;
+}

@@ -6,7 +6,8 @@
  * docs/job-document.md explains it. The members are:
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool,
- *              variant: name or null, default_light: bool,
+ *              variant: name or null, animation: name or null, time_s: seconds or null,
+ *              default_light: bool,
  *              default_camera: "front" | "three_quarter"}; asset is required
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
  *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
@@ -17,7 +18,8 @@
  *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
  *             seed, tile_px}
  *   filter    {method, indirect, glossy, lens, residual, mu}
- *   layers    [names]; frames {first, last}; priority; live: bool
+ *   layers    [names]; frames {first, last} or "1-10,20-40x2"; fps; start_time_s; priority;
+ *             live: bool
  *
  * A member of a later version is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
 #include <jansson.h>
@@ -110,6 +112,12 @@ enum layer {
      LAYER_ID | LAYER_FILTER_WIDTH | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT |        \
      LAYER_DIFFUSE_INDIRECT)
 
+/* Frames first, first + step, ..., to last at most. */
+struct job_frame_run {
+    int32_t first, last; /* 0..2^30 */
+    int32_t step;        /* 1 or more */
+};
+
 enum pixel_type { PIXEL_FLOAT, PIXEL_HALF };
 
 struct job_environment {
@@ -128,7 +136,10 @@ struct job {
     struct digest scene;    /* asset of the main file */
     struct job_file *files; /* owned; in order of their paths */
     uint32_t file_count;
-    char variant[LIMIT_NAME_BYTES]; /* of the scene's materials; "": as they are */
+    char variant[LIMIT_NAME_BYTES];   /* of the scene's materials; "": as they are */
+    char animation[LIMIT_NAME_BYTES]; /* of the scene, that plays; "": all of them */
+    bool stands;                      /* all frames show the scene at time_s; default false */
+    double time_s;                    /* else the time of the frame that is prepared */
     struct job_camera camera;
     int32_t width_px, height_px;    /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
     enum pixel_type pixel_type;     /* of the EXR; default float */
@@ -153,23 +164,28 @@ struct job {
     uint32_t max_spp; /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
                          with one LIMIT_SPP at most, default JOB_MAX_SPP */
     uint64_t seed;    /* 0..2^53; default 1 */
-    enum filter_method method;       /* default auto */
-    enum indirect_method indirect;   /* default auto */
-    enum residual_method residual;   /* default auto */
-    enum glossy_method glossy;       /* default auto */
-    enum lens_method lens;           /* default auto */
-    float mu;                        /* (0, 100]; default 1 */
-    uint32_t layers;                 /* default beauty */
-    int32_t first_frame, last_frame; /* 0..2^30; default 1, and first */
-    int32_t priority; /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
-    int32_t tile_px;  /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
-    bool live;        /* its camera is moved while it is open (job_view_read); default false */
+    enum filter_method method;                     /* default auto */
+    enum indirect_method indirect;                 /* default auto */
+    enum residual_method residual;                 /* default auto */
+    enum glossy_method glossy;                     /* default auto */
+    enum lens_method lens;                         /* default auto */
+    float mu;                                      /* (0, 100]; default 1 */
+    uint32_t layers;                               /* default beauty */
+    struct job_frame_run frames[LIMIT_FRAME_RUNS]; /* in order; default frame 1 alone */
+    uint32_t frame_run_count;
+    double fps;          /* 0.001..1000; default 24 */
+    double start_time_s; /* of frame 1, whether or not the job has it; default 0 */
+    int32_t priority;    /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
+    int32_t tile_px;     /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
+    bool live;           /* its camera is moved while it is open (job_view_read); default false */
 };
 
 /* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,
  * and *out needs no fini. On success the caller owns *out and calls job_fini. */
 int job_read(const char *text, size_t size_bytes, struct job *out, struct fault *fault);
 void job_fini(struct job *job);
+/* Copies it with its files. ERR_MEMORY: *out is empty. */
+int job_copy(const struct job *job, struct job *out);
 
 /* Writes the document with every default spelled out, as GET answers it and the store keeps it.
  * job_read of it gives the same job. Returns a new reference; NULL on failed allocation. */
@@ -185,6 +201,18 @@ json_t *job_lens_write(const struct job *job);
  * two is required. On failure *fault has the code, the JSON pointer and a sentence. The files stay
  * the job's. */
 int job_view_read(const char *text, size_t size_bytes, struct job *job, struct fault *fault);
+
+/* Count a job's frames, number them and find their numbers, in order. */
+uint32_t job_frame_run_count(const struct job_frame_run *run);
+uint32_t job_frame_count(const struct job *job);
+int32_t job_frame_number(const struct job *job, uint32_t index);
+bool job_frame_find(const struct job *job, int32_t number, uint32_t *index);
+
+/* Returns the time in the scene that a frame shows. */
+double job_frame_time_s(const struct job *job, int32_t number);
+
+/* Reads the frames of a document alone; the job's other members are 0. Needs no job_fini. */
+int job_frames_of(const json_t *document, struct job *out);
 
 /* Returns the strata per axis of an spp, the least l with l*l >= spp. */
 uint32_t job_strata_per_axis(uint32_t spp);

@@ -13,6 +13,9 @@ int job_environment_read(struct json_cursor *at, const struct json_member *membe
 /* Reads the lens. null and an aperture of radius 0 mean none, with all fields 0. */
 int job_lens_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                   void *job);
+/* Reads frames, an object or a list as a text. */
+int job_frames_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                    void *job);
 int job_lights_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                     void *job);
 
@@ -21,6 +24,7 @@ int job_lights_read(struct json_cursor *at, const struct json_member *member, co
 /* Writes the environment; none is null. */
 json_t *job_environment_write(const struct job_environment *environment);
 json_t *job_lights_write(const struct job *job);
+json_t *job_frames_write(const struct job *job);
 
 /* Write floats as the shortest decimals that read back to the same bits. Return a new reference;
  * NULL on failed allocation. */

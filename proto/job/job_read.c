@@ -5,11 +5,11 @@
 
 #include "proto/job/job_internal.h"
 
-#define SEED_MAX         9007199254740992.0 /* 2^53: exact in every JSON reader */
-#define FRAME_MAX        1073741824.0       /* 2^30 */
-#define TARGET_LEAST     1e-5f
-#define TARGET_MAX       1000.0
-#define LAST_FRAME_UNSET (-1)
+#define SEED_MAX     9007199254740992.0 /* 2^53: exact in every JSON reader */
+#define FPS_LEAST    0.001
+#define FPS_MOST     1000
+#define TARGET_LEAST 1e-5f
+#define TARGET_MAX   1000.0
 
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 
@@ -109,21 +109,31 @@ static int read_layers(struct json_cursor *at, const struct json_member *m, cons
     return 0;
 }
 
-/* null is no variant. */
-static int read_variant(struct json_cursor *at, const struct json_member *m, const json_t *v,
-                        void *o)
+/* Reads the name of a part of the scene, LIMIT_NAME_BYTES of it; null is none. */
+static int read_name(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    if (json_is_null(v)) return 0;
+    int error = json_cursor_expect(at, v, JSON_STRING, "a name or null");
+    if (error) return error;
+    if (json_string_length(v) == 0) return json_cursor_refuse(at, ERR_RANGE, "it names nothing");
+    if (json_string_length(v) >= LIMIT_NAME_BYTES)
+        return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %d",
+                                  json_string_length(v), LIMIT_NAME_BYTES - 1);
+    memcpy((char *)o + m->offset, json_string_value(v), json_string_length(v) + 1);
+    return 0;
+}
+
+static int read_f64(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    return json_cursor_number(at, v, m->min, m->max, (double *)(void *)((char *)o + m->offset));
+}
+
+/* null leaves the time to the frames. */
+static int read_time(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
 {
     struct job *job = o;
-    (void)m;
-    if (json_is_null(v)) return 0;
-    int error = json_cursor_expect(at, v, JSON_STRING, "a variant's name or null");
-    if (error) return error;
-    if (json_string_length(v) == 0) return json_cursor_refuse(at, ERR_RANGE, "it names no variant");
-    if (json_string_length(v) >= sizeof job->variant)
-        return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %zu",
-                                  json_string_length(v), sizeof job->variant - 1);
-    memcpy(job->variant, json_string_value(v), json_string_length(v) + 1);
-    return 0;
+    job->stands = !json_is_null(v);
+    return job->stands ? read_f64(at, m, v, o) : 0;
 }
 
 #define NUMBER(member, reader, field, least, most)                                                 \
@@ -143,7 +153,9 @@ static const struct json_member scene_members[] = {
     {.name = "asset", .read = json_member_digest, .offset = JOB(scene), .required = true},
     {.name = "files", .read = read_files},
     {.name = "camera", .read = job_camera_read},
-    {.name = "variant", .read = read_variant},
+    {.name = "variant", .read = read_name, .offset = JOB(variant)},
+    {.name = "animation", .read = read_name, .offset = JOB(animation)},
+    NUMBER("time_s", read_time, time_s, -LIMIT_TIME_S, LIMIT_TIME_S),
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
     {.name = "default_light", .read = json_member_bool, .offset = JOB(default_light)},
     WORD("default_camera", default_camera, job_view_words),
@@ -185,11 +197,6 @@ static const struct json_member filter_members[] = {
     NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
     {.name = NULL}};
 
-static const struct json_member frames_members[] = {
-    NUMBER("first", json_member_i32, first_frame, 0, FRAME_MAX),
-    NUMBER("last", json_member_i32, last_frame, 0, FRAME_MAX),
-    {.name = NULL}};
-
 #define OBJECT(member, table)                                                                      \
     {                                                                                              \
         .name = (member), .read = json_member_object, .members = (table)                           \
@@ -205,7 +212,9 @@ static const struct json_member job_members[] = {
     OBJECT("sampling", sampling_members),
     OBJECT("filter", filter_members),
     {.name = "layers", .read = read_layers},
-    OBJECT("frames", frames_members),
+    {.name = "frames", .read = job_frames_read},
+    NUMBER("fps", read_f64, fps, FPS_LEAST, FPS_MOST),
+    NUMBER("start_time_s", read_f64, start_time_s, -LIMIT_TIME_S, LIMIT_TIME_S),
     NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
     {.name = "live", .read = json_member_bool, .offset = JOB(live)},
     {.name = NULL}};
@@ -228,8 +237,9 @@ static void set_defaults(struct job *job)
                         .residual = RESIDUAL_AUTO,
                         .mu = 1.0f,
                         .layers = LAYER_BEAUTY,
-                        .first_frame = 1,
-                        .last_frame = LAST_FRAME_UNSET,
+                        .frames = {{1, 1, 1}},
+                        .frame_run_count = 1,
+                        .fps = 24,
                         .tile_px = 64};
 }
 
@@ -247,7 +257,6 @@ static void finish_sampling(struct job *job)
     if (job->lens_spp) job->lens_spp = round_up_to_square(job->lens_spp);
     if (job->target_error > 0.0f && job->max_spp == 0)
         job->max_spp = job->spp > JOB_MAX_SPP ? job->spp : JOB_MAX_SPP;
-    if (job->last_frame == LAST_FRAME_UNSET) job->last_frame = job->first_frame;
 }
 
 /* What layers ask of other members; the cursor stands at the root. */
@@ -320,11 +329,10 @@ static int check_adaptive(struct json_cursor *at, const struct job *job)
 static int check_live(struct json_cursor *at, const struct job *job)
 {
     if (!job->live) return 0;
-    if (job->last_frame != job->first_frame)
+    if (job_frame_count(job) > 1)
         return json_cursor_refuse_member(
             at, "frames", ERR_UNSUPPORTED,
-            "a live job has one frame, not those from %d to %d: its camera is moved by hand",
-            job->first_frame, job->last_frame);
+            "a live job has one frame, not %u: its camera is moved by hand", job_frame_count(job));
     if (!(job->target_error > 0.0f)) return 0;
     json_cursor_enter(at, "sampling");
     return json_cursor_refuse_member(
@@ -336,21 +344,10 @@ static int check_live(struct json_cursor *at, const struct job *job)
 static int check_relations(struct json_cursor *at, const struct job *job)
 {
     const int64_t pixels = (int64_t)job->width_px * job->height_px;
-    const int64_t frames = (int64_t)job->last_frame - job->first_frame + 1;
     if (pixels > LIMIT_IMAGE_PIXELS) {
         json_cursor_enter(at, "image");
         return json_cursor_refuse(at, ERR_LIMIT, "%lld pixels are above the limit of %d",
                                   (long long)pixels, LIMIT_IMAGE_PIXELS);
-    }
-    if (frames < 1) {
-        json_cursor_enter(at, "frames");
-        return json_cursor_refuse_member(at, "last", ERR_RANGE, "%d is below the first frame %d",
-                                         job->last_frame, job->first_frame);
-    }
-    if (frames > LIMIT_FRAMES) {
-        json_cursor_enter(at, "frames");
-        return json_cursor_refuse(at, ERR_LIMIT, "%lld frames are above the limit of %d",
-                                  (long long)frames, LIMIT_FRAMES);
     }
     if (!(job->mu > 0.0f)) {
         json_cursor_enter(at, "filter");

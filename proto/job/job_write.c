@@ -37,6 +37,9 @@ static json_t *write_scene(const struct job *job)
     failures += set(object, "files", write_files(job));
     failures += set(object, "camera", job_camera_write(&job->camera));
     failures += set(object, "variant", job->variant[0] ? json_string(job->variant) : json_null());
+    failures +=
+        set(object, "animation", job->animation[0] ? json_string(job->animation) : json_null());
+    failures += set(object, "time_s", job->stands ? json_real(job->time_s) : json_null());
     failures += set(object, "lights", json_boolean(job->scene_lights));
     failures += set(object, "default_light", json_boolean(job->default_light));
     failures +=
@@ -105,14 +108,6 @@ static json_t *write_layers(const struct job *job)
     return checked(array, failures);
 }
 
-static json_t *write_frames(const struct job *job)
-{
-    json_t *object = json_object();
-    int failures = set(object, "first", json_integer(job->first_frame));
-    failures += set(object, "last", json_integer(job->last_frame));
-    return checked(object, failures);
-}
-
 json_t *job_write(const struct job *job)
 {
     json_t *object = json_object();
@@ -125,7 +120,9 @@ json_t *job_write(const struct job *job)
     failures += set(object, "sampling", write_sampling(job));
     failures += set(object, "filter", write_filter(job));
     failures += set(object, "layers", write_layers(job));
-    failures += set(object, "frames", write_frames(job));
+    failures += set(object, "frames", job_frames_write(job));
+    failures += set(object, "fps", json_real(job->fps));
+    failures += set(object, "start_time_s", json_real(job->start_time_s));
     failures += set(object, "priority", json_integer(job->priority));
     failures += set(object, "live", json_boolean(job->live));
     return checked(object, failures);

@@ -1,6 +1,7 @@
 #include "server/cli/job_changes.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -58,6 +59,33 @@ static int set_camera(const char *camera, json_t *document)
                       is_index ? json_integer(index) : json_string(camera));
 }
 
+static int read_number(const char *option, const char *text, json_t **out, struct fault *fault)
+{
+    char *end;
+    const double number = strtod(text, &end);
+    if (end == text || *end || !isfinite(number))
+        return fault_set(fault, ERR_RANGE, "", "%s: \"%.40s\" is no number", option, text);
+    *out = json_real(number);
+    return 0;
+}
+
+static int set_animation(const struct job_changes *changes, json_t *document, struct fault *fault)
+{
+    json_t *value = NULL;
+    int error = 0;
+    if (changes->animation)
+        error = set_member(document, "scene", "animation", json_string(changes->animation));
+    if (!error && changes->time) error = read_number("--time", changes->time, &value, fault);
+    if (!error && changes->time) error = set_member(document, "scene", "time_s", value);
+    if (!error && changes->frames)
+        error =
+            json_object_set_new(document, "frames", json_string(changes->frames)) ? ERR_MEMORY : 0;
+    if (!error && changes->fps) error = read_number("--fps", changes->fps, &value, fault);
+    if (!error && changes->fps)
+        error = json_object_set_new(document, "fps", value) ? ERR_MEMORY : 0;
+    return error;
+}
+
 int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault)
 {
     int error = 0;
@@ -65,6 +93,7 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     if (!error && changes->camera) error = set_camera(changes->camera, document);
     if (!error && changes->variant)
         error = set_member(document, "scene", "variant", json_string(changes->variant));
+    if (!error) error = set_animation(changes, document, fault);
     if (!error && changes->no_default_light)
         error = set_member(document, "scene", "default_light", json_false());
     if (!error && changes->environment)

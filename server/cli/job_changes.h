@@ -10,6 +10,10 @@ struct job_changes {
     const char *size;        /* image.width x image.height, "640x360"; NULL */
     const char *camera;      /* scene.camera: name or index; NULL */
     const char *variant;     /* scene.variant; NULL */
+    const char *animation;   /* scene.animation; NULL */
+    const char *time;        /* scene.time_s, a number; NULL */
+    const char *frames;      /* frames, "1-10,20-40x2"; NULL */
+    const char *fps;         /* fps, a number; NULL */
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
@@ -43,6 +47,13 @@ struct job_changes {
         JOB_CHANGE_TEXT("camera", 'c', "NAME|INDEX", "camera of the scene instead of the job's",   \
                         &(c)->camera),                                                             \
         JOB_CHANGE_TEXT("variant", 0, "NAME", "variant of the scene's materials", &(c)->variant),  \
+        JOB_CHANGE_TEXT("animation", 0, "NAME", "animation of the scene that plays",               \
+                        &(c)->animation),                                                          \
+        JOB_CHANGE_TEXT("time", 0, "SECONDS", "show the scene as it is then, in all frames",       \
+                        &(c)->time),                                                               \
+        JOB_CHANGE_TEXT("frames", 0, "LIST", "frames instead of the job's, as 1-10,20-40x2",       \
+                        &(c)->frames),                                                             \
+        JOB_CHANGE_TEXT("fps", 0, "N", "frames per second instead of the job's", &(c)->fps),       \
         {.name = "no-default-light",                                                               \
          .kind = OPTION_FLAG,                                                                      \
          .text = "no studio light where nothing lights the scene",                                 \

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "proto/job/job.h"
 #include "proto/runtime/clock.h"
 #include "server/cli/cli.h"
 #include "server/cli/client/output_file.h"
@@ -60,10 +61,11 @@ static int parse(int argc, char **argv, struct render_options *o)
     };
     const struct option_table table = {
         .usage = "shearwater render JOB.json|SCENE [-o OUT.exr] [--png OUT.png] [options]",
-        .summary = "Renders one job, or a scene (.glb, .gltf, .obj) with all defaults, with a "
-                   "private coordinator and local workers, and leaves nothing "
-                   "behind but its files. If the job has several frames, the frame's number goes "
-                   "before the ending of each file.",
+        .summary =
+            "Renders one job, or a scene (.glb, .gltf, .obj) with all defaults, with a "
+            "private coordinator and local workers, and leaves nothing "
+            "behind but its files. The frame's number takes the place of # in a file's name, "
+            "as in shot.####.exr, or goes before the ending if the job has several frames.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,
@@ -73,13 +75,18 @@ static int parse(int argc, char **argv, struct render_options *o)
     return option_parse(&table, argc, argv, &arguments);
 }
 
-/* "out.exr" -> "out.0007.exr" when there are several frames. */
-static void frame_path(const char *path, long frame, bool several, char *out, size_t capacity)
+/* "shot.####.exr" -> "shot.0007.exr"; "out.exr" -> "out.0007.exr" when there are several frames. */
+static void frame_path(const char *path, int32_t frame, bool several, char *out, size_t capacity)
 {
-    const char *dot = strrchr(path, '.'), *slash = strrchr(path, '/');
-    if (!dot || (slash && dot < slash)) dot = path + strlen(path);
-    if (several)
-        snprintf(out, capacity, "%.*s.%04ld%s", (int)(dot - path), path, frame, dot);
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.'), *mark = strchr(name, '#');
+    const int digits = mark ? (int)strspn(mark, "#") : 0;
+    if (!dot) dot = path + strlen(path);
+    if (mark)
+        snprintf(out, capacity, "%.*s%0*d%s", (int)(mark - path), path, digits, frame,
+                 mark + digits);
+    else if (several)
+        snprintf(out, capacity, "%.*s.%04d%s", (int)(dot - path), path, frame, dot);
     else
         snprintf(out, capacity, "%s", path);
 }
@@ -97,15 +104,18 @@ static int check_outputs(const struct render_options *o, struct fault *fault)
 /* Checks the names of several frames likewise. The last one's is the longest. */
 static int check_frames(const struct render_options *o, const json_t *document, struct fault *fault)
 {
-    const json_t *frames = json_object_get(document, "frames");
-    const long first = (long)json_integer_value(json_object_get(frames, "first"));
-    const long last = (long)json_integer_value(json_object_get(frames, "last"));
+    struct job job;
     const char *const outputs[] = {o->exr, o->png}, *const endings[] = {"exr", "png"};
     int error = 0;
-    for (int k = 0; k < 2 && !error && last > first; k++) {
+    json_t *asked = o->changes.frames ? json_pack("{s:s}", "frames", o->changes.frames) : NULL;
+    const bool wrong = job_frames_of(asked ? asked : document, &job) != 0;
+    json_decref(asked);
+    if (wrong) return 0; /* the server says why */
+    const uint32_t count = job_frame_count(&job);
+    for (int k = 0; k < 2 && !error; k++) {
         char path[4096];
         if (!outputs[k]) continue;
-        frame_path(outputs[k], last, true, path, sizeof path);
+        frame_path(outputs[k], job_frame_number(&job, count - 1), count > 1, path, sizeof path);
         error = output_file_check_picture(path, endings[k], fault);
     }
     return error;
@@ -132,20 +142,19 @@ static int save_frames(struct client *c, const json_t *job, const struct render_
                        struct fault *fault)
 {
     const char *id = json_string_value(json_object_get(job, "id"));
-    const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");
-    long first = (long)json_integer_value(json_object_get(frames, "first"));
-    long last = (long)json_integer_value(json_object_get(frames, "last"));
+    struct job frames;
     const char *const outputs[] = {o->exr, o->png}, *const kinds[] = {"exr", "png"};
-    for (long frame = first; frame <= last; frame++)
-        for (int k = 0; k < 2; k++) {
-            char url[128], path[4096];
-            if (!outputs[k]) continue;
-            snprintf(url, sizeof url, "/v1/jobs/%s/frames/%ld/image.%s", id, frame, kinds[k]);
-            frame_path(outputs[k], frame, last > first, path, sizeof path);
-            int error = client_download(c, url, path, fault);
-            if (error) return error;
-        }
-    return 0;
+    int error = job_frames_of(json_object_get(job, "document"), &frames);
+    const uint32_t count = error ? 0 : job_frame_count(&frames);
+    for (uint32_t i = 0; i < 2 * count && !error; i++) {
+        char url[128], path[4096];
+        const int32_t frame = job_frame_number(&frames, i / 2);
+        if (!outputs[i % 2]) continue;
+        snprintf(url, sizeof url, "/v1/jobs/%s/frames/%d/image.%s", id, frame, kinds[i % 2]);
+        frame_path(outputs[i % 2], frame, count > 1, path, sizeof path);
+        error = client_download(c, url, path, fault);
+    }
+    return error;
 }
 
 static double seconds(struct timeval t)

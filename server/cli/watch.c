@@ -1,6 +1,7 @@
 /* shearwater watch: a running job's progress, and its picture when it is done. */
 #include <stdio.h>
 
+#include "proto/job/job.h"
 #include "server/cli/cli.h"
 #include "server/cli/client/client_target.h"
 #include "server/cli/client/output_file.h"
@@ -9,12 +10,12 @@
 #include "server/cli/option.h"
 #include "server/cli/tev/tev_push.h"
 
-static int save(struct client *c, const char *id, long frame, const char *kind, const char *path,
+static int save(struct client *c, const char *id, int32_t frame, const char *kind, const char *path,
                 struct fault *fault)
 {
     char url[128];
     if (!path) return 0;
-    snprintf(url, sizeof url, "/v1/jobs/%.32s/frames/%ld/image.%s", id, frame, kind);
+    snprintf(url, sizeof url, "/v1/jobs/%.32s/frames/%d/image.%s", id, frame, kind);
     return client_download(c, url, path, fault);
 }
 
@@ -79,8 +80,9 @@ int cli_watch(int argc, char **argv)
     if (!error) error = client_target_open(&target, &client, &fault);
     if (!error) error = show(client, &target, argv[1], tev, anywhere, &push, &fault);
     if (!error) error = job_watch(client, argv[1], &progress, &job, &fault);
-    const json_t *frames = json_object_get(json_object_get(job, "document"), "frames");
-    long first = (long)json_integer_value(json_object_get(frames, "first"));
+    struct job frames;
+    if (!error) error = job_frames_of(json_object_get(job, "document"), &frames);
+    const int32_t first = error ? 0 : job_frame_number(&frames, 0);
     if (!error) error = save(client, argv[1], first, "exr", exr, &fault);
     if (!error) error = save(client, argv[1], first, "png", png, &fault);
     if (push) {

@@ -14,6 +14,18 @@ bool active_job_has_unopened(const struct active_job *job)
            job->frames_opened + job->frames_finished < job->frame_count;
 }
 
+static struct active_frame *first_unopened(const struct active_job *job)
+{
+    struct active_frame *frame = job->frames;
+    while (frame->state != FRAME_QUEUED) frame++;
+    return frame;
+}
+
+bool active_job_may_open(const struct active_job *job)
+{
+    return active_job_has_unopened(job) && active_frame_is_prepared(job, first_unopened(job));
+}
+
 /* Floats a pixel that wait for further passes; without these a frame's samples come and go. */
 static uint64_t waiting_floats(const struct plan *plan)
 {
@@ -132,6 +144,7 @@ void active_job_free_frames(struct active_job *job)
         if (frame->retry == RETRY_RECORD)
             active_frame_release_pictures(job->jobs, &frame->exr, &frame->png);
         free(frame->shelved);
+        prepared_destroy(&job->frames[i].prepared);
     }
     free(job->frames);
     job->frames = NULL;
@@ -216,7 +229,7 @@ static void on_judged(void *ctx, struct frame *work, uint64_t worker, const stru
     if (ack->verdict == VERDICT_ACCEPTED) {
         note_tile(job, work, ack, worker);
         jobs_progress_soon(jobs, job);
-        const struct plan *plan = &job->prepared->plan;
+        const struct plan *plan = active_frame_plan(job, frame);
         /* A tile that has landed waits for its next pass. */
         if (plan_pass_count(plan) > 1 || plan_has_rounds(plan)) fleet_wake(jobs->fleet);
         return;
@@ -303,6 +316,7 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     note_end(job, work);
     active_job_log(job, "frame", "frame %d is drawn and encoded", active_frame_number(job, frame));
     close_work(job, frame);
+    prepared_destroy(&frame->prepared);
     active_job_record_frame(job, frame);
     jobs_advance_soon(jobs);
 }
@@ -311,7 +325,7 @@ static int start_work(struct active_job *job, struct active_frame *frame)
 {
     struct jobs *jobs = job->jobs;
     const struct job *document = &job->prepared->job;
-    struct plan plan = job->view ? *live_view_plan(job) : job->prepared->plan;
+    struct plan plan = *active_frame_plan(job, frame);
     const uint32_t l = job_strata_per_axis(document->spp), u = plan.lens_strata_per_axis;
     plan.pattern.frame = (uint32_t)active_frame_number(job, frame);
     struct frame_options options = {
@@ -347,17 +361,10 @@ static int start_work(struct active_job *job, struct active_frame *frame)
     return frame_create(&options, &frame->work);
 }
 
-static struct active_frame *first_unopened(const struct active_job *job)
-{
-    struct active_frame *frame = job->frames;
-    while (frame->state != FRAME_QUEUED) frame++;
-    return frame;
-}
-
 void active_job_open_frame(struct active_job *job)
 {
     struct jobs *jobs = job->jobs;
-    assert(active_job_has_unopened(job));
+    assert(active_job_may_open(job));
     struct active_frame *frame = first_unopened(job);
     int error = start_work(job, frame);
     if (error) {
@@ -381,4 +388,5 @@ void active_job_open_frame(struct active_job *job)
     job->revision++;
     active_frame_tell(job, frame);
     if (jobs->fleet) fleet_wake(jobs->fleet);
+    active_job_prepare_ahead(job);
 }

@@ -199,20 +199,21 @@ void active_job_cancel(struct active_job *job, job_store_done done, void *ctx)
 
 /* Frames of an earlier run whose files are still there need not be made again. */
 static int take_frames(struct active_job *job, const struct frame_row *rows, size_t count,
-                       int32_t first, int32_t last)
+                       const struct job *document)
 {
     const struct objects *objects = job->jobs->options.objects;
-    job->frame_count = (uint32_t)(last - first + 1);
+    job->frame_count = job_frame_count(document);
     job->frames = calloc(job->frame_count, sizeof *job->frames);
     if (!job->frames) return ERR_MEMORY;
     for (size_t i = 0; i < count; i++) {
         const struct frame_row *row = &rows[i];
         enum frame_state state;
-        if (row->number < first || row->number > last || !row->state ||
+        uint32_t index;
+        if (!job_frame_find(document, row->number, &index) || !row->state ||
             !frame_state_from_name(row->state, &state) || state != FRAME_FINISHED ||
             !objects_have(objects, &row->exr, NULL) || !objects_have(objects, &row->png, NULL))
             continue;
-        struct active_frame *frame = &job->frames[row->number - first];
+        struct active_frame *frame = &job->frames[index];
         *frame = (struct active_frame){.state = FRAME_FINISHED, .exr = row->exr, .png = row->png};
         job->frames_finished++;
     }
@@ -252,7 +253,10 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     active_job_log_state(job);
     active_job_keep_report(job, job_state_name(job->state));
     jobs_event_state(job);
-    if (job->frames_finished == job->frame_count) active_job_finish(job);
+    if (job->frames_finished == job->frame_count)
+        active_job_finish(job);
+    else
+        active_job_prepare_ahead(job);
     jobs_advance_soon(job->jobs);
 }
 
@@ -284,13 +288,13 @@ static int load(struct active_job *job, const struct job_row *row, const struct 
         job_fini(&document);
         return error;
     }
-    error = take_frames(job, frames, frame_count, document.first_frame, document.last_frame);
+    error = take_frames(job, frames, frame_count, &document);
     if (error) {
         job_fini(&document);
         return fault_set(fault, error, "", "no memory for the job's frames");
     }
     error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &document,
-                              on_prepared, job, &job->preparation);
+                              job_frame_number(&document, 0), on_prepared, job, &job->preparation);
     return error ? fault_set(fault, error, "", "no memory to import the scene") : 0;
 }
 

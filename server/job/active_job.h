@@ -30,6 +30,7 @@ struct active_frame {
     struct frame *work;            /* NULL but while it renders and encodes */
     enum retry retry;              /* RETRY_STORE, RETRY_RECORD or 0 */
     struct shelved_frame *shelved; /* owned; NULL: none */
+    struct prepared *prepared;     /* owned; its own scene and plan; NULL: the job's, or not yet */
 };
 
 struct active_job {
@@ -144,9 +145,17 @@ static inline bool active_job_is_paused(const struct active_job *job)
 /* Sets the tile priority of its open frames and of those to come. */
 void active_job_prioritize(struct active_job *job, const struct tile_priority *priority);
 
+/* Prepares the scenes of the next frames of a job that moves (active_scenes.c). */
+void active_job_prepare_ahead(struct active_job *job);
+/* Returns whether a frame has its scene, and what is traced for it. */
+bool active_frame_is_prepared(const struct active_job *job, const struct active_frame *frame);
+const struct plan *active_frame_plan(const struct active_job *job,
+                                     const struct active_frame *frame);
+
 /* Returns whether it is a running job with a frame that is not yet opened. active_job_open_frame
- * opens the next (active_frames.c). */
+ * opens the next, once it is prepared (active_frames.c). */
 bool active_job_has_unopened(const struct active_job *job);
+bool active_job_may_open(const struct active_job *job);
 void active_job_open_frame(struct active_job *job);
 void active_job_drop_frames(struct active_job *job);
 /* Shelves a frame in work: it waits to be opened again, and then takes up what its spool has. */

@@ -13,7 +13,7 @@ void active_frame_release_pictures(const struct jobs *jobs, const struct digest 
 
 int32_t active_frame_number(const struct active_job *job, const struct active_frame *frame)
 {
-    return job->prepared->job.first_frame + (int32_t)(frame - job->frames);
+    return job_frame_number(&job->prepared->job, (uint32_t)(frame - job->frames));
 }
 
 void active_frame_tell(const struct active_job *job, const struct active_frame *frame)

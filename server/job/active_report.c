@@ -159,7 +159,7 @@ json_t *active_job_frames(const struct active_job *job)
         const struct active_frame *frame = &job->frames[i];
         enum frame_state state = frame->work ? frame_state(frame->work) : frame->state;
         if (state == FRAME_QUEUED && ++waiting > WAITING_LISTED) continue;
-        int32_t number = job->prepared->job.first_frame + (int32_t)i;
+        int32_t number = job_frame_number(&job->prepared->job, i);
         json_array_append_new(list, active_job_frame_json(job->id, number, state));
     }
     return list;

@@ -125,7 +125,8 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
     struct jobs *jobs = ctx;
     char path[OBJECTS_PATH_BYTES];
     for (unsigned i = 0; i < jobs->open_count; i++) {
-        if (!needs_blob(&jobs->open[i].job->prepared->plan, digest)) continue;
+        const struct open_frame *open = &jobs->open[i];
+        if (!needs_blob(active_frame_plan(open->job, open->frame), digest)) continue;
         objects_path(jobs->options.objects, digest, path);
         return (size_t)snprintf(out, capacity, "%s", path) < capacity;
     }

@@ -262,8 +262,8 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
                        struct jobs_picture *out)
 {
     if (!active || !active->frames || !active->prepared) return false;
-    int64_t at = (int64_t)number - active->prepared->job.first_frame;
-    *error = at < 0 || at >= active->frame_count ? ERR_NOT_FOUND : 0;
+    uint32_t at;
+    *error = job_frame_find(&active->prepared->job, number, &at) ? 0 : ERR_NOT_FOUND;
     if (*error) return true;
     const struct active_frame *frame = &active->frames[at];
     if (frame->work) {

@@ -96,7 +96,7 @@ static bool has_live_room(const struct jobs *jobs, const struct active_job *job)
 /* Live jobs have places of their own, as their frames stay. */
 static bool may_open(const struct jobs *jobs, const struct active_job *job)
 {
-    if (job->paused || !active_job_has_unopened(job)) return false;
+    if (job->paused || !active_job_may_open(job)) return false;
     if (job->live) return has_live_room(jobs, job);
     return jobs_table_working(jobs) < OPEN_MOST;
 }

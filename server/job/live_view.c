@@ -26,11 +26,12 @@ static int plan_levels(const struct prepared *prepared, const struct job *docume
     const unsigned last = view_levels(document) - 1;
     struct job coarse;
     struct plan_report coarse_report;
-    int error = plan_make(document, &source, document->first_frame, &plans[last], report, fault);
+    int error =
+        plan_make(document, &source, job_frame_number(document, 0), &plans[last], report, fault);
     for (unsigned level = 0; !error && level < last; level++) {
         view_level_document(document, level, &coarse);
-        error = plan_make(&coarse, &source, document->first_frame, &plans[level], &coarse_report,
-                          fault);
+        error = plan_make(&coarse, &source, job_frame_number(document, 0), &plans[level],
+                          &coarse_report, fault);
         plans[level].camera = plans[last].camera;
     }
     return error;

@@ -1,6 +1,7 @@
 // Moving a live job's camera on its picture: the mode, its mouse, wheel and keys, the lens, and the
 // camera as JSON.
 import { getJob, submitJob } from "../api.js";
+import { firstFrame } from "../job/progress_text.js";
 import { LiveCamera } from "./live_camera.js";
 import { distanceAlongView, dolly, orbit, pan, shortest } from "./orbit.js";
 
@@ -244,7 +245,7 @@ export class LiveView {
     const id = location.hash.split("/").pop();
     try {
       const { document } = await getJob(id), { target_error, max_spp, ...sampling } = document.sampling;
-      const first = document.frames.first, layers = document.layers.includes("depth") ? document.layers : [...document.layers, "depth"];
+      const first = firstFrame(document), layers = document.layers.includes("depth") ? document.layers : [...document.layers, "depth"];
       const made = await submitJob({ ...document, sampling, layers, frames: { first, last: first }, live: true }, `live-${id}-${Date.now()}`);
       location.hash = `#/jobs/${made.id}`;
     } catch (error) { this.at.makeProblem(error.message); }

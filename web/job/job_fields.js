@@ -104,6 +104,10 @@ export const GROUPS = [
   { title: "Frames and priority", fields: [
     { at: "/frames/first", label: "First frame", kind: "integer", min: 0, max: 1073741824, otherwise: 1 },
     { at: "/frames/last", label: "Last frame", kind: "integer", min: 0, max: 1073741824 },
+    { at: "/scene/animation", label: "Animation", kind: "word", longest: 255, otherwise: null, hint: "a name in the scene; none: all play" },
+    { at: "/scene/time_s", label: "Time that all frames show", unit: "s", kind: "number", min: -1e9, max: 1e9, otherwise: null },
+    { at: "/fps", label: "Frames per second", kind: "number", min: 0.001, max: 1000, otherwise: 24 },
+    { at: "/start_time_s", label: "Time at frame 1", unit: "s", kind: "number", min: -1e9, max: 1e9, otherwise: 0 },
     { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 },
     { at: "/live", label: "Live: the camera can be moved", kind: "flag", otherwise: false }] },
 ];

@@ -1,6 +1,6 @@
 // One job: its events, its picture, what can be done with it.
 import { eventsUrl, getJob, imageUrl } from "../api.js";
-import { ENDED, percent as percentOf, seconds } from "./progress_text.js";
+import { ENDED, firstFrame, percent as percentOf, seconds } from "./progress_text.js";
 import { Steering } from "./steering.js";
 
 const SOON_MS = 100;
@@ -92,7 +92,7 @@ export class JobView {
     this.state = job.state;
     this.paused = job.paused;
     this.steering.show(job);
-    this.frame = job.document?.frames?.first ?? 1;
+    this.frame = firstFrame(job.document);
     this.showProgress(job.progress ?? {});
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);

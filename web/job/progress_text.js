@@ -1,5 +1,11 @@
 // How far a job is, in words. 100 % is said of finished jobs alone.
 
+// The first frame of a document: of {first, last}, or of a list such as "1-10,20-40x2".
+export const firstFrame = (document) => {
+  const frames = document?.frames;
+  return typeof frames === "string" ? Number.parseInt(frames, 10) : frames?.first ?? 1;
+};
+
 export const ENDED = new Set(["finished", "failed", "cancelled"]);
 
 export const percent = (state, fraction = 0) => state === "finished" ? 100 : Math.min(99, Math.floor(fraction * 100));

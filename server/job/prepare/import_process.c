@@ -21,8 +21,9 @@ struct import_process {
     struct pool_task task; /* first: files or blob, one at a time */
     struct import_options options;
     struct digest scene;
-    char variant[LIMIT_NAME_BYTES]; /* "": none */
-    struct job_file *files;         /* owned, with their paths */
+    char variant[LIMIT_NAME_BYTES], animation[LIMIT_NAME_BYTES]; /* "": none */
+    char time[32];                                               /* seconds */
+    struct job_file *files;                                      /* owned, with their paths */
     uint32_t file_count;
     import_done done;
     void *ctx;
@@ -236,16 +237,18 @@ static void init_handles(struct import_process *p)
 
 static int spawn(struct import_process *p)
 {
-    char *args[] = {(char *)p->options.program,
-                    "--root",
-                    p->folder.root,
-                    "--in",
-                    p->folder.main_name,
-                    "--out",
-                    p->folder.blob,
-                    p->variant[0] ? "--variant" : NULL,
-                    p->variant,
-                    NULL};
+    char *args[16] = {(char *)p->options.program,
+                      "--root",
+                      p->folder.root,
+                      "--in",
+                      p->folder.main_name,
+                      "--out",
+                      p->folder.blob,
+                      "--time",
+                      p->time};
+    size_t count = 9;
+    if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
+    if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
     uv_stdio_container_t stdio[3] = {
         {.flags = UV_IGNORE},
         {.flags = (uv_stdio_flags)(UV_CREATE_PIPE | UV_WRITABLE_PIPE),
@@ -316,6 +319,8 @@ int import_process_start(const struct import_options *options, const struct job 
     p->options = *options;
     p->scene = scene->scene;
     memcpy(p->variant, scene->variant, sizeof p->variant);
+    memcpy(p->animation, scene->animation, sizeof p->animation);
+    snprintf(p->time, sizeof p->time, "%.17g", scene->time_s);
     p->done = done;
     p->ctx = ctx;
     if (copy_files(p, scene) != 0) {

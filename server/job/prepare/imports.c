@@ -70,6 +70,18 @@ static int hash_files(struct digest_state *state, const struct job *scene)
     return error;
 }
 
+/* Time 0 of all animations is not hashed: most files have none. */
+static int hash_time(struct digest_state *state, const struct job *scene)
+{
+    int error = 0;
+    if (scene->animation[0] || scene->time_s != 0) error = digest_update(state, "\1", 1);
+    if (!error && scene->time_s != 0)
+        error = digest_update(state, &scene->time_s, sizeof scene->time_s);
+    if (!error && scene->animation[0])
+        error = digest_update(state, scene->animation, strlen(scene->animation));
+    return error;
+}
+
 int imports_source(const struct job *scene, struct digest *out)
 {
     struct digest_state *state = digest_begin();
@@ -81,6 +93,7 @@ int imports_source(const struct job *scene, struct digest *out)
         error = digest_update(state, "", 1);
     if (!error && scene->variant[0])
         error = digest_update(state, scene->variant, strlen(scene->variant));
+    if (!error) error = hash_time(state, scene);
     digest_finish(&state, out);
     return error;
 }
@@ -213,6 +226,8 @@ static int copy_scene(const struct job *scene, struct job *out)
 {
     out->scene = scene->scene;
     memcpy(out->variant, scene->variant, sizeof out->variant);
+    memcpy(out->animation, scene->animation, sizeof out->animation);
+    out->time_s = scene->time_s;
     out->files = calloc(scene->file_count + 1, sizeof *out->files);
     if (!out->files) return ERR_MEMORY;
     for (uint32_t i = 0; i < scene->file_count; i++) {

@@ -17,15 +17,17 @@ void imports_stop(struct imports *imports);
 /* After imports_stop, once store and pool have let go. Nulls the pointer. */
 void imports_destroy(struct imports **imports);
 
-/* Of `scene` only the main file and its files count: an environment map is a scene of one file. It
- * is borrowed for the call. `done` comes later, once, unless forgotten; the request is gone then.
- * The blob is held, if at all, by the imports: nothing is to be released. cpu_us is charged to the
- * first request. After ERR_MEMORY no import has begun, and `done` does not come. */
+/* Of `scene` count the main file, its files, variant, animation and time_s, whatever its frames: an
+ * environment map is a scene of one file. It is borrowed for the call. `done` comes later, once,
+ * unless forgotten; the request is gone then. The blob is held, if at all, by the imports: nothing
+ * is to be released. cpu_us is charged to the first request. After ERR_MEMORY no import has begun,
+ * and `done` does not come. */
 int imports_request(struct imports *imports, const struct job *scene, import_done done, void *ctx,
                     struct import_request **out);
 
 /* Forgets a request, and kills an import that no request waits for. Nulls the pointer. */
 void imports_forget(struct import_request **request);
 
-/* What a blob depends on: the importer's build, the main file, and each file's name and bytes. */
+/* What a blob depends on: the importer's build, the main file, each file's name and bytes, and the
+ * variant, animation and time that are asked for. */
 int imports_source(const struct job *scene, struct digest *out);

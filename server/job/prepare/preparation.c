@@ -73,8 +73,8 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
         source.studio_blob = out->studio_blob;
     }
     if (!error)
-        error = plan_make(&out->job, &source, out->job.first_frame, &out->plan, &out->report,
-                          &p->fault);
+        error = plan_make(&out->job, &source, out->number, &out->plan, &out->report, &p->fault);
+    out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
     if (!error && out->job.live)
         out->scene = scene;
     else
@@ -183,8 +183,8 @@ static void scene_imported(void *ctx, const struct fault *fault, const struct di
 }
 
 int preparation_start(struct imports *imports, struct thread_pool *pool,
-                      const struct objects *objects, struct job *job, preparation_done done,
-                      void *ctx, struct preparation **out)
+                      const struct objects *objects, struct job *job, int32_t number,
+                      preparation_done done, void *ctx, struct preparation **out)
 {
     struct preparation *p = calloc(1, sizeof *p);
     struct prepared *prepared = calloc(1, sizeof *prepared);
@@ -196,6 +196,8 @@ int preparation_start(struct imports *imports, struct thread_pool *pool,
     }
     prepared->job = *job;
     memset(job, 0, sizeof *job);
+    prepared->number = number;
+    prepared->job.time_s = job_frame_time_s(&prepared->job, number);
     *p = (struct preparation){.pool = pool,
                               .imports = imports,
                               .objects = objects,

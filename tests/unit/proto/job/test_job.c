@@ -61,7 +61,10 @@ static void check_same(const struct job *a, const struct job *b)
     assert_true(x.indirect_spp == y.indirect_spp && x.seed == y.seed && x.mu == y.mu);
     assert_true(x.method == y.method && x.indirect == y.indirect);
     assert_true(x.layers == y.layers && x.priority == y.priority);
-    assert_true(x.first_frame == y.first_frame && x.last_frame == y.last_frame);
+    assert_memory_equal(x.frames, y.frames, sizeof x.frames);
+    assert_true(x.frame_run_count == y.frame_run_count && x.fps == y.fps);
+    assert_true(x.start_time_s == y.start_time_s && x.stands == y.stands && x.time_s == y.time_s);
+    assert_string_equal(x.animation, y.animation);
     assert_true(x.tile_px == y.tile_px);
     assert_memory_equal(&x.environment, &y.environment, sizeof x.environment);
     assert_true(x.aperture_radius == y.aperture_radius && x.focus_distance == y.focus_distance);

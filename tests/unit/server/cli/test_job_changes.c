@@ -70,6 +70,25 @@ TEST(sizes_and_cameras_replace)
     }
 }
 
+TEST(times_and_frames_replace)
+{
+    struct fault fault = {0};
+    struct job_changes changes = JOB_CHANGES_NONE;
+    changes.animation = "walk";
+    changes.time = "-1.5";
+    changes.frames = "1-10x2";
+    changes.fps = "25";
+    check_change(&changes, "{\"frames\": {\"first\": 3}, \"scene\": {\"time_s\": null}}",
+                 "{\"scene\": {\"animation\": \"walk\", \"time_s\": -1.5},"
+                 " \"frames\": \"1-10x2\", \"fps\": 25.0}");
+    changes = (struct job_changes){.bounces = -1, .time = "noon"};
+    json_t *document = json_object();
+    assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_RANGE);
+    changes = (struct job_changes){.bounces = -1, .fps = "nan"};
+    assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_RANGE);
+    json_decref(document);
+}
+
 TEST(environments_are_replaced)
 {
     char path[] = "/tmp/job_changes_XXXXXX", file[64], after[256];
