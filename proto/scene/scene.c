@@ -1,9 +1,11 @@
 #include "proto/scene/scene.h"
 
+#include <fcntl.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "proto/runtime/blob_file.h"
 #include "proto/scene/environment.h"
@@ -37,6 +39,7 @@ static const struct section_kind kinds[SCENE_SECTION_COUNT] = {
     [SCENE_NAMES] = {"names", 1, UINT32_MAX},
     [SCENE_WARNINGS] = {"warnings", 1, LIMIT_WARNINGS * 4096ull},
     [SCENE_COLORS] = {"colors", 16, LIMIT_VERTICES},
+    [SCENE_BASE] = {"base", sizeof(struct digest), 1},
 };
 
 /* A stretch of the blob that something occupies. */
@@ -175,6 +178,12 @@ static void view_sections(struct scene *s, const struct scene_section_entry *tab
 
 int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fault *fault)
 {
+    return scene_open_on(blob, size_bytes, NULL, out, fault);
+}
+
+int scene_open_on(const void *blob, size_t size_bytes, const struct scene *base, struct scene *out,
+                  struct fault *fault)
+{
     const struct scene_header *header = blob;
     const size_t head_bytes =
         sizeof *header + SCENE_SECTION_COUNT * sizeof(struct scene_section_entry);
@@ -196,6 +205,9 @@ int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fa
     if (error) return error;
     struct scene s = {.blob = blob, .blob_bytes = size_bytes};
     view_sections(&s, table);
+    if (s.count[SCENE_BASE] > 0 && !base)
+        return fault_set(fault, ERR_MISSING, "base", "the blob that it stands on is not there");
+    if (s.count[SCENE_BASE] > 0) s.base = base;
     error = scene_check(&s, fault);
     if (error) return error;
     *out = s;
@@ -204,12 +216,17 @@ int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fa
 
 int scene_map(const char *path, struct scene *out, struct fault *fault)
 {
+    return scene_map_on(path, NULL, out, fault);
+}
+
+int scene_map_on(const char *path, const struct scene *base, struct scene *out, struct fault *fault)
+{
     const void *blob;
     size_t size_bytes;
     *out = (struct scene){0};
     int error = blob_file_map(path, &blob, &size_bytes, fault);
     if (error) return error;
-    error = scene_open(blob, size_bytes, out, fault);
+    error = scene_open_on(blob, size_bytes, base, out, fault);
     if (error) blob_file_unmap(blob, size_bytes);
     return error;
 }
@@ -218,6 +235,25 @@ void scene_unmap(struct scene *s)
 {
     blob_file_unmap(s->blob, s->blob_bytes);
     *s = (struct scene){0};
+}
+
+int scene_find_base(const char *path, struct digest *out)
+{
+    struct {
+        struct scene_header header;
+        struct scene_section_entry table[SCENE_SECTION_COUNT];
+    } head = {0};
+    *out = (struct digest){0};
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) return ERR_IO;
+    const ssize_t n = pread(fd, &head, sizeof head, 0);
+    const struct scene_section_entry *base = &head.table[SCENE_BASE];
+    if (n == (ssize_t)sizeof head && base->count == 1 && base->offset < LIMIT_BLOB_BYTES &&
+        memcmp(head.header.magic, SCENE_MAGIC, sizeof head.header.magic) == 0 &&
+        pread(fd, out, sizeof *out, (off_t)base->offset) != (ssize_t)sizeof *out)
+        *out = (struct digest){0};
+    close(fd);
+    return n < 0 ? ERR_IO : 0;
 }
 
 const char *scene_name(const struct scene *s, uint32_t name)

@@ -4,9 +4,11 @@
  * It is flat, little-endian and can be mapped. A header and a table of sections precede the
  * sections, each aligned to 64 bytes and followed by at least 16 readable bytes, as Embree reads
  * past the last vertex. A section is an array of one record type below. All cross references are
- * indexes, which scene_open checks once, so that every later access is safe. Coordinates are in
- * world units, from the origin in scene_info, with y up or not as in the source. Angles are in
- * radians, and colours linear with Rec. 709 primaries. */
+ * indexes, which scene_open checks once, so that every later access is safe. A frame of a scene
+ * that moves has a blob of its own, whose first meshes and images are those of a base, another
+ * blob; it has all else itself. So what never moves is stored, checked and built once. Coordinates
+ * are in world units, from the origin in scene_info, with y up or not as in the source. Angles are
+ * in radians, and colours linear with Rec. 709 primaries. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -14,7 +16,7 @@
 #include "proto/error.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     3u
+#define SCENE_VERSION     4u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
 
@@ -37,7 +39,8 @@ enum scene_section {
                             NUL, so that offset 0 is the empty name */
     SCENE_WARNINGS = 15, /* char: NUL-terminated sentences, one after the other */
     SCENE_COLORS = 16,   /* float[4]: factors of the base colour, linear, and of alpha */
-    SCENE_SECTION_COUNT = 17
+    SCENE_BASE = 17,     /* struct digest of the base; at most one */
+    SCENE_SECTION_COUNT = 18
 };
 
 struct scene_header {
@@ -55,8 +58,9 @@ struct scene_section_entry {
     uint32_t reserved;
 };
 
-/* SCENE_MOVES: the file has an animation, so the scene differs from time to time. */
-enum { SCENE_MOVES = 1u };
+/* SCENE_MOVES: the file has an animation, so the scene differs from time to time. SCENE_IS_BASE: it
+ * is for frames to stand on, and no picture by itself; its instances are the frames' first. */
+enum { SCENE_MOVES = 1u, SCENE_IS_BASE = 2u };
 struct scene_info {
     float bounds_min[3], bounds_max[3]; /* of all placed geometry */
     uint64_t placed_triangles;          /* after instancing */
@@ -65,7 +69,14 @@ struct scene_info {
     double origin[3]; /* what the importer took from all positions: 0 unless they were far away */
 };
 
-enum { MESH_HAS_NORMALS = 1u, MESH_HAS_TANGENTS = 2u, MESH_IS_LIGHT = 4u, MESH_HAS_COLORS = 8u };
+/* MESH_IN_BASE: the base has its arrays, under the same index and in the same ranges. */
+enum {
+    MESH_HAS_NORMALS = 1u,
+    MESH_HAS_TANGENTS = 2u,
+    MESH_IS_LIGHT = 4u,
+    MESH_HAS_COLORS = 8u,
+    MESH_IN_BASE = 16u
+};
 
 /* One glTF primitive or OBJ group: one material. Meshes may share stretches of the arrays. Optional
  * arrays run parallel to the positions of the same mesh. Where a mesh lacks them the first_ index
@@ -179,7 +190,8 @@ struct scene_texture {
 };
 
 enum image_format { IMAGE_RGBA8 = 0 }; /* 4 bytes a pixel, rows from the top */
-enum { IMAGE_IS_SRGB = 1u };           /* colour channels are sRGB-encoded */
+/* IMAGE_IS_SRGB: colour channels are sRGB-encoded. IMAGE_IN_BASE: the base has its pixels. */
+enum { IMAGE_IS_SRGB = 1u, IMAGE_IN_BASE = 2u };
 
 struct scene_image {
     uint32_t width_px, height_px;
@@ -229,6 +241,7 @@ struct scene {
     const struct scene_light *lights;
     const struct scene_camera *cameras;
     const char *names, *warnings;
+    const struct scene *base; /* borrowed; NULL: none */
 };
 
 /* Returns the size of a section's records; 0 for an unknown section. */
@@ -238,9 +251,31 @@ uint32_t scene_record_bytes(uint32_t section);
  * aligned to 64 bytes (mmap is) and outlive *out. *fault names the record and field. */
 int scene_open(const void *blob, size_t size_bytes, struct scene *out, struct fault *fault);
 
+/* Opens a blob that may have a base. It outlives *out; NULL: there is none. ERR_MISSING for a blob
+ * whose base is not given, ERR_MISMATCH where the two do not fit. */
+int scene_open_on(const void *blob, size_t size_bytes, const struct scene *base, struct scene *out,
+                  struct fault *fault);
+
 /* Maps a file read-only and opens it; scene_unmap undoes it. */
 int scene_map(const char *path, struct scene *out, struct fault *fault);
+int scene_map_on(const char *path, const struct scene *base, struct scene *out,
+                 struct fault *fault);
 void scene_unmap(struct scene *s);
+
+/* Reads which base a file's blob has; zero for none and for what is no blob. ERR_IO. */
+int scene_find_base(const char *path, struct digest *out);
+
+/* Returns the scene that has a mesh's arrays, or an image's pixels. */
+static inline const struct scene *scene_mesh_home(const struct scene *s,
+                                                  const struct scene_mesh *mesh)
+{
+    return mesh->flags & MESH_IN_BASE ? s->base : s;
+}
+static inline const struct scene *scene_image_home(const struct scene *s,
+                                                   const struct scene_image *image)
+{
+    return image->flags & IMAGE_IN_BASE ? s->base : s;
+}
 
 /* Returns a name by its offset; "" for 0. */
 const char *scene_name(const struct scene *s, uint32_t name);

@@ -14,7 +14,8 @@
 #define VOLUME_MIN 1e-9
 
 #define ASPECT_MAX 1e6f /* of a camera */
-#define MESH_FLAGS (MESH_HAS_NORMALS | MESH_HAS_TANGENTS | MESH_IS_LIGHT | MESH_HAS_COLORS)
+#define MESH_FLAGS                                                                                 \
+    (MESH_HAS_NORMALS | MESH_HAS_TANGENTS | MESH_IS_LIGHT | MESH_HAS_COLORS | MESH_IN_BASE)
 
 /* Arrays of floats: a branchless pass, and a search only after a fault. */
 static int check_floats(const struct scene *s, uint32_t section, const float *v,
@@ -76,8 +77,10 @@ static int check_info(const struct scene *s, struct fault *fault)
     int error = record_numbers(&at, "bounds_min", info->bounds_min, 3, -far, far);
     for (int i = 0; i < 3 && !error; i++)
         error = record_number(&at, "bounds_max", info->bounds_max[i], info->bounds_min[i], far);
-    if (!error) error = record_index(&at, "default_camera", info->default_camera, SCENE_CAMERAS);
-    if (!error) error = record_flags(&at, info->flags, SCENE_MOVES);
+    const bool is_base = info->flags & SCENE_IS_BASE;
+    if (!error && !is_base)
+        error = record_index(&at, "default_camera", info->default_camera, SCENE_CAMERAS);
+    if (!error) error = record_flags(&at, info->flags, SCENE_MOVES | SCENE_IS_BASE);
     for (int i = 0; i < 3 && !error; i++)
         error = record_number(&at, "origin", (float)info->origin[i], -far, far);
     return error;
@@ -115,10 +118,33 @@ static int check_parallel(const struct scene_record *at, const char *field, bool
     return first == 0 ? 0 : record_refuse(at, field, ERR_RANGE, first, "though the mesh has none");
 }
 
+/* What frames say of a mesh of their base by themselves. */
+#define MESH_OF_FRAME (MESH_IN_BASE | MESH_IS_LIGHT)
+
+/* The arrays of a mesh in the base were checked there. */
+static int check_mesh_in_base(const struct scene_record *at, const struct scene_mesh *m)
+{
+    const struct scene *base = at->scene->base;
+    if (!base || at->index >= base->count[SCENE_MESHES])
+        return record_refuse(at, "flags", ERR_MISMATCH, m->flags, "names a mesh that no base has");
+    const struct scene_mesh *its = &base->meshes[at->index];
+    if (m->first_vertex != its->first_vertex || m->vertex_count != its->vertex_count ||
+        m->first_triangle != its->first_triangle || m->triangle_count != its->triangle_count ||
+        m->first_normal != its->first_normal || m->first_tangent != its->first_tangent ||
+        m->first_uv[0] != its->first_uv[0] || m->first_uv[1] != its->first_uv[1] ||
+        m->first_color != its->first_color ||
+        ((m->flags ^ its->flags) & ~(uint32_t)MESH_OF_FRAME) != 0)
+        return record_refuse(at, "first_vertex", ERR_MISMATCH, m->first_vertex,
+                             "is a mesh of other ranges than its base's");
+    int error = record_index(at, "material", m->material, SCENE_MATERIALS);
+    return error ? error : record_name(at, m->name);
+}
+
 static int check_mesh(const struct scene_record *at, const struct scene_mesh *m)
 {
     const uint32_t n = m->vertex_count;
     int error = record_flags(at, m->flags, MESH_FLAGS);
+    if (!error && m->flags & MESH_IN_BASE) return check_mesh_in_base(at, m);
     if (!error) error = record_range(at, "first_vertex", m->first_vertex, n, SCENE_POSITIONS);
     if (!error)
         error = record_range(at, "first_triangle", m->first_triangle, m->triangle_count,
@@ -249,6 +275,30 @@ static int check_shares(const struct scene *s, struct fault *fault)
                      (unsigned long long)shares, LIMIT_TRIANGLES);
 }
 
+/* Frames begin with all meshes and instances of their base: so a tree over those serves them all.
+ */
+static int check_base(const struct scene *s, struct fault *fault)
+{
+    const struct scene *base = s->base;
+    if (!base) return 0;
+    if (base->base || !(base->info->flags & SCENE_IS_BASE))
+        return fault_set(fault, ERR_MISMATCH, "base", "it is none to stand on");
+    if (s->count[SCENE_MESHES] < base->count[SCENE_MESHES] ||
+        s->count[SCENE_INSTANCES] < base->count[SCENE_INSTANCES])
+        return fault_set(fault, ERR_MISMATCH, "base", "it has more meshes or instances");
+    for (uint64_t i = 0; i < base->count[SCENE_MESHES]; i++)
+        if (!(s->meshes[i].flags & MESH_IN_BASE))
+            return fault_set(fault, ERR_MISMATCH, "base", "mesh %llu is not the base's",
+                             (unsigned long long)i);
+    for (uint64_t i = 0; i < base->count[SCENE_INSTANCES]; i++)
+        if (s->instances[i].mesh != base->instances[i].mesh ||
+            memcmp(s->instances[i].to_world, base->instances[i].to_world,
+                   sizeof s->instances[i].to_world) != 0)
+            return fault_set(fault, ERR_MISMATCH, "base", "instance %llu is not the base's",
+                             (unsigned long long)i);
+    return 0;
+}
+
 /* Runs a record's check over a section. */
 #define CHECK_SECTION(s, section, records, check, fault)                                           \
     do {                                                                                           \
@@ -273,7 +323,8 @@ static int check_records(const struct scene *s, struct fault *fault)
 
 int scene_check(const struct scene *s, struct fault *fault)
 {
-    if (s->count[SCENE_CAMERAS] == 0)
+    const bool is_base = s->count[SCENE_INFO] == 1 && s->info->flags & SCENE_IS_BASE;
+    if (s->count[SCENE_CAMERAS] == 0 && !is_base)
         return fault_set(fault, ERR_MISSING, "cameras", "there is none");
     int error = check_info(s, fault);
     if (!error) error = check_strings(s, fault);
@@ -285,5 +336,6 @@ int scene_check(const struct scene *s, struct fault *fault)
     if (!error) error = check_shares(s, fault);
     if (!error) error = check_records(s, fault);
     if (!error) error = check_placed(s, fault);
+    if (!error) error = check_base(s, fault);
     return error;
 }

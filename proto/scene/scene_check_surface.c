@@ -116,11 +116,14 @@ int scene_check_image(const struct scene_record *at, const struct scene_image *i
     if (height < 1 || height > LIMIT_TEXTURE_SIDE_PX)
         return record_refuse(at, "height_px", ERR_LIMIT, height, "is no height of an image");
     int error = record_value(at, "format", image->format, IMAGE_RGBA8);
-    if (!error) error = record_flags(at, image->flags, IMAGE_IS_SRGB);
+    if (!error) error = record_flags(at, image->flags, IMAGE_IS_SRGB | IMAGE_IN_BASE);
     if (!error) error = record_name(at, image->name);
     if (!error) error = record_reserved(at, image->reserved);
+    if (!error && image->flags & IMAGE_IN_BASE && !at->scene->base)
+        return record_refuse(at, "flags", ERR_MISMATCH, image->flags, "though there is no base");
     if (error) return error;
-    const uint64_t need_bytes = 4ull * width * height, have_bytes = at->scene->count[SCENE_PIXELS];
+    const uint64_t need_bytes = 4ull * width * height;
+    const uint64_t have_bytes = scene_image_home(at->scene, image)->count[SCENE_PIXELS];
     if (need_bytes > have_bytes || image->first_byte > have_bytes - need_bytes)
         return record_refuse(at, "first_byte", ERR_RANGE, (double)image->first_byte,
                              "puts the image past the pixels' end");

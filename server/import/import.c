@@ -11,6 +11,7 @@
 #include "server/import/scene/blob_writer.h"
 #include "server/import/scene/cameras.h"
 #include "server/import/scene/emitters.h"
+#include "server/import/sequence.h"
 
 enum format { FORMAT_GLTF, FORMAT_OBJ, FORMAT_OTHER };
 
@@ -44,14 +45,11 @@ static int read_scene(struct files *files, const char *name, const struct scene_
     }
 }
 
-static int build_scene(struct files *files, const char *name, const struct scene_choice *choice,
-                       const struct file_view *main, struct builder *b, struct fault *fault)
+int scene_finish(struct builder *b, struct fault *fault)
 {
-    int rc = read_scene(files, name, choice, main, b, fault);
-    if (rc == 0) rc = emitters_find(b, fault);
+    int rc = emitters_find(b, fault);
     if (rc == 0 && builder_count(b, SCENE_CAMERAS) == 0) rc = camera_append_default(b, fault);
-    if (rc == 0) rc = builder_finish(b, fault);
-    return rc;
+    return rc == 0 ? builder_finish(b, fault) : rc;
 }
 
 /* Checks that workers would accept what was written. */
@@ -69,17 +67,29 @@ static int verify(const char *out, struct import_stats *stats, struct fault *fau
     return 0;
 }
 
+static int import_still(struct files *files, const char *name, const struct scene_choice *choice,
+                        const struct file_view *main, const char *out, struct builder *b,
+                        struct import_stats *stats, struct fault *fault)
+{
+    int rc = read_scene(files, name, choice, main, b, fault);
+    if (rc == 0) rc = scene_finish(b, fault);
+    if (rc == 0) rc = blob_write(b, out, fault);
+    return rc == 0 ? verify(out, stats, fault) : rc;
+}
+
 static int import_geometry(struct files *files, const char *name, const struct scene_choice *choice,
                            const struct file_view *main, const char *out, struct warnings *warnings,
                            struct import_stats *stats, struct fault *fault)
 {
     struct builder b;
     int rc = builder_init(&b, fault);
-    if (rc == 0) rc = build_scene(files, name, choice, main, &b, fault);
-    if (rc == 0) rc = blob_write(&b, out, fault);
+    if (rc == 0 && choice->time_count > 0 && format_of(name, main) == FORMAT_GLTF)
+        rc = sequence_import(files, name, choice, main, out, &b, stats, fault);
+    else if (rc == 0)
+        rc = import_still(files, name, choice, main, out, &b, stats, fault);
     *warnings = b.warnings;
     builder_fini(&b);
-    return rc == 0 ? verify(out, stats, fault) : rc;
+    return rc;
 }
 
 int import_scene(const char *root, const char *name, const struct scene_choice *choice,

@@ -7,7 +7,7 @@
 #include "proto/option_text.h"
 
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
-                            "[--animation NAME] [--time S] "
+                            "[--animation NAME] [--time S | --times S,S,..] "
                             "[--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
@@ -24,6 +24,9 @@ static const struct option_text texts[] = {
     {0, "variant", "NAME", "variant of the materials (KHR_materials_variants)"},
     {0, "animation", "NAME", "the animation that plays; without it all play"},
     {0, "time", "S", "seconds into the animations at which the scene stands; by default 0"},
+    {0, "times", "S,S,..",
+     "several such times: a scene that moves becomes a base in BLOB and frames in BLOB.0, BLOB.1, "
+     ".., as many as \"frames\" of the answer says"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -52,9 +55,26 @@ static int read_time(const char *text, double *out, struct fault *fault)
     return fault_set(fault, ERR_RANGE, "--time", "%.40s is no time in seconds", text);
 }
 
+static int read_times(const char *text, struct options *out, struct fault *fault)
+{
+    char *end = (char *)(uintptr_t)text;
+    do {
+        const char *at = end + (end > text);
+        const uint32_t n = out->choice.time_count;
+        if (n == OPTIONS_TIMES)
+            return fault_set(fault, ERR_LIMIT, "--times", "more than %d times", OPTIONS_TIMES);
+        out->times[n] = strtod(at, &end);
+        if (end == at || (*end != ',' && *end != '\0') || !isfinite(out->times[n]))
+            return fault_set(fault, ERR_RANGE, "--times", "%.40s is no time in seconds", at);
+        out->choice.time_count++;
+    } while (*end == ',');
+    out->choice.times = out->times;
+    return 0;
+}
+
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
-    const char *time = NULL;
+    const char *time = NULL, *times = NULL;
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -65,6 +85,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--variant", &out->choice.variant, false},
                 {"--animation", &out->choice.animation, false},
                 {"--time", &time, false},
+                {"--times", &times, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;
@@ -83,5 +104,6 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     for (size_t row = 0; row < count; row++)
         if (rows[row].required && *rows[row].value == NULL)
             return fault_set(fault, ERR_MISSING, rows[row].name, "this option is required");
-    return time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
+    int rc = time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
+    return rc == 0 && times != NULL ? read_times(times, out, fault) : rc;
 }

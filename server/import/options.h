@@ -6,10 +6,13 @@
 #include "proto/error.h"
 #include "server/import/scene/scene_choice.h"
 
+#define OPTIONS_TIMES 64
+
 struct options {
-    const char *root; /* folder that holds the scene's files */
-    const char *name; /* main file beneath it */
-    struct scene_choice choice;
+    const char *root;           /* folder that holds the scene's files */
+    const char *name;           /* main file beneath it */
+    struct scene_choice choice; /* its times are those below */
+    double times[OPTIONS_TIMES];
     const char *out;    /* where the blob goes */
     const char *report; /* where the line goes as well; NULL: nowhere */
     bool help, dump;

@@ -28,11 +28,11 @@ char *report_success(const struct import_stats *stats, const struct warnings *wa
     }
     const bool is_map = stats->width_px > 0;
     return to_line(
-        json_pack("{s:b,s:I,s:I,s:o,s:f}", "ok", 1, is_map ? "width_px" : "triangles",
+        json_pack("{s:b,s:I,s:I,s:i,s:o,s:f}", "ok", 1, is_map ? "width_px" : "triangles",
                   is_map ? (json_int_t)stats->width_px : (json_int_t)stats->triangles,
                   is_map ? "height_px" : "placed_triangles",
                   is_map ? (json_int_t)stats->height_px : (json_int_t)stats->placed_triangles,
-                  "warnings", list, "cpu_s", cpu_s));
+                  "frames", (int)stats->frames, "warnings", list, "cpu_s", cpu_s));
 }
 
 char *report_failure(const struct fault *fault)

@@ -294,7 +294,8 @@ static int load(struct active_job *job, const struct job_row *row, const struct 
         return fault_set(fault, error, "", "no memory for the job's frames");
     }
     error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &document,
-                              job_frame_number(&document, 0), on_prepared, job, &job->preparation);
+                              job_frame_number(&document, 0), NULL, on_prepared, job,
+                              &job->preparation);
     return error ? fault_set(fault, error, "", "no memory to import the scene") : 0;
 }
 

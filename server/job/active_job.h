@@ -152,6 +152,10 @@ bool active_frame_is_prepared(const struct active_job *job, const struct active_
 const struct plan *active_frame_plan(const struct active_job *job,
                                      const struct active_frame *frame);
 
+/* Returns the blob that a frame's scene stands on; NULL: none. */
+const struct digest *active_frame_base(const struct active_job *job,
+                                       const struct active_frame *frame);
+
 /* Returns whether it is a running job with a frame that is not yet opened. active_job_open_frame
  * opens the next, once it is prepared (active_frames.c). */
 bool active_job_has_unopened(const struct active_job *job);

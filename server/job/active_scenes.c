@@ -22,6 +22,13 @@ const struct plan *active_frame_plan(const struct active_job *job, const struct 
     return frame->prepared ? &frame->prepared->plan : &job->prepared->plan;
 }
 
+const struct digest *active_frame_base(const struct active_job *job,
+                                       const struct active_frame *frame)
+{
+    const struct prepared *prepared = frame->prepared ? frame->prepared : job->prepared;
+    return prepared->base ? shared_base_digest(prepared->base) : NULL;
+}
+
 /* The frame that is prepared next; NULL: enough are. */
 static struct active_frame *next_to_prepare(const struct active_job *job)
 {
@@ -65,9 +72,9 @@ void active_job_prepare_ahead(struct active_job *job)
     if (!frame) return;
     int error = job_copy(&job->prepared->job, &document);
     if (!error)
-        error =
-            preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &document,
-                              active_frame_number(job, frame), on_prepared, job, &job->preparation);
+        error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects,
+                                  &document, active_frame_number(job, frame), job->prepared->base,
+                                  on_prepared, job, &job->preparation);
     if (!error) return;
     struct fault fault;
     fault_set(&fault, error, "", "no memory to import the scene of frame %d",

@@ -126,7 +126,10 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
     char path[OBJECTS_PATH_BYTES];
     for (unsigned i = 0; i < jobs->open_count; i++) {
         const struct open_frame *open = &jobs->open[i];
-        if (!needs_blob(active_frame_plan(open->job, open->frame), digest)) continue;
+        const struct digest *base = active_frame_base(open->job, open->frame);
+        if (!needs_blob(active_frame_plan(open->job, open->frame), digest) &&
+            !(base && digest_equal(base, digest)))
+            continue;
         objects_path(jobs->options.objects, digest, path);
         return (size_t)snprintf(out, capacity, "%s", path) < capacity;
     }

@@ -277,9 +277,9 @@ static void on_assets_found(void *ctx, int error)
     }
     run->next = jobs->dry_runs;
     jobs->dry_runs = run;
-    error =
-        preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &run->job,
-                          job_frame_number(&run->job, 0), on_dry_prepared, run, &run->preparation);
+    error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &run->job,
+                              job_frame_number(&run->job, 0), NULL, on_dry_prepared, run,
+                              &run->preparation);
     if (!error) return;
     unlink_dry_run(run);
     fault_set(&fault, error, "", "no memory to plan");

@@ -113,15 +113,14 @@ static bool is_for_assimp(const char *name)
     return !dot || strcasecmp(dot, ".obj") == 0;
 }
 
-static void check(const char *name)
+static void check(const char *name, const struct scene_choice *choice)
 {
     static struct warnings warnings;
     struct import_stats stats;
     struct fault fault = {0};
-    const struct scene_choice choice = {.time_s = 0.4};
     char text[WARNING_TEXT_BYTES];
     const int free_before = lowest_descriptor();
-    const int error = import_scene(root, name, &choice, out, &warnings, &stats, &fault);
+    const int error = import_scene(root, name, choice, out, &warnings, &stats, &fault);
     must(lowest_descriptor() == free_before);
     must(warnings.count <= LIMIT_WARNINGS);
     for (uint32_t i = 0; i < warnings.count; i++) warnings_text(&warnings, i, text);
@@ -132,6 +131,19 @@ static void check(const char *name)
     }
     must(stats.width_px > 0 ? stats.height_px > 0 : stats.placed_triangles >= 1);
     must(unlink(out) == 0);
+    for (uint32_t i = 0; i < stats.frames; i++) {
+        char path[sizeof out + 16];
+        snprintf(path, sizeof path, "%s.%u", out, i);
+        must(unlink(path) == 0);
+    }
+}
+
+/* A file with animations is imported at one time, and at several. */
+static void check_times(const char *name, bool moves)
+{
+    static const double times[] = {0.4, 2, -1};
+    check(name, &(struct scene_choice){.time_s = 0.4});
+    if (moves) check(name, &(struct scene_choice){.times = times, .time_count = 3});
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes);
@@ -140,7 +152,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     char name[64];
     if (!home[0]) make_folders();
     put_files(data, size_bytes, name);
-    if (name[0] && (!is_for_assimp(name) || getenv("FUZZ_ASSIMP"))) check(name);
+    if (name[0] && (!is_for_assimp(name) || getenv("FUZZ_ASSIMP")))
+        check_times(name, memmem(data, size_bytes, "animations", 10) != NULL);
     forget_files();
     return 0;
 }

@@ -64,7 +64,8 @@ static void walk(const struct scene *s)
         walk_material(s, &s->materials[i], &sum);
     for (uint64_t i = 0; i < s->count[SCENE_CAMERAS]; i++)
         sum += (double)strlen(scene_name(s, s->cameras[i].name));
-    sum += (double)s->cameras[s->info->default_camera].eye[0];
+    if (!(s->info->flags & SCENE_IS_BASE))
+        sum += (double)s->cameras[s->info->default_camera].eye[0];
     for (uint64_t at = 0; at < s->count[SCENE_WARNINGS];) at += strlen(s->warnings + at) + 1;
     kept = sum;
     (void)kept;

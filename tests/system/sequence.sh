@@ -46,6 +46,21 @@ check "a list of frames is rendered, with their numbers in place of #" render li
 check "... and nothing else" is "$(cd "$tmp" && echo l.*.exr)" "l.0001.exr l.0005.exr l.0009.exr l.0025.exr l.0049.exr"
 check "... again on three workers" render list m.#### --workers 3
 check "the bytes are the same" bash -c "for f in 0001 0005 0009 0025 0049; do cmp $tmp/l.\$f.exr $tmp/m.\$f.exr || exit 1; done"
+# What stands is built once, and fetched once by a worker that is elsewhere.
+check "trees of what stands are built once" counts l.#### '.skipped.rebuilt_triangles >= 4'
+elsewhere() {
+    local id
+    serve_start "$tmp/far" --workers 0 || return 1
+    "$build/shearwater-worker" --connect "unix:$tmp/far/worker.sock" --threads 1 --cache "$tmp/far-cache" >"$tmp/far.log" 2>&1 &
+    track $!
+    id=$("$build/shearwater" submit "$tmp/list.json" --server "$url" --quiet) || return 1
+    await_state "$id" finished 60 || return 1
+    for frame in 1 5 9 25 49; do exr "$id" "$tmp/r.$frame.exr" $frame || return 1; done
+    serve_stop
+    for frame in 1 5 9 25 49; do cmp "$tmp/r.$frame.exr" "$tmp/l.$(printf %04d $frame).exr" || return 1; done
+}
+check "a worker with files of its own makes the same" elsewhere
+
 check "before the first key nothing moves" alike l.0001 l.0009 depth
 check "between keys it does" differ l.0009 l.0025
 check "behind the last it has moved" differ l.0025 l.0049

@@ -15,8 +15,8 @@
 /* All that one replay holds. */
 struct loaded {
     struct plan plan;
-    struct scene blob;
-    struct render_scene *scene;
+    struct scene base_blob, blob;
+    struct render_scene *base, *scene;
     struct environment_blob map;
     struct environment *environment;
     struct path_record *record;
@@ -28,7 +28,9 @@ static void unload(struct loaded *l)
     environment_destroy(&l->environment);
     environment_unmap(&l->map);
     render_scene_destroy(&l->scene);
+    render_scene_destroy(&l->base);
     scene_unmap(&l->blob);
+    scene_unmap(&l->base_blob);
     free(l);
 }
 
@@ -64,12 +66,25 @@ static int find_blob(const struct options *o, const struct digest *digest,
                      o->blob_dir ? o->blob_dir : "(none)", o->cache_dir ? o->cache_dir : "(none)");
 }
 
+/* Loads what the scene at `path` stands on, if it does. */
+static int load_base(const struct options *o, struct loaded *l, const char *path,
+                     struct fault *fault)
+{
+    struct digest digest;
+    char base[BLOB_FILES_PATH_BYTES];
+    if (scene_find_base(path, &digest) != 0 || digest_is_zero(&digest)) return 0;
+    int e = find_blob(o, &digest, base, fault);
+    if (!e) e = scene_map(base, &l->base_blob, fault);
+    return e ? e : render_scene_create(&l->base_blob, 1, NULL, &l->base, fault);
+}
+
 static int load_blobs(const struct options *o, struct loaded *l, struct fault *fault)
 {
     char path[BLOB_FILES_PATH_BYTES];
     int e = find_blob(o, &l->plan.scene, path, fault);
-    if (!e) e = scene_map(path, &l->blob, fault);
-    if (!e) e = render_scene_create(&l->blob, 1, NULL, &l->scene, fault);
+    if (!e) e = load_base(o, l, path, fault);
+    if (!e) e = scene_map_on(path, l->base ? &l->base_blob : NULL, &l->blob, fault);
+    if (!e) e = render_scene_create_on(&l->blob, l->base, 1, NULL, &l->scene, fault);
     if (e || l->plan.environment.kind != ENVIRONMENT_MAP) return e;
     e = find_blob(o, &l->plan.environment.map, path, fault);
     if (!e) e = environment_map(path, &l->map, fault);

@@ -16,7 +16,7 @@ static void add_point(const float p[3], struct lobe_box *box)
     }
 }
 
-static void find_mesh(const struct mesh_view *mesh, struct lobe_box *box)
+void lobe_box_of_mesh(const struct mesh_view *mesh, struct lobe_box *box)
 {
     *box = nothing;
     for (size_t k = 0; k < (size_t)3 * mesh->triangle_count; k++)
@@ -45,12 +45,16 @@ static bool has_lobes(const struct mesh_view *mesh)
 
 /* `of_mesh` has room for the boxes of all meshes. */
 static void find_all(const struct scene *blob, const struct mesh_view *meshes,
-                     struct lobe_box *of_mesh, struct lobe_boxes *out)
+                     const struct lobe_box *of_base, struct lobe_box *of_mesh,
+                     struct lobe_boxes *out)
 {
     const uint64_t instances = blob->count[SCENE_INSTANCES];
     uint64_t lobed = 0, done = 0;
     for (uint64_t k = 0; k < blob->count[SCENE_MESHES]; k++)
-        if (has_lobes(&meshes[k])) find_mesh(&meshes[k], &of_mesh[k]);
+        if (blob->meshes[k].flags & MESH_IN_BASE)
+            of_mesh[k] = of_base[k];
+        else if (has_lobes(&meshes[k]))
+            lobe_box_of_mesh(&meshes[k], &of_mesh[k]);
     for (uint64_t i = 0; i < instances; i++) lobed += has_lobes(&meshes[blob->instances[i].mesh]);
     const uint64_t each = (lobed + LOBE_BOXES_MOST - 1) / LOBE_BOXES_MOST;
     for (uint64_t i = 0; i < instances; i++) {
@@ -64,11 +68,11 @@ static void find_all(const struct scene *blob, const struct mesh_view *meshes,
 }
 
 int lobe_boxes_create(const struct scene *blob, const struct mesh_view *meshes,
-                      struct lobe_boxes **out)
+                      const struct lobe_box *of_base, struct lobe_boxes **out)
 {
     struct lobe_box *of_mesh = calloc((size_t)blob->count[SCENE_MESHES] + 1, sizeof *of_mesh);
     struct lobe_boxes *boxes = of_mesh ? calloc(1, sizeof *boxes) : NULL;
-    if (boxes) find_all(blob, meshes, of_mesh, boxes);
+    if (boxes) find_all(blob, meshes, of_base, of_mesh, boxes);
     free(of_mesh);
     *out = boxes;
     return boxes ? 0 : ERR_MEMORY;

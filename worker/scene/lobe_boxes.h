@@ -8,7 +8,7 @@ struct mesh_view;
 enum { LOBE_BOXES_MOST = 256 };
 
 struct lobe_box {
-    float low[3], high[3]; /* of the world */
+    float low[3], high[3]; /* of the world, or of a mesh's own coordinates */
 };
 
 struct lobe_boxes {
@@ -17,7 +17,10 @@ struct lobe_boxes {
 };
 
 /* Finds the boxes. Where instances are too many, some that follow each other share one. `meshes`
- * are those of the blob. ERR_MEMORY. */
+ * are those of the blob, `of_base` the boxes of its base's; NULL: it has none. ERR_MEMORY. */
 int lobe_boxes_create(const struct scene *blob, const struct mesh_view *meshes,
-                      struct lobe_boxes **out);
+                      const struct lobe_box *of_base, struct lobe_boxes **out);
+
+/* Finds what encloses a mesh. */
+void lobe_box_of_mesh(const struct mesh_view *mesh, struct lobe_box *out);
 void lobe_boxes_destroy(struct lobe_boxes **boxes);

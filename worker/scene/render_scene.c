@@ -32,6 +32,11 @@ const char *render_embree_version(void)
     return version_text[0] ? version_text : NULL;
 }
 
+static bool is_base(const struct render_scene *s)
+{
+    return s->blob->info->flags & SCENE_IS_BASE;
+}
+
 static void step(_Atomic uint64_t *steps)
 {
     if (steps) atomic_fetch_add_explicit(steps, 1, memory_order_relaxed);
@@ -45,8 +50,16 @@ static bool on_built(void *steps, double share)
     return true;
 }
 
+/* Frames build on their base's device: trees of one device alone stand together. */
 static int device_create(struct render_scene *s, uint32_t threads, struct fault *fault)
 {
+    if (s->base) {
+        s->device = s->base->device;
+        rtcRetainDevice(s->device);
+        s->isa = s->base->isa;
+        s->packet_width = s->base->packet_width;
+        return 0;
+    }
     const char *isa = build_isa();
     if (!isa)
         return fault_set(fault, ERR_UNSUPPORTED, "cpu",
@@ -92,8 +105,8 @@ static uint32_t traits_of(const struct mesh_view *v)
 
 static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, uint32_t index)
 {
-    const struct scene *blob = s->blob;
-    const struct scene_mesh *mesh = &blob->meshes[index];
+    const struct scene_mesh *mesh = &s->blob->meshes[index];
+    const struct scene *blob = scene_mesh_home(s->blob, mesh);
     v->positions = blob->positions + (size_t)3 * mesh->first_vertex;
     v->triangles = blob->triangles + (size_t)3 * mesh->first_triangle;
     v->normals =
@@ -122,7 +135,7 @@ static RTCScene scene_new(const struct render_scene *s)
 }
 
 /* Attaches the mesh's triangles as geometry `id` of `scene`. The blob keeps them. */
-static void mesh_attach(const struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id)
+static void mesh_attach(struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id)
 {
     const struct scene_mesh *mesh = &s->blob->meshes[index];
     struct mesh_view *view = &s->meshes[index];
@@ -140,6 +153,7 @@ static void mesh_attach(const struct render_scene *s, uint32_t index, RTCScene s
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, id);
     rtcReleaseGeometry(geometry);
+    s->built_triangles += mesh->triangle_count;
 }
 
 static int sub_scene_create(struct render_scene *s, uint32_t mesh, struct fault *fault)
@@ -152,24 +166,37 @@ static int sub_scene_create(struct render_scene *s, uint32_t mesh, struct fault 
     return device_status(s, "meshes", fault);
 }
 
+static void scene_attach(struct render_scene *s, RTCScene scene, const float to_world[12],
+                         uint32_t id)
+{
+    RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    if (!geometry) return;
+    rtcSetGeometryInstancedScene(geometry, scene);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, to_world);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(s->top, geometry, id);
+    rtcReleaseGeometry(geometry);
+    s->has_instances = true;
+}
+
 static void instance_attach(struct render_scene *s, uint32_t index)
 {
     const struct scene_instance *instance = &s->blob->instances[index];
-    RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_INSTANCE);
-    if (!geometry) return;
-    rtcSetGeometryInstancedScene(geometry, s->sub_scenes[instance->mesh]);
-    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, instance->to_world);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(s->top, geometry, index);
-    rtcReleaseGeometry(geometry);
-    s->has_instances = true;
+    const bool is_based = s->blob->meshes[instance->mesh].flags & MESH_IN_BASE;
+    RTCScene scene = (is_based ? s->base : s)->sub_scenes[instance->mesh];
+    if (scene) scene_attach(s, scene, instance->to_world, index);
 }
 
 /* Attaches instance `index`. A mesh placed once and untransformed needs no Embree instance. */
 static int place(struct render_scene *s, uint32_t index, uint32_t uses, struct fault *fault)
 {
     const struct scene_instance *instance = &s->blob->instances[index];
+    const bool is_based = s->blob->meshes[instance->mesh].flags & MESH_IN_BASE;
     if (s->meshes[instance->mesh].triangle_count == 0) return 0;
+    if (is_based) {
+        instance_attach(s, index); /* unless the ground has it */
+        return 0;
+    }
     if (uses == 1 && instance->flags & INSTANCE_IDENTITY) {
         mesh_attach(s, instance->mesh, s->top, index);
         return 0;
@@ -189,6 +216,11 @@ static int place_all(struct render_scene *s, struct fault *fault)
     if (!uses) return fault_set(fault, ERR_MEMORY, "meshes", "no memory to count their instances");
     for (uint32_t i = 0; i < instances; i++) uses[s->blob->instances[i].mesh]++;
     int rc = 0;
+    if (s->base && s->base->top_count > 0) {
+        static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        s->ground = instances;
+        scene_attach(s, s->base->top, identity, s->ground);
+    }
     for (uint32_t i = 0; i < instances && rc == 0; i++) {
         rc = place(s, i, uses[s->blob->instances[i].mesh], fault);
         step(s->steps);
@@ -197,8 +229,39 @@ static int place_all(struct render_scene *s, struct fault *fault)
     return rc ? rc : device_status(s, "instances", fault);
 }
 
+/* Builds a base: of its instances those that stand alone are the ground of all frames; every other
+ * mesh is a sub-scene for frames to place. */
+static int build_base(struct render_scene *s, struct fault *fault)
+{
+    const uint32_t meshes = (uint32_t)s->blob->count[SCENE_MESHES];
+    const uint32_t instances = (uint32_t)s->blob->count[SCENE_INSTANCES];
+    uint32_t *uses = calloc((size_t)meshes + 1, sizeof *uses);
+    if (!uses) return fault_set(fault, ERR_MEMORY, "meshes", "no memory to count their instances");
+    s->top = scene_new(s);
+    int rc = s->top ? 0 : device_status(s, "scene", fault);
+    for (uint32_t i = 0; i < instances; i++) {
+        const struct scene_instance *instance = &s->blob->instances[i];
+        uses[instance->mesh] += instance->flags & INSTANCE_IDENTITY ? 1 : 2;
+    }
+    for (uint32_t i = 0; i < instances && rc == 0; i++) {
+        const uint32_t mesh = s->blob->instances[i].mesh;
+        if (uses[mesh] != 1 || s->meshes[mesh].triangle_count == 0) continue;
+        mesh_attach(s, mesh, s->top, i);
+        s->top_count++;
+    }
+    for (uint32_t i = 0; i < meshes && rc == 0; i++) {
+        if (uses[i] != 1 && s->meshes[i].triangle_count > 0) rc = sub_scene_create(s, i, fault);
+        step(s->steps);
+    }
+    free(uses);
+    if (rc) return rc;
+    rtcCommitScene(s->top);
+    return device_status(s, "scene", fault);
+}
+
 static int build(struct render_scene *s, struct fault *fault)
 {
+    if (is_base(s)) return build_base(s, fault);
     s->top = scene_new(s);
     if (!s->top) return device_status(s, "scene", fault);
     int rc = place_all(s, fault);
@@ -207,14 +270,41 @@ static int build(struct render_scene *s, struct fault *fault)
     return device_status(s, "scene", fault);
 }
 
+/* Finds what shines, and where light is sent on otherwise than diffusely. */
+static int find_light(struct render_scene *s, struct fault *fault)
+{
+    int rc = emitters_create(s, &s->emitters);
+    if (rc) return fault_set(fault, rc, "meshes", "their emitting triangles are too many");
+    rc = lobe_boxes_create(s->blob, s->meshes, s->base ? s->base->boxes : NULL, &s->lobes);
+    return rc ? fault_set(fault, rc, "instances", "no memory for their boxes") : 0;
+}
+
+static int find_boxes(struct render_scene *s, struct fault *fault)
+{
+    const uint64_t meshes = s->blob->count[SCENE_MESHES];
+    s->boxes = calloc(meshes + 1, sizeof *s->boxes);
+    if (!s->boxes) return fault_set(fault, ERR_MEMORY, "meshes", "no memory for their boxes");
+    for (uint64_t i = 0; i < meshes; i++) lobe_box_of_mesh(&s->meshes[i], &s->boxes[i]);
+    return 0;
+}
+
 int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint64_t *steps,
                         struct render_scene **out, struct fault *fault)
+{
+    return render_scene_create_on(blob, NULL, threads, steps, out, fault);
+}
+
+int render_scene_create_on(const struct scene *blob, const struct render_scene *base,
+                           uint32_t threads, _Atomic uint64_t *steps, struct render_scene **out,
+                           struct fault *fault)
 {
     struct render_scene *s = calloc(1, sizeof *s);
     if (!s) return fault_set(fault, ERR_MEMORY, "scene", "no memory for the scene");
     int rc = ERR_MEMORY;
     size_t meshes = (size_t)blob->count[SCENE_MESHES];
     s->blob = blob;
+    s->base = base;
+    s->ground = RTC_INVALID_GEOMETRY_ID;
     s->steps = steps;
     s->meshes = calloc(meshes + 1, sizeof *s->meshes);
     s->sub_scenes = calloc(meshes + 1, sizeof(RTCScene));
@@ -223,24 +313,16 @@ int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint
         goto fail;
     }
     for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
-    rc = emitters_create(s, &s->emitters);
-    if (rc) {
-        fault_set(fault, rc, "meshes", "their emitting triangles are too many");
-        goto fail;
-    }
-    rc = lobe_boxes_create(blob, s->meshes, &s->lobes);
-    if (rc) {
-        fault_set(fault, rc, "instances", "no memory for their boxes");
-        goto fail;
-    }
+    rc = is_base(s) ? find_boxes(s, fault) : find_light(s, fault);
+    if (rc) goto fail;
     step(steps);
     rc = device_create(s, threads, fault);
     if (rc) goto fail;
     step(steps);
     rc = build(s, fault);
     if (rc) goto fail;
-    s->guides = sky_guides_create(s);
-    if (!s->guides) {
+    if (!is_base(s)) s->guides = sky_guides_create(s);
+    if (!s->guides && !is_base(s)) {
         rc = fault_set(fault, ERR_MEMORY, "scene", "no memory for what it sees of the sky");
         goto fail;
     }
@@ -264,6 +346,7 @@ void render_scene_destroy(struct render_scene **scene)
     lobe_boxes_destroy(&s->lobes);
     emitters_destroy(&s->emitters);
     if (s->materials) material_table_destroy(&s->materials);
+    free(s->boxes);
     free(s->sub_scenes);
     free(s->meshes);
     free(s);

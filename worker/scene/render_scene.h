@@ -4,7 +4,11 @@
  *
  * Every placed mesh keeps the number of its instance. A mesh that is placed once, untransformed,
  * is a geometry of the top scene with geomID = instance index. Every other mesh has a scene of its
- * own, placed by an Embree instance whose instID is the instance index. */
+ * own, placed by an Embree instance whose instID is the instance index.
+ *
+ * A base (proto/scene/scene.h) is a scene of trees alone. A frame that stands on it builds only
+ * what the base has not: it places the base's top scene as a whole, by an Embree instance of number
+ * `ground`, and sub-scenes of the base where they have moved to. */
 #include <stdbool.h>
 
 #include "proto/error.h"
@@ -38,6 +42,7 @@ struct mesh_view {
 };
 
 struct emitters;
+struct lobe_box;
 struct lobe_boxes;
 struct sky_guides;
 struct RTCDeviceTy;
@@ -53,10 +58,15 @@ struct render_scene {
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;
-    _Atomic uint64_t *steps; /* while it is created; borrowed, may be NULL */
-    const char *isa;         /* what build_isa() said */
-    uint32_t packet_width;   /* rays that this CPU traces at once: 16, 8 or 4 */
-    bool has_instances;      /* whether `top` holds Embree instances, not just geometries */
+    _Atomic uint64_t *steps;         /* while it is created; borrowed, may be NULL */
+    const char *isa;                 /* what build_isa() said */
+    uint32_t packet_width;           /* rays that this CPU traces at once: 16, 8 or 4 */
+    bool has_instances;              /* whether `top` holds Embree instances, not just geometries */
+    const struct render_scene *base; /* borrowed; NULL: none */
+    uint32_t ground; /* instID of the base's top scene; RTC_INVALID_GEOMETRY_ID without one */
+    struct lobe_box *boxes;   /* of a base: one a mesh */
+    uint32_t top_count;       /* of a base: geometries of its top scene */
+    uint64_t built_triangles; /* of the trees that were built for it, without the base's */
 };
 
 /* Builds the scene with `threads` threads (at least 1) on the instruction set build_isa(). `blob`
@@ -65,6 +75,11 @@ struct render_scene {
  * (the CPU lacks the instruction set), ERR_LIMIT; *fault says more. */
 int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint64_t *steps,
                         struct render_scene **out, struct fault *fault);
+
+/* Does the same for a blob that has a base, which outlives the result. */
+int render_scene_create_on(const struct scene *blob, const struct render_scene *base,
+                           uint32_t threads, _Atomic uint64_t *steps, struct render_scene **out,
+                           struct fault *fault);
 void render_scene_destroy(struct render_scene **scene);
 
 /* Returns the version of Embree that runs, such as "3.13.5", in static storage. NULL without a

@@ -20,7 +20,7 @@ void texture_init(struct texture *out, const struct scene *blob,
     if (ref->texture == SCENE_NONE) return;
     const struct scene_texture *texture = &blob->textures[ref->texture];
     const struct scene_image *image = &blob->images[texture->image];
-    out->texels = blob->pixels + image->first_byte;
+    out->texels = scene_image_home(blob, image)->pixels + image->first_byte;
     out->decode = image->flags & IMAGE_IS_SRGB ? decoding->srgb : decoding->linear;
     out->decode_alpha = decoding->linear;
     out->width_px = (int32_t)image->width_px;

@@ -21,6 +21,9 @@ struct blob_entry {
     unsigned fetches;     /* begun so far */
     /* Of the task, and its answer. */
     bool finish_fetch, use_files;
+    struct blob_entry *base; /* held; NULL: none is known of */
+    struct digest base_digest;
+    const void *base_loaded; /* for the task; NULL: it is not there yet */
     int error;
     struct fault fault;
     struct blob_pin pin; /* while it is mapped */
@@ -44,6 +47,7 @@ struct blob_cache {
 static void free_entry(struct blob_cache *cache, struct blob_entry *e)
 {
     if (e->blob.loaded) cache->tracing->unload(cache->tracing->ctx, &e->blob.loaded);
+    if (e->base) e->base->blob.refs--; /* after what stands on it */
     blob_files_unpin(&e->pin);
     blob_fetch_abort(&e->fetch);
     free(e);
@@ -75,16 +79,28 @@ int blob_cache_create(struct thread_pool *pool, const struct tracing *tracing,
     return 0;
 }
 
+static void drop_entry(struct blob_cache *cache, struct blob_entry *e)
+{
+    struct blob_entry **at = &cache->entries;
+    while (*at != e) at = &(*at)->next;
+    *at = e->next;
+    free_entry(cache, e);
+}
+
+/* Frames go before their base. */
+static struct blob_entry *first_to_drop(const struct blob_cache *cache)
+{
+    for (struct blob_entry *e = cache->entries; e; e = e->next)
+        if (e->base) return e;
+    return cache->entries;
+}
+
 void blob_cache_destroy(struct blob_cache **cache)
 {
     struct blob_cache *s = *cache;
     *cache = NULL;
     if (!s) return;
-    while (s->entries) {
-        struct blob_entry *e = s->entries;
-        s->entries = e->next;
-        free_entry(s, e);
-    }
+    while (s->entries) drop_entry(s, first_to_drop(s));
     free(s->blob_dir);
     free(s->cache_dir);
     free(s);
@@ -95,14 +111,6 @@ static struct blob_entry *find(const struct blob_cache *cache, const struct dige
     for (struct blob_entry *e = cache->entries; e; e = e->next)
         if (digest_equal(&e->blob.digest, digest)) return e;
     return NULL;
-}
-
-static void drop_entry(struct blob_cache *cache, struct blob_entry *e)
-{
-    struct blob_entry **at = &cache->entries;
-    while (*at != e) at = &(*at)->next;
-    *at = e->next;
-    free_entry(cache, e);
 }
 
 /* ---- memory ---- */
@@ -145,12 +153,22 @@ static void trim(struct blob_cache *cache)
 
 /* ---- on the pool: from a file to what can be traced ---- */
 
+/* ERR_INCOMPLETE for a blob whose base is to be loaded first. */
 static int load_path(struct blob_entry *e, const char *path)
 {
     struct blob_cache *cache = e->cache;
-    return cache->tracing->load(cache->tracing->ctx, path, cache->threads, &cache->steps,
-                                &e->blob.loaded, &e->blob.kind, &e->bytes, &e->blob.cpu_us,
-                                &e->fault);
+    const struct tracing *tracing = cache->tracing;
+    struct tracing_cost cost = {0};
+    int error = 0;
+    if (!e->base_loaded && tracing->find_base)
+        error = tracing->find_base(tracing->ctx, path, &e->base_digest);
+    if (!error && !e->base_loaded && !digest_is_zero(&e->base_digest)) return ERR_INCOMPLETE;
+    error = tracing->load(tracing->ctx, path, e->base_loaded, cache->threads, &cache->steps,
+                          &e->blob.loaded, &e->blob.kind, &cost, &e->fault);
+    e->bytes = cost.bytes;
+    e->blob.cpu_us = cost.cpu_us;
+    e->blob.reused_triangles = cost.reused_triangles;
+    return error;
 }
 
 static int load_from_blobs(struct blob_entry *e)
@@ -199,11 +217,14 @@ static void run_load(struct pool_task *task)
 
 /* ---- on the loop ---- */
 
+static void wake_frames(struct blob_entry *base);
+
 static void settle(struct blob_entry *e, enum blob_state state)
 {
     e->blob.state = state;
     e->blob.refs++; /* the client may release its own from inside */
     e->cache->client.settled(e->cache->client.ctx, &e->blob);
+    wake_frames(e);
     e->blob.refs--;
     trim(e->cache);
 }
@@ -260,6 +281,65 @@ static void begin_fetch(struct blob_entry *e)
     ask_more(e);
 }
 
+/* Loads a frame's blob again, now that its base is there, or has failed. */
+static void load_on_base(struct blob_entry *e)
+{
+    struct fault fault;
+    const struct cached_blob *base = &e->base->blob;
+    if (base->state == BLOB_FAILED) {
+        fault_set(&fault, base->fault.code, "base", "%s%s%s", base->fault.pointer,
+                  base->fault.pointer[0] ? ": " : "", base->fault.detail);
+        fail(e, &fault);
+    } else if (base->kind != TRACING_BASE) {
+        fault_set(&fault, ERR_MISMATCH, "base", "the blob that it stands on is none to stand on");
+        fail(e, &fault);
+    } else {
+        e->base_loaded = base->loaded;
+        start_task(e);
+    }
+}
+
+static bool is_settled(const struct blob_entry *e)
+{
+    return e->blob.state == BLOB_READY || e->blob.state == BLOB_FAILED;
+}
+
+/* Goes on with frames that waited for a base. Each may change the list, so the walk begins anew. */
+static void wake_frames(struct blob_entry *base)
+{
+    struct blob_entry *e = base->cache->entries;
+    while (e) {
+        const bool waits = e->base == base && !e->has_task && !is_settled(e) && !e->base_loaded;
+        if (waits) load_on_base(e);
+        e = waits ? base->cache->entries : e->next;
+    }
+}
+
+/* Takes the base of a frame's blob, and waits for it. */
+static void await_base(struct blob_entry *e)
+{
+    struct fault fault;
+    struct cached_blob *base = blob_cache_take(e->cache, &e->base_digest);
+    if (!base) {
+        fault_set(&fault, ERR_MEMORY, "base", "no memory for the blob that it stands on");
+        fail(e, &fault);
+        return;
+    }
+    e->base = (struct blob_entry *)base; /* blob is its first member */
+    e->finish_fetch = false;             /* it is among the files now */
+    e->blob.state = BLOB_LOADING;
+    if (is_settled(e->base)) load_on_base(e);
+}
+
+/* What loading the base took is counted with the first frame. */
+static void take_costs(struct blob_entry *e)
+{
+    if (!e->base) return;
+    if (e->base->blob.cpu_us > 0) e->blob.reused_triangles = 0; /* it was built for this one */
+    e->blob.cpu_us += e->base->blob.cpu_us;
+    e->base->blob.cpu_us = 0;
+}
+
 static void done_load(struct pool_task *task)
 {
     struct blob_entry *e = entry_of(task);
@@ -268,7 +348,10 @@ static void done_load(struct pool_task *task)
     bool again = e->finish_fetch && (e->error == ERR_CHECKSUM || e->error == ERR_NOT_FOUND) &&
                  e->fetches < 2;
     if (e->error == 0) {
+        take_costs(e);
         settle(e, BLOB_READY);
+    } else if (e->error == ERR_INCOMPLETE && !e->base) {
+        await_base(e);
     } else if (fetch && !e->use_files && open_files(e->cache, &e->fault) == 0) {
         start_task(e); /* it may be in the cache from an earlier time */
     } else if (fetch || again) {

@@ -1,7 +1,7 @@
 #pragma once
 /* Loaded blobs (scenes, environment maps). A blob is mapped from a local coordinator's folder or
  * from the worker's own files (blob_files.h), or fetched into these part by part over the link.
- * Then the pool loads it.
+ * Then the pool loads it. A frame of a scene that moves is loaded once its base is, and holds that.
  *
  * A frame holds a reference to each blob it is traced with. Blobs without references stay loaded
  * within the limits below; the least recently used is dropped first. All functions are for the
@@ -27,7 +27,8 @@ struct cached_blob {
     void *loaded;           /* READY: for tracing->trace */
     enum tracing_kind kind; /* READY */
     struct fault fault;     /* FAILED: why */
-    uint64_t cpu_us;        /* READY: CPU time of loading; 0 once it is counted */
+    uint64_t cpu_us;        /* READY: CPU time of loading, its base's, too; 0 once it is counted */
+    uint64_t reused_triangles; /* READY: that its base has trees over; 0 once they are counted */
     unsigned refs;
 };
 

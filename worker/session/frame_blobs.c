@@ -34,7 +34,9 @@ static enum blob_state state_of(const struct cached_blob *blob, enum tracing_kin
                   why->detail);
     } else if (blob->state == BLOB_READY && blob->kind != kind) {
         fault_set(fault, ERR_MAGIC, name,
-                  is_scene ? "this is an environment map" : "this is a scene");
+                  blob->kind == TRACING_ENVIRONMENT ? "this is an environment map"
+                  : blob->kind == TRACING_BASE      ? "this is a base of frames"
+                                                    : "this is a scene");
         return BLOB_FAILED;
     }
     return blob->state;
@@ -54,14 +56,16 @@ void frame_blobs_loaded(const struct frame_blobs *b, const void **scene, const v
     *environment = b->environment ? b->environment->loaded : NULL;
 }
 
-static uint64_t take_cpu_us(struct cached_blob *blob)
+static void take_costs(struct cached_blob *blob, struct counters *counters)
 {
-    const uint64_t cpu_us = blob ? blob->cpu_us : 0;
-    if (blob) blob->cpu_us = 0;
-    return cpu_us;
+    if (!blob) return;
+    counters->value[COUNTER_BUILD_CPU_US] += blob->cpu_us;
+    counters->value[COUNTER_SKIPPED_REBUILD] += blob->reused_triangles;
+    blob->cpu_us = blob->reused_triangles = 0;
 }
 
-uint64_t frame_blobs_take_cpu_us(struct frame_blobs *b)
+void frame_blobs_take_costs(struct frame_blobs *b, struct counters *counters)
 {
-    return take_cpu_us(b->scene) + take_cpu_us(b->environment);
+    take_costs(b->scene, counters);
+    take_costs(b->environment, counters);
 }

@@ -21,5 +21,5 @@ enum blob_state frame_blobs_state(const struct frame_blobs *b, struct fault *fau
  * state must be READY. */
 void frame_blobs_loaded(const struct frame_blobs *b, const void **scene, const void **environment);
 
-/* Returns the CPU time of loading, once: later calls return 0. */
-uint64_t frame_blobs_take_cpu_us(struct frame_blobs *b);
+/* Counts what loading took, once: later calls count nothing. */
+void frame_blobs_take_costs(struct frame_blobs *b, struct counters *counters);

@@ -148,7 +148,7 @@ static void done_tile(struct pool_task *task)
         give_up(leases, t, t->error, "tile", error_text(t->error));
     } else {
         /* What loading cost is told once, with the first result after it. */
-        t->counters.value[COUNTER_BUILD_CPU_US] += frame_blobs_take_cpu_us(&t->frame->blobs);
+        frame_blobs_take_costs(&t->frame->blobs, &t->counters);
         t->state = TILE_DONE;
         leave_open(leases, t);
         leases->counts.kept++;

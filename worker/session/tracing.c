@@ -70,53 +70,75 @@ static enum tracing_kind kind_of(const char *path)
                : TRACING_SCENE;
 }
 
-static int load_scene(struct loaded_scene *s, const char *path, unsigned threads,
-                      _Atomic uint64_t *steps, uint64_t *bytes, uint64_t *spent_us,
+static uint64_t reused_triangles(const struct scene *blob)
+{
+    uint64_t sum = 0;
+    for (uint64_t i = 0; i < blob->count[SCENE_MESHES]; i++)
+        if (blob->meshes[i].flags & MESH_IN_BASE) sum += blob->meshes[i].triangle_count;
+    return sum;
+}
+
+static int load_scene(struct loaded_scene *s, const char *path, const struct loaded_scene *base,
+                      unsigned threads, _Atomic uint64_t *steps, struct tracing_cost *cost,
                       struct fault *fault)
 {
     const uint64_t start_us = thread_cpu_us();
-    int e = scene_map(path, &s->blob, fault);
+    int e = scene_map_on(path, base ? &base->blob : NULL, &s->blob, fault);
     if (e) return e;
     const uint64_t triangles = s->blob.count[SCENE_TRIANGLES];
     const unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
     const clockid_t clock = used == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
     const uint64_t build_us = clock_us(clock), open_us = thread_cpu_us() - start_us;
-    e = render_scene_create(&s->blob, used, steps, &s->render, fault);
+    e = render_scene_create_on(&s->blob, s->blob.base ? base->render : NULL, used, steps,
+                               &s->render, fault);
     if (e) return e;
-    *spent_us = open_us + clock_us(clock) - build_us;
-    *bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles;
+    *cost = (struct tracing_cost){.bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles,
+                                  .cpu_us = open_us + clock_us(clock) - build_us,
+                                  .reused_triangles = reused_triangles(&s->blob)};
     return 0;
 }
 
-static int load_environment(struct loaded_environment *l, const char *path, uint64_t *bytes,
-                            uint64_t *spent_us, struct fault *fault)
+static int load_environment(struct loaded_environment *l, const char *path,
+                            struct tracing_cost *cost, struct fault *fault)
 {
     const uint64_t start_us = thread_cpu_us();
     int e = environment_map(path, &l->blob, fault);
     if (e) return e;
     e = environment_create(&l->blob, &l->map);
     if (e) return fault_set(fault, e, path, "%s", error_text(e));
-    *spent_us = thread_cpu_us() - start_us;
-    *bytes = l->blob.blob_bytes + environment_bytes(l->map);
+    *cost = (struct tracing_cost){.bytes = l->blob.blob_bytes + environment_bytes(l->map),
+                                  .cpu_us = thread_cpu_us() - start_us};
     return 0;
 }
 
-static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
-                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *spent_us,
-                struct fault *fault)
+static int find_base(void *ctx, const char *path, struct digest *base)
+{
+    (void)ctx;
+    return scene_find_base(path, base);
+}
+
+static int load(void *ctx, const char *path, const void *base, unsigned threads,
+                _Atomic uint64_t *steps, void **loaded, enum tracing_kind *kind,
+                struct tracing_cost *cost, struct fault *fault)
 {
     struct loaded *l = calloc(1, sizeof *l);
+    const struct loaded *stands_on = base;
     void *all = l;
     if (!l) return fault_set(fault, ERR_MEMORY, path, "%s", error_text(ERR_MEMORY));
-    l->kind = *kind = kind_of(path);
+    l->kind = kind_of(path);
     const int e = l->kind == TRACING_SCENE
-                      ? load_scene(&l->scene, path, threads, steps, bytes, spent_us, fault)
-                      : load_environment(&l->environment, path, bytes, spent_us, fault);
-    if (e)
+                      ? load_scene(&l->scene, path, stands_on ? &stands_on->scene : NULL, threads,
+                                   steps, cost, fault)
+                      : load_environment(&l->environment, path, cost, fault);
+    if (e) {
         unload(ctx, &all);
-    else
-        *loaded = l;
-    return e;
+        return e;
+    }
+    if (l->kind == TRACING_SCENE && l->scene.blob.info->flags & SCENE_IS_BASE)
+        l->kind = TRACING_BASE;
+    *kind = l->kind;
+    *loaded = l;
+    return 0;
 }
 
 /* ---- tiles ---- */
@@ -174,6 +196,7 @@ const struct tracing tracing_embree = {
                     CAPABILITY_STRATA | CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT |
                     CAPABILITY_LENS | CAPABILITY_STRATA_MAPS,
     .embree_version = embree_version,
+    .find_base = find_base,
     .load = load,
     .unload = unload,
     .tracer_create = tracer_create,

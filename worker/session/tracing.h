@@ -10,7 +10,14 @@
 #include "proto/plan.h"
 
 /* The kind of a blob, by its first bytes. */
-enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT };
+enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT, TRACING_BASE };
+
+/* What loading took. */
+struct tracing_cost {
+    uint64_t bytes;            /* of memory that the blob holds, roughly */
+    uint64_t cpu_us;           /* of loading */
+    uint64_t reused_triangles; /* that the base has trees over */
+};
 
 /* A pass of a tile, and the loaded blobs it is traced with; all borrowed. */
 struct tracing_job {
@@ -30,12 +37,14 @@ struct tracing {
     uint32_t capabilities;                    /* bits of enum capability */
     const char *(*embree_version)(void *ctx); /* NULL: Embree does not work here */
 
-    /* Opens the blob at `path` and prepares it for tracing, with up to `threads` threads. Blocks;
-     * any thread may call it. *steps grows with its progress. *bytes: the memory that the blob
-     * holds, roughly; *cpu_us: the CPU time of loading. */
-    int (*load)(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
-                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us,
-                struct fault *fault);
+    /* Reads which base the blob at `path` stands on; zero: on none. May be NULL. Blocks. */
+    int (*find_base)(void *ctx, const char *path, struct digest *base);
+
+    /* Opens the blob at `path`, on its base if it has one, and prepares it for tracing, with up to
+     * `threads` threads. Blocks; any thread may call it. *steps grows with its progress. */
+    int (*load)(void *ctx, const char *path, const void *base, unsigned threads,
+                _Atomic uint64_t *steps, void **loaded, enum tracing_kind *kind,
+                struct tracing_cost *cost, struct fault *fault);
     void (*unload)(void *ctx, void **loaded);
 
     /* Create and destroy the scratch memory of one thread. */

@@ -21,7 +21,31 @@ struct gltf_draco {
     gltf_place place;
 };
 
+/* What of a document is imported: all of it at one time; or what frames have in common, which never
+ * moves or only as a whole; or the rest of a frame. */
+enum gltf_phase { GLTF_WHOLE, GLTF_BASE, GLTF_FRAME };
+
+/* What animations move, by index in the document; owned; NULL: none are known. */
+struct gltf_moving {
+    uint8_t *nodes;                       /* their place, or whether they show */
+    uint8_t *node_weights, *mesh_weights; /* of morph targets */
+    uint8_t *materials;
+    bool any;
+};
+
+/* A mesh of the base that frames place. */
+struct gltf_movable {
+    uint32_t mesh, primitive, poser;
+    uint32_t record;    /* in SCENE_MESHES */
+    struct affine back; /* undoes what was taken from its positions */
+};
+
 struct gltf {
+    enum gltf_phase phase;
+    struct gltf_moving moving;
+    struct gltf_movable *movables; /* owned; in order of mesh, primitive, poser */
+    uint32_t movable_count, movable_capacity;
+    uint32_t base_materials; /* of the base */
     struct files *files;     /* borrowed */
     struct builder *builder; /* borrowed */
     const char *name;        /* borrowed; the main file's path beneath the root */
@@ -44,6 +68,21 @@ struct gltf {
 /* Imports a .glb or .gltf. The call borrows all. */
 int gltf_import(struct files *files, const char *name, const struct scene_choice *choice,
                 const struct file_view *main, struct builder *builder, struct fault *fault);
+
+/* Open a document, which borrows all, and close it. After a failure it is to be closed, too.
+ * g->moving says what moves then. */
+int gltf_open(struct gltf *g, struct files *files, const char *name,
+              const struct scene_choice *choice, const struct file_view *main,
+              struct builder *builder, struct fault *fault);
+void gltf_close(struct gltf *g);
+
+/* Import parts of an open document: all at one time; a base; frames that stand on it, each into a
+ * builder of its own that has begun. */
+int gltf_read_whole(struct gltf *g, const struct scene_choice *choice, struct builder *b,
+                    struct fault *fault);
+int gltf_read_base(struct gltf *g, struct builder *b, struct fault *fault);
+int gltf_read_frame(struct gltf *g, const struct scene_choice *choice, double time_s,
+                    struct builder *b, struct fault *fault);
 
 /* Returns the offset of a file's first byte that is not white space. */
 size_t gltf_text_start(const struct file_view *file);
@@ -107,8 +146,16 @@ int gltf_variant_material(struct gltf *g, const json_t *primitive, const char *p
 int gltf_instancing_keep(struct gltf *g, const json_t *json, const char *place,
                          const struct gltf_node *node, bool *instanced, struct fault *fault);
 
-/* Moves the nodes of a scene that is far from the origin to its middle, and notes by how much. */
+/* Chooses the middle of a scene that is far from the origin for the builder's, zeros for others;
+ * moves the nodes by the builder's origin. */
+void gltf_origin_choose(struct gltf *g);
 void gltf_origin_move(struct gltf *g);
+
+/* Keep what frames place, put it in order once a base has all, and find one of it; NULL: none. */
+int gltf_movable_keep(struct gltf *g, const struct gltf_movable *movable, struct fault *fault);
+void gltf_movables_sort(struct gltf *g);
+const struct gltf_movable *gltf_movable_find(const struct gltf *g, uint32_t mesh,
+                                             uint32_t primitive, uint32_t poser);
 
 /* Read geometry, and place it. */
 int gltf_meshes_read(struct gltf *g, struct fault *fault);

@@ -12,7 +12,8 @@
 struct playing {
     struct gltf *g;
     double time_s;
-    json_t *taken; /* owned; an object with a member for each pointer that is moved already */
+    bool only_found; /* nothing is moved */
+    json_t *taken;   /* owned; an object with a member for each pointer that is moved already */
     struct gltf_key_times times;
 };
 
@@ -60,6 +61,19 @@ static bool take(struct playing *p, const char *pointer, const char *place)
     return false;
 }
 
+/* Notes what moves by a pointer that gltf_pointer_find has found. */
+static void note(struct gltf_moving *moving, const char *text)
+{
+    unsigned index = 0;
+    moving->any = true;
+    if (sscanf(text, "/nodes/%u/", &index) == 1)
+        (strstr(text, "/weights") ? moving->node_weights : moving->nodes)[index] = 1;
+    else if (sscanf(text, "/meshes/%u/", &index) == 1)
+        moving->mesh_weights[index] = 1;
+    else if (sscanf(text, "/materials/%u/", &index) == 1)
+        moving->materials[index] = 1;
+}
+
 static int apply_sampler(struct playing *p, const struct channel *c,
                          const struct gltf_pointer *pointer, struct fault *fault)
 {
@@ -73,7 +87,6 @@ static int apply_sampler(struct playing *p, const struct channel *c,
     gltf_place_set(place, "%s[%" PRIu32 "]", c->samplers_place, index);
     const json_t *sampler = json_array_get(c->samplers, index);
     if (!json_is_object(sampler)) return fault_set(fault, ERR_TYPE, place, "it is not an object");
-    p->g->builder->moves = true;
     rc = gltf_sampler_read(p->g, sampler, place, p->time_s, pointer->kind, pointer->targets,
                            &p->times, &values, &count, fault);
     if (rc == 0) rc = gltf_pointer_set(pointer, values, count, place, fault);
@@ -95,7 +108,10 @@ static int apply_channel(struct playing *p, struct channel *c, struct fault *fau
     rc = read_pointer(p->g, c, text, sizeof text, fault);
     if (rc != 0 || text[0] == '\0' || !take(p, text, c->place)) return rc;
     rc = gltf_pointer_find(p->g, text, c->target_place, &pointer, fault);
-    return rc != 0 || pointer.holder == NULL ? rc : apply_sampler(p, c, &pointer, fault);
+    if (rc != 0 || pointer.holder == NULL) return rc;
+    if (!p->only_found) return apply_sampler(p, c, &pointer, fault);
+    note(&p->g->moving, text);
+    return 0;
 }
 
 static int apply_animation(struct playing *p, size_t index, struct fault *fault)
@@ -139,11 +155,12 @@ static int find(const struct gltf *g, const char *name, size_t *out, struct faul
                      "the scene has no animation \"%.100s\"; it has %s", name, known);
 }
 
-int gltf_animations_apply(struct gltf *g, const struct scene_choice *choice, struct fault *fault)
+static int play(struct playing p, const struct scene_choice *choice, struct fault *fault)
 {
+    struct gltf *g = p.g;
     const size_t count = gltf_count(g->root, "animations");
-    struct playing p = {.g = g, .time_s = choice->time_s, .taken = json_object()};
     size_t only = 0;
+    p.taken = json_object();
     int rc = p.taken == NULL ? fault_set(fault, ERR_MEMORY, "animations", "no memory for them") : 0;
     if (rc == 0 && choice->animation != NULL) {
         rc = find(g, choice->animation, &only, fault);
@@ -154,4 +171,32 @@ int gltf_animations_apply(struct gltf *g, const struct scene_choice *choice, str
     json_decref(p.taken);
     free(p.times.list);
     return rc;
+}
+
+int gltf_animations_apply(struct gltf *g, const struct scene_choice *choice, double time_s,
+                          struct fault *fault)
+{
+    return play((struct playing){.g = g, .time_s = time_s}, choice, fault);
+}
+
+int gltf_animations_find(struct gltf *g, const struct scene_choice *choice, struct fault *fault)
+{
+    struct gltf_moving *m = &g->moving;
+    m->nodes = calloc(gltf_count(g->root, "nodes") + 1, 1);
+    m->node_weights = calloc(gltf_count(g->root, "nodes") + 1, 1);
+    m->mesh_weights = calloc(gltf_count(g->root, "meshes") + 1, 1);
+    m->materials = calloc(gltf_count(g->root, "materials") + 1, 1);
+    if (m->nodes == NULL || m->node_weights == NULL || m->mesh_weights == NULL ||
+        m->materials == NULL)
+        return fault_set(fault, ERR_MEMORY, "animations", "no memory for what they move");
+    return play((struct playing){.g = g, .only_found = true}, choice, fault);
+}
+
+void gltf_moving_fini(struct gltf_moving *moving)
+{
+    free(moving->nodes);
+    free(moving->node_weights);
+    free(moving->mesh_weights);
+    free(moving->materials);
+    *moving = (struct gltf_moving){0};
 }

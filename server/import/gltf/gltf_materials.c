@@ -153,6 +153,7 @@ int gltf_materials_read(struct gltf *g, struct fault *fault)
 {
     int rc = 0;
     size_t count = gltf_count(g->root, "materials");
+    free(g->uv_sets);
     g->uv_sets = calloc(count + 1, sizeof *g->uv_sets);
     if (g->uv_sets == NULL)
         return fault_set(fault, ERR_MEMORY, "materials", "no memory for %zu materials", count);

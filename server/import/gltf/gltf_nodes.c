@@ -126,23 +126,31 @@ static int keep_bearings(struct gltf *g, const json_t *json, const char *place,
 }
 
 /* KHR_node_visibility: a node that is hidden hides all beneath it; cameras see as they do. */
-static int read_visibility(const json_t *json, const char *place, bool *inout, struct fault *fault)
+static int read_visibility(const struct gltf *g, const json_t *json, const char *place,
+                           const struct gltf_node *node, bool *inout, struct fault *fault)
 {
     const json_t *extension;
     gltf_place at;
     bool own = true;
     int rc = gltf_extension(json, place, "KHR_node_visibility", &extension, at, fault);
     if (rc == 0) rc = gltf_flag(extension, at, "visible", &own, fault);
+    /* What comes and goes is a part of the base, whatever it does while the scene rests. */
+    if (g->phase == GLTF_BASE && node->moves) own = true;
     *inout = *inout && own;
     return rc;
 }
 
-static int visit(struct gltf *g, size_t index, const struct affine *parent, bool visible,
-                 uint32_t depth, struct fault *fault);
+/* What a node has of its ancestors. */
+struct ancestry {
+    struct affine to_world;
+    bool visible, moves;
+    uint32_t depth;
+};
+
+static int visit(struct gltf *g, size_t index, const struct ancestry *parent, struct fault *fault);
 
 static int visit_children(struct gltf *g, const json_t *json, const char *key, const char *place,
-                          const struct affine *to_world, bool visible, uint32_t depth,
-                          struct fault *fault)
+                          const struct ancestry *own, struct fault *fault)
 {
     const json_t *children;
     int rc = gltf_array(json, place, key, &children, fault);
@@ -153,22 +161,22 @@ static int visit_children(struct gltf *g, const json_t *json, const char *key, c
         if (!json_is_integer(child) || json_integer_value(child) < 0 ||
             (size_t)json_integer_value(child) >= gltf_count(g->root, "nodes"))
             return fault_set(fault, ERR_RANGE, at, "it names no node");
-        rc = visit(g, (size_t)json_integer_value(child), to_world, visible, depth + 1, fault);
+        rc = visit(g, (size_t)json_integer_value(child), own, fault);
     }
     return rc;
 }
 
 /* Recursion is bounded by LIMIT_NODE_DEPTH. */
-static int visit(struct gltf *g, size_t index, const struct affine *parent, bool visible,
-                 uint32_t depth, struct fault *fault)
+static int visit(struct gltf *g, size_t index, const struct ancestry *parent, struct fault *fault)
 {
     const json_t *json;
     gltf_place place;
     struct affine local;
+    struct ancestry own = *parent;
     struct gltf_node node = {.index = (uint32_t)index};
     int rc = gltf_item(g->root, "nodes", index, &json, place, fault);
     if (rc != 0) return rc;
-    if (depth > LIMIT_NODE_DEPTH)
+    if (++own.depth > LIMIT_NODE_DEPTH)
         return fault_set(fault, ERR_LIMIT, place, "nodes are nested deeper than %d",
                          LIMIT_NODE_DEPTH);
     if (g->nodes.visited[index])
@@ -176,17 +184,16 @@ static int visit(struct gltf *g, size_t index, const struct affine *parent, bool
     g->nodes.visited[index] = 1;
     rc = read_transform(json, place, &local, fault);
     if (rc != 0) return rc;
-    node.to_world = affine_multiply(parent, &local);
+    node.to_world = own.to_world = affine_multiply(&parent->to_world, &local);
+    node.moves = own.moves = parent->moves || (g->moving.nodes && g->moving.nodes[index]);
     if (!affine_is_finite(&node.to_world))
         return fault_set(fault, ERR_NOT_FINITE, place, "its place in the world is not finite");
     if (g->nodes.world != NULL) g->nodes.world[index] = node.to_world;
     rc = read_bearings(g, json, place, &node, fault);
-    if (rc == 0) rc = read_visibility(json, place, &visible, fault);
-    if (!visible) node.mesh = node.skin = node.light = SCENE_NONE;
+    if (rc == 0) rc = read_visibility(g, json, place, &node, &own.visible, fault);
+    if (!own.visible) node.mesh = node.skin = node.light = SCENE_NONE;
     if (rc == 0) rc = keep_bearings(g, json, place, &node, fault);
-    if (rc == 0)
-        rc = visit_children(g, json, "children", place, &node.to_world, visible, depth, fault);
-    return rc;
+    return rc == 0 ? visit_children(g, json, "children", place, &own, fault) : rc;
 }
 
 /* Lists all nodes that are no node's child, for a document without scenes. */
@@ -203,16 +210,17 @@ static int visit_roots(struct gltf *g, struct fault *fault)
             if (child >= 0 && (size_t)child < count) is_child[child] = 1;
         }
     }
-    const struct affine identity = affine_identity();
+    const struct ancestry none = {.to_world = affine_identity(), .visible = true};
     int rc = 0;
     for (size_t i = 0; rc == 0 && i < count; i++)
-        if (!is_child[i]) rc = visit(g, i, &identity, true, 1, fault);
+        if (!is_child[i]) rc = visit(g, i, &none, fault);
     free(is_child);
     return rc;
 }
 
 int gltf_nodes_read(struct gltf *g, struct fault *fault)
 {
+    gltf_nodes_fini(&g->nodes);
     size_t scenes = gltf_count(g->root, "scenes");
     uint32_t chosen;
     g->nodes.visited = calloc(gltf_count(g->root, "nodes") + 1, 1);
@@ -228,8 +236,8 @@ int gltf_nodes_read(struct gltf *g, struct fault *fault)
         warnings_add(&g->builder->warnings, "scenes", "only scene %u is imported", chosen);
     const json_t *scene;
     gltf_place place;
-    const struct affine identity = affine_identity();
+    const struct ancestry none = {.to_world = affine_identity(), .visible = true};
     rc = gltf_item(g->root, "scenes", chosen, &scene, place, fault);
-    if (rc == 0) rc = visit_children(g, scene, "nodes", place, &identity, true, 0, fault);
+    if (rc == 0) rc = visit_children(g, scene, "nodes", place, &none, fault);
     return rc;
 }

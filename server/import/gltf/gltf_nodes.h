@@ -11,6 +11,7 @@ struct gltf_node {
     uint32_t index;                     /* in the document */
     uint32_t mesh, skin, camera, light; /* SCENE_NONE: none */
     bool weighted;                      /* morph weights of its own, in place of the mesh's */
+    bool moves;                         /* by an animation, alone or with an ancestor */
     struct affine to_world;             /* the identity with a skin: joints place its vertices */
 };
 

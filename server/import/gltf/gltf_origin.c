@@ -75,7 +75,7 @@ static void move(struct affine *to_world, const double origin[3])
     for (int i = 0; i < 3; i++) to_world->m[4 * i + 3] -= origin[i];
 }
 
-void gltf_origin_move(struct gltf *g)
+void gltf_origin_choose(struct gltf *g)
 {
     struct box box;
     double *origin = g->builder->origin;
@@ -88,7 +88,13 @@ void gltf_origin_move(struct gltf *g)
         else
             add_joints(&box, g, node->skin);
     }
-    if (!origin_choose(box.lowest, box.highest, origin)) return;
+    origin_choose(box.lowest, box.highest, origin);
+}
+
+void gltf_origin_move(struct gltf *g)
+{
+    const double *origin = g->builder->origin;
+    if (origin[0] == 0 && origin[1] == 0 && origin[2] == 0) return;
     for (uint32_t i = 0; i < g->nodes.count; i++)
         if (g->nodes.list[i].skin == SCENE_NONE) move(&g->nodes.list[i].to_world, origin);
     for (size_t i = 0; g->nodes.world != NULL && i < gltf_count(g->root, "nodes"); i++)

@@ -104,6 +104,8 @@ static bool walk(json_t *root, const struct tokens *tokens, struct gltf_pointer 
     for (size_t i = 0; i + 1 < tokens->count; i++) holder = step(holder, tokens->list[i]);
     memcpy(out->key, last, sizeof out->key);
     out->holder = holder;
+    /* Which texture and which coordinates: that changes what is decoded, and what vertices have. */
+    if (strcmp(last, "index") == 0 || strcmp(last, "texCoord") == 0) return false;
     if (json_is_object(holder)) return is_movable(json_object_get(holder, last));
     return json_is_array(holder) && read_index(last, &out->index) &&
            json_is_number(json_array_get(holder, out->index));
@@ -151,7 +153,7 @@ static bool is_part_of_transform(const struct tokens *tokens)
 int gltf_pointer_find(struct gltf *g, const char *text, const char *place, struct gltf_pointer *out,
                       struct fault *fault)
 {
-    struct tokens tokens;
+    struct tokens tokens = {0};
     size_t index;
     const struct rule *rule = rules, *end = rules + sizeof rules / sizeof *rules;
     *out = (struct gltf_pointer){0};

@@ -108,6 +108,7 @@ static int read_material(struct gltf *g, const json_t *json, const char *place,
     int rc = gltf_index(json, place, "material", gltf_count(g->root, "materials"), &out->material,
                         fault);
     if (rc == 0) rc = gltf_variant_material(g, json, place, &out->material, fault);
+    out->own_material = out->material;
     if (rc == 0 && out->material == SCENE_NONE)
         rc = gltf_default_material(g, &out->material, fault);
     if (rc == 0) rc = read_uv_sets(g, json, place, out->material, &out->geometry, fault);

@@ -18,8 +18,9 @@ struct gltf_geometry {
 
 struct gltf_primitive {
     struct gltf_geometry geometry;
-    uint32_t material; /* in SCENE_MATERIALS */
-    bool drawn;        /* false for points, lines and primitives without positions */
+    uint32_t material;     /* in SCENE_MATERIALS */
+    uint32_t own_material; /* of the document; SCENE_NONE: none */
+    bool drawn;            /* false for points, lines and primitives without positions */
 };
 
 /* Reads the description, and warns of what is ignored. `poser`: a node with a skin or with weights

@@ -28,6 +28,7 @@ static const struct {
     [SCENE_NAMES] = {"bytes of names", 1u << 30},
     [SCENE_WARNINGS] = {"bytes of warnings", LIMIT_WARNINGS *WARNING_TEXT_BYTES},
     [SCENE_COLORS] = {"vertex colours", LIMIT_VERTICES},
+    [SCENE_BASE] = {"bases", 1},
 };
 
 int builder_init(struct builder *b, struct fault *fault)
@@ -154,7 +155,7 @@ int builder_name(struct builder *b, const char *text, uint32_t *out, struct faul
 
 static void box_of_mesh(const struct builder *b, const struct scene_mesh *mesh, float box[6])
 {
-    const float *p = builder_positions(b) + 3 * (size_t)mesh->first_vertex;
+    const float *p = builder_positions(builder_home(b, mesh)) + 3 * (size_t)mesh->first_vertex;
     for (int c = 0; c < 3; c++) box[c] = box[3 + c] = p[c];
     for (uint32_t v = 1; v < mesh->vertex_count; v++) {
         for (int c = 0; c < 3; c++) {
@@ -225,14 +226,18 @@ static int append_warnings(struct builder *b, struct fault *fault)
     return 0;
 }
 
-int builder_finish(struct builder *b, struct fault *fault)
+static uint64_t count_placed(const struct builder *b)
 {
     uint64_t placed = 0;
     for (uint64_t i = 0; i < builder_count(b, SCENE_INSTANCES); i++)
         placed += builder_meshes(b)[builder_instances(b)[i].mesh].triangle_count;
-    if (placed == 0) return fault_set(fault, ERR_MISSING, "scene", "the scene has no triangles");
-    float lowest[3], highest[3];
-    int rc = builder_bounds(b, lowest, highest, fault);
+    return placed;
+}
+
+static int finish(struct builder *b, uint64_t placed, uint32_t flags, struct fault *fault)
+{
+    float lowest[3] = {0}, highest[3] = {0};
+    int rc = placed > 0 ? builder_bounds(b, lowest, highest, fault) : 0;
     if (rc != 0) return rc;
     void *at;
     rc = builder_append(b, SCENE_INFO, 1, &at, fault);
@@ -243,6 +248,58 @@ int builder_finish(struct builder *b, struct fault *fault)
     memcpy(info->origin, b->origin, sizeof b->origin);
     info->placed_triangles = placed;
     info->default_camera = 0;
-    info->flags = b->moves ? SCENE_MOVES : 0;
+    info->flags = flags;
     return append_warnings(b, fault);
+}
+
+int builder_finish(struct builder *b, struct fault *fault)
+{
+    const uint64_t placed = count_placed(b);
+    if (placed == 0) return fault_set(fault, ERR_MISSING, "scene", "the scene has no triangles");
+    return finish(b, placed, b->moves ? SCENE_MOVES : 0, fault);
+}
+
+int builder_finish_base(struct builder *b, struct fault *fault)
+{
+    return finish(b, count_placed(b), SCENE_MOVES | SCENE_IS_BASE, fault);
+}
+
+static int copy_section(struct builder *b, const struct builder *from, enum scene_section section,
+                        struct fault *fault)
+{
+    const uint64_t count = builder_count(from, section);
+    void *at;
+    b->sections[section].count = 0; /* the empty name comes along */
+    int rc = count > 0 ? builder_append(b, section, count, &at, fault) : 0;
+    if (rc == 0 && count > 0)
+        memcpy(at, from->sections[section].data, count * scene_record_bytes(section));
+    return rc;
+}
+
+int builder_begin_frame(struct builder *b, const struct builder *base, const struct digest *digest,
+                        struct fault *fault)
+{
+    static const enum scene_section kept[] = {SCENE_MESHES, SCENE_INSTANCES, SCENE_TEXTURES,
+                                              SCENE_IMAGES, SCENE_NAMES};
+    void *at;
+    int rc = builder_init(b, fault);
+    for (size_t i = 0; rc == 0 && i < sizeof kept / sizeof *kept; i++)
+        rc = copy_section(b, base, kept[i], fault);
+    if (rc == 0) rc = builder_append(b, SCENE_BASE, 1, &at, fault);
+    if (rc != 0) return rc;
+    memcpy(at, digest, sizeof *digest);
+    b->base = base;
+    b->moves = true;
+    b->warnings = base->warnings;
+    memcpy(b->origin, base->origin, sizeof b->origin);
+    for (uint64_t i = 0; i < builder_count(b, SCENE_MESHES); i++)
+        builder_meshes(b)[i].flags |= MESH_IN_BASE;
+    for (uint64_t i = 0; i < builder_count(b, SCENE_IMAGES); i++)
+        builder_images(b)[i].flags |= IMAGE_IN_BASE;
+    return 0;
+}
+
+const struct builder *builder_home(const struct builder *b, const struct scene_mesh *mesh)
+{
+    return mesh->flags & MESH_IN_BASE ? b->base : b;
 }

@@ -19,12 +19,21 @@ struct builder_array {
 struct builder {
     struct builder_array sections[SCENE_SECTION_COUNT];
     struct warnings warnings;
-    double origin[3]; /* of the scene in the file's coordinates */
-    bool moves;       /* an animation plays */
+    double origin[3];           /* of the scene in the file's coordinates */
+    bool moves;                 /* an animation plays */
+    const struct builder *base; /* borrowed; of a frame (builder_begin_frame); NULL: none */
 };
 
 int builder_init(struct builder *b, struct fault *fault);
 void builder_fini(struct builder *b);
+
+/* Begins a frame that stands on a finished base of `digest`: it has the base's meshes, instances,
+ * textures, images, names and warnings. The base is borrowed until builder_fini. */
+int builder_begin_frame(struct builder *b, const struct builder *base, const struct digest *digest,
+                        struct fault *fault);
+
+/* Returns the builder that has a mesh's arrays. */
+const struct builder *builder_home(const struct builder *b, const struct scene_mesh *mesh);
 
 /* Appends `count` zeroed records. *out points at the first and holds until the next append to that
  * section. ERR_LIMIT or ERR_MEMORY. */
@@ -48,6 +57,9 @@ int builder_name(struct builder *b, const char *text, uint32_t *out, struct faul
 /* Fills SCENE_INFO and SCENE_WARNINGS: bounds, triangle count, default camera. It is the last step.
  * ERR_MISSING when there is no triangle. ERR_LIMIT when an instance leaves LIMIT_COORDINATE. */
 int builder_finish(struct builder *b, struct fault *fault);
+
+/* Does the same for a base, which may have no triangles. */
+int builder_finish_base(struct builder *b, struct fault *fault);
 
 /* Computes bounds of all placed geometry. They are exact for baked meshes; instances count as
  * transformed boxes. */

@@ -33,6 +33,12 @@ int colored_material_get(struct colored_materials *c, struct builder *b, uint32_
     return 0;
 }
 
+void colored_materials_cut(struct colored_materials *c, uint32_t count)
+{
+    for (uint32_t i = 0; i < c->count; i++)
+        if (c->copies[i] != SCENE_NONE && c->copies[i] >= count) c->copies[i] = SCENE_NONE;
+}
+
 void colored_materials_fini(struct colored_materials *c)
 {
     free(c->copies);

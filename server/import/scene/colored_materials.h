@@ -11,4 +11,7 @@ struct colored_materials {
 /* Returns the coloured copy of a material, which is appended at its first use. */
 int colored_material_get(struct colored_materials *c, struct builder *b, uint32_t material,
                          uint32_t *out, struct fault *fault);
+
+/* Forgets copies from index `count` on. */
+void colored_materials_cut(struct colored_materials *c, uint32_t count);
 void colored_materials_fini(struct colored_materials *c);

@@ -133,8 +133,9 @@ static uint32_t pair_instance(const struct builder *b, uint64_t i,
 {
     const struct scene_instance *instance = &builder_instances(b)[i];
     const struct scene_mesh *mesh = &builder_meshes(b)[instance->mesh];
-    const uint32_t *triangles = builder_triangles(b) + 3 * (size_t)mesh->first_triangle;
-    const float *positions = builder_positions(b) + 3 * (size_t)mesh->first_vertex;
+    const struct builder *home = builder_home(b, mesh);
+    const uint32_t *triangles = builder_triangles(home) + 3 * (size_t)mesh->first_triangle;
+    const float *positions = builder_positions(home) + 3 * (size_t)mesh->first_vertex;
     float placed[3 * 6 * EMITTER_RECTANGLES];
     uint32_t renamed[6 * EMITTER_RECTANGLES];
     struct affine to_world;

@@ -1,8 +1,12 @@
 #pragma once
 /* What a scene file is imported as, where it holds more than one picture. */
+#include <stdint.h>
 
 struct scene_choice {
     const char *variant;   /* of the materials; NULL: as they are */
     const char *animation; /* name of the one that plays; NULL: all play */
     double time_s;         /* at which the scene stands; animations hold their ends outside */
+    /* With times a scene that moves becomes a base and a blob for each of them. */
+    const double *times;
+    uint32_t time_count;
 };

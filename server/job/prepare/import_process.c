@@ -22,17 +22,18 @@ struct import_process {
     struct import_options options;
     struct digest scene;
     char variant[LIMIT_NAME_BYTES], animation[LIMIT_NAME_BYTES]; /* "": none */
-    char time[32];                                               /* seconds */
-    struct job_file *files;                                      /* owned, with their paths */
+    bool is_sequence;
+    char times[32 * IMPORT_TIMES]; /* seconds */
+    struct job_file *files;        /* owned, with their paths */
     uint32_t file_count;
-    import_done done;
+    import_process_done done;
     void *ctx;
     atomic_bool cancelled; /* the pool looks, too */
 
     struct import_folder folder;
-    struct fault fault; /* code 0: none so far */
-    struct digest blob;
-    bool kept; /* the blob is stored, and held */
+    struct fault fault;        /* code 0: none so far */
+    struct import_blobs blobs; /* stored, and held */
+    uint32_t frames;           /* files beside the base, as the child says */
     uint64_t cpu_us;
 
     uv_process_t child;
@@ -79,14 +80,45 @@ static void run_again(struct import_process *p)
     start_child(p);
 }
 
-/* The last phase: keep the blob, if there is one, and clear up. */
+static int keep_frames(struct import_process *p)
+{
+    const struct objects *objects = p->options.objects;
+    struct import_blobs *blobs = &p->blobs;
+    int error = objects_adopt(objects, p->folder.blob, &blobs->base);
+    while (!error && blobs->count < p->frames) {
+        char path[sizeof p->folder.blob + 16];
+        snprintf(path, sizeof path, "%s.%u", p->folder.blob, blobs->count);
+        error = objects_adopt(objects, path, &blobs->list[blobs->count]);
+        if (!error) blobs->count++;
+    }
+    return error;
+}
+
+static int keep_blob(struct import_process *p)
+{
+    int error = objects_adopt(p->options.objects, p->folder.blob, &p->blobs.list[0]);
+    if (!error) p->blobs.count = 1;
+    return error;
+}
+
+static void release(struct import_process *p)
+{
+    for (uint32_t i = 0; i < p->blobs.count; i++)
+        objects_release(p->options.objects, &p->blobs.list[i]);
+    if (!digest_is_zero(&p->blobs.base)) objects_release(p->options.objects, &p->blobs.base);
+    p->blobs = (struct import_blobs){0};
+}
+
+/* The last phase: keep the blobs, if there are any, and clear up. */
 static void finish_run(struct pool_task *task)
 {
     struct import_process *p = (struct import_process *)task;
     if (!p->fault.code && !p->cancelled) {
-        int error = objects_adopt(p->options.objects, p->folder.blob, &p->blob);
-        if (error) fault_set(&p->fault, error, "", "the importer's blob could not be stored");
-        p->kept = !error;
+        int error = p->frames > 0 ? keep_frames(p) : keep_blob(p);
+        if (error) {
+            fault_set(&p->fault, error, "", "the importer's blob could not be stored");
+            release(p);
+        }
     }
     import_folder_remove(&p->folder);
 }
@@ -95,9 +127,9 @@ static void finish_done(struct pool_task *task)
 {
     struct import_process *p = (struct import_process *)task;
     if (!p->cancelled)
-        p->done(p->ctx, p->fault.code ? &p->fault : NULL, &p->blob, p->cpu_us);
-    else if (p->kept)
-        objects_release(p->options.objects, &p->blob);
+        p->done(p->ctx, p->fault.code ? &p->fault : NULL, &p->blobs, p->cpu_us);
+    else
+        release(p);
     destroy(p);
 }
 
@@ -147,6 +179,8 @@ static void read_answer(struct import_process *p)
     const int error = json_read(p->answer, size_bytes, ANSWER_BYTES, &answer, &ignored);
     double cpu_s = json_number_value(json_object_get(answer, "cpu_s"));
     if (cpu_s > 0 && cpu_s < 1e6) p->cpu_us = (uint64_t)(cpu_s * 1e6);
+    const json_int_t frames = json_integer_value(json_object_get(answer, "frames"));
+    if (p->is_sequence && frames > 0 && frames <= IMPORT_TIMES) p->frames = (uint32_t)frames;
     if (p->late)
         fault_set(&p->fault, ERR_TIMEOUT, "/scene/asset", "the import took longer than %llu s",
                   (unsigned long long)p->options.limit_ms / 1000);
@@ -244,8 +278,8 @@ static int spawn(struct import_process *p)
                       p->folder.main_name,
                       "--out",
                       p->folder.blob,
-                      "--time",
-                      p->time};
+                      p->is_sequence ? "--times" : "--time",
+                      p->times};
     size_t count = 9;
     if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
     if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
@@ -311,8 +345,20 @@ static int copy_files(struct import_process *p, const struct job *scene)
     return 0;
 }
 
+static void write_times(struct import_process *p, const struct job *scene,
+                        const struct import_times *times)
+{
+    size_t used = 0;
+    p->is_sequence = times->count > 0;
+    if (!p->is_sequence) snprintf(p->times, sizeof p->times, "%.17g", scene->time_s);
+    for (uint32_t i = 0; i < times->count; i++)
+        used += (size_t)snprintf(p->times + used, sizeof p->times - used, "%s%.17g",
+                                 i > 0 ? "," : "", times->list[i]);
+}
+
 int import_process_start(const struct import_options *options, const struct job *scene,
-                         import_done done, void *ctx, struct import_process **out)
+                         const struct import_times *times, import_process_done done, void *ctx,
+                         struct import_process **out)
 {
     struct import_process *p = calloc(1, sizeof *p);
     if (!p) return ERR_MEMORY;
@@ -320,7 +366,7 @@ int import_process_start(const struct import_options *options, const struct job 
     p->scene = scene->scene;
     memcpy(p->variant, scene->variant, sizeof p->variant);
     memcpy(p->animation, scene->animation, sizeof p->animation);
-    snprintf(p->time, sizeof p->time, "%.17g", scene->time_s);
+    write_times(p, scene, times);
     p->done = done;
     p->ctx = ctx;
     if (copy_files(p, scene) != 0) {

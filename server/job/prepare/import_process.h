@@ -17,14 +17,31 @@ struct import_options {
     uint64_t limit_ms; /* of wall time */
 };
 
-/* fault NULL: *blob is an object, held (objects.h): the caller releases it. cpu_us: of the child.
- */
-typedef void (*import_done)(void *ctx, const struct fault *fault, const struct digest *blob,
-                            uint64_t cpu_us);
+/* Times that one run imports a scene at. */
+#define IMPORT_TIMES 64u
+
+struct import_times {
+    uint32_t count; /* 0: the scene as it is at the job's time_s */
+    double list[IMPORT_TIMES];
+};
+
+/* What a run made: a blob for each time as far as there are any, and what they stand on. A scene
+ * that does not move has one, for all times. */
+struct import_blobs {
+    uint32_t count;
+    struct digest list[IMPORT_TIMES];
+    struct digest base; /* zero: none */
+};
+
+/* fault NULL: the blobs are objects, held (objects.h): the caller releases them. cpu_us: of the
+ * child. */
+typedef void (*import_process_done)(void *ctx, const struct fault *fault,
+                                    const struct import_blobs *blobs, uint64_t cpu_us);
 
 /* The scene is copied. `done` comes later, once. ERR_MEMORY. */
 int import_process_start(const struct import_options *options, const struct job *scene,
-                         import_done done, void *ctx, struct import_process **out);
+                         const struct import_times *times, import_process_done done, void *ctx,
+                         struct import_process **out);
 
 /* Kills the child; `done` is not called. Memory goes when all handles are closed. Nulls the
  * pointer. */

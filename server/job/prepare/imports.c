@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/runtime/build.h"
+#include "proto/scene/scene.h"
 
 /* Children at a time: an import may take gigabytes. */
 #define RUNNING_MOST 2
@@ -21,7 +22,8 @@ struct import {
     struct imports *imports;
     struct import *next;
     struct digest source;
-    struct job scene; /* only scene and files are set; owned */
+    struct job scene; /* only what tells it from other imports is set; owned */
+    struct import_times times;
     struct import_request *requests;
     struct import_process *process;
     bool looking;   /* the store is being asked */
@@ -70,15 +72,12 @@ static int hash_files(struct digest_state *state, const struct job *scene)
     return error;
 }
 
-/* Time 0 of all animations is not hashed: most files have none. */
+/* A scene that stands is one blob, and another one than the same in a sequence. */
 static int hash_time(struct digest_state *state, const struct job *scene)
 {
-    int error = 0;
-    if (scene->animation[0] || scene->time_s != 0) error = digest_update(state, "\1", 1);
-    if (!error && scene->time_s != 0)
-        error = digest_update(state, &scene->time_s, sizeof scene->time_s);
-    if (!error && scene->animation[0])
-        error = digest_update(state, scene->animation, strlen(scene->animation));
+    int error = digest_update(state, scene->stands ? "\1" : "\2", 1);
+    if (!error) error = digest_update(state, &scene->time_s, sizeof scene->time_s);
+    if (!error) error = digest_update(state, scene->animation, strlen(scene->animation));
     return error;
 }
 
@@ -145,7 +144,8 @@ static void on_remembered(void *ctx, int error)
 }
 
 /* Without memory the import runs again another time. */
-static void remember(const struct import *import, const struct digest *blob)
+static void remember(const struct import *import, const struct digest *source,
+                     const struct digest *blob)
 {
     const struct imports *s = import->imports;
     const struct job *scene = &import->scene;
@@ -155,8 +155,8 @@ static void remember(const struct import *import, const struct digest *blob)
         *one = (struct remembering){.objects = s->options.objects, .blob = *blob};
         assets[0] = scene->scene;
         for (uint32_t i = 0; i < scene->file_count; i++) assets[i + 1] = scene->files[i].asset;
-        job_store_remember_blob(s->store, &import->source, blob, assets,
-                                (size_t)scene->file_count + 1, on_remembered, one);
+        job_store_remember_blob(s->store, source, blob, assets, (size_t)scene->file_count + 1,
+                                on_remembered, one);
     } else {
         objects_release(s->options.objects, blob);
         free(one);
@@ -164,15 +164,42 @@ static void remember(const struct import *import, const struct digest *blob)
     free(assets);
 }
 
-static void on_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+/* Nothing is looked up under it: a base is on record so that it goes with its assets. */
+static void source_of_base(const struct digest *source, struct digest *out)
+{
+    uint8_t bytes[DIGEST_BYTES + 1] = "b";
+    memcpy(bytes + 1, source, DIGEST_BYTES);
+    digest_of(bytes, sizeof bytes, out);
+}
+
+static void remember_all(struct import *import, const struct import_blobs *blobs)
+{
+    struct digest source;
+    const double first_s = import->scene.time_s;
+    if (!digest_is_zero(&blobs->base)) {
+        source_of_base(&import->source, &source);
+        remember(import, &source, &blobs->base);
+    }
+    remember(import, &import->source, &blobs->list[0]);
+    for (uint32_t i = 1; i < blobs->count; i++) {
+        import->scene.time_s = import->times.list[i];
+        if (imports_source(&import->scene, &source) == 0)
+            remember(import, &source, &blobs->list[i]);
+        else
+            objects_release(import->imports->options.objects, &blobs->list[i]);
+    }
+    import->scene.time_s = first_s;
+}
+
+static void on_imported(void *ctx, const struct fault *fault, const struct import_blobs *blobs,
                         uint64_t cpu_us)
 {
     struct import *import = ctx;
     struct imports *s = import->imports;
     import->process = NULL;
     s->running--;
-    if (!fault) remember(import, blob);
-    tell(import, fault, blob, cpu_us);
+    if (!fault) remember_all(import, blobs);
+    tell(import, fault, &blobs->list[0], cpu_us);
     start_waiting(s);
 }
 
@@ -181,8 +208,8 @@ static void start(struct import *import)
     struct fault fault;
     struct imports *s = import->imports;
     import->waiting = false;
-    int error =
-        import_process_start(&s->options, &import->scene, on_imported, import, &import->process);
+    int error = import_process_start(&s->options, &import->scene, &import->times, on_imported,
+                                     import, &import->process);
     if (error) {
         fault_set(&fault, error, "", "no memory to import the scene");
         tell(import, &fault, NULL, 0);
@@ -204,6 +231,17 @@ static void start_waiting(struct imports *s)
     while (!s->stopped && s->running < RUNNING_MOST && (import = first_waiting(s))) start(import);
 }
 
+/* Returns whether a blob is there, with what it stands on. */
+static bool is_whole(const struct objects *objects, const struct digest *blob)
+{
+    char path[OBJECTS_PATH_BYTES];
+    struct digest base;
+    if (!objects_have(objects, blob, NULL)) return false;
+    objects_path(objects, blob, path);
+    if (scene_find_base(path, &base) != 0) return false;
+    return digest_is_zero(&base) || objects_have(objects, &base, NULL);
+}
+
 static void on_found(void *ctx, int error, const struct digest *blob)
 {
     struct import *import = ctx;
@@ -214,7 +252,7 @@ static void on_found(void *ctx, int error, const struct digest *blob)
         destroy(import);
         return;
     }
-    if (!error && blob && objects_have(s->options.objects, blob, NULL)) {
+    if (!error && blob && is_whole(s->options.objects, blob)) {
         tell(import, NULL, blob, 0);
         return;
     }
@@ -227,6 +265,7 @@ static int copy_scene(const struct job *scene, struct job *out)
     out->scene = scene->scene;
     memcpy(out->variant, scene->variant, sizeof out->variant);
     memcpy(out->animation, scene->animation, sizeof out->animation);
+    out->stands = scene->stands;
     out->time_s = scene->time_s;
     out->files = calloc(scene->file_count + 1, sizeof *out->files);
     if (!out->files) return ERR_MEMORY;
@@ -239,13 +278,14 @@ static int copy_scene(const struct job *scene, struct job *out)
     return 0;
 }
 
-static int begin(struct imports *s, const struct job *scene, const struct digest *source,
-                 struct import **out)
+static int begin(struct imports *s, const struct job *scene, const struct import_times *times,
+                 const struct digest *source, struct import **out)
 {
     struct import *import = calloc(1, sizeof *import);
     if (!import) return ERR_MEMORY;
     import->imports = s;
     import->source = *source;
+    import->times = *times;
     if (copy_scene(scene, &import->scene) != 0) {
         job_fini(&import->scene);
         free(import);
@@ -272,15 +312,15 @@ static struct import *find(struct imports *s, const struct digest *source)
     return import;
 }
 
-int imports_request(struct imports *s, const struct job *scene, import_done done, void *ctx,
-                    struct import_request **out)
+int imports_request(struct imports *s, const struct job *scene, const struct import_times *times,
+                    import_done done, void *ctx, struct import_request **out)
 {
     struct digest source;
     int error = imports_source(scene, &source);
     struct import_request *request = calloc(1, sizeof *request);
     if (error || !request) goto fail;
     struct import *import = find(s, &source);
-    if (!import && begin(s, scene, &source, &import) != 0) goto fail;
+    if (!import && begin(s, scene, times, &source, &import) != 0) goto fail;
     *request = (struct import_request){.import = import, .done = done, .ctx = ctx};
     struct import_request **end = &import->requests;
     while (*end) end = &(*end)->next;

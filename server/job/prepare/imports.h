@@ -8,6 +8,10 @@
 struct imports;
 struct import_request; /* a waiting request */
 
+/* fault NULL: *blob is an object. cpu_us: of the importer. */
+typedef void (*import_done)(void *ctx, const struct fault *fault, const struct digest *blob,
+                            uint64_t cpu_us);
+
 int imports_create(const struct import_options *options, struct job_store *store,
                    struct imports **out);
 
@@ -17,12 +21,15 @@ void imports_stop(struct imports *imports);
 /* After imports_stop, once store and pool have let go. Nulls the pointer. */
 void imports_destroy(struct imports **imports);
 
-/* Of `scene` count the main file, its files, variant, animation and time_s, whatever its frames: an
- * environment map is a scene of one file. It is borrowed for the call. `done` comes later, once,
+/* Of `scene` count the main file, its files, variant, animation, `stands` and time_s, whatever its
+ * frames: an environment map is a scene of one file that stands. It is borrowed for the call. With
+ * `times`, the first of which is time_s, the blobs of the others are made on the way, for later
+ * requests. `done` comes later, once,
  * unless forgotten; the request is gone then. The blob is held, if at all, by the imports: nothing
  * is to be released. cpu_us is charged to the first request. After ERR_MEMORY no import has begun,
  * and `done` does not come. */
-int imports_request(struct imports *imports, const struct job *scene, import_done done, void *ctx,
+int imports_request(struct imports *imports, const struct job *scene,
+                    const struct import_times *times, import_done done, void *ctx,
                     struct import_request **out);
 
 /* Forgets a request, and kills an import that no request waits for. Nulls the pointer. */

@@ -55,6 +55,19 @@ struct plan_source prepared_source(const struct prepared *prepared)
                                 .map_blob = prepared->plan.environment.map};
 }
 
+/* Opens what a scene stands on, unless that is the base that was given. */
+static int find_base(struct preparation *p, const char *path)
+{
+    struct digest digest;
+    struct prepared *out = p->prepared;
+    int error = scene_find_base(path, &digest);
+    if (error) return fault_set(&p->fault, error, "", "it cannot be read");
+    if (out->base && digest_equal(shared_base_digest(out->base), &digest)) return 0;
+    shared_base_unref(&out->base);
+    if (digest_is_zero(&digest)) return 0;
+    return shared_base_open(p->objects, &digest, &out->base, &p->fault);
+}
+
 /* map: the header of the job's map, or NULL. */
 static int plan_scene(struct preparation *p, const struct environment_header *map)
 {
@@ -62,11 +75,11 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
     struct prepared *out = p->prepared;
     char path[OBJECTS_PATH_BYTES];
     objects_path(p->objects, &p->scene_blob, path);
-    if (scene_map(path, &scene, &p->fault) != 0)
-        return blame(p, "/scene/asset", "an environment map, no scene");
+    int error = find_base(p, path);
+    if (!error) error = scene_map_on(path, shared_base_scene(out->base), &scene, &p->fault);
+    if (error) return blame(p, "/scene/asset", "an environment map, no scene");
     struct plan_source source = {
         .scene = &scene, .scene_blob = p->scene_blob, .map = map, .map_blob = p->map_blob};
-    int error = 0;
     if (plan_may_want_studio(&out->job, &scene)) {
         error = studio_light_place(p->objects, &out->studio, &out->studio_blob, &p->fault);
         source.studio = &out->studio;
@@ -157,8 +170,9 @@ static void map_imported(void *ctx, const struct fault *fault, const struct dige
 /* A map is imported as a scene of one file is. */
 static void import_map(struct preparation *p)
 {
-    struct job file = {.scene = p->prepared->job.environment.asset};
-    int error = imports_request(p->imports, &file, map_imported, p, &p->request);
+    const struct job file = {.scene = p->prepared->job.environment.asset, .stands = true};
+    const struct import_times no_times = {0};
+    int error = imports_request(p->imports, &file, &no_times, map_imported, p, &p->request);
     if (!error) return;
     fault_set(&p->fault, error, "", "no memory to import the environment");
     tell(p);
@@ -182,9 +196,22 @@ static void scene_imported(void *ctx, const struct fault *fault, const struct di
         start_planning(p);
 }
 
+/* The times of a frame and of those behind it. None of a job that stands. */
+static struct import_times times_from(const struct job *job, int32_t number)
+{
+    struct import_times times = {0};
+    uint32_t index;
+    if (job->stands || !job_frame_find(job, number, &index)) return times;
+    const uint32_t end = job_frame_count(job);
+    for (; index < end && times.count < IMPORT_TIMES; index++)
+        times.list[times.count++] = job_frame_time_s(job, job_frame_number(job, index));
+    return times;
+}
+
 int preparation_start(struct imports *imports, struct thread_pool *pool,
                       const struct objects *objects, struct job *job, int32_t number,
-                      preparation_done done, void *ctx, struct preparation **out)
+                      struct shared_base *base, preparation_done done, void *ctx,
+                      struct preparation **out)
 {
     struct preparation *p = calloc(1, sizeof *p);
     struct prepared *prepared = calloc(1, sizeof *prepared);
@@ -197,6 +224,7 @@ int preparation_start(struct imports *imports, struct thread_pool *pool,
     prepared->job = *job;
     memset(job, 0, sizeof *job);
     prepared->number = number;
+    prepared->base = shared_base_ref(base);
     prepared->job.time_s = job_frame_time_s(&prepared->job, number);
     *p = (struct preparation){.pool = pool,
                               .imports = imports,
@@ -204,7 +232,8 @@ int preparation_start(struct imports *imports, struct thread_pool *pool,
                               .prepared = prepared,
                               .done = done,
                               .ctx = ctx};
-    int error = imports_request(imports, &prepared->job, scene_imported, p, &p->request);
+    const struct import_times times = times_from(&prepared->job, number);
+    int error = imports_request(imports, &prepared->job, &times, scene_imported, p, &p->request);
     if (error) {
         destroy(p);
         return error;
@@ -228,6 +257,7 @@ void prepared_destroy(struct prepared **prepared)
     if (*prepared) {
         scene_unmap(&(*prepared)->scene);
         environment_unmap(&(*prepared)->map);
+        shared_base_unref(&(*prepared)->base);
         job_fini(&(*prepared)->job);
     }
     free(*prepared);

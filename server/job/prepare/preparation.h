@@ -3,15 +3,17 @@
  * map imported or found, mapped, planned. */
 #include "server/job/plan/plan.h"
 #include "server/job/prepare/imports.h"
+#include "server/job/prepare/shared_base.h"
 
 struct preparation;
 
 /* A finished preparation. Owned by its receiver; prepared_destroy frees it. */
 struct prepared {
     struct job job;
-    int32_t number;   /* of the frame whose time the scene has */
-    bool moves;       /* other frames have other scenes */
-    struct plan plan; /* of that frame; others differ in pattern.frame if nothing moves */
+    int32_t number;           /* of the frame whose time the scene has */
+    bool moves;               /* other frames have other scenes */
+    struct shared_base *base; /* what the scene stands on; NULL: nothing */
+    struct plan plan;         /* of that frame; others differ in pattern.frame if nothing moves */
     struct plan_report report;
     /* Of a live job, which is planned again with each move; else zero. */
     struct scene scene;
@@ -25,11 +27,13 @@ struct prepared {
 /* fault NULL: `prepared` is handed over. Else it is NULL. */
 typedef void (*preparation_done)(void *ctx, const struct fault *fault, struct prepared *prepared);
 
-/* Prepares the scene of a frame. Takes the job (leaves it empty), also on failure. `done` comes
+/* Prepares the scene of a frame. A base that another frame stands on may be given; NULL: none is
+ * known. Takes the job (leaves it empty), also on failure. `done` comes
  * later, once. ERR_MEMORY. */
 int preparation_start(struct imports *imports, struct thread_pool *pool,
                       const struct objects *objects, struct job *job, int32_t number,
-                      preparation_done done, void *ctx, struct preparation **out);
+                      struct shared_base *base, preparation_done done, void *ctx,
+                      struct preparation **out);
 
 /* What of a live job's preparation plans are made of: borrows its scene and map. */
 struct plan_source prepared_source(const struct prepared *prepared);

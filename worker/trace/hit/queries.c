@@ -91,6 +91,14 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
 DEFINE_NARROW(8)
 DEFINE_NARROW(4)
 
+/* What is hit in the ground, which stands where it is, is hit in the scene itself. */
+static void leave_ground(const struct render_scene *scene, struct RTCHit16 *hit)
+{
+    if (scene->ground == RTC_INVALID_GEOMETRY_ID) return;
+    for (int i = 0; i < LANES; i++)
+        if (hit->instID[0][i] == scene->ground) hit->instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+}
+
 void queries_closest(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                      struct RTCRayHit16 *rays)
 {
@@ -103,6 +111,7 @@ void queries_closest(struct queries *q, enum query_kind kind, const struct lanes
         closest_8(valid->on, q->scene->top, &context, &q->narrow8, rays);
     else
         closest_4(valid->on, q->scene->top, &context, &q->narrow4, rays);
+    leave_ground(q->scene, &rays->hit);
 }
 
 void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,

@@ -25,6 +25,8 @@ struct scene_case {
     struct scene_camera cameras[2];
     char names[16];
     char warnings[24];
+    struct digest base;
+    uint64_t base_count; /* 0: none */
 };
 
 static inline void scene_case_geometry(struct scene_case *c)
@@ -163,7 +165,7 @@ static inline size_t scene_case_lay_out(const struct scene_case *c, uint8_t *blo
         SCENE_CASE_ARRAY(c->images),    SCENE_CASE_ARRAY(c->pixels),
         SCENE_CASE_ARRAY(c->lights),    SCENE_CASE_ARRAY(c->cameras),
         SCENE_CASE_ARRAY(c->names),     SCENE_CASE_ARRAY(c->warnings),
-        SCENE_CASE_ARRAY(c->colors)};
+        SCENE_CASE_ARRAY(c->colors),    {&c->base, c->base_count, sizeof c->base}};
     struct scene_header *header = (void *)blob;
     struct scene_section_entry *table = (void *)(header + 1);
     size_t at = sizeof *header + SCENE_SECTION_COUNT * sizeof *table;

@@ -157,7 +157,7 @@ TEST(info_and_strings_are_checked)
     EXPECT(c.info.bounds_max[2] = 2e15f, ERR_RANGE, "info[0].bounds_max");
     EXPECT(c.info.default_camera = 2, ERR_RANGE, "info[0].default_camera");
     EXPECT(c.info.placed_triangles = 5, ERR_MISMATCH, "info[0].placed_triangles");
-    EXPECT(c.info.flags = 2, ERR_RANGE, "info[0].flags");
+    EXPECT(c.info.flags = 4, ERR_RANGE, "info[0].flags");
     EXPECT(c.info.origin[1] = NAN, ERR_NOT_FINITE, "info[0].origin");
     EXPECT(c.info.origin[2] = -1e16, ERR_RANGE, "info[0].origin");
     EXPECT(c.names[0] = 'x', ERR_CORRUPT, "names");
@@ -198,7 +198,7 @@ TEST(meshes_are_checked)
     EXPECT(c.meshes[0].first_uv[1] = UINT32_MAX - 1, ERR_RANGE, "meshes[0].first_uv");
     EXPECT(c.meshes[1].material = 2, ERR_RANGE, "meshes[1].material");
     EXPECT(c.meshes[1].material = SCENE_NONE, ERR_RANGE, "meshes[1].material");
-    EXPECT(c.meshes[1].flags = 16, ERR_RANGE, "meshes[1].flags");
+    EXPECT(c.meshes[1].flags = 32, ERR_RANGE, "meshes[1].flags");
     EXPECT(c.meshes[1].name = 16, ERR_RANGE, "meshes[1].name");
     EXPECT(c.meshes[1].first_color = 1, ERR_RANGE, "meshes[1].first_color");
     EXPECT(c.meshes[0].first_color = 1, ERR_RANGE, "meshes[0].first_color");
@@ -296,7 +296,7 @@ TEST(images_are_checked)
     EXPECT(c.images[0].height_px = 16385, ERR_LIMIT, "images[0].height_px");
     EXPECT(c.images[0].height_px = 3, ERR_RANGE, "images[0].first_byte");
     EXPECT(c.images[0].format = 1, ERR_RANGE, "images[0].format");
-    EXPECT(c.images[0].flags = 2, ERR_RANGE, "images[0].flags");
+    EXPECT(c.images[0].flags = 4, ERR_RANGE, "images[0].flags");
     EXPECT(c.images[0].first_byte = 1, ERR_RANGE, "images[0].first_byte");
     EXPECT(c.images[0].first_byte = UINT64_MAX - 7, ERR_RANGE, "images[0].first_byte");
     EXPECT(c.images[0].name = 16, ERR_RANGE, "images[0].name");
@@ -339,4 +339,91 @@ TEST(record_sizes_are_known)
     assert_int_equal(scene_record_bytes(SCENE_MATERIALS), sizeof(struct scene_material));
     assert_int_equal(scene_record_bytes(SCENE_SECTION_COUNT), 0);
     for (uint32_t s = 0; s < SCENE_SECTION_COUNT; s++) assert_true(scene_record_bytes(s) > 0);
+}
+
+/* The case as a base, and as a frame that stands on it. */
+static alignas(64) uint8_t base_blob[SCENE_CASE_BYTES];
+static struct scene base;
+
+static void make_base(void)
+{
+    struct fault fault;
+    scene_case_init(&c);
+    c.info.flags = SCENE_MOVES | SCENE_IS_BASE;
+    const size_t size_bytes = scene_case_lay_out(&c, base_blob);
+    assert_int_equal(scene_open(base_blob, size_bytes, &base, &fault), 0);
+    c.info.flags = SCENE_MOVES;
+    c.base_count = 1;
+    c.meshes[0].flags |= MESH_IN_BASE;
+    c.meshes[1].flags |= MESH_IN_BASE;
+    c.images[0].flags |= IMAGE_IN_BASE;
+}
+
+static int open_frame(struct fault *fault)
+{
+    const size_t size_bytes = scene_case_lay_out(&c, blob);
+    return scene_open_on(blob, size_bytes, &base, &scene, fault);
+}
+
+TEST(frames_stand_on_a_base)
+{
+    struct fault fault;
+    make_base();
+    assert_int_equal(open_frame(&fault), 0);
+    assert_ptr_equal(scene_mesh_home(&scene, &scene.meshes[1]), &base);
+    assert_ptr_equal(scene_image_home(&scene, &scene.images[0]), &base);
+    assert_int_equal(scene_open(blob, scene.blob_bytes, &scene, &fault), ERR_MISSING);
+    assert_string_equal(fault.pointer, "base");
+    scene_case_init(&c); /* one without a base takes no notice of one */
+    assert_int_equal(open_frame(&fault), 0);
+    assert_null(scene.base);
+}
+
+#define FRAME(change, code, place)                                                                 \
+    do {                                                                                           \
+        struct fault fault;                                                                        \
+        make_base();                                                                               \
+        change;                                                                                    \
+        assert_int_equal(open_frame(&fault), code);                                                \
+        assert_string_equal(fault.pointer, place);                                                 \
+    } while (0)
+
+TEST(frames_fit_their_base)
+{
+    FRAME(c.meshes[0].first_vertex = 1, ERR_MISMATCH, "meshes[0].first_vertex");
+    FRAME(c.meshes[1].triangle_count = 2, ERR_MISMATCH, "meshes[1].first_vertex");
+    FRAME(c.meshes[0].flags ^= MESH_HAS_NORMALS, ERR_MISMATCH, "meshes[0].first_vertex");
+    FRAME(c.meshes[0].flags ^= MESH_IN_BASE, ERR_MISMATCH, "base");
+    FRAME(c.meshes[0].material = 9, ERR_RANGE, "meshes[0].material");
+    FRAME(c.instances[1].to_world[3] += 1, ERR_MISMATCH, "base");
+    FRAME(base.count[SCENE_INSTANCES] = 4, ERR_MISMATCH, "base");
+    FRAME(base.count[SCENE_MESHES] = 1, ERR_MISMATCH, "meshes[1].flags");
+    FRAME(base.base = &base, ERR_MISMATCH, "base");
+    FRAME(c.base_count = 0, ERR_MISMATCH, "meshes[0].flags");
+    FRAME(c.images[0].first_byte = 1, ERR_RANGE, "images[0].first_byte");
+    scene_case_init(&c);
+    struct fault fault;
+    c.images[0].flags |= IMAGE_IN_BASE;
+    assert_int_equal(open_frame(&fault), ERR_MISMATCH);
+    assert_string_equal(fault.pointer, "images[0].flags");
+}
+
+TEST(bases_are_found_in_files)
+{
+    char path[] = "/tmp/shearwater-test-scene-XXXXXX";
+    struct digest found;
+    const int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    make_base();
+    memset(&c.base, 7, sizeof c.base);
+    const size_t size_bytes = scene_case_lay_out(&c, blob);
+    assert_int_equal(write(fd, blob, size_bytes), size_bytes);
+    assert_int_equal(scene_find_base(path, &found), 0);
+    assert_memory_equal(&found, &c.base, sizeof found);
+    assert_int_equal(ftruncate(fd, 64), 0);
+    assert_int_equal(scene_find_base(path, &found), 0);
+    assert_true(digest_is_zero(&found));
+    close(fd);
+    unlink(path);
+    assert_int_equal(scene_find_base(path, &found), ERR_IO);
 }

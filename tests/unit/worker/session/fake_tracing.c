@@ -16,10 +16,23 @@ static const char *embree_version(void *ctx)
     return "3.13.5";
 }
 
-/* What is loaded is its kind; a map is told by its first bytes. */
-static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t *steps,
-                void **loaded, enum tracing_kind *kind, uint64_t *bytes, uint64_t *cpu_us,
-                struct fault *fault)
+static int find_base(void *ctx, const char *path, struct digest *base)
+{
+    (void)ctx;
+    char magic[8] = "";
+    FILE *file = fopen(path, "rb");
+    *base = (struct digest){0};
+    if (!file) return ERR_IO;
+    if (fread(magic, 1, sizeof magic, file) == sizeof magic && memcmp(magic, FAKE_FRAME, 8) == 0)
+        assert_int_equal(fread(base, 1, sizeof *base, file), sizeof *base);
+    fclose(file);
+    return 0;
+}
+
+/* What is loaded is its kind; it is told by its first bytes. */
+static int load(void *ctx, const char *path, const void *base, unsigned threads,
+                _Atomic uint64_t *steps, void **loaded, enum tracing_kind *kind,
+                struct tracing_cost *cost, struct fault *fault)
 {
     (void)ctx;
     (void)threads;
@@ -33,11 +46,15 @@ static int load(void *ctx, const char *path, unsigned threads, _Atomic uint64_t 
     FILE *file = fopen(path, "rb");
     if (!file || fread(magic, 1, sizeof magic, file) != sizeof magic) abort();
     fclose(file);
-    *kind = memcmp(magic, ENVIRONMENT_MAGIC, 8) == 0 ? TRACING_ENVIRONMENT : TRACING_SCENE;
+    *kind = memcmp(magic, ENVIRONMENT_MAGIC, 8) == 0 ? TRACING_ENVIRONMENT
+            : memcmp(magic, FAKE_BASE, 8) == 0       ? TRACING_BASE
+                                                     : TRACING_SCENE;
+    assert_int_equal(base != NULL, memcmp(magic, FAKE_FRAME, 8) == 0);
+    if (base) assert_int_equal(*(const enum tracing_kind *)base, TRACING_BASE);
     *loaded = malloc(sizeof *kind);
     memcpy(*loaded, kind, sizeof *kind);
-    *bytes = (uint64_t)st.st_size;
-    *cpu_us = 1000;
+    *cost = (struct tracing_cost){
+        .bytes = (uint64_t)st.st_size, .cpu_us = 1000, .reused_triangles = base ? 70 : 0};
     loads++;
     return 0;
 }
@@ -93,6 +110,7 @@ static int trace(void *ctx, void *tracer, const struct tracing_job *job,
 
 const struct tracing fake_tracing = {.capabilities = CAPABILITY_DIRECT,
                                      .embree_version = embree_version,
+                                     .find_base = find_base,
                                      .load = load,
                                      .unload = unload,
                                      .tracer_create = tracer_create,

@@ -9,6 +9,10 @@
 
 #define LOAD_STEP_MS 20
 
+/* Blobs that begin so are bases; or frames, whose base's digest comes next. */
+#define FAKE_BASE  "FAKEBASE"
+#define FAKE_FRAME "FAKEFRAM"
+
 extern _Atomic bool hold;        /* tiles wait, and end when they are stopped */
 extern _Atomic unsigned tracing; /* tiles that a thread has begun */
 extern _Atomic unsigned loads, unloads;

@@ -235,3 +235,84 @@ TEST(a_cancelled_frame_lets_both_blobs_go)
     assert_int_equal(loads, 0);
     world_close(w);
 }
+
+/* Makes the world's scene a frame on a base, which takes the place of its map. */
+static void stand_on_base(struct world *w, const char *magic)
+{
+    memcpy(w->map, magic, 8);
+    digest_of(w->map, MAP_BYTES, &w->map_digest);
+    memcpy(w->blob, FAKE_FRAME, 8);
+    memcpy(w->blob + 8, &w->map_digest, sizeof w->map_digest);
+    digest_of(w->blob, BLOB_BYTES, &w->plan.scene);
+}
+
+/* Another frame on the same base. */
+static void change_frame(struct world *w)
+{
+    w->blob[BLOB_BYTES - 1]++;
+    digest_of(w->blob, BLOB_BYTES, &w->plan.scene);
+}
+
+static void serve_base(struct world *w)
+{
+    struct message_blob_get get;
+    expect_get(w, &get);
+    assert_true(digest_equal(&get.digest, &w->map_digest));
+    answer(w, &get);
+}
+
+TEST(frames_fetch_their_base_once)
+{
+    struct world *w = world_open(1, false);
+    stand_on_base(w, FAKE_BASE);
+    start_tile(w, 1);
+    serve_blob(w);
+    serve_base(w);
+    assert_int_equal(expect_result(w), 1);
+    assert_int_equal(loads, 2);
+    change_frame(w);
+    send_frame(w, 10);
+    send_tile(w, 10, 2);
+    serve_blob(w);
+    assert_int_equal(expect_result(w), 2); /* and no question for the base */
+    assert_int_equal(loads, 3);
+    world_close(w);
+}
+
+TEST(frames_on_a_base_that_is_none_are_faults)
+{
+    struct world *w = world_open(1, false);
+    stand_on_base(w, "NOTABASE");
+    start_tile(w, 1);
+    serve_blob(w);
+    serve_base(w);
+    expect_fault(w, ERR_MISMATCH, "scene: base: the blob that it stands on is none to stand on");
+    world_close(w);
+}
+
+TEST(frames_whose_base_is_missing_are_faults)
+{
+    struct world *w = world_open(1, false);
+    struct message_blob_get get;
+    stand_on_base(w, FAKE_BASE);
+    start_tile(w, 1);
+    serve_blob(w);
+    expect_get(w, &get);
+    answer_none(w, w->map_digest);
+    expect_fault(w, ERR_NOT_FOUND, "scene: base: the coordinator does not have the blob");
+    send_tile(w, 9, 2); /* it tries again */
+    serve_base(w);
+    assert_int_equal(expect_result(w), 2);
+    world_close(w);
+}
+
+TEST(bases_are_no_scenes)
+{
+    struct world *w = world_open(1, false);
+    stand_on_base(w, FAKE_BASE);
+    w->plan.scene = w->map_digest;
+    start_tile(w, 1);
+    serve_base(w);
+    expect_fault(w, ERR_MAGIC, "scene: this is a base of frames");
+    world_close(w);
+}

@@ -26,11 +26,12 @@ static int load(const void *data, size_t size_bytes, void **loaded, enum tracing
                 uint64_t *bytes, struct fault *fault)
 {
     char path[40];
-    uint64_t cpu_us = 0;
+    struct tracing_cost cost = {0};
     _Atomic uint64_t steps = 0;
     *loaded = NULL;
     write_blob(path, data, size_bytes);
-    const int error = t->load(t->ctx, path, 1, &steps, loaded, kind, bytes, &cpu_us, fault);
+    const int error = t->load(t->ctx, path, NULL, 1, &steps, loaded, kind, &cost, fault);
+    *bytes = cost.bytes;
     unlink(path);
     assert_int_equal(error == 0, *loaded != NULL);
     if (!error && *kind == TRACING_SCENE)
@@ -156,7 +157,8 @@ TEST(kinds_are_not_mixed_up)
 TEST(what_is_no_blob_is_a_fault)
 {
     enum tracing_kind kind;
-    uint64_t bytes = 0, cpu_us = 0;
+    struct tracing_cost cost = {0};
+    uint64_t bytes = 0;
     _Atomic uint64_t steps = 0;
     void *loaded = NULL;
     struct fault fault = {0};
@@ -165,8 +167,8 @@ TEST(what_is_no_blob_is_a_fault)
     assert_int_equal(load("abcd", 4, &loaded, &kind, &bytes, &fault), ERR_TRUNCATED);
     cut[8] = ENVIRONMENT_VERSION;
     assert_int_equal(load(cut, sizeof cut, &loaded, &kind, &bytes, &fault), ERR_LIMIT);
-    assert_int_equal(t->load(t->ctx, "/tmp/shearwater-test-is-not-there", 1, &steps, &loaded, &kind,
-                             &bytes, &cpu_us, &fault),
+    assert_int_equal(t->load(t->ctx, "/tmp/shearwater-test-is-not-there", NULL, 1, &steps, &loaded,
+                             &kind, &cost, &fault),
                      ERR_IO);
     assert_true(fault.detail[0] != '\0');
 }

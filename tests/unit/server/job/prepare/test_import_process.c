@@ -21,6 +21,8 @@ struct bench {
     unsigned told;
     struct fault fault; /* code 0: a blob came */
     struct digest blob;
+    struct import_blobs blobs;
+    struct import_times times;
     uint64_t cpu_us;
 };
 
@@ -62,14 +64,15 @@ static int tear_down(void **state)
 
 EACH_TEST(set_up, tear_down);
 
-static void on_done(void *ctx, const struct fault *fault, const struct digest *blob,
+static void on_done(void *ctx, const struct fault *fault, const struct import_blobs *blobs,
                     uint64_t cpu_us)
 {
     struct bench *b = ctx;
     b->told++;
     b->process = NULL;
     b->fault = fault ? *fault : (struct fault){0};
-    b->blob = *blob;
+    b->blobs = *blobs;
+    b->blob = blobs->list[0];
     b->cpu_us = cpu_us;
 }
 
@@ -82,7 +85,8 @@ static void begin(struct bench *b, const char *script, uint64_t limit_ms)
                                      .objects = &b->objects,
                                      .program = b->program,
                                      .limit_ms = limit_ms};
-    assert_int_equal(import_process_start(&options, &b->scene, on_done, b, &b->process), 0);
+    assert_int_equal(import_process_start(&options, &b->scene, &b->times, on_done, b, &b->process),
+                     0);
 }
 
 static bool tmp_is_empty(const struct bench *b)
@@ -113,6 +117,43 @@ TEST(finds_its_files_and_keeps_the_blob)
     assert_true(digest_equal(&b->blob, &expected));
     assert_true(objects_have(&b->objects, &expected, NULL));
     assert_int_equal(b->cpu_us, 1500000);
+}
+
+/* Whether a text was kept, as a blob that is held. */
+static void expect_kept(const struct bench *b, const struct digest *blob, const char *text)
+{
+    struct digest expected;
+    digest_of(text, strlen(text), &expected);
+    assert_true(digest_equal(blob, &expected));
+    assert_true(objects_have(&b->objects, blob, NULL) && objects_is_held(&b->objects, blob));
+    objects_release(&b->objects, blob);
+}
+
+TEST(keeps_frames_and_what_they_stand_on)
+{
+    struct bench *b = *state;
+    b->times = (struct import_times){3, {0, .5, -1}};
+    run(b,
+        "printf base > $blob; printf \"first $7 $8\" > $blob.0; printf second > $blob.1\n"
+        "echo '{\"ok\": true, \"frames\": 2}'",
+        10000);
+    assert_int_equal(b->fault.code, 0);
+    assert_int_equal(b->blobs.count, 2);
+    expect_kept(b, &b->blobs.base, "base");
+    expect_kept(b, &b->blobs.list[0], "first --times 0,0.5,-1");
+    expect_kept(b, &b->blobs.list[1], "second");
+}
+
+TEST(frames_that_are_not_there_are_a_fault)
+{
+    struct bench *b = *state;
+    b->times = (struct import_times){2, {0, 1}};
+    run(b, "printf base > $blob; printf first > $blob.0\necho '{\"ok\": true, \"frames\": 2}'",
+        10000);
+    assert_int_not_equal(b->fault.code, 0);
+    assert_int_equal(b->blobs.count, 0);
+    for (int i = 0; i < 256; i++) /* nothing is held */
+        assert_false(objects_is_held(&b->objects, &(struct digest){{(uint8_t)i}}));
 }
 
 TEST(says_what_the_importer_says)

@@ -20,6 +20,7 @@ struct bench {
     struct imports *imports;
     char dir[64], program[96], runs[96];
     struct job scene;
+    struct import_times times;
 };
 
 /* What became of a request. */
@@ -102,7 +103,8 @@ static struct import_request *ask(struct bench *b, struct answer *answer)
 {
     struct import_request *request = NULL;
     *answer = (struct answer){0};
-    assert_int_equal(imports_request(b->imports, &b->scene, on_done, answer, &request), 0);
+    assert_int_equal(imports_request(b->imports, &b->scene, &b->times, on_done, answer, &request),
+                     0);
     assert_non_null(request);
     assert_int_equal(answer->told, 0); /* later, never at once */
     return request;
@@ -129,6 +131,44 @@ static void expect_no_hold(const struct bench *b)
 {
     for (unsigned i = 0; i < OBJECT_STRIPES; i++)
         assert_false(objects_is_held(&b->objects, &(struct digest){{(uint8_t)i}}));
+}
+
+#define FRAMES                                                                                     \
+    "printf base > $blob; printf zero > $blob.0; printf one > $blob.1\n"                           \
+    "echo '{\"ok\": true, \"frames\": 2}'"
+
+static void expect_text(const struct answer *answer, const char *text)
+{
+    struct digest expected;
+    digest_of(text, strlen(text), &expected);
+    assert_int_equal(answer->told, 1);
+    assert_int_equal(answer->code, 0);
+    assert_true(digest_equal(&answer->blob, &expected));
+}
+
+/* A run makes later frames on the way: they are found when they are asked for. */
+TEST(frames_of_one_run_are_remembered)
+{
+    struct bench *b = *state;
+    struct answer answer;
+    importer_does(b, FRAMES);
+    b->times = (struct import_times){3, {0, 1, 2}};
+    ask(b, &answer);
+    settle(b);
+    expect_text(&answer, "zero");
+    b->times = (struct import_times){2, {1, 2}};
+    b->scene.time_s = 1;
+    ask(b, &answer);
+    settle(b);
+    expect_text(&answer, "one");
+    assert_int_equal(runs_of(b), 1);
+    b->scene.stands = true; /* one that stands is another */
+    b->times.count = 0;
+    importer_does(b, COPIES);
+    ask(b, &answer);
+    settle(b);
+    expect_blob(b, &answer);
+    assert_int_equal(runs_of(b), 2);
 }
 
 TEST(one_run_is_for_all_who_ask)
@@ -254,7 +294,8 @@ TEST(without_memory_it_is_refused)
         struct answer answer = {0};
         struct import_request *request = NULL;
         until_lack = ++k;
-        const int error = imports_request(b->imports, &b->scene, on_done, &answer, &request);
+        const int error =
+            imports_request(b->imports, &b->scene, &b->times, on_done, &answer, &request);
         came = until_lack == 0;
         until_lack = 0;
         settle(b);
@@ -310,7 +351,8 @@ TEST(a_refusal_leaves_the_others)
     struct import_request *request = NULL;
     ask(b, &answer);
     until_lack = 1;
-    assert_int_equal(imports_request(b->imports, &b->scene, on_done, &other, &request), ERR_MEMORY);
+    assert_int_equal(imports_request(b->imports, &b->scene, &b->times, on_done, &other, &request),
+                     ERR_MEMORY);
     assert_int_equal(until_lack, 0);
     settle(b);
     expect_blob(b, &answer);
