@@ -23,6 +23,8 @@ const struct json_choice job_layer_words[] = {
     {"occlusion", LAYER_OCCLUSION, NULL},
     {"diffuse_direct", LAYER_DIFFUSE_DIRECT, NULL},
     {"diffuse_indirect", LAYER_DIFFUSE_INDIRECT, NULL},
+    {"motion.backward", LAYER_MOTION_BACKWARD, NULL},
+    {"motion.forward", LAYER_MOTION_FORWARD, NULL},
     {NULL, 0, NULL},
 };
 

@@ -105,12 +105,15 @@ enum layer {
     LAYER_OCCLUSION = 1u << 14,    /* share of the hemisphere that is open, by cosine */
     LAYER_DIFFUSE_DIRECT = 1u << 15,   /* demodulated: PLANE_PATH_DIFFUSE_DIRECT */
     LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT, or filtered light fields */
+    LAYER_MOTION_BACKWARD = 1u << 17,  /* pixels to where it was a frame before: x right, y down */
+    LAYER_MOTION_FORWARD = 1u << 18,   /* and to where it is a frame later */
 };
+#define LAYERS_MOTION (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
      LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \
      LAYER_ID | LAYER_FILTER_WIDTH | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT |        \
-     LAYER_DIFFUSE_INDIRECT)
+     LAYER_DIFFUSE_INDIRECT | LAYERS_MOTION)
 
 /* Frames first, first + step, ..., to last at most. */
 struct job_frame_run {

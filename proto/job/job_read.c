@@ -11,6 +11,9 @@
 #define TARGET_LEAST 1e-5f
 #define TARGET_MAX   1000.0
 
+/* What Blender calls both layers of motion together. */
+#define MOTION_ALIAS "vector"
+
 #define LAYERS_PER_STRATUM (LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX)
 
 #define JOB(member) offsetof(struct job, member)
@@ -96,13 +99,18 @@ static int read_layers(struct json_cursor *at, const struct json_member *m, cons
     if (error) return error;
     if (json_array_size(v) == 0) return json_cursor_refuse(at, ERR_RANGE, "it names no layer");
     for (size_t i = 0; i < json_array_size(v); i++) {
-        uint32_t bit = 0;
+        uint32_t bits = 0;
+        const json_t *name = json_array_get(v, i);
         const size_t length = json_cursor_enter_index(at, i);
-        error = layer.read(at, &layer, json_array_get(v, i), &bit);
+        if (json_is_string(name) && strcmp(json_string_value(name), MOTION_ALIAS) == 0)
+            bits = LAYERS_MOTION;
+        else
+            error = layer.read(at, &layer, name, &bits);
         if (error) return error;
-        if (layers & bit)
-            return json_cursor_refuse(at, ERR_EXISTS, "\"%s\" is named twice", layer_name(bit));
-        layers |= bit;
+        if (layers & bits)
+            return json_cursor_refuse(at, ERR_EXISTS, "\"%s\" is named twice",
+                                      json_string_value(name));
+        layers |= bits;
         json_cursor_leave(at, length);
     }
     ((struct job *)o)->layers = layers;

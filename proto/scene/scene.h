@@ -62,7 +62,8 @@ struct scene_section_entry {
  * is for frames to stand on, and no picture by itself; its instances are the frames' first. */
 enum { SCENE_MOVES = 1u, SCENE_IS_BASE = 2u };
 struct scene_info {
-    float bounds_min[3], bounds_max[3]; /* of all placed geometry */
+    float bounds_min[3], bounds_max[3]; /* of all placed geometry; of a base, of the first pose of
+                                           all that frames place */
     uint64_t placed_triangles;          /* after instancing */
     uint32_t default_camera;            /* index; there is always one camera */
     uint32_t flags;

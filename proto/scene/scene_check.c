@@ -275,6 +275,13 @@ static int check_shares(const struct scene *s, struct fault *fault)
                      (unsigned long long)shares, LIMIT_TRIANGLES);
 }
 
+static bool is_same_place(const struct scene_instance *a, const struct scene_instance *b)
+{
+    for (int i = 0; i < 12; i++)
+        if (a->to_world[i] != b->to_world[i]) return false;
+    return true;
+}
+
 /* Frames begin with all meshes and instances of their base: so a tree over those serves them all.
  */
 static int check_base(const struct scene *s, struct fault *fault)
@@ -292,8 +299,7 @@ static int check_base(const struct scene *s, struct fault *fault)
                              (unsigned long long)i);
     for (uint64_t i = 0; i < base->count[SCENE_INSTANCES]; i++)
         if (s->instances[i].mesh != base->instances[i].mesh ||
-            memcmp(s->instances[i].to_world, base->instances[i].to_world,
-                   sizeof s->instances[i].to_world) != 0)
+            !is_same_place(&s->instances[i], &base->instances[i]))
             return fault_set(fault, ERR_MISMATCH, "base", "instance %llu is not the base's",
                              (unsigned long long)i);
     return 0;

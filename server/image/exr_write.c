@@ -29,7 +29,8 @@ struct exr_rows {
 /* Depth, ids and counts need more than eleven bits. */
 static bool stays_float(const char *channel)
 {
-    return !strcmp(channel, "depth.Z") || !strcmp(channel, "id.I") || !strcmp(channel, "samples.N");
+    return !strncmp(channel, "motion.", 7) || !strcmp(channel, "depth.Z") ||
+           !strcmp(channel, "id.I") || !strcmp(channel, "samples.N");
 }
 
 static bool is_half(const struct exr_rows *w, const char *channel)

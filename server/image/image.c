@@ -29,6 +29,8 @@ static const struct layer_channels {
     {"occlusion", {"occlusion.O"}},
     {"diffuse_direct", {"diffuse_direct.R", "diffuse_direct.G", "diffuse_direct.B"}},
     {"diffuse_indirect", {"diffuse_indirect.R", "diffuse_indirect.G", "diffuse_indirect.B"}},
+    {"motion.backward", {"motion.backward.X", "motion.backward.Y"}},
+    {"motion.forward", {"motion.forward.X", "motion.forward.Y"}},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 
@@ -123,9 +125,10 @@ bool image_layer_planes(const struct image *image, const char *layer, const stru
 {
     for (uint32_t b = 0; b < LAYER_COUNT; b++) {
         if (strcmp(layers[b].name, layer) != 0) continue;
-        bool scalar = !layers[b].channels[1];
+        int last = 0; /* one that lacks channels shows its last again */
+        while (last < 2 && layers[b].channels[last + 1]) last++;
         for (int c = 0; c < 3; c++) {
-            rgb[c] = image_plane(image, layers[b].channels[scalar ? 0 : c]);
+            rgb[c] = image_plane(image, layers[b].channels[c < last ? c : last]);
             if (!rgb[c]) return false;
         }
         return true;

@@ -24,7 +24,8 @@ struct image {
  * emission.R ...; albedo.R
  * ...; normal.X .Y .Z; depth.Z; id.I; samples.N; visibility.V; slope_min.S; slope_max.S;
  * filter_width.W; error.R
- * ...; occlusion.O; diffuse_direct.R ...; diffuse_indirect.R .... `layers` are bits of
+ * ...; occlusion.O; diffuse_direct.R ...; diffuse_indirect.R ...; motion.backward.X .Y;
+ * motion.forward.X .Y. `layers` are bits of
  * proto/job/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for a
  * layer that is none here.
  */

@@ -53,10 +53,25 @@ static int write_whole(struct sequence *s, struct import_stats *stats, struct fa
     return rc;
 }
 
+/* Cameras of our making look at the scene as it begins, whichever frames are made. */
+static void bound_first_pose(struct sequence *s)
+{
+    struct builder b;
+    struct fault ignored; /* the frames tell of it */
+    float lowest[3], highest[3];
+    int rc = builder_begin_frame(&b, s->base, &s->digest, &ignored);
+    if (rc == 0) rc = gltf_read_frame(&s->g, s->choice, -LIMIT_TIME_S, &b, &ignored);
+    if (rc == 0 && builder_count(&b, SCENE_INSTANCES) > 0 &&
+        builder_bounds(&b, lowest, highest, &ignored) == 0)
+        builder_set_bounds(s->base, lowest, highest);
+    builder_fini(&b);
+}
+
 static int write_base(struct sequence *s, struct fault *fault)
 {
     int rc = gltf_read_base(&s->g, s->base, fault);
     if (rc == 0) rc = builder_finish_base(s->base, fault);
+    if (rc == 0) bound_first_pose(s);
     if (rc == 0) rc = blob_write(s->base, s->out, fault);
     if (rc == 0) rc = verify(s->out, NULL, &s->map, fault);
     if (rc == 0) digest_of(s->map.blob, s->map.blob_bytes, &s->digest);

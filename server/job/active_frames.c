@@ -341,6 +341,7 @@ static int start_work(struct active_job *job, struct active_frame *frame)
                      .frame = active_frame_number(job, frame),
                      .half = document->pixel_type == PIXEL_HALF},
         .plan = &plan,
+        .motion = active_frame_motion(job, frame),
         .pool = jobs->options.pool,
         .scratch = jobs->scratch,
         .objects = jobs->options.objects,

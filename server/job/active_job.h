@@ -152,6 +152,10 @@ bool active_frame_is_prepared(const struct active_job *job, const struct active_
 const struct plan *active_frame_plan(const struct active_job *job,
                                      const struct active_frame *frame);
 
+/* Returns how a frame moves; NULL: nothing does, or no layer shows it. */
+const struct motion *active_frame_motion(const struct active_job *job,
+                                         const struct active_frame *frame);
+
 /* Returns the blob that a frame's scene stands on; NULL: none. */
 const struct digest *active_frame_base(const struct active_job *job,
                                        const struct active_frame *frame);

@@ -22,6 +22,12 @@ const struct plan *active_frame_plan(const struct active_job *job, const struct 
     return frame->prepared ? &frame->prepared->plan : &job->prepared->plan;
 }
 
+const struct motion *active_frame_motion(const struct active_job *job,
+                                         const struct active_frame *frame)
+{
+    return frame->prepared ? frame->prepared->motion : job->prepared->motion;
+}
+
 const struct digest *active_frame_base(const struct active_job *job,
                                        const struct active_frame *frame)
 {

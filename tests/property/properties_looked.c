@@ -28,6 +28,8 @@ static const struct {
     {"occlusion", false},
     {"diffuse_direct", false},
     {"diffuse_indirect", false},
+    {"motion.backward", true},
+    {"motion.forward", true},
 };
 
 static bool is_same(const struct image *a, const struct image *b, const char *layer,

@@ -9,24 +9,31 @@ build=${1:?usage: tests/system/sequence.sh BUILD_DIR}
 
 # A triangle goes right by a unit a second, from 1 s to 3 s; another stands.
 base64_of() { perl -e 'print pack("f<*", @ARGV)' -- "$@" | base64 -w0; }
-data=$(base64_of -.5 -.5 0 .5 -.5 0 0 .5 0  1 3  0 0 0  2 0 0)
+data=$(base64_of -.5 -.5 0 .5 -.5 0 0 .5 0  1 3  0 0 0  2 0 0  1 0 0 1 0 0 1 0 0  0 2)
 animation='"animations": [{"name": "go", "samplers": [{"input": 1, "output": 2}],
     "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}]'
-scene() { # scene NAME MEMBERS
+# The same by a morph target that is animated.
+morph='"animations": [{"samplers": [{"input": 1, "output": 4}],
+    "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}]}]'
+scene() { # scene NAME MEMBERS [TARGETS]
     cat >"$tmp/$1.gltf" <<J
 {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0, 1, 2]}],
- "nodes": [{"mesh": 0}, {"mesh": 0, "translation": [0, 0, -1]}, {"camera": 0, "translation": [0, 0, 4]}],
+ "nodes": [{"mesh": 0}, {"mesh": 1, "translation": [0, 0, -1]}, {"camera": 0, "translation": [0, 0, 4]}],
  "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
- "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
- "buffers": [{"byteLength": 68, "uri": "data:application/octet-stream;base64,$data"}],
+ "meshes": [{"primitives": [{"attributes": {"POSITION": 0}${3:-}}]}, {"primitives": [{"attributes": {"POSITION": 0}}]}],
+ "buffers": [{"byteLength": 112, "uri": "data:application/octet-stream;base64,$data"}],
  "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8},
-                 {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
+                 {"buffer": 0, "byteOffset": 44, "byteLength": 24}, {"buffer": 0, "byteOffset": 68, "byteLength": 36},
+                 {"buffer": 0, "byteOffset": 104, "byteLength": 8}],
  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
                {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR"},
-               {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}]$2}
+               {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"},
+               {"bufferView": 3, "componentType": 5126, "count": 3, "type": "VEC3"},
+               {"bufferView": 4, "componentType": 5126, "count": 2, "type": "SCALAR"}]$2}
 J
 }
 scene moving ", $animation"
+scene bending ", $morph" ', "targets": [{"POSITION": 3}]'
 scene still ""
 job() { # job NAME SCENE MEMBERS
     printf '{"scene": {"file": "%s.gltf"%s}, "image": {"width": 96, "height": 64}, "sampling": {"spp": 4}, "layers": ["beauty", "depth"]%s}' \
@@ -74,7 +81,26 @@ check "... which the option --time changes" render held early --time 0 --frames 
 check "... to another" alike early l.0001 depth
 check "a scene without animations stands" render still still.#
 check "... in all frames" alike still.1 still.2 depth
+# A unit a second at distance 4, 12 frames a second, in a picture of 96 pixels across 4 * 3 tan(1/2).
+job motion moving ', "frames": "1,25", "fps": 12'
+jq '.layers = ["motion.forward", "vector"]' "$tmp/motion.json" >"$tmp/twice.json"
+jq '.layers = ["beauty", "vector"]' "$tmp/motion.json" >"$tmp/vector.json"
+check "layers of motion are rendered" render vector v.##
+moves() { # moves LAYER PIXELS
+    "$build/shearwater" compare "$tmp/v.01.exr" "$tmp/v.25.exr" --layer "$1" |
+        jq -e --argjson by "$2" '(.max - (1 / 12) / (4 * 3 * 0.5463024898) * 96 | fabs) < 1e-4 and
+            .mean_test[0] * $by > 0 and (.mean_test[1] | fabs) < 1e-5 and .mean_reference == [0, 0, 0]'
+}
+check "what moves does so by its pixels, forward" moves motion.forward 1
+check "... and backward" moves motion.backward -1
+jq '.scene.file = "bending.gltf"' "$tmp/vector.json" >"$tmp/bent.json"
+check "what bends is rendered" render bent b.##
+check "... where the same is that moves as a whole" alike b.25 v.25
+near() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer "$3" | jq -e '.max < 1e-4'; }
+check "... and moves alike, forward" near b.25 v.25 motion.forward
+check "... and backward" near b.25 v.25 motion.backward
 fails() { render "$1" none 2>"$tmp/said" && return 1; grep -F "$2" "$tmp/said"; }
+check "a layer that an alias names, too, is refused" fails twice 'is named twice'
 check "an animation of no such name is refused with those that there are" fails unknown 'it has "go"'
 
 # The coordinator dies between two frames; what it had is not traced again.

@@ -12,7 +12,8 @@ const color = (at, label) => ({ at, label, kind: "color", min: 0, max: RADIANCE 
 const isObject = (value) => value !== null && typeof value === "object";
 
 export const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "samples", "visibility", "slope_min",
-  "slope_max", "emission", "id", "filter_width", "error", "occlusion", "diffuse_direct", "diffuse_indirect"];
+  "slope_max", "emission", "id", "filter_width", "error", "occlusion", "diffuse_direct", "diffuse_indirect",
+  "motion.backward", "motion.forward"];
 
 export const LIGHTS = {
   rectangle: {

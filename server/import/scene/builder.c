@@ -303,3 +303,23 @@ const struct builder *builder_home(const struct builder *b, const struct scene_m
 {
     return mesh->flags & MESH_IN_BASE ? b->base : b;
 }
+
+static struct scene_info *info_of(const struct builder *b)
+{
+    return (struct scene_info *)(void *)b->sections[SCENE_INFO].data;
+}
+
+void builder_set_bounds(struct builder *b, const float lowest[3], const float highest[3])
+{
+    memcpy(info_of(b)->bounds_min, lowest, 3 * sizeof *lowest);
+    memcpy(info_of(b)->bounds_max, highest, 3 * sizeof *highest);
+}
+
+int builder_view_bounds(const struct builder *b, float lowest[3], float highest[3],
+                        struct fault *fault)
+{
+    if (b->base == NULL) return builder_bounds(b, lowest, highest, fault);
+    memcpy(lowest, info_of(b->base)->bounds_min, 3 * sizeof *lowest);
+    memcpy(highest, info_of(b->base)->bounds_max, 3 * sizeof *highest);
+    return 0;
+}

@@ -61,6 +61,14 @@ int builder_finish(struct builder *b, struct fault *fault);
 /* Does the same for a base, which may have no triangles. */
 int builder_finish_base(struct builder *b, struct fault *fault);
 
+/* Sets the bounds of a finished base: those that cameras of our making look at. */
+void builder_set_bounds(struct builder *b, const float lowest[3], const float highest[3]);
+
+/* Returns the bounds that such a camera looks at: the base's, so that it stands still over frames.
+ */
+int builder_view_bounds(const struct builder *b, float lowest[3], float highest[3],
+                        struct fault *fault);
+
 /* Computes bounds of all placed geometry. They are exact for baked meshes; instances count as
  * transformed boxes. */
 int builder_bounds(const struct builder *b, float lowest[3], float highest[3], struct fault *fault);

@@ -30,7 +30,7 @@ int camera_append_default(struct builder *b, struct fault *fault)
 {
     float lowest[3], highest[3];
     void *at;
-    int rc = builder_bounds(b, lowest, highest, fault);
+    int rc = builder_view_bounds(b, lowest, highest, fault);
     if (rc == 0) rc = builder_append(b, SCENE_CAMERAS, 1, &at, fault);
     if (rc != 0) return rc;
     double centre[3], half[3];

@@ -62,6 +62,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!f) return ERR_MEMORY;
     f->options = *options;
     f->plan = *options->plan;
+    f->motion = options->motion;
     f->options.plan = &f->plan;
     if (options->metadata.job) { /* the job may end before its files are written */
         snprintf(f->fingerprint, sizeof f->fingerprint, "%s", options->metadata.job);

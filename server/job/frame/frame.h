@@ -17,6 +17,7 @@
 #include "server/store/spools.h"
 
 struct frame;
+struct motion;
 
 /* Events for the owner, who may drop the frame from inside each of them. */
 struct frame_events {
@@ -45,6 +46,7 @@ struct frame_options {
     uint32_t layers;
     struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
     const struct plan *plan;      /* copied */
+    const struct motion *motion;  /* borrowed for the frame's life; NULL: nothing moves */
     struct thread_pool *pool;
     struct scratch *scratch; /* of the pool's work on blocks; borrowed until the frame's last task
                                 is over; NULL: one of its own */

@@ -5,6 +5,7 @@
 
 #include "server/job/frame/frame_work.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/compose/motion.h"
 #include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/patch/scratch.h"
 
@@ -78,6 +79,7 @@ static int reconstruct(struct block_task *t)
                                            &t->statistics);
     else if (!error)
         error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
+    if (!error) motion_compose(f->motion, &f->plan, patch, t->rect, &view);
     if (!error && t->strata_maps && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         error = find_strata_maps(t, patch);
     patch_destroy(&patch);

@@ -87,6 +87,7 @@ struct frame {
     struct fault refusal;         /* of the last result that did not fit the plan */
     struct frame_options options; /* options.plan points to `plan` */
     struct plan plan;
+    const struct motion *motion; /* borrowed; NULL: nothing moves */
     struct bytes_writer plan_bytes;
     struct tile_grid grid;
     struct tile_queue *tiles;

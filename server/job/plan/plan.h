@@ -119,6 +119,10 @@ struct plan_report {
 /* Returns whether plan_make might light a scene by the studio light: unless lamps shine it will. */
 bool plan_may_want_studio(const struct job *job, const struct scene *scene);
 
+/* Finds the camera of a frame, as plan_make does but for its lens. */
+int plan_find_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
+                     struct fault *fault);
+
 /* Plans one frame; frames of a job differ in plan->pattern.frame alone. ERR_LIMIT, ERR_NOT_FOUND,
  * ERR_RANGE with *fault pointing into the job document. */
 int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,

@@ -1,6 +1,7 @@
 /* Finds the camera that a job means, and fits its view to the shape of the job's image. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "proto/scene/camera_fit.h"
@@ -143,8 +144,9 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
         if (error) return error;
         const struct scene_camera *camera = &scene->cameras[index];
         struct scene_camera fitted = *camera;
+        const struct scene_info *seen = scene->base ? scene->base->info : scene->info;
         if (camera->is_default && job->default_camera == JOB_VIEW_THREE_QUARTER)
-            camera_fit(scene->info->bounds_min, scene->info->bounds_max,
+            camera_fit(seen->bounds_min, seen->bounds_max,
                        (double)job->width_px / (double)job->height_px, &fitted);
         from_scene(job, &fitted, out);
         report->camera_is_default = camera->is_default != 0;
@@ -154,4 +156,16 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
     if (plan_camera_check(out, "camera", &inner) != 0)
         return fault_set(fault, inner.code, "/scene/camera", "%s: %s", inner.pointer, inner.detail);
     return set_lens(job, out, report, fault);
+}
+
+int plan_find_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
+                     struct fault *fault)
+{
+    struct plan_report *report = calloc(1, sizeof *report); /* large, and of no use here */
+    struct job pinhole = *job;                              /* borrows its files */
+    pinhole.aperture_radius = 0;
+    if (!report) return fault_set(fault, ERR_MEMORY, "", "no memory for a camera");
+    int error = plan_resolve_camera(&pinhole, scene, out, report, fault);
+    free(report);
+    return error;
 }

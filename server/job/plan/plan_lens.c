@@ -12,7 +12,7 @@
 /* Layers that lens samples give, or that pixel centres beside them give as through a pinhole. */
 #define LAYERS_OF_LENS                                                                             \
     (LAYER_BEAUTY | LAYER_SAMPLES | LAYER_FILTER_WIDTH | LAYER_DEPTH | LAYER_NORMAL | LAYER_ID |   \
-     LAYERS_PER_STRATUM)
+     LAYERS_PER_STRATUM | LAYERS_MOTION)
 
 static uint32_t strata_of(const struct job *job)
 {
@@ -110,9 +110,10 @@ static void plan_centres(struct plan *plan, struct plan_report *report)
         uint64_t plane;
         uint32_t layers;
     } readers[] = {
-        {"plane depth", PLANE_BIT(DEPTH), LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM},
+        {"plane depth", PLANE_BIT(DEPTH),
+         LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM | LAYERS_MOTION},
         {"plane normal", PLANE_BIT(NORMAL), LAYER_NORMAL},
-        {"plane id", PLANE_BIT(ID), LAYER_ID},
+        {"plane id", PLANE_BIT(ID), LAYER_ID | LAYERS_MOTION},
     };
     for (unsigned i = 0; i < sizeof readers / sizeof readers[0]; i++) {
         if (plan->planes & readers[i].plane) continue;

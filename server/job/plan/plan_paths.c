@@ -14,9 +14,9 @@ static const struct {
     uint32_t plane;
     uint32_t layers;
 } readers[] = {
-    {"depth", PLANE_BIT(DEPTH), LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM},
+    {"depth", PLANE_BIT(DEPTH), LAYER_DEPTH | LAYER_NORMAL | LAYERS_PER_STRATUM | LAYERS_MOTION},
     {"normal", PLANE_BIT(NORMAL), LAYER_NORMAL},
-    {"id", PLANE_BIT(ID), LAYER_ID},
+    {"id", PLANE_BIT(ID), LAYER_ID | LAYERS_MOTION},
     {"path_m2", PLANE_BIT(PATH_M2), LAYER_ERROR},
     {"path_half_difference2", PLANE_BIT(PATH_HALF_DIFFERENCE2), LAYER_ERROR},
     {"path_emission", PLANE_BIT(PATH_EMISSION), LAYER_EMISSION},

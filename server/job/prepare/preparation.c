@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/job/prepare/frame_motion.h"
 #include "server/job/prepare/studio_light.h"
 
 struct preparation {
@@ -14,6 +15,9 @@ struct preparation {
     struct import_request *request;
     struct prepared *prepared; /* owned until told */
     struct digest scene_blob, map_blob;
+    struct digest side_blobs[MOTION_SIDES]; /* of motion, which has_motion tells of */
+    unsigned side;                          /* that is imported */
+    bool has_motion;
     struct fault fault;
     bool planning; /* on the pool */
     bool cancelled;
@@ -68,6 +72,31 @@ static int find_base(struct preparation *p, const char *path)
     return shared_base_open(p->objects, &digest, &out->base, &p->fault);
 }
 
+static int find_side(struct preparation *p, unsigned side, struct scene *scene,
+                     struct plan_camera *camera)
+{
+    char path[OBJECTS_PATH_BYTES];
+    objects_path(p->objects, &p->side_blobs[side], path);
+    int error = scene_map_on(path, shared_base_scene(p->prepared->base), scene, &p->fault);
+    return error ? error : plan_find_camera(&p->prepared->job, scene, camera, &p->fault);
+}
+
+/* Compares the frame's scene with the one before and the one after it. */
+static int find_motion(struct preparation *p, const struct scene *now)
+{
+    struct scene scenes[MOTION_SIDES] = {{.blob = NULL}};
+    struct plan_camera cameras[MOTION_SIDES];
+    const struct scene *const sides[MOTION_SIDES] = {&scenes[0], &scenes[1]};
+    int error = 0;
+    for (unsigned side = 0; side < MOTION_SIDES && !error; side++)
+        error = find_side(p, side, &scenes[side], &cameras[side]);
+    if (!error && frame_motion_create(now, sides, cameras, &p->prepared->motion) != 0)
+        error = fault_set(&p->fault, ERR_MEMORY, "/layers", "no memory for motion");
+    for (unsigned side = 0; side < MOTION_SIDES; side++)
+        if (scenes[side].blob) scene_unmap(&scenes[side]);
+    return error;
+}
+
 /* map: the header of the job's map, or NULL. */
 static int plan_scene(struct preparation *p, const struct environment_header *map)
 {
@@ -88,6 +117,7 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
     if (!error)
         error = plan_make(&out->job, &source, out->number, &out->plan, &out->report, &p->fault);
     out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
+    if (!error && p->has_motion) error = find_motion(p, &scene);
     if (!error && out->job.live)
         out->scene = scene;
     else
@@ -178,6 +208,9 @@ static void import_map(struct preparation *p)
     tell(p);
 }
 
+static bool wants_motion(const struct preparation *p);
+static void import_rest(struct preparation *p);
+
 static void scene_imported(void *ctx, const struct fault *fault, const struct digest *blob,
                            uint64_t cpu_us)
 {
@@ -190,10 +223,35 @@ static void scene_imported(void *ctx, const struct fault *fault, const struct di
     }
     p->scene_blob = *blob;
     p->prepared->import_cpu_us = cpu_us;
-    if (has_map(p))
-        import_map(p);
-    else
-        start_planning(p);
+    p->has_motion = wants_motion(p);
+    p->side = 0;
+    import_rest(p);
+}
+
+/* A scene that stands on a base moves. */
+static bool wants_motion(const struct preparation *p)
+{
+    char path[OBJECTS_PATH_BYTES];
+    struct digest base;
+    const struct job *job = &p->prepared->job;
+    if (!(job->layers & LAYERS_MOTION) || job->live) return false;
+    objects_path(p->objects, &p->scene_blob, path);
+    return scene_find_base(path, &base) == 0 && !digest_is_zero(&base);
+}
+
+static void side_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                          uint64_t cpu_us)
+{
+    struct preparation *p = ctx;
+    p->request = NULL;
+    if (fault) {
+        p->fault = *fault;
+        tell(p);
+        return;
+    }
+    p->side_blobs[p->side++] = *blob;
+    p->prepared->import_cpu_us += cpu_us;
+    import_rest(p);
 }
 
 /* The times of a frame and of those behind it. None of a job that stands. */
@@ -206,6 +264,32 @@ static struct import_times times_from(const struct job *job, int32_t number)
     for (; index < end && times.count < IMPORT_TIMES; index++)
         times.list[times.count++] = job_frame_time_s(job, job_frame_number(job, index));
     return times;
+}
+
+/* Imports the scene of the frame before, or of the one after: mostly they are there. */
+static void import_side(struct preparation *p)
+{
+    struct job scene = p->prepared->job; /* borrows its files */
+    const int32_t number = p->prepared->number + (p->side == MOTION_BACKWARD ? -1 : 1);
+    scene.time_s = job_frame_time_s(&scene, number);
+    struct import_times times = times_from(&scene, number);
+    if (times.count == 0)
+        times = (struct import_times){1, {scene.time_s}}; /* no frame of the job */
+    int error = imports_request(p->imports, &scene, &times, side_imported, p, &p->request);
+    if (!error) return;
+    fault_set(&p->fault, error, "", "no memory to import the scene of another frame");
+    tell(p);
+}
+
+/* Imports what is asked for beside the scene, one after the other; then plans. */
+static void import_rest(struct preparation *p)
+{
+    if (p->has_motion && p->side < MOTION_SIDES)
+        import_side(p);
+    else if (has_map(p))
+        import_map(p);
+    else
+        start_planning(p);
 }
 
 int preparation_start(struct imports *imports, struct thread_pool *pool,
@@ -257,6 +341,7 @@ void prepared_destroy(struct prepared **prepared)
     if (*prepared) {
         scene_unmap(&(*prepared)->scene);
         environment_unmap(&(*prepared)->map);
+        motion_destroy(&(*prepared)->motion);
         shared_base_unref(&(*prepared)->base);
         job_fini(&(*prepared)->job);
     }

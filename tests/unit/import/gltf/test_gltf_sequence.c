@@ -199,6 +199,22 @@ TEST(base_and_frames_are_the_same_whatever_the_times)
     assert_true(digest_equal(&named, &alone[0]));
 }
 
+/* A camera of our making stands still, wherever what it sees goes. */
+TEST(a_default_camera_stands_still)
+{
+    struct scene base;
+    char path[256];
+    import_times(times, TIMES, &base, path);
+    struct scene first = frame_of(path, 0, &base), last = frame_of(path, TIMES - 1, &base);
+    assert_int_equal(first.cameras[0].is_default, 1);
+    assert_memory_equal(first.cameras, last.cameras, sizeof *first.cameras);
+    assert_memory_equal(base.info->bounds_min, first.info->bounds_min, 2 * sizeof(float[3]));
+    assert_false(memcmp(last.info->bounds_max, first.info->bounds_max, sizeof(float[3])) == 0);
+    scene_unmap(&first);
+    scene_unmap(&last);
+    scene_unmap(&base);
+}
+
 TEST(what_does_not_move_is_one_blob)
 {
     struct scene s;

@@ -62,6 +62,8 @@ TEST(paths_bring_what_layers_read)
         {LAYER_DEPTH, BIT(DEPTH)},
         {LAYER_NORMAL, BIT(DEPTH) | BIT(NORMAL)},
         {LAYER_ID, BIT(ID)},
+        {LAYER_MOTION_BACKWARD, BIT(DEPTH) | BIT(ID)},
+        {LAYER_MOTION_FORWARD, BIT(DEPTH) | BIT(ID)},
         {LAYER_VISIBILITY, BIT(DEPTH)},
         {LAYER_SLOPE_MIN, BIT(DEPTH)},
         {LAYER_SLOPE_MAX, BIT(DEPTH)},
