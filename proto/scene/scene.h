@@ -14,7 +14,7 @@
 #include "proto/error.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     3u
+#define SCENE_VERSION     4u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
 
@@ -159,12 +159,24 @@ struct scene_material {
     float alpha_u;
     float eta[3], k[3];                   /* complex refractive index of a conductor */
     float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat; 0: none */
+    float clearcoat_normal_scale;
+    float dispersion;                      /* KHR_materials_dispersion: 20 / Abbe; 0: none */
+    float sheen_color[3], sheen_roughness; /* KHR_materials_sheen; black: none */
+    float iridescence, iridescence_ior;    /* KHR_materials_iridescence; 0: none */
+    float iridescence_nm[2];               /* the film's thickness where its texture is 0, 1 */
+    float diffuse_transmission;            /* KHR_materials_diffuse_transmission; 0: none */
+    float diffuse_transmission_color[3];
     struct scene_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
         emission_texture, transmission_texture /* red */, specular_texture /* alpha */,
         specular_color_texture /* sRGB */, anisotropy_texture /* red, green: direction; blue:
         strength */
         ,
-        clearcoat_texture /* red */, clearcoat_roughness_texture /* green */;
+        clearcoat_texture /* red */, clearcoat_roughness_texture /* green */,
+        clearcoat_normal_texture, sheen_color_texture /* sRGB */, sheen_roughness_texture /* alpha
+                                                                                           */
+        ,
+        iridescence_texture /* red */, iridescence_thickness_texture /* green */,
+        diffuse_transmission_texture /* alpha */, diffuse_transmission_color_texture /* sRGB */;
 };
 
 enum texture_wrap { WRAP_REPEAT = 0, WRAP_CLAMP = 1, WRAP_MIRROR = 2 };
