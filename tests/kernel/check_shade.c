@@ -126,6 +126,24 @@ static double chi_square_p(const struct shade_grid *g, const struct outcome *o, 
     return chi_square_tail(chi_square, degrees);
 }
 
+/* A coat's own light the other way round, by the rule of coat.h. */
+static double turned_coat(const struct bsdf *b, const float wo[3], const float wi[3], double all)
+{
+    struct bsdf coat = *b;
+    struct bsdf_value v;
+    double in = 0.0, out = 0.0;
+    for (int k = 0; k < 3; k++) {
+        coat.albedo[k] = coat.base_color[k] = 0.0f;
+        in += (double)(wi[k] * b->coat_normal[k]);
+        out += (double)(wo[k] * b->coat_normal[k]);
+    }
+    coat.specular = coat.metallic = 0.0f;
+    bsdf_evaluate(&coat, wi, wo, &v);
+    const double own = grid_value(&coat, &v);
+    if (!(own > 0.0)) return all;
+    return all - own + own * (in / (double)wi[2]) / (out / (double)wo[2]);
+}
+
 /* The same pair the other way round; through a volume, seen from the other side and by the rule of
  * gltf.h. */
 static double turned(const struct bsdf *b, const float wo[3], const float wi[3])
@@ -133,7 +151,7 @@ static double turned(const struct bsdf *b, const float wo[3], const float wi[3])
     struct bsdf_value v;
     if (wi[2] > 0.0f) {
         bsdf_evaluate(b, wi, wo, &v);
-        return grid_value(b, &v);
+        return b->coat_bent ? turned_coat(b, wo, wi, grid_value(b, &v)) : grid_value(b, &v);
     }
     struct bsdf back = *b;
     const bool bent = !b->thin && b->ior > 0.0f;

@@ -67,6 +67,18 @@ struct shade_case {
         .ior = 1.5f, .coat = (c), .coat_alpha = (ca)                                               \
     }
 
+/* The same with a coat whose normal leans by 21 degrees. */
+#define LEANING(m, a, c, ca, s)                                                                    \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (m), 1.0f - (m), 1.0f - (m)}, .alpha_u = (a),        \
+        .alpha_v = (a), .base_color = WHITE, .metallic = (m), .specular = 1.0f, .specular_f0 = F0, \
+        .ior = 1.5f, .coat = (c), .coat_alpha = (ca), .coat_bent = true, .coat_normal = {          \
+            (s)*0.3f,                                                                              \
+            (s)*0.2f,                                                                              \
+            0.932738f                                                                              \
+        }                                                                                          \
+    }
+
 static const struct shade_case shade_cases[] = {
     {"lambert", {.model = BSDF_LAMBERT, .albedo = WHITE}, 2, 1e-4, 1e-4, true},
     {"mirror", {.model = BSDF_MIRROR, .model_specular = WHITE}, 2, 1e-6, 1e-6, false},
@@ -131,6 +143,14 @@ static const struct shade_case shade_cases[] = {
     {"coat alpha 0 on metal alpha 0.25", COATED(1.0f, 0.25f, 1.0f, 0.0f), 3, 0.35, 1e-3, true},
     {"coat alpha 0.1 on metal alpha 0", COATED(1.0f, 0.0f, 1.0f, 0.1f), 4, 0.2, 0.01, false},
     {"coat alpha 0.1 on metal alpha 0.5", COATED(1.0f, 0.5f, 1.0f, 0.1f), 4, 0.5, 1e-3, false},
+    {"leaning coat alpha 0.1 on paint alpha 0.3", LEANING(0.0f, 0.3f, 1.0f, 0.1f, 1.0f), 4, 0.1,
+     0.01, true},
+    {"coat alpha 0.3 that leans away on paint alpha 0.3", LEANING(0.0f, 0.3f, 1.0f, 0.3f, -1.0f), 3,
+     0.2, 0.01, false},
+    {"leaning coat alpha 0 on metal alpha 0.25", LEANING(1.0f, 0.25f, 1.0f, 0.0f, 1.0f), 3, 0.45,
+     1e-3, false},
+    {"leaning coat alpha 0.5 on metal alpha 0.5", LEANING(1.0f, 0.5f, 0.7f, 0.5f, -1.0f), 3, 0.4,
+     1e-3, false},
     {"gltf paint, no specular",
      {.model = BSDF_GLTF,
       .albedo = WHITE,

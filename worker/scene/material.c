@@ -50,7 +50,8 @@ static void init_textures(struct material *m, const struct scene *blob,
                {&m->specular_color_texture, &s->specular_color_texture},
                {&m->anisotropy_texture, &s->anisotropy_texture},
                {&m->coat_texture, &s->clearcoat_texture},
-               {&m->coat_roughness_texture, &s->clearcoat_roughness_texture}};
+               {&m->coat_roughness_texture, &s->clearcoat_roughness_texture},
+               {&m->coat_normal_texture, &s->clearcoat_normal_texture}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         texture_init(all[i].texture, blob, all[i].ref, decoding);
         m->textured |= all[i].texture->texels != NULL;
@@ -69,6 +70,8 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->anisotropy = s->anisotropy;
     m->coat = s->clearcoat;
     m->coat_roughness = s->clearcoat_roughness;
+    m->coat_normal_scale = s->clearcoat_normal_scale;
+    m->coat_bent = m->coat > 0.0f && (m->coat_normal_texture.texels || m->normal_texture.texels);
     m->rotation[0] = elementary_cos(s->anisotropy_rad);
     m->rotation[1] = elementary_sin(s->anisotropy_rad);
 }
@@ -287,21 +290,37 @@ void material_mean_emission(const struct material *m, float out[3])
     for (int i = 0; i < 3; i++) out[i] = (m->unlit ? m->base_color[i] : m->emission[i]) * mean[i];
 }
 
-void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
+static void bend(const float texel[4], float scale, float out[3])
+{
+    out[0] = (2.0f * texel[0] - 1.0f) * scale;
+    out[1] = (2.0f * texel[1] - 1.0f) * scale;
+    out[2] = 2.0f * texel[2] - 1.0f;
+}
+
+static void map_normal(const struct texture *map, const struct material_uv *uv, float scale,
+                       float out[3])
 {
     float texel[4];
     out[0] = out[1] = 0.0f;
     out[2] = 1.0f;
-    if (!m->normal_texture.texels) return;
-    sample_at(&m->normal_texture, uv, texel);
-    material_bend(m, texel, out);
+    if (!map->texels) return;
+    sample_at(map, uv, texel);
+    bend(texel, scale, out);
+}
+
+void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
+{
+    map_normal(&m->normal_texture, uv, m->normal_scale, out);
+}
+
+void material_coat_normal(const struct material *m, const struct material_uv *uv, float out[3])
+{
+    map_normal(&m->coat_normal_texture, uv, m->coat_normal_scale, out);
 }
 
 void material_bend(const struct material *m, const float texel[4], float out[3])
 {
-    out[0] = (2.0f * texel[0] - 1.0f) * m->normal_scale;
-    out[1] = (2.0f * texel[1] - 1.0f) * m->normal_scale;
-    out[2] = 2.0f * texel[2] - 1.0f;
+    bend(texel, m->normal_scale, out);
 }
 
 bool material_is_metallic_only(const struct material *m)

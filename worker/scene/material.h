@@ -26,9 +26,12 @@ struct material {
     bool blend;        /* of partial opacity somewhere (alpha.h) */
     uint32_t model;    /* enum material_model */
     float metallic, roughness, transmission, specular;
-    float ior;                     /* of the inside over the outside; 0: infinite */
-    float specular_f0[3];          /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
-    float coat, coat_roughness;    /* KHR_materials_clearcoat */
+    float ior;                  /* of the inside over the outside; 0: infinite */
+    float specular_f0[3];       /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
+    float coat, coat_roughness; /* KHR_materials_clearcoat */
+    bool coat_bent;             /* normals of the coat may not be the surface's: a map bends
+                                   one of the two */
+    float coat_normal_scale;
     float anisotropy, rotation[2]; /* strength; cosine, sine */
     float model_specular[3];
     float exponent_u, exponent_v, alpha_u;
@@ -39,7 +42,8 @@ struct material {
     struct bsdf plain[2]; /* from outside, from inside; of materials that are not textured */
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
-        specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture;
+        specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture,
+        coat_normal_texture;
 };
 
 struct material_table {
@@ -78,6 +82,9 @@ void material_tangent_normal(const struct material *m, const struct material_uv 
 
 /* The same of the normal map's texel there. */
 void material_bend(const struct material *m, const float texel[4], float out[3]);
+
+/* The coat's normal in tangent space, not normalised. */
+void material_coat_normal(const struct material *m, const struct material_uv *uv, float out[3]);
 
 /* Returns whether its diffuse albedo is its base colour times what metalness leaves of it. */
 bool material_is_metallic_only(const struct material *m);

@@ -99,7 +99,8 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
     v->normals =
         mesh->flags & MESH_HAS_NORMALS ? blob->normals + (size_t)3 * mesh->first_normal : NULL;
     v->material = &s->materials->materials[mesh->material];
-    bool turned = v->material->normal_texture.texels || v->material->anisotropic;
+    bool turned =
+        v->material->normal_texture.texels || v->material->coat_bent || v->material->anisotropic;
     bool has_tangents = mesh->flags & MESH_HAS_TANGENTS && v->normals;
     v->tangents = has_tangents && turned ? blob->tangents + (size_t)4 * mesh->first_tangent : NULL;
     for (int set = 0; set < 2; set++)

@@ -40,6 +40,8 @@ struct bsdf {
     float specular_f0[3];         /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
     float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
     float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
+    float coat_normal[3];   /* unit; only where coat_bent */
+    bool coat_bent;         /* the coat has a normal of its own */
     bool thin;              /* thin-walled: what is transmitted is not bent */
     bool inside;            /* the path is inside the volume and meets its surface from behind */
     /* others */

@@ -116,10 +116,13 @@ static int read_clearcoat(struct gltf *g, const json_t *json, const char *place,
     if (rc == 0)
         rc = gltf_texture_read(g, extension, at, "clearcoatRoughnessTexture", false,
                                &m->clearcoat_roughness_texture, &info, fault);
-    if (rc == 0 && m->clearcoat > 0 && json_object_get(extension, "clearcoatNormalTexture"))
-        warnings_add(&g->builder->warnings, at,
-                     "clearcoatNormalTexture is ignored: the coat has the surface's normals");
-    return rc;
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "clearcoatNormalTexture", false,
+                               &m->clearcoat_normal_texture, &info, fault);
+    if (rc != 0) return rc;
+    gltf_place map;
+    gltf_place_set(map, "%s.clearcoatNormalTexture", at);
+    return gltf_float(info, map, "scale", -1e6, 1e6, &m->clearcoat_normal_scale, fault);
 }
 
 int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char *place,

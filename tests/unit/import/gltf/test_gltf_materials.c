@@ -158,12 +158,14 @@ TEST(clear_coats_are_read)
         read_one("\"extensions\": {\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 0.5,"
                  "\"clearcoatTexture\": {\"index\": 1}, \"clearcoatRoughnessFactor\": 0.25,"
                  "\"clearcoatRoughnessTexture\": {\"index\": 0}, \"clearcoatNormalTexture\": "
-                 "{\"index\": 0}}}",
+                 "{\"index\": 0, \"scale\": 0.5}}}",
                  &s);
     assert_true(m->clearcoat == 0.5f && m->clearcoat_roughness == 0.25f);
     assert_int_equal(s.images[s.textures[m->clearcoat_texture.texture].image].flags, 0);
     assert_int_not_equal(m->clearcoat_roughness_texture.texture, SCENE_NONE);
-    assert_true(room_warned("clearcoatNormalTexture is ignored"));
+    assert_int_not_equal(m->clearcoat_normal_texture.texture, SCENE_NONE);
+    assert_true(m->clearcoat_normal_scale == 0.5f);
+    assert_true(s.meshes[0].flags & MESH_HAS_TANGENTS);
     scene_unmap(&s);
     room_refuses("a.gltf",
                  document(WITH_UVS, "\"extensions\": {\"KHR_materials_clearcoat\": "
@@ -293,6 +295,10 @@ TEST(names_what_it_refuses)
          EXT "KHR_materials_volume"},
         {"\"extensions\": {\"KHR_materials_volume\": {\"attenuationColor\": [1, 1, 2]}}", ERR_RANGE,
          EXT "KHR_materials_volume.attenuationColor"},
+        {"\"extensions\": {\"KHR_materials_clearcoat\": {\"clearcoatNormalTexture\": {\"index\": "
+         "0, "
+         "\"scale\": \"NaN\"}}}",
+         ERR_TYPE, EXT "KHR_materials_clearcoat.clearcoatNormalTexture.scale"},
         {"\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": \"a\"}}",
          ERR_TYPE, EXT "KHR_materials_anisotropy.anisotropyStrength"},
         {"\"extras\": {\"shearwater\": 7}", ERR_TYPE, "materials[0].extras.shearwater"},
