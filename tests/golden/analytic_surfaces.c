@@ -2,8 +2,10 @@
  * evaluates (its own tests judge the models): frames, densities and the weights between light and
  * BSDF samples must be right for the picture to agree. Then coverage, Fresnel's mirrors. */
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/golden/analytic.h"
 #include "tests/golden/analytic_formula.h"
@@ -91,10 +93,8 @@ static void surface(const char *name, const struct scene_material *settings, boo
     struct scene_material *m = stage_material(s, &index);
     struct scene_material plain = *m;
     *m = *settings;
-    m->base_color_texture = m->metallic_roughness_texture = plain.base_color_texture;
-    m->normal_texture = m->emission_texture = m->transmission_texture = plain.base_color_texture;
-    m->specular_texture = m->specular_color_texture = plain.base_color_texture;
-    m->anisotropy_texture = plain.base_color_texture;
+    memcpy(&m->base_color_texture, &plain.base_color_texture, /* and all behind it */
+           sizeof *m - offsetof(struct scene_material, base_color_texture));
     add_floor(s, index);
     struct floor floor = floor_of(s, index);
     reflected(&floor, radiance, expected);
@@ -130,6 +130,9 @@ static void surfaces(void)
         {"half metal", {GLTF, .metallic = 0.5f, .roughness = 0.4f}},
         {"anisotropic metal",
          {GLTF, .metallic = 1, .roughness = 0.4f, .anisotropy = 0.8f, .anisotropy_rad = 0.5f}},
+        {"a coat", {GLTF, .roughness = 0.6f, .clearcoat = 0.8f, .clearcoat_roughness = 0.4f}},
+        {"velvet",
+         {GLTF, .roughness = 0.8f, .sheen_color = {0.3f, 0.2f, 0.9f}, .sheen_roughness = 0.4f}},
         {"Phong", {OTHER, .model = MODEL_PHONG, .exponent_u = 50}},
         {"Blinn-Phong", {OTHER, .model = MODEL_BLINN_PHONG, .exponent_u = 200}},
         {"Beckmann", {OTHER, .model = MODEL_BECKMANN, .alpha_u = 0.2f}},

@@ -51,7 +51,9 @@ static void init_textures(struct material *m, const struct scene *blob,
                {&m->anisotropy_texture, &s->anisotropy_texture},
                {&m->coat_texture, &s->clearcoat_texture},
                {&m->coat_roughness_texture, &s->clearcoat_roughness_texture},
-               {&m->coat_normal_texture, &s->clearcoat_normal_texture}};
+               {&m->coat_normal_texture, &s->clearcoat_normal_texture},
+               {&m->sheen_texture, &s->sheen_color_texture},
+               {&m->sheen_roughness_texture, &s->sheen_roughness_texture}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         texture_init(all[i].texture, blob, all[i].ref, decoding);
         m->textured |= all[i].texture->texels != NULL;
@@ -72,6 +74,9 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->coat_roughness = s->clearcoat_roughness;
     m->coat_normal_scale = s->clearcoat_normal_scale;
     m->coat_bent = m->coat > 0.0f && (m->coat_normal_texture.texels || m->normal_texture.texels);
+    memcpy(m->sheen, s->sheen_color, sizeof m->sheen);
+    m->sheen_roughness = s->sheen_roughness;
+    m->has_sheen = m->sheen[0] > 0.0f || m->sheen[1] > 0.0f || m->sheen[2] > 0.0f;
     m->rotation[0] = elementary_cos(s->anisotropy_rad);
     m->rotation[1] = elementary_sin(s->anisotropy_rad);
 }
@@ -91,7 +96,7 @@ static void init_kind(struct material *m, const struct scene_material *s)
 {
     bool gltf = s->model == MODEL_GLTF && !m->unlit;
     m->lambert = gltf && m->metallic == 0.0f && m->transmission == 0.0f && m->specular == 0.0f &&
-                 m->coat == 0.0f;
+                 m->coat == 0.0f && !m->has_sheen;
     m->transmissive = gltf && m->transmission > 0.0f && m->metallic < 1.0f;
     m->transmissive |= gltf && m->transmission > 0.0f && m->metallic_roughness_texture.texels;
     m->volume = m->transmissive && s->thickness > 0.0f;
@@ -146,6 +151,16 @@ static void set_coat(const struct material *m, const struct material_uv *uv, str
     out->coat_alpha = roughness * roughness;
 }
 
+static void set_sheen(const struct material *m, const struct material_uv *uv, struct bsdf *out)
+{
+    float color[4], rough[4];
+    sample_at(&m->sheen_texture, uv, color);
+    sample_at(&m->sheen_roughness_texture, uv, rough);
+    const float roughness = m->sheen_roughness * rough[3];
+    for (int i = 0; i < 3; i++) out->sheen[i] = m->sheen[i] * color[i];
+    out->sheen_alpha = roughness * roughness;
+}
+
 static void set_gltf(const struct material *m, const struct material_uv *uv, bool inside,
                      struct bsdf *out)
 {
@@ -164,6 +179,7 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
     }
     set_alphas(m, uv, m->roughness * rough[1], out);
     if (m->coat > 0.0f) set_coat(m, uv, out);
+    if (m->has_sheen) set_sheen(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
     out->thin = m->transmissive && !m->volume;

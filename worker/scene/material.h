@@ -32,7 +32,9 @@ struct material {
     bool coat_bent;             /* normals of the coat may not be the surface's: a map bends
                                    one of the two */
     float coat_normal_scale;
-    float anisotropy, rotation[2]; /* strength; cosine, sine */
+    bool has_sheen;
+    float sheen[3], sheen_roughness; /* KHR_materials_sheen */
+    float anisotropy, rotation[2];   /* strength; cosine, sine */
     float model_specular[3];
     float exponent_u, exponent_v, alpha_u;
     float eta[3], k[3];
@@ -43,7 +45,7 @@ struct material {
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
         specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture,
-        coat_normal_texture;
+        coat_normal_texture, sheen_texture, sheen_roughness_texture;
 };
 
 struct material_table {

@@ -18,8 +18,7 @@
 enum bsdf_model {
     BSDF_BLACK = 0,   /* reflects nothing: emitters, unlit */
     BSDF_LAMBERT = 1, /* albedo */
-    BSDF_GLTF =
-        2, /* metallic-roughness with specular, transmission, ior, anisotropy, volume, coat */
+    BSDF_GLTF = 2,    /* metallic-roughness with Khronos' extensions */
     BSDF_PHONG = 3,
     BSDF_BLINN_PHONG = 4,
     BSDF_BECKMANN = 5,
@@ -41,9 +40,10 @@ struct bsdf {
     float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
     float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
     float coat_normal[3];   /* unit; only where coat_bent */
-    bool coat_bent;         /* the coat has a normal of its own */
-    bool thin;              /* thin-walled: what is transmitted is not bent */
-    bool inside;            /* the path is inside the volume and meets its surface from behind */
+    float sheen[3], sheen_alpha; /* KHR_materials_sheen: colour, roughness of its fibres; [0, 1] */
+    bool coat_bent;              /* the coat has a normal of its own */
+    bool thin;                   /* thin-walled: what is transmitted is not bent */
+    bool inside; /* the path is inside the volume and meets its surface from behind */
     /* others */
     float model_specular[3];      /* [0, 1] */
     float exponent_u, exponent_v; /* [0, 1e5] */
@@ -74,6 +74,12 @@ struct bsdf_sample {
 /* Colour by which all lobes but the diffuse one reflect at normal incidence or transmit, each in
  * [0, 2]: what textures of such lobes are taken out by. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
+
+/* Returns whether there are lobes beside the diffuse one and what facets reflect and transmit. */
+static inline bool bsdf_has_layers(const struct bsdf *b)
+{
+    return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f;
+}
 
 /* Returns whether all lobes are Dirac ones: of mirrors and clear glass. */
 bool bsdf_is_dirac(const struct bsdf *b);

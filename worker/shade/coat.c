@@ -3,8 +3,8 @@
 #include "worker/shade/coupling.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/ggx.h"
-#include "worker/shade/gltf.h"
 #include "worker/shade/lobe.h"
+#include "worker/shade/sheen.h"
 
 #define COAT_F0 0.04f
 
@@ -60,7 +60,9 @@ static float beneath(const struct bsdf *b, float cosine)
     const float facets =
         dielectric * b->specular * fresnel_schlick(lobe_mean(b->specular_f0), grazing) +
         b->metallic * fresnel_schlick(lobe_mean(b->base_color), grazing);
-    return LOBE_LEAST + lobe_mean(b->albedo) + facets +
+    const float fibres =
+        sheen_is_on(b) ? lobe_mean(b->sheen) * sheen_albedo(cosine, b->sheen_alpha) : 0.0f;
+    return LOBE_LEAST + lobe_mean(b->albedo) + facets + fibres +
            dielectric * b->transmission * lobe_mean(b->base_color);
 }
 
@@ -133,7 +135,7 @@ void coat_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
 {
     struct coat c;
     see(b, wo, &c);
-    gltf_evaluate(b, wo, wi, out);
+    sheen_evaluate(b, wo, wi, out);
     combine(b, &c, wi, out);
 }
 
@@ -154,7 +156,7 @@ static bool sample_coat(const struct bsdf *b, const struct coat *c, const float 
     if (wi[2] < DIRECTION_GRAZING) return false;
     from_layer(b, c, wi, out->wi);
     if (out->wi[2] < DIRECTION_GRAZING) return false;
-    gltf_evaluate(b, wo, out->wi, value);
+    sheen_evaluate(b, wo, out->wi, value);
     combine(b, c, out->wi, value);
     return true;
 }
@@ -166,8 +168,8 @@ bool coat_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     float diffuse, others;
     see(b, wo, &c);
     if (choice < c.p) return sample_coat(b, &c, wo, u, out, value);
-    const float rest = (choice - c.p) / (1.0f - c.p); /* may round to 1, which gltf.c allows for */
-    if (!gltf_sample(b, wo, rest, u, out, value)) return false;
+    const float rest = (choice - c.p) / (1.0f - c.p); /* may round to 1, which sheen.c allows for */
+    if (!sheen_sample(b, wo, rest, u, out, value)) return false;
     if (!out->dirac) {
         combine(b, &c, out->wi, value);
         return true;

@@ -1,6 +1,6 @@
 #pragma once
-/* KHR_materials_clearcoat: a clear layer of an index of 1.5 on a glTF surface, of GGX facets of its
- * own roughness.
+/* KHR_materials_clearcoat: a clear layer of an index of 1.5 on a glTF surface and its sheen, of GGX
+ * facets of its own roughness.
  *
  * Facets reflect coat * F, F by Schlick of f0 0.04. With M(w) the mean of that over the facets that
  * w sees (coupling.h), T(w) = 1 - M(w) is let through. What is under the layer is scaled

@@ -125,6 +125,25 @@ static int read_clearcoat(struct gltf *g, const json_t *json, const char *place,
     return gltf_float(info, map, "scale", -1e6, 1e6, &m->clearcoat_normal_scale, fault);
 }
 
+static int read_sheen(struct gltf *g, const json_t *json, const char *place,
+                      struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_sheen", &extension, at, fault);
+    if (rc == 0)
+        rc = gltf_floats(extension, at, "sheenColorFactor", 3, 0, 1, m->sheen_color, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "sheenRoughnessFactor", 0, 1, &m->sheen_roughness, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "sheenColorTexture", true, &m->sheen_color_texture,
+                               &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "sheenRoughnessTexture", false,
+                               &m->sheen_roughness_texture, &info, fault);
+    return rc;
+}
+
 int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char *place,
                                   struct scene_material *m, struct fault *fault)
 {
@@ -134,5 +153,6 @@ int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char
     if (rc == 0) rc = read_volume(g, json, place, m, fault);
     if (rc == 0) rc = read_anisotropy(g, json, place, m, fault);
     if (rc == 0) rc = read_clearcoat(g, json, place, m, fault);
+    if (rc == 0) rc = read_sheen(g, json, place, m, fault);
     return rc;
 }

@@ -174,6 +174,21 @@ TEST(clear_coats_are_read)
                  "materials[0].extensions.KHR_materials_clearcoat.clearcoatRoughnessFactor");
 }
 
+TEST(sheens_are_read)
+{
+    struct scene s;
+    const struct scene_material *m =
+        read_one("\"extensions\": {\"KHR_materials_sheen\": {\"sheenColorFactor\": [0.5, 0.25, 1],"
+                 "\"sheenColorTexture\": {\"index\": 1}, \"sheenRoughnessFactor\": 0.25,"
+                 "\"sheenRoughnessTexture\": {\"index\": 0}}}",
+                 &s);
+    assert_true(m->sheen_color[1] == 0.25f && m->sheen_roughness == 0.25f);
+    assert_int_equal(s.images[s.textures[m->sheen_color_texture.texture].image].flags,
+                     IMAGE_IS_SRGB);
+    assert_int_equal(s.images[s.textures[m->sheen_roughness_texture.texture].image].flags, 0);
+    scene_unmap(&s);
+}
+
 TEST(anisotropy_brings_tangents)
 {
     struct scene s;
@@ -299,6 +314,10 @@ TEST(names_what_it_refuses)
          "0, "
          "\"scale\": \"NaN\"}}}",
          ERR_TYPE, EXT "KHR_materials_clearcoat.clearcoatNormalTexture.scale"},
+        {"\"extensions\": {\"KHR_materials_sheen\": {\"sheenColorFactor\": [0, 0, 1.5]}}",
+         ERR_RANGE, EXT "KHR_materials_sheen.sheenColorFactor"},
+        {"\"extensions\": {\"KHR_materials_sheen\": {\"sheenRoughnessFactor\": \"NaN\"}}", ERR_TYPE,
+         EXT "KHR_materials_sheen.sheenRoughnessFactor"},
         {"\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": \"a\"}}",
          ERR_TYPE, EXT "KHR_materials_anisotropy.anisotropyStrength"},
         {"\"extras\": {\"shearwater\": 7}", ERR_TYPE, "materials[0].extras.shearwater"},

@@ -2,6 +2,7 @@
  * by channel, what materials say of themselves. */
 #include <float.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
@@ -216,6 +217,28 @@ TEST(coats_are_their_factors_times_their_textures)
     material_bsdf(m, &at_origin, false, &bsdf);
     expect(bsdf.coat, 0.5 * 0.2);
     expect(bsdf.coat_alpha, 0.2 * 0.2);
+    close_bench(&b);
+}
+
+TEST(sheens_are_their_factors_times_their_textures)
+{
+    struct bench b = open_bench();
+    struct bsdf bsdf;
+    const float color[3] = {0.5f, 0, 1};
+    b.record->specular = 0;
+    memcpy(b.record->sheen_color, color, sizeof color);
+    b.record->sheen_roughness = 0.5f;
+    const struct material *m = make(&b);
+    assert_false(m->lambert);
+    material_bsdf(m, NULL, false, &bsdf);
+    assert_true(bsdf.sheen[0] == 0.5f && bsdf.sheen[2] == 1 && bsdf.sheen_alpha == 0.25f);
+    b.record->sheen_color_texture = texel(&b, 255, 255, 128, 0, IMAGE_IS_SRGB);
+    b.record->sheen_roughness_texture = texel(&b, 0, 0, 0, 102, 0);
+    m = make(&b);
+    material_bsdf(m, &at_origin, false, &bsdf);
+    expect(bsdf.sheen[0], 0.5);
+    expect(bsdf.sheen[2], 0.215861);
+    expect(bsdf.sheen_alpha, 0.2 * 0.2);
     close_bench(&b);
 }
 
