@@ -87,6 +87,14 @@ struct shade_case {
         .ior = 1.5f, .sheen = {(s), (s), (s)}, .sheen_alpha = (sa)                                 \
     }
 
+/* A thin wall that lets a part t of diffuse light through. */
+#define LEAF(t, a, s, ...)                                                                         \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (t), 1.0f - (t), 1.0f - (t)},                        \
+        .through = {(t), (t), (t)}, .alpha_u = (a), .alpha_v = (a), .base_color = WHITE,           \
+        .specular = (s), .specular_f0 = __VA_ARGS__, .ior = 1.5f, .thin = true                     \
+    }
+
 static const struct shade_case shade_cases[] = {
     {"lambert", {.model = BSDF_LAMBERT, .albedo = WHITE}, 2, 1e-4, 1e-4, true},
     {"mirror", {.model = BSDF_MIRROR, .model_specular = WHITE}, 2, 1e-6, 1e-6, false},
@@ -211,6 +219,44 @@ static const struct shade_case shade_cases[] = {
      3,
      0.3,
      0.02,
+     false},
+    {"half through, alpha 0.3", LEAF(0.5f, 0.3f, 1.0f, F0), 3, 0.02, 1e-3, true},
+    {"all through, alpha 0", LEAF(1.0f, 0.0f, 1.0f, F0), 2, 0.004, 0.005, false},
+    {"half through, no specular", LEAF(0.5f, 0.3f, 0.0f, NONE), 2, 1e-4, 1e-4, false},
+    {"half through under a coat alpha 0.1 and a sheen alpha 0.25",
+     {.model = BSDF_GLTF,
+      .albedo = GREY,
+      .through = GREY,
+      .alpha_u = 0.3f,
+      .alpha_v = 0.3f,
+      .base_color = WHITE,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .thin = true,
+      .coat = 1.0f,
+      .coat_alpha = 0.1f,
+      .sheen = GREY,
+      .sheen_alpha = 0.25f},
+     3,
+     0.3,
+     0.02,
+     false},
+    {"half through, half clear, alpha 0.2",
+     {.model = BSDF_GLTF,
+      .albedo = {0.25f, 0.25f, 0.25f},
+      .through = {0.25f, 0.25f, 0.25f},
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 0.5f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .thin = true},
+     3,
+     0.1,
+     1e-3,
      false},
     {"gltf paint, no specular",
      {.model = BSDF_GLTF,

@@ -53,7 +53,9 @@ static void init_textures(struct material *m, const struct scene *blob,
                {&m->coat_roughness_texture, &s->clearcoat_roughness_texture},
                {&m->coat_normal_texture, &s->clearcoat_normal_texture},
                {&m->sheen_texture, &s->sheen_color_texture},
-               {&m->sheen_roughness_texture, &s->sheen_roughness_texture}};
+               {&m->sheen_roughness_texture, &s->sheen_roughness_texture},
+               {&m->through_texture, &s->diffuse_transmission_texture},
+               {&m->through_color_texture, &s->diffuse_transmission_color_texture}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         texture_init(all[i].texture, blob, all[i].ref, decoding);
         m->textured |= all[i].texture->texels != NULL;
@@ -76,6 +78,8 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->coat_bent = m->coat > 0.0f && (m->coat_normal_texture.texels || m->normal_texture.texels);
     memcpy(m->sheen, s->sheen_color, sizeof m->sheen);
     m->sheen_roughness = s->sheen_roughness;
+    m->through = s->diffuse_transmission;
+    memcpy(m->through_color, s->diffuse_transmission_color, sizeof m->through_color);
     m->has_sheen = m->sheen[0] > 0.0f || m->sheen[1] > 0.0f || m->sheen[2] > 0.0f;
     m->rotation[0] = elementary_cos(s->anisotropy_rad);
     m->rotation[1] = elementary_sin(s->anisotropy_rad);
@@ -96,10 +100,11 @@ static void init_kind(struct material *m, const struct scene_material *s)
 {
     bool gltf = s->model == MODEL_GLTF && !m->unlit;
     m->lambert = gltf && m->metallic == 0.0f && m->transmission == 0.0f && m->specular == 0.0f &&
-                 m->coat == 0.0f && !m->has_sheen;
+                 m->coat == 0.0f && !m->has_sheen && m->through == 0.0f;
     m->transmissive = gltf && m->transmission > 0.0f && m->metallic < 1.0f;
     m->transmissive |= gltf && m->transmission > 0.0f && m->metallic_roughness_texture.texels;
-    m->volume = m->transmissive && s->thickness > 0.0f;
+    m->translucent = gltf && m->through > 0.0f;
+    m->volume = (m->transmissive || m->translucent) && s->thickness > 0.0f;
     m->anisotropic =
         (gltf && !m->lambert && m->anisotropy > 0.0f) || s->model == MODEL_ASHIKHMIN_SHIRLEY;
     m->attenuation_distance = m->volume ? s->attenuation_distance : 0.0f;
@@ -161,6 +166,19 @@ static void set_sheen(const struct material *m, const struct material_uv *uv, st
     out->sheen_alpha = roughness * roughness;
 }
 
+static void set_through(const struct material *m, const struct material_uv *uv, struct bsdf *out)
+{
+    float factor[4], color[4];
+    sample_at(&m->through_texture, uv, factor);
+    sample_at(&m->through_color_texture, uv, color);
+    const float through = m->through * factor[3];
+    for (int i = 0; i < 3; i++) {
+        out->through[i] = through * m->through_color[i] * color[i] * (1.0f - out->metallic) *
+                          (1.0f - out->transmission);
+        out->albedo[i] *= 1.0f - through;
+    }
+}
+
 static void set_gltf(const struct material *m, const struct material_uv *uv, bool inside,
                      struct bsdf *out)
 {
@@ -180,9 +198,10 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
     set_alphas(m, uv, m->roughness * rough[1], out);
     if (m->coat > 0.0f) set_coat(m, uv, out);
     if (m->has_sheen) set_sheen(m, uv, out);
+    if (m->translucent) set_through(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
-    out->thin = m->transmissive && !m->volume;
+    out->thin = (m->transmissive || m->translucent) && !m->volume;
 }
 
 static enum bsdf_model model_of(uint32_t model)
@@ -341,7 +360,8 @@ void material_bend(const struct material *m, const float texel[4], float out[3])
 
 bool material_is_metallic_only(const struct material *m)
 {
-    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive;
+    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive &&
+           !m->translucent;
 }
 
 void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,

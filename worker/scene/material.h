@@ -22,9 +22,10 @@ struct material {
     bool lambert;      /* its BSDF is a Lambertian one wherever it is hit */
     bool anisotropic;  /* its BSDF depends on material_tangent_angle */
     bool transmissive; /* may send paths through */
-    bool volume;       /* a closed solid with an inside; false with `transmissive`: thin-walled */
-    bool blend;        /* of partial opacity somewhere (alpha.h) */
-    uint32_t model;    /* enum material_model */
+    bool translucent;  /* may send them on from its far side as a diffuse surface does */
+    bool volume;    /* a closed solid with an inside; false of what else paths pass: thin-walled */
+    bool blend;     /* of partial opacity somewhere (alpha.h) */
+    uint32_t model; /* enum material_model */
     float metallic, roughness, transmission, specular;
     float ior;                  /* of the inside over the outside; 0: infinite */
     float specular_f0[3];       /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
@@ -34,6 +35,7 @@ struct material {
     float coat_normal_scale;
     bool has_sheen;
     float sheen[3], sheen_roughness; /* KHR_materials_sheen */
+    float through, through_color[3]; /* KHR_materials_diffuse_transmission */
     float anisotropy, rotation[2];   /* strength; cosine, sine */
     float model_specular[3];
     float exponent_u, exponent_v, alpha_u;
@@ -45,7 +47,8 @@ struct material {
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
         specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture,
-        coat_normal_texture, sheen_texture, sheen_roughness_texture;
+        coat_normal_texture, sheen_texture, sheen_roughness_texture, through_texture,
+        through_color_texture;
 };
 
 struct material_table {

@@ -85,7 +85,7 @@ static uint32_t traits_of(const struct mesh_view *v)
     if (m->lambert) traits |= MESH_LAMBERT;
     if (v->normals || v->tangents) traits |= MESH_BENT;
     /* Lamps' densities are their facets', and rays through glass start at the facet's far side. */
-    if (v->normals && !m->emissive && !m->transmissive) traits |= MESH_ROUND;
+    if (v->normals && !m->emissive && !m->transmissive && !m->translucent) traits |= MESH_ROUND;
     if (v->tangents && m->normal_texture.texels) traits |= MESH_BUMPY;
     return m->textured ? traits | MESH_TEXTURED : traits;
 }

@@ -141,7 +141,7 @@ bool bsdf_is_dirac(const struct bsdf *b)
     if (b->model == BSDF_MIRROR) return true;
     return b->model == BSDF_GLTF && roughness_is_smooth(b) &&
            !(b->albedo[0] + b->albedo[1] + b->albedo[2] > 0.0f) && !sheen_is_on(b) &&
-           (!(b->coat > 0.0f) || b->coat_alpha < BSDF_SMOOTH);
+           !bsdf_is_translucent(b) && (!(b->coat > 0.0f) || b->coat_alpha < BSDF_SMOOTH);
 }
 
 bool bsdf_reflects_most(const struct bsdf *b, float cosine)
@@ -159,7 +159,7 @@ void bsdf_tint(const struct bsdf *b, float out[3])
         if (b->model == BSDF_GLTF)
             out[c] = b->specular * b->specular_f0[c] * (1.0f - b->metallic) +
                      b->base_color[c] * (b->metallic + b->transmission * (1.0f - b->metallic)) +
-                     b->sheen[c] * sheen_albedo(1.0f, b->sheen_alpha);
+                     b->sheen[c] * sheen_albedo(1.0f, b->sheen_alpha) + b->through[c];
         else if (b->model > BSDF_GLTF)
             out[c] = b->model_specular[c];
         if (out[c] > 2.0f) out[c] = 2.0f;

@@ -29,13 +29,15 @@ enum bsdf_model {
 
 struct bsdf {
     enum bsdf_model model;
-    float albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission);
-                        Ashikhmin-Shirley: base colour (1-model_specular) */
+    float
+        albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission)
+                      (1-diffuse transmission); Ashikhmin-Shirley: base colour (1-model_specular) */
     float alpha_u, alpha_v; /* roughness of facets, [0, 1]; below BSDF_SMOOTH it is a mirror's */
     /* glTF */
     float base_color[3];
     float metallic, transmission; /* [0, 1] */
     float specular;               /* KHR_materials_specular factor */
+    float through[3];             /* albedo of KHR_materials_diffuse_transmission's lobe */
     float specular_f0[3];         /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
     float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
     float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
@@ -75,10 +77,17 @@ struct bsdf_sample {
  * [0, 2]: what textures of such lobes are taken out by. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
 
+/* Returns whether light leaves the far side as from a diffuse surface. */
+static inline bool bsdf_is_translucent(const struct bsdf *b)
+{
+    return b->through[0] + b->through[1] + b->through[2] > 0.0f;
+}
+
 /* Returns whether there are lobes beside the diffuse one and what facets reflect and transmit. */
 static inline bool bsdf_has_layers(const struct bsdf *b)
 {
-    return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f;
+    return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f ||
+           bsdf_is_translucent(b);
 }
 
 /* Returns whether all lobes are Dirac ones: of mirrors and clear glass. */

@@ -62,7 +62,7 @@ static float beneath(const struct bsdf *b, float cosine)
         b->metallic * fresnel_schlick(lobe_mean(b->base_color), grazing);
     const float fibres =
         sheen_is_on(b) ? lobe_mean(b->sheen) * sheen_albedo(cosine, b->sheen_alpha) : 0.0f;
-    return LOBE_LEAST + lobe_mean(b->albedo) + facets + fibres +
+    return LOBE_LEAST + lobe_mean(b->albedo) + lobe_mean(b->through) + facets + fibres +
            dielectric * b->transmission * lobe_mean(b->base_color);
 }
 

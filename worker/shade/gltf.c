@@ -19,12 +19,12 @@ struct gltf {
     float alpha[2];
     bool smooth;
     enum clear_kind clear;
-    float opaque, clear_share, metal;    /* shares of the surface: sum 1 */
-    float index_f0;                      /* of CLEAR_BENT: ((ior - 1) / (ior + 1))^2 */
-    float most_f0;                       /* the most reflecting colour's */
-    float span;                          /* ggx_span of wo */
-    float kept;                          /* of diffuse light on its way out: 1 - specular M(wo) */
-    float p_diffuse, p_facet, p_matched; /* of choosing a lobe; sum 1, or all 0 */
+    float opaque, clear_share, metal; /* shares of the surface: sum 1 */
+    float index_f0;                   /* of CLEAR_BENT: ((ior - 1) / (ior + 1))^2 */
+    float most_f0;                    /* the most reflecting colour's */
+    float span;                       /* ggx_span of wo */
+    float kept;                       /* of diffuse light on its way out: 1 - specular M(wo) */
+    float p_diffuse, p_through, p_facet, p_matched; /* of choosing a lobe; sum 1, or all 0 */
 };
 
 /* What a facet does to light, per colour. */
@@ -117,16 +117,18 @@ static void choose(const struct bsdf *b, struct gltf *g, const float wo[3], floa
     struct facet f;
     facet_of(b, g, wo[2], grazing, &f);
     const float diffuse = lobe_mean(b->albedo) * g->kept;
+    const float through = lobe_mean(b->through) * g->kept;
     const float matched =
         g->clear == CLEAR_MATCHED ? g->clear_share * lobe_mean(b->base_color) : 0.0f;
     float facet = lobe_mean(f.reflect) + lobe_mean(f.transmit);
     /* A smooth surface has but one facet, for which the estimate is exact. */
-    const float least = LOBE_LEAST * (diffuse + matched);
+    const float least = LOBE_LEAST * (diffuse + through + matched);
     if (!g->smooth && has_facets(b, g) && facet < least) facet = least;
-    const float sum = diffuse + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
+    const float sum = diffuse + through + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
     g->p_diffuse = diffuse * scale;
     if (g->p_diffuse > 0.0f && sum <= diffuse)
         g->p_diffuse = 1.0f; /* whatever division makes of it */
+    g->p_through = through * scale;
     g->p_matched = matched * scale;
     g->p_facet = facet * scale;
 }
@@ -212,12 +214,16 @@ static void evaluate_seen(const struct bsdf *b, const struct gltf *g, const floa
             out->pdf = lobe_diffuse_pdf(g->p_diffuse, wi[2]);
         }
         if (facets) add_mirrored(b, g, wo, wi, false, out);
-    } else if (facets && g->clear == CLEAR_THIN) {
-        const float above[3] = {wi[0], wi[1], -wi[2]};
-        add_mirrored(b, g, wo, above, true, out);
-    } else if (facets && g->clear == CLEAR_BENT) {
-        add_refracted(b, g, wo, wi, out);
+        return;
     }
+    const float above[3] = {wi[0], wi[1], -wi[2]};
+    if (g->p_through > 0.0f) {
+        const float value = diffuse(b, g, above);
+        for (int k = 0; k < 3; k++) out->specular[k] = b->through[k] * value;
+        out->pdf = lobe_diffuse_pdf(g->p_through, above[2]);
+    }
+    if (facets && g->clear == CLEAR_THIN) add_mirrored(b, g, wo, above, true, out);
+    if (facets && g->clear == CLEAR_BENT) add_refracted(b, g, wo, wi, out);
 }
 
 void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
@@ -276,13 +282,15 @@ bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
 {
     struct gltf g;
     see(b, wo, &g);
-    if (choice < g.p_diffuse) {
+    const float p_through = g.p_diffuse + g.p_through, p_matched = p_through + g.p_matched;
+    if (choice < p_through) {
         lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
-    } else if (choice < g.p_diffuse + g.p_matched) {
+        if (choice >= g.p_diffuse) out->wi[2] = -out->wi[2];
+    } else if (choice < p_matched) {
         return pass(b, &g, wo, out);
     } else if (g.p_facet > 0.0f) {
         /* what is left of the choice decides between reflection and transmission */
-        const float rest = (choice - g.p_diffuse - g.p_matched) / g.p_facet;
+        const float rest = (choice - p_through - g.p_matched) / g.p_facet;
         float h[3];
         struct facet f;
         if (g.smooth) return leave_smooth(b, &g, wo, rest, out);

@@ -103,7 +103,8 @@ static float masking(float cosine, float alpha)
 static float beneath(const struct bsdf *b)
 {
     const float dielectric = 1.0f - b->metallic;
-    return LOBE_LEAST + lobe_mean(b->albedo) + b->metallic * lobe_mean(b->base_color) +
+    return LOBE_LEAST + lobe_mean(b->albedo) + lobe_mean(b->through) +
+           b->metallic * lobe_mean(b->base_color) +
            dielectric * (b->specular * lobe_mean(b->specular_f0) +
                          b->transmission * lobe_mean(b->base_color));
 }

@@ -10,23 +10,15 @@
 #define CHUNK_BIN          0x004e4942u
 
 static const char *const supported[] = {
-    "EXT_mesh_gpu_instancing",
-    "KHR_materials_clearcoat",
-    "KHR_materials_sheen",
-    "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression",
-    "EXT_texture_webp",
-    "KHR_materials_variants",
-    "KHR_node_visibility",
-    "KHR_lights_punctual",
-    "KHR_materials_anisotropy",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_volume",
-    "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing",    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",        "KHR_materials_diffuse_transmission",
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+    "EXT_texture_webp",           "KHR_materials_variants",
+    "KHR_node_visibility",        "KHR_lights_punctual",
+    "KHR_materials_anisotropy",   "KHR_materials_emissive_strength",
+    "KHR_materials_ior",          "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",
+    "KHR_materials_volume",       "KHR_mesh_quantization",
     "KHR_texture_transform",
 };
 

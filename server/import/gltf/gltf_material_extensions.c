@@ -67,6 +67,28 @@ static int read_attenuation(const json_t *extension, const char *place, struct s
     return rc;
 }
 
+static int read_diffuse_transmission(struct gltf *g, const json_t *json, const char *place,
+                                     struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc =
+        gltf_extension(json, place, "KHR_materials_diffuse_transmission", &extension, at, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "diffuseTransmissionFactor", 0, 1, &m->diffuse_transmission,
+                        fault);
+    if (rc == 0)
+        rc = gltf_floats(extension, at, "diffuseTransmissionColorFactor", 3, 0, 1,
+                         m->diffuse_transmission_color, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "diffuseTransmissionTexture", false,
+                               &m->diffuse_transmission_texture, &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "diffuseTransmissionColorTexture", true,
+                               &m->diffuse_transmission_color_texture, &info, fault);
+    return rc;
+}
+
 static int read_volume(struct gltf *g, const json_t *json, const char *place,
                        struct scene_material *m, struct fault *fault)
 {
@@ -77,7 +99,7 @@ static int read_volume(struct gltf *g, const json_t *json, const char *place,
     if (rc != 0 || extension == NULL) return rc;
     rc = gltf_float(extension, at, "thicknessFactor", 0, far, &m->thickness, fault);
     if (rc == 0) rc = read_attenuation(extension, at, m, fault);
-    bool solid = m->thickness > 0 && m->transmission > 0;
+    bool solid = m->thickness > 0 && (m->transmission > 0 || m->diffuse_transmission > 0);
     if (solid && json_object_get(extension, "thicknessTexture") != NULL)
         warnings_add(&g->builder->warnings, at,
                      "thicknessTexture is ignored: paths find how thick the solid is");
@@ -150,6 +172,7 @@ int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char
     int rc = read_specular(g, json, place, m, fault);
     if (rc == 0) rc = read_ior(json, place, m, fault);
     if (rc == 0) rc = read_transmission(g, json, place, m, fault);
+    if (rc == 0) rc = read_diffuse_transmission(g, json, place, m, fault);
     if (rc == 0) rc = read_volume(g, json, place, m, fault);
     if (rc == 0) rc = read_anisotropy(g, json, place, m, fault);
     if (rc == 0) rc = read_clearcoat(g, json, place, m, fault);

@@ -13,7 +13,8 @@ bool plan_has_layers(const struct scene_material *m, bool surely)
         float amount;
         uint32_t texture;
     } layers[] = {{m->clearcoat, m->clearcoat_texture.texture},
-                  {c[0] + c[1] + c[2], m->sheen_color_texture.texture}};
+                  {c[0] + c[1] + c[2], m->sheen_color_texture.texture},
+                  {m->diffuse_transmission, m->diffuse_transmission_texture.texture}};
     for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
         if (layers[i].amount > 0 && !(surely && layers[i].texture != SCENE_NONE)) return true;
     return false;
@@ -73,7 +74,7 @@ bool plan_has_volumes(const struct scene *scene)
     for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         const struct scene_material *m = &scene->materials[mesh->material];
-        if (m->transmission > 0 && m->thickness > 0) return true;
+        if ((m->transmission > 0 || m->diffuse_transmission > 0) && m->thickness > 0) return true;
     }
     return false;
 }

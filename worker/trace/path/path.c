@@ -9,6 +9,7 @@
 #include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/chains.h"
 #include "worker/trace/path/glossy_lobes.h"
+#include "worker/trace/path/path_far.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_leave.h"
 #include "worker/trace/path/path_notes.h"
@@ -200,6 +201,8 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
 {
     struct path_vertex *v = &s->vertex;
     v->depth = depth;
+    v->far = NULL;
+    v->is_far = false;
     follow(c, p, v, &s->harvest);
     if (depth == 0) path_note(c, p, v, &s->harvest);
     if (c->seen_only) return;
@@ -217,6 +220,10 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_thin_lobes(c, p, v);
     if (depth == 0 && (c->skip & SKIP_LISTED)) path_leave_listed(p, v, &s->harvest);
     if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
+    if (!light_table_is_empty(c->lights) && path_far_find(v, &s->far)) {
+        path_nee_add(c, p, &s->far, s->light, &s->harvest);
+        v->far = &s->far;
+    }
     if (depth == c->plan->bounces && !c->has_emission) v->last = v->active;
     end_last(c, v);
     if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);

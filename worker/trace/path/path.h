@@ -108,6 +108,10 @@ struct path_vertex {
     struct layers layers;             /* of lanes with a bsdf, once a path is about to go on */
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
     struct lanes3 back; /* towards the path's origin, in the shading frame; of lanes with a bsdf */
+    const struct path_vertex
+        *far;    /* translucent lanes as light from behind finds them (path_far.c);
+                    NULL: there are none. Only of vertices of paths */
+    bool is_far; /* it is such a one: frame and bsdf are the near side's */
 };
 
 /* Turn a vector of the world into the shading frame of lane i, which has a bsdf, and back. */
@@ -150,7 +154,7 @@ struct nee_sample {
 struct path_scratch {
     struct path_pool pools[2];
     struct path_harvest harvest;
-    struct path_vertex vertex;
+    struct path_vertex vertex, far;
     struct nee_sample light[2];
     struct RTCRayHit16 occlusion;
 };

@@ -189,6 +189,24 @@ TEST(sheens_are_read)
     scene_unmap(&s);
 }
 
+TEST(diffuse_transmission_is_read)
+{
+    struct scene s;
+    const struct scene_material *m =
+        read_one("\"extensions\": {\"KHR_materials_diffuse_transmission\": "
+                 "{\"diffuseTransmissionFactor\": 0.5,"
+                 "\"diffuseTransmissionTexture\": {\"index\": 1}, "
+                 "\"diffuseTransmissionColorFactor\": [1, 0.5, 0],"
+                 "\"diffuseTransmissionColorTexture\": {\"index\": 0}}}",
+                 &s);
+    assert_true(m->diffuse_transmission == 0.5f && m->diffuse_transmission_color[1] == 0.5f);
+    assert_int_equal(s.images[s.textures[m->diffuse_transmission_texture.texture].image].flags, 0);
+    assert_int_equal(
+        s.images[s.textures[m->diffuse_transmission_color_texture.texture].image].flags,
+        IMAGE_IS_SRGB);
+    scene_unmap(&s);
+}
+
 TEST(anisotropy_brings_tangents)
 {
     struct scene s;
@@ -318,6 +336,12 @@ TEST(names_what_it_refuses)
          ERR_RANGE, EXT "KHR_materials_sheen.sheenColorFactor"},
         {"\"extensions\": {\"KHR_materials_sheen\": {\"sheenRoughnessFactor\": \"NaN\"}}", ERR_TYPE,
          EXT "KHR_materials_sheen.sheenRoughnessFactor"},
+        {"\"extensions\": {\"KHR_materials_diffuse_transmission\": "
+         "{\"diffuseTransmissionFactor\": \"NaN\"}}",
+         ERR_TYPE, EXT "KHR_materials_diffuse_transmission.diffuseTransmissionFactor"},
+        {"\"extensions\": {\"KHR_materials_diffuse_transmission\": "
+         "{\"diffuseTransmissionColorFactor\": [0, 2, 0]}}",
+         ERR_RANGE, EXT "KHR_materials_diffuse_transmission.diffuseTransmissionColorFactor"},
         {"\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": \"a\"}}",
          ERR_TYPE, EXT "KHR_materials_anisotropy.anisotropyStrength"},
         {"\"extras\": {\"shearwater\": 7}", ERR_TYPE, "materials[0].extras.shearwater"},

@@ -242,6 +242,33 @@ TEST(sheens_are_their_factors_times_their_textures)
     close_bench(&b);
 }
 
+TEST(light_that_is_let_through_is_taken_from_what_is_reflected)
+{
+    struct bench b = open_bench();
+    struct bsdf bsdf;
+    const float color[3] = {0.5f, 1, 0};
+    b.record->specular = 0;
+    b.record->diffuse_transmission = 0.5f;
+    memcpy(b.record->diffuse_transmission_color, color, sizeof color);
+    const struct material *m = make(&b);
+    assert_true(m->translucent && !m->lambert && !m->volume && !material_is_metallic_only(m));
+    material_bsdf(m, NULL, false, &bsdf);
+    assert_true(bsdf.albedo[0] == 0.25f && bsdf.through[0] == 0.25f && bsdf.through[2] == 0);
+    assert_true(bsdf.thin);
+    b.record->diffuse_transmission_texture = texel(&b, 0, 0, 0, 102, 0);
+    b.record->diffuse_transmission_color_texture = texel(&b, 255, 128, 0, 0, IMAGE_IS_SRGB);
+    b.record->metallic = 0.5f;
+    b.record->thickness = 1;
+    m = make(&b);
+    assert_true(m->volume);
+    material_bsdf(m, &at_origin, true, &bsdf);
+    expect(bsdf.albedo[0], 0.5 * 0.8 * 0.5);
+    expect(bsdf.through[0], 0.2 * 0.5 * 0.5);
+    expect(bsdf.through[1], 0.2 * 0.215861 * 0.5);
+    assert_true(bsdf.inside && !bsdf.thin);
+    close_bench(&b);
+}
+
 TEST(other_models_pass_through)
 {
     static const struct {
