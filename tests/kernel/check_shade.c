@@ -16,6 +16,7 @@
 
 #include "tests/kernel/shade_cases.h"
 #include "tests/kernel/shade_grid.h"
+#include "worker/shade/film.h"
 
 #define SAMPLES         100000
 #define EXPECTED_LEAST  10.0 /* samples in a cell of the chi-square test */
@@ -269,6 +270,7 @@ int main(int argc, char **argv)
     const char *wanted = argc > 1 + quick ? argv[1 + quick] : "";
     const double p_least = sidak(ALL_BY_CHANCE, SHADE_CASE_COUNT * ANGLE_COUNT);
     struct tally total = {0};
+    for (int i = 0; i < SHADE_CASE_COUNT; i++) film_prepare(&shade_cases[i].bsdf);
     printf("chi-square: %d surfaces in %d directions, p at least %.2g\n", SHADE_CASE_COUNT,
            ANGLE_COUNT, p_least);
     for (int i = 0; i < SHADE_CASE_COUNT; i++) {

@@ -95,7 +95,16 @@ struct shade_case {
         .specular = (s), .specular_f0 = __VA_ARGS__, .ior = 1.5f, .thin = true                     \
     }
 
-static const struct shade_case shade_cases[] = {
+/* A film of an index of 1.8 on paint, metal, a pane. */
+#define FILMED(m, t, a, f, nm)                                                                     \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (m) - (t), 1.0f - (m) - (t), 1.0f - (m) - (t)},      \
+        .alpha_u = (a), .alpha_v = (a), .base_color = WHITE, .metallic = (m), .transmission = (t), \
+        .specular = 1.0f, .specular_f0 = F0, .ior = 1.5f, .thin = (t) > 0.0f, .film = (f),         \
+        .film_ior = 1.8f, .film_nm = (nm)                                                          \
+    }
+
+static struct shade_case shade_cases[] = {
     {"lambert", {.model = BSDF_LAMBERT, .albedo = WHITE}, 2, 1e-4, 1e-4, true},
     {"mirror", {.model = BSDF_MIRROR, .model_specular = WHITE}, 2, 1e-6, 1e-6, false},
 
@@ -256,6 +265,49 @@ static const struct shade_case shade_cases[] = {
       .thin = true},
      3,
      0.1,
+     1e-3,
+     false},
+    {"film of 400 nm on paint alpha 0.3", FILMED(0.0f, 0.0f, 0.3f, 1.0f, 400.0f), 3, 0.3, 0.02,
+     true},
+    {"film of 100 nm on paint alpha 0", FILMED(0.0f, 0.0f, 0.0f, 1.0f, 100.0f), 2, 0.3, 0.02,
+     false},
+    {"half a film of 800 nm on paint alpha 1", FILMED(0.0f, 0.0f, 1.0f, 0.5f, 800.0f), 2, 0.3, 0.02,
+     false},
+    {"film of 300 nm on white metal alpha 0.25", FILMED(1.0f, 0.0f, 0.25f, 1.0f, 300.0f), 3, 0.5,
+     1e-3, false},
+    {"film of 500 nm on a pane alpha 0.2", FILMED(0.0f, 1.0f, 0.2f, 1.0f, 500.0f), 3, 0.3, 1e-3,
+     false},
+    {"film of 500 nm on glass alpha 0.2",
+     {.model = BSDF_GLTF,
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 1.0f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .film = 1.0f,
+      .film_ior = 1.8f,
+      .film_nm = 500.0f},
+     3,
+     0.3,
+     1e-3,
+     false},
+    {"film of 500 nm on glass alpha 0.2, from inside",
+     {.model = BSDF_GLTF,
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 1.0f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.0f / 1.5f,
+      .inside = true,
+      .film = 1.0f,
+      .film_ior = 1.8f,
+      .film_nm = 500.0f},
+     3,
+     0.3,
      1e-3,
      false},
     {"gltf paint, no specular",

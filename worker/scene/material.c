@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "worker/shade/elementary.h"
+#include "worker/shade/film.h"
 
 /* Rays without a key (alpha.h) meet blended surfaces as if they were masks. */
 #define BLEND_CUTOFF 0.5f
@@ -54,6 +55,8 @@ static void init_textures(struct material *m, const struct scene *blob,
                {&m->coat_normal_texture, &s->clearcoat_normal_texture},
                {&m->sheen_texture, &s->sheen_color_texture},
                {&m->sheen_roughness_texture, &s->sheen_roughness_texture},
+               {&m->film_texture, &s->iridescence_texture},
+               {&m->film_nm_texture, &s->iridescence_thickness_texture},
                {&m->through_texture, &s->diffuse_transmission_texture},
                {&m->through_color_texture, &s->diffuse_transmission_color_texture}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
@@ -78,6 +81,9 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->coat_bent = m->coat > 0.0f && (m->coat_normal_texture.texels || m->normal_texture.texels);
     memcpy(m->sheen, s->sheen_color, sizeof m->sheen);
     m->sheen_roughness = s->sheen_roughness;
+    m->film = s->iridescence;
+    m->film_ior = s->iridescence_ior;
+    memcpy(m->film_nm, s->iridescence_nm, sizeof m->film_nm);
     m->through = s->diffuse_transmission;
     memcpy(m->through_color, s->diffuse_transmission_color, sizeof m->through_color);
     m->has_sheen = m->sheen[0] > 0.0f || m->sheen[1] > 0.0f || m->sheen[2] > 0.0f;
@@ -166,6 +172,17 @@ static void set_sheen(const struct material *m, const struct material_uv *uv, st
     out->sheen_alpha = roughness * roughness;
 }
 
+static void set_film(const struct material *m, const struct material_uv *uv, struct bsdf *out)
+{
+    float factor[4], thickness[4];
+    sample_at(&m->film_texture, uv, factor);
+    sample_at(&m->film_nm_texture, uv, thickness);
+    out->film = m->film * factor[0];
+    out->film_ior = m->film_ior;
+    out->film_nm = m->film_nm[0] + (m->film_nm[1] - m->film_nm[0]) * thickness[1];
+    film_prepare(out);
+}
+
 static void set_through(const struct material *m, const struct material_uv *uv, struct bsdf *out)
 {
     float factor[4], color[4];
@@ -199,6 +216,7 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
     if (m->coat > 0.0f) set_coat(m, uv, out);
     if (m->has_sheen) set_sheen(m, uv, out);
     if (m->translucent) set_through(m, uv, out);
+    if (m->film > 0.0f) set_film(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
     out->thin = (m->transmissive || m->translucent) && !m->volume;

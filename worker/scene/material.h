@@ -34,9 +34,10 @@ struct material {
                                    one of the two */
     float coat_normal_scale;
     bool has_sheen;
-    float sheen[3], sheen_roughness; /* KHR_materials_sheen */
-    float through, through_color[3]; /* KHR_materials_diffuse_transmission */
-    float anisotropy, rotation[2];   /* strength; cosine, sine */
+    float sheen[3], sheen_roughness;  /* KHR_materials_sheen */
+    float through, through_color[3];  /* KHR_materials_diffuse_transmission */
+    float film, film_ior, film_nm[2]; /* KHR_materials_iridescence; thickness from and to */
+    float anisotropy, rotation[2];    /* strength; cosine, sine */
     float model_specular[3];
     float exponent_u, exponent_v, alpha_u;
     float eta[3], k[3];
@@ -48,7 +49,7 @@ struct material {
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
         specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture,
         coat_normal_texture, sheen_texture, sheen_roughness_texture, through_texture,
-        through_color_texture;
+        through_color_texture, film_texture, film_nm_texture;
 };
 
 struct material_table {

@@ -1,9 +1,12 @@
 #include "worker/shade/bsdf.h"
 
+#include <string.h>
+
 #include "worker/shade/ashikhmin_shirley.h"
 #include "worker/shade/beckmann.h"
 #include "worker/shade/blinn_phong.h"
 #include "worker/shade/coat.h"
+#include "worker/shade/film.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/lobe.h"
 #include "worker/shade/phong.h"
@@ -154,11 +157,18 @@ bool bsdf_reflects_most(const struct bsdf *b, float cosine)
 
 void bsdf_tint(const struct bsdf *b, float out[3])
 {
+    float dielectric[3], metal[3];
+    memcpy(dielectric, b->specular_f0, sizeof dielectric);
+    memcpy(metal, b->base_color, sizeof metal);
+    if (film_is_on(b)) {
+        film_fresnel(b, b->specular_f0, 0.0f, dielectric);
+        film_fresnel(b, b->base_color, 0.0f, metal);
+    }
     for (int c = 0; c < 3; c++) {
         out[c] = 0.0f;
         if (b->model == BSDF_GLTF)
-            out[c] = b->specular * b->specular_f0[c] * (1.0f - b->metallic) +
-                     b->base_color[c] * (b->metallic + b->transmission * (1.0f - b->metallic)) +
+            out[c] = b->specular * dielectric[c] * (1.0f - b->metallic) + metal[c] * b->metallic +
+                     b->base_color[c] * b->transmission * (1.0f - b->metallic) +
                      b->sheen[c] * sheen_albedo(1.0f, b->sheen_alpha) + b->through[c];
         else if (b->model > BSDF_GLTF)
             out[c] = b->model_specular[c];

@@ -35,10 +35,12 @@ struct bsdf {
     float alpha_u, alpha_v; /* roughness of facets, [0, 1]; below BSDF_SMOOTH it is a mirror's */
     /* glTF */
     float base_color[3];
-    float metallic, transmission; /* [0, 1] */
-    float specular;               /* KHR_materials_specular factor */
-    float through[3];             /* albedo of KHR_materials_diffuse_transmission's lobe */
-    float specular_f0[3];         /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
+    float metallic, transmission;  /* [0, 1] */
+    float specular;                /* KHR_materials_specular factor */
+    float through[3];              /* albedo of KHR_materials_diffuse_transmission's lobe */
+    float film, film_ior, film_nm; /* KHR_materials_iridescence: factor, index >= 1, thickness */
+    float film_mean;               /* film.h */
+    float specular_f0[3];          /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
     float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
     float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
     float coat_normal[3];   /* unit; only where coat_bent */
@@ -83,10 +85,10 @@ static inline bool bsdf_is_translucent(const struct bsdf *b)
     return b->through[0] + b->through[1] + b->through[2] > 0.0f;
 }
 
-/* Returns whether there are lobes beside the diffuse one and what facets reflect and transmit. */
+/* Returns whether there is a film, or a lobe beside the diffuse one and those of facets. */
 static inline bool bsdf_has_layers(const struct bsdf *b)
 {
-    return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f ||
+    return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f || b->film > 0.0f ||
            bsdf_is_translucent(b);
 }
 

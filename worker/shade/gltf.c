@@ -1,6 +1,7 @@
 #include "worker/shade/gltf.h"
 
 #include "worker/shade/coupling.h"
+#include "worker/shade/film.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/ggx.h"
 #include "worker/shade/lobe.h"
@@ -47,6 +48,31 @@ static enum clear_kind clear_kind_of(const struct bsdf *b, float share)
     return fabsf(b->ior - 1.0f) < GLTF_MATCHED ? CLEAR_MATCHED : CLEAR_BENT;
 }
 
+/* What facets under a film reflect, but for `specular`, of those that there are. */
+static void filmed_of(const struct bsdf *b, const struct gltf *g, float grazing,
+                      float dielectric[3], float metal[3])
+{
+    for (int k = 0; k < 3; k++) dielectric[k] = metal[k] = 0.0f;
+    if (g->metal < 1.0f && b->specular > 0.0f) film_fresnel(b, b->specular_f0, grazing, dielectric);
+    if (g->metal > 0.0f) film_fresnel(b, b->base_color, grazing, metal);
+}
+
+/* A film on a volume: `exact` is what glass without it reflects. Its outer side is outside. */
+static float reflect_film(const struct bsdf *b, float cosine, float exact, float share,
+                          struct facet *f)
+{
+    float bare[3], film[3];
+    struct bsdf pure = *b;
+    pure.film = 1.0f;
+    film_fresnel(&pure, b->specular_f0, fresnel_grazing(b->inside ? f->cosine_far : cosine), film);
+    for (int k = 0; k < 3; k++) {
+        bare[k] = fresnel_schlick(b->specular_f0[k], exact);
+        film[k] = b->specular * (bare[k] + (film[k] - bare[k]) * b->film);
+        f->reflect[k] += share * film[k];
+    }
+    return most_of(film);
+}
+
 /* Fresnel's equations with f0 and weight of KHR_materials_specular in place of the index's own f0;
  * returns the greatest colour's. */
 static float reflect_volume(const struct bsdf *b, const struct gltf *g, float cosine, float share,
@@ -56,6 +82,7 @@ static float reflect_volume(const struct bsdf *b, const struct gltf *g, float co
     const bool total = f->cosine_far <= 0.0f;
     const float span = 1.0f - g->index_f0;
     const float above = span > 0.0f && exact > g->index_f0 ? (exact - g->index_f0) / span : 0.0f;
+    if (film_is_on(b) && !total) return reflect_film(b, cosine, above, share, f);
     for (int k = 0; k < 3; k++) {
         const float r = total ? 1.0f : b->specular * fresnel_schlick(b->specular_f0[k], above);
         f->reflect[k] += share * r;
@@ -69,13 +96,20 @@ static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, f
 {
     const float under_schlick = g->opaque + (g->clear == CLEAR_THIN ? g->clear_share : 0.0f);
     const float layer = under_schlick * b->specular;
-    for (int k = 0; k < 3; k++)
-        f->reflect[k] = layer * fresnel_schlick(b->specular_f0[k], grazing) +
-                        g->metal * fresnel_schlick(b->base_color[k], grazing);
+    float dielectric[3], metal[3], most;
+    if (film_is_on(b)) {
+        filmed_of(b, g, grazing, dielectric, metal);
+        most = most_of(dielectric);
+    } else {
+        for (int k = 0; k < 3; k++) dielectric[k] = fresnel_schlick(b->specular_f0[k], grazing);
+        for (int k = 0; k < 3; k++) metal[k] = fresnel_schlick(b->base_color[k], grazing);
+        most = fresnel_schlick(g->most_f0, grazing);
+    }
+    for (int k = 0; k < 3; k++) f->reflect[k] = layer * dielectric[k] + g->metal * metal[k];
     float passes = 0.0f;
     f->cosine_far = 0.0f;
     if (g->clear == CLEAR_THIN)
-        passes = g->clear_share * (1.0f - b->specular * fresnel_schlick(g->most_f0, grazing));
+        passes = g->clear_share * (1.0f - b->specular * most);
     else if (g->clear == CLEAR_BENT)
         passes = g->clear_share * (1.0f - reflect_volume(b, g, cosine, g->clear_share, f));
     for (int k = 0; k < 3; k++) f->transmit[k] = passes * b->base_color[k];
@@ -102,7 +136,10 @@ static float mean_grazing(const struct gltf *g, const float w[3])
 /* The mean Fresnel reflectance, at its greatest colour, of facets whose mean grazing is given. */
 static float hindrance(const struct bsdf *b, const struct gltf *g, float grazing)
 {
-    return b->specular * fresnel_schlick(g->most_f0, grazing);
+    float each[3];
+    if (!film_is_on(b)) return b->specular * fresnel_schlick(g->most_f0, grazing);
+    film_fresnel(b, b->specular_f0, grazing, each);
+    return b->specular * most_of(each);
 }
 
 static bool has_facets(const struct bsdf *b, const struct gltf *g)
@@ -159,7 +196,8 @@ static float diffuse(const struct bsdf *b, const struct gltf *g, const float wi[
     const float average =
         g->smooth ? FRESNEL_GRAZING_MEAN : coupling_average(sqrtf(g->alpha[0] * g->alpha[1]));
     const float in = 1.0f - hindrance(b, g, mean_grazing(g, wi));
-    const float all = 1.0f - hindrance(b, g, average);
+    const float all =
+        1.0f - (film_is_on(b) ? b->specular * b->film_mean : hindrance(b, g, average));
     return in > 0.0f && all > 1e-6f ? LAMBERT_INV_PI * g->kept * in / all : 0.0f;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 /* glTF 2.0's metallic-roughness material (appendix B) with KHR_materials_specular, _ior,
- * _transmission, _diffuse_transmission, _volume and _anisotropy:
+ * _transmission, _diffuse_transmission, _volume, _anisotropy and _iridescence (film.h):
  *
  *   dielectric = mix(diffuse, btdf * base_color, transmission) under facets that reflect
  *                fr = specular * (f0 + (1 - f0) (1 - V.H)^5), f0 = specular_f0, per colour

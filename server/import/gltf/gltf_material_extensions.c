@@ -67,6 +67,30 @@ static int read_attenuation(const json_t *extension, const char *place, struct s
     return rc;
 }
 
+static int read_iridescence(struct gltf *g, const json_t *json, const char *place,
+                            struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_iridescence", &extension, at, fault);
+    if (rc == 0) rc = gltf_float(extension, at, "iridescenceFactor", 0, 1, &m->iridescence, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "iridescenceIor", 1, 1000, &m->iridescence_ior, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "iridescenceThicknessMinimum", 0, 1e6, &m->iridescence_nm[0],
+                        fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "iridescenceThicknessMaximum", 0, 1e6, &m->iridescence_nm[1],
+                        fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "iridescenceTexture", false,
+                               &m->iridescence_texture, &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "iridescenceThicknessTexture", false,
+                               &m->iridescence_thickness_texture, &info, fault);
+    return rc;
+}
+
 static int read_diffuse_transmission(struct gltf *g, const json_t *json, const char *place,
                                      struct scene_material *m, struct fault *fault)
 {
@@ -172,6 +196,7 @@ int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char
     int rc = read_specular(g, json, place, m, fault);
     if (rc == 0) rc = read_ior(json, place, m, fault);
     if (rc == 0) rc = read_transmission(g, json, place, m, fault);
+    if (rc == 0) rc = read_iridescence(g, json, place, m, fault);
     if (rc == 0) rc = read_diffuse_transmission(g, json, place, m, fault);
     if (rc == 0) rc = read_volume(g, json, place, m, fault);
     if (rc == 0) rc = read_anisotropy(g, json, place, m, fault);

@@ -14,6 +14,7 @@ bool plan_has_layers(const struct scene_material *m, bool surely)
         uint32_t texture;
     } layers[] = {{m->clearcoat, m->clearcoat_texture.texture},
                   {c[0] + c[1] + c[2], m->sheen_color_texture.texture},
+                  {m->iridescence, m->iridescence_texture.texture},
                   {m->diffuse_transmission, m->diffuse_transmission_texture.texture}};
     for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
         if (layers[i].amount > 0 && !(surely && layers[i].texture != SCENE_NONE)) return true;

@@ -207,6 +207,22 @@ TEST(diffuse_transmission_is_read)
     scene_unmap(&s);
 }
 
+TEST(films_are_read)
+{
+    struct scene s;
+    const struct scene_material *m =
+        read_one("\"extensions\": {\"KHR_materials_iridescence\": {\"iridescenceFactor\": 0.5, "
+                 "\"iridescenceIor\": 1.5, "
+                 "\"iridescenceThicknessMinimum\": 200, \"iridescenceTexture\": {\"index\": 1}, "
+                 "\"iridescenceThicknessTexture\": {\"index\": 0}}}",
+                 &s);
+    assert_true(m->iridescence == 0.5f && m->iridescence_ior == 1.5f);
+    assert_true(m->iridescence_nm[0] == 200 && m->iridescence_nm[1] == 400);
+    assert_int_not_equal(m->iridescence_texture.texture, SCENE_NONE);
+    assert_int_not_equal(m->iridescence_thickness_texture.texture, SCENE_NONE);
+    scene_unmap(&s);
+}
+
 TEST(anisotropy_brings_tangents)
 {
     struct scene s;
@@ -342,6 +358,10 @@ TEST(names_what_it_refuses)
         {"\"extensions\": {\"KHR_materials_diffuse_transmission\": "
          "{\"diffuseTransmissionColorFactor\": [0, 2, 0]}}",
          ERR_RANGE, EXT "KHR_materials_diffuse_transmission.diffuseTransmissionColorFactor"},
+        {"\"extensions\": {\"KHR_materials_iridescence\": {\"iridescenceIor\": 0.5}}", ERR_RANGE,
+         EXT "KHR_materials_iridescence.iridescenceIor"},
+        {"\"extensions\": {\"KHR_materials_iridescence\": {\"iridescenceThicknessMaximum\": -1}}",
+         ERR_RANGE, EXT "KHR_materials_iridescence.iridescenceThicknessMaximum"},
         {"\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": \"a\"}}",
          ERR_TYPE, EXT "KHR_materials_anisotropy.anisotropyStrength"},
         {"\"extras\": {\"shearwater\": 7}", ERR_TYPE, "materials[0].extras.shearwater"},

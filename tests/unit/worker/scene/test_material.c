@@ -269,6 +269,24 @@ TEST(light_that_is_let_through_is_taken_from_what_is_reflected)
     close_bench(&b);
 }
 
+TEST(films_are_as_thick_as_their_textures_say)
+{
+    struct bench b = open_bench();
+    struct bsdf bsdf;
+    b.record->iridescence = 0.5f;
+    b.record->iridescence_ior = 1.5f;
+    b.record->iridescence_nm[0] = 100, b.record->iridescence_nm[1] = 600;
+    material_bsdf(make(&b), NULL, false, &bsdf);
+    assert_true(bsdf.film == 0.5f && bsdf.film_ior == 1.5f && bsdf.film_nm == 600);
+    assert_true(bsdf.film_mean > 0 && bsdf_has_layers(&bsdf));
+    b.record->iridescence_texture = texel(&b, 102, 0, 0, 0, 0);
+    b.record->iridescence_thickness_texture = texel(&b, 0, 51, 0, 0, 0);
+    material_bsdf(make(&b), &at_origin, false, &bsdf);
+    expect(bsdf.film, 0.2);
+    expect(bsdf.film_nm, 200);
+    close_bench(&b);
+}
+
 TEST(other_models_pass_through)
 {
     static const struct {

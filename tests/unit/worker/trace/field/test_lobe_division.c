@@ -173,7 +173,7 @@ TEST(lone_sub_samples_are_weighed)
 enum view { FROM_ABOVE, GRAZING };
 
 /* Beyond glTF's core. */
-enum layer { BARE, COAT, SHEEN, LEAF };
+enum layer { BARE, COAT, SHEEN, LEAF, FILM };
 
 struct division {
     uint32_t light; /* enum light_type */
@@ -200,6 +200,10 @@ static void lay(enum layer layer, struct scene_material *m)
 {
     if (layer == COAT) m->clearcoat = 0.8f, m->clearcoat_roughness = 0.2f;
     if (layer == LEAF) m->diffuse_transmission = 0.5f;
+    if (layer == FILM) {
+        m->iridescence = 1.0f, m->iridescence_ior = 1.8f;
+        m->iridescence_nm[0] = m->iridescence_nm[1] = 400.0f;
+    }
     if (layer == SHEEN) {
         m->sheen_color[0] = 0.2f, m->sheen_color[1] = 0.9f, m->sheen_color[2] = 0.5f;
         m->sheen_roughness = 0.5f;
@@ -294,7 +298,7 @@ TEST(fields_and_paths_are_whole_paths)
     } surfaces[] = {{0.05f, 0, 0, BARE},   {0.3f, 0, 0, BARE},    {1, 0, 0, BARE},
                     {0.3f, 0.5f, 0, BARE}, {1, 0.5f, 0, BARE},    {0.3f, 1, 0, BARE},
                     {1, 1, 0, BARE},       {0.3f, 0, 0.5f, BARE}, {0.3f, 0.5f, 0, COAT},
-                    {0.5f, 0, 0, SHEEN},   {0.5f, 0, 0, LEAF}};
+                    {0.5f, 0, 0, SHEEN},   {0.5f, 0, 0, LEAF},    {0.5f, 0.5f, 0, FILM}};
     for (int v = 0; v < 2; v++)
         for (int k = 0; k < 4; k++)
             for (size_t s = 0; s < sizeof surfaces / sizeof surfaces[0]; s++) {
