@@ -159,6 +159,7 @@ static double turned(const struct bsdf *b, const float wo[3], const float wi[3])
     const float from[3] = {wi[0], wi[1], -wi[2]}, to[3] = {wo[0], wo[1], -wo[2]};
     back.ior = b->ior > 0.0f ? 1.0f / b->ior : 0.0f;
     back.inside = !b->inside;
+    for (int k = 0; b->dispersed && k < 3; k++) back.iors[k] = 1.0f / b->iors[k];
     bsdf_evaluate(&back, from, to, &v);
     return grid_value(&back, &v) * (bent ? (double)(b->ior * b->ior) : 1.0);
 }

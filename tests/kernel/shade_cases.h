@@ -104,6 +104,17 @@ struct shade_case {
         .film_ior = 1.8f, .film_nm = (nm)                                                          \
     }
 
+/* Glass of an index for each colour, of which it transmits one. */
+#define PRISM(a, c, r, g, b)                                                                       \
+    {                                                                                              \
+        .model = BSDF_GLTF, .alpha_u = (a), .alpha_v = (a), .base_color = WHITE,                   \
+        .transmission = 1.0f, .specular = 1.0f, .specular_f0 = F0, .iors = {(r), (g), (b)},        \
+        .ior = (c) == 0   ? (r)                                                                    \
+               : (c) == 1 ? (g)                                                                    \
+                          : (b),                                                                   \
+        .dispersed = true, .color = (c), .color_scale = 3.0f, .inside = (g) < 1.0f                 \
+    }
+
 static struct shade_case shade_cases[] = {
     {"lambert", {.model = BSDF_LAMBERT, .albedo = WHITE}, 2, 1e-4, 1e-4, true},
     {"mirror", {.model = BSDF_MIRROR, .model_specular = WHITE}, 2, 1e-6, 1e-6, false},
@@ -310,6 +321,11 @@ static struct shade_case shade_cases[] = {
      0.3,
      1e-3,
      false},
+    {"dispersed glass alpha 0.2, green", PRISM(0.2f, 1, 1.4f, 1.5f, 1.6f), 3, 0.1, 0.01, false},
+    {"dispersed glass alpha 0.2, blue", PRISM(0.2f, 2, 1.4f, 1.5f, 1.6f), 3, 0.1, 0.02, true},
+    {"dispersed glass alpha 0.2, red from inside",
+     PRISM(0.2f, 0, 1.0f / 1.4f, 1.0f / 1.5f, 1.0f / 1.6f), 3, 0.4, 0.2, false},
+    {"dispersed glass alpha 0, blue", PRISM(0.0f, 2, 1.4f, 1.5f, 1.6f), 2, 0.03, 0.03, false},
     {"gltf paint, no specular",
      {.model = BSDF_GLTF,
       .albedo = WHITE,

@@ -81,6 +81,7 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->coat_bent = m->coat > 0.0f && (m->coat_normal_texture.texels || m->normal_texture.texels);
     memcpy(m->sheen, s->sheen_color, sizeof m->sheen);
     m->sheen_roughness = s->sheen_roughness;
+    m->dispersion = s->dispersion;
     m->film = s->iridescence;
     m->film_ior = s->iridescence_ior;
     memcpy(m->film_nm, s->iridescence_nm, sizeof m->film_nm);
@@ -172,6 +173,19 @@ static void set_sheen(const struct material *m, const struct material_uv *uv, st
     out->sheen_alpha = roughness * roughness;
 }
 
+/* Red bends less than what the index is of, blue more. */
+static void disperse(const struct material *m, struct bsdf *out)
+{
+    const float half = (m->ior - 1.0f) * 0.025f * m->dispersion;
+    for (int i = 0; i < 3; i++) {
+        const float ior = m->ior + (float)(i - 1) * half;
+        out->iors[i] = ior < 1.0f ? 1.0f : ior;
+        if (out->inside) out->iors[i] = 1.0f / out->iors[i];
+    }
+    out->dispersed = true;
+    out->color = BSDF_ALL_COLORS;
+}
+
 static void set_film(const struct material *m, const struct material_uv *uv, struct bsdf *out)
 {
     float factor[4], thickness[4];
@@ -219,6 +233,7 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
     if (m->film > 0.0f) set_film(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
+    if (m->dispersion > 0.0f && m->transmissive && m->volume && m->ior > 1.0f) disperse(m, out);
     out->thin = (m->transmissive || m->translucent) && !m->volume;
 }
 

@@ -27,6 +27,7 @@ struct material {
     bool blend;     /* of partial opacity somewhere (alpha.h) */
     uint32_t model; /* enum material_model */
     float metallic, roughness, transmission, specular;
+    float dispersion;           /* KHR_materials_dispersion; of volumes only */
     float ior;                  /* of the inside over the outside; 0: infinite */
     float specular_f0[3];       /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
     float coat, coat_roughness; /* KHR_materials_clearcoat */

@@ -41,7 +41,12 @@ struct bsdf {
     float film, film_ior, film_nm; /* KHR_materials_iridescence: factor, index >= 1, thickness */
     float film_mean;               /* film.h */
     float specular_f0[3];          /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
-    float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
+    float ior;     /* of the far side over the near one, as the path meets it: 1/ior from inside */
+    float iors[3]; /* KHR_materials_dispersion: the same of each colour; only where dispersed */
+    bool dispersed;
+    int color;         /* of dispersed volumes: the one that is transmitted, by its own index, which
+                          `ior` is, too; BSDF_ALL_COLORS: all, by one index */
+    float color_scale; /* its weight, where it stands for the others */
     float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
     float coat_normal[3];   /* unit; only where coat_bent */
     float sheen[3], sheen_alpha; /* KHR_materials_sheen: colour, roughness of its fibres; [0, 1] */
@@ -53,6 +58,8 @@ struct bsdf {
     float exponent_u, exponent_v; /* [0, 1e5] */
     float eta[3], k[3];           /* eta[0] > 0: a conductor times model_specular; else Schlick */
 };
+
+#define BSDF_ALL_COLORS (-1)
 
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
 
@@ -90,6 +97,15 @@ static inline bool bsdf_has_layers(const struct bsdf *b)
 {
     return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f || b->film > 0.0f ||
            bsdf_is_translucent(b);
+}
+
+/* Makes one colour of a dispersed volume be transmitted, scaled. Chosen by chance among the three
+ * and scaled by 3, it has the mean of all. What is reflected has all colours. */
+static inline void bsdf_choose_color(struct bsdf *b, int color, float scale)
+{
+    b->color = color;
+    b->color_scale = scale;
+    b->ior = b->iors[color];
 }
 
 /* Returns whether all lobes are Dirac ones: of mirrors and clear glass. */

@@ -73,6 +73,20 @@ static float reflect_film(const struct bsdf *b, float cosine, float exact, float
     return most_of(film);
 }
 
+/* The same of a dispersed volume's colours, each by its own index. */
+static void reflect_colors(const struct bsdf *b, float cosine, float share, struct facet *f)
+{
+    for (int k = 0; k < 3; k++) {
+        float far;
+        const float root = (b->iors[k] - 1.0f) / (b->iors[k] + 1.0f), f0 = root * root;
+        const float exact = fresnel_dielectric(cosine, b->iors[k], &far);
+        const float span = 1.0f - f0,
+                    above = exact > f0 && span > 0.0f ? (exact - f0) / span : 0.0f;
+        const float r = b->specular * fresnel_schlick(b->specular_f0[k], above);
+        f->reflect[k] += share * (far <= 0.0f ? 1.0f : r);
+    }
+}
+
 /* Fresnel's equations with f0 and weight of KHR_materials_specular in place of the index's own f0;
  * returns the greatest colour's. */
 static float reflect_volume(const struct bsdf *b, const struct gltf *g, float cosine, float share,
@@ -83,7 +97,8 @@ static float reflect_volume(const struct bsdf *b, const struct gltf *g, float co
     const float span = 1.0f - g->index_f0;
     const float above = span > 0.0f && exact > g->index_f0 ? (exact - g->index_f0) / span : 0.0f;
     if (film_is_on(b) && !total) return reflect_film(b, cosine, above, share, f);
-    for (int k = 0; k < 3; k++) {
+    if (b->dispersed) reflect_colors(b, cosine, share, f);
+    for (int k = 0; !b->dispersed && k < 3; k++) {
         const float r = total ? 1.0f : b->specular * fresnel_schlick(b->specular_f0[k], above);
         f->reflect[k] += share * r;
     }
@@ -241,6 +256,13 @@ static void add_refracted(const struct bsdf *b, const struct gltf *g, const floa
     out->pdf += g->p_facet * (1.0f - f.p_reflect) * jacobian * ggx_seen(wo[2], g->span);
 }
 
+/* Leaves of what is transmitted the colour for which it is. */
+static void filter(const struct bsdf *b, const float wi[3], float specular[3])
+{
+    if (!b->dispersed || b->color == BSDF_ALL_COLORS || wi[2] >= 0.0f) return;
+    for (int k = 0; k < 3; k++) specular[k] = k == b->color ? b->color_scale * specular[k] : 0.0f;
+}
+
 static void evaluate_seen(const struct bsdf *b, const struct gltf *g, const float wo[3],
                           const float wi[3], struct bsdf_value *out)
 {
@@ -270,6 +292,7 @@ void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
     struct gltf g;
     see(b, wo, &g);
     evaluate_seen(b, &g, wo, wi, out);
+    filter(b, wi, out->specular);
 }
 
 /* Straight on. */
@@ -278,6 +301,7 @@ static bool pass(const struct bsdf *b, const struct gltf *g, const float wo[3],
 {
     direction_set(-wo[0], -wo[1], -wo[2], out->wi);
     for (int k = 0; k < 3; k++) out->specular[k] = g->clear_share * b->base_color[k] / g->p_matched;
+    filter(b, out->wi, out->specular);
     out->dirac = out->transmitted = true;
     return true;
 }
@@ -311,6 +335,7 @@ static bool leave_smooth(const struct bsdf *b, const struct gltf *g, const float
     const float *color = out->transmitted ? f.transmit : f.reflect;
     if (!(p > 0.0f)) return false;
     for (int k = 0; k < 3; k++) out->specular[k] = color[k] / p;
+    filter(b, out->wi, out->specular);
     out->dirac = true;
     return true;
 }
@@ -339,5 +364,6 @@ bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     }
     if (fabsf(out->wi[2]) < DIRECTION_GRAZING) return false;
     evaluate_seen(b, &g, wo, out->wi, value);
+    filter(b, out->wi, value->specular);
     return true;
 }

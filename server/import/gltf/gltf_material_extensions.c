@@ -67,6 +67,15 @@ static int read_attenuation(const json_t *extension, const char *place, struct s
     return rc;
 }
 
+static int read_dispersion(const json_t *json, const char *place, struct scene_material *m,
+                           struct fault *fault)
+{
+    const json_t *extension;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_dispersion", &extension, at, fault);
+    return rc == 0 ? gltf_float(extension, at, "dispersion", 0, 1000, &m->dispersion, fault) : rc;
+}
+
 static int read_iridescence(struct gltf *g, const json_t *json, const char *place,
                             struct scene_material *m, struct fault *fault)
 {
@@ -196,6 +205,7 @@ int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char
     int rc = read_specular(g, json, place, m, fault);
     if (rc == 0) rc = read_ior(json, place, m, fault);
     if (rc == 0) rc = read_transmission(g, json, place, m, fault);
+    if (rc == 0) rc = read_dispersion(json, place, m, fault);
     if (rc == 0) rc = read_iridescence(g, json, place, m, fault);
     if (rc == 0) rc = read_diffuse_transmission(g, json, place, m, fault);
     if (rc == 0) rc = read_volume(g, json, place, m, fault);

@@ -42,6 +42,18 @@ static void attenuate(struct path_packet *p, const struct path_vertex *v)
     }
 }
 
+/* A path has one colour at all dispersed volumes. The first that it passes leaves it that alone. */
+static void choose_colors(const struct path_packet *p, struct path_vertex *v)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        float u, unused;
+        if (!path_is_dispersed(v, (int)i)) continue;
+        path_pair(p->key[i], p->sample[i], PATH_COLOR, &u, &unused);
+        const int color = (int)(3.0f * u);
+        bsdf_choose_color(&v->bsdf[i], color < 2 ? color : 2, p->colored[i] ? 1.0f : 3.0f);
+    }
+}
+
 /* Finds what each path's surface does to light; paths that it takes nowhere end. */
 static void prepare(const struct path_context *c, const struct path_packet *p,
                     struct path_vertex *v)
@@ -50,6 +62,7 @@ static void prepare(const struct path_context *c, const struct path_packet *p,
     struct lanes_mask lights;
     for (int i = 0; i < LANES; i++) v->active.on[i] = s->hit.on[i] & -(i < (int)p->count);
     path_resolve(c, &p->rays, v);
+    if (v->any_general) choose_colors(p, v);
     for (int i = 0; i < LANES; i++)
         lights.on[i] = -(s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f);
     for (int i = 0; v->any_general && i < LANES; i++)

@@ -194,6 +194,12 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
 void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
                   struct path_vertex *v);
 
+/* Returns whether lane i has a bsdf that transmits one colour at a time. */
+static inline bool path_is_dispersed(const struct path_vertex *v, int i)
+{
+    return v->active.on[i] && !v->lambert.on[i] && v->bsdf[i].dispersed;
+}
+
 /* Even a path through white surfaces ends at last. */
 #define PATH_ROULETTE_MOST 0.98f
 

@@ -148,6 +148,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->key[lane] = p->key[i];
     next->sample[lane] = p->sample[i];
     next->slot[lane] = p->slot[i];
+    next->colored[lane] = p->colored[i] | (through && path_is_dispersed(v, (int)i));
     next->pdf[lane] = s->pdf[i];
     next->sky_table[lane] = sampled->sky_table[i];
     next->sky_share[lane] = sampled->sky_share[i];

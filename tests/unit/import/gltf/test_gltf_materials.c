@@ -223,6 +223,15 @@ TEST(films_are_read)
     scene_unmap(&s);
 }
 
+TEST(dispersion_is_read)
+{
+    struct scene s;
+    const struct scene_material *m =
+        read_one("\"extensions\": {\"KHR_materials_dispersion\": {\"dispersion\": 0.5}}", &s);
+    assert_true(m->dispersion == 0.5f);
+    scene_unmap(&s);
+}
+
 TEST(anisotropy_brings_tangents)
 {
     struct scene s;
@@ -362,6 +371,10 @@ TEST(names_what_it_refuses)
          EXT "KHR_materials_iridescence.iridescenceIor"},
         {"\"extensions\": {\"KHR_materials_iridescence\": {\"iridescenceThicknessMaximum\": -1}}",
          ERR_RANGE, EXT "KHR_materials_iridescence.iridescenceThicknessMaximum"},
+        {"\"extensions\": {\"KHR_materials_dispersion\": {\"dispersion\": -1}}", ERR_RANGE,
+         EXT "KHR_materials_dispersion.dispersion"},
+        {"\"extensions\": {\"KHR_materials_dispersion\": {\"dispersion\": \"NaN\"}}", ERR_TYPE,
+         EXT "KHR_materials_dispersion.dispersion"},
         {"\"extensions\": {\"KHR_materials_anisotropy\": {\"anisotropyStrength\": \"a\"}}",
          ERR_TYPE, EXT "KHR_materials_anisotropy.anisotropyStrength"},
         {"\"extras\": {\"shearwater\": 7}", ERR_TYPE, "materials[0].extras.shearwater"},

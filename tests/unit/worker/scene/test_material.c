@@ -287,6 +287,29 @@ TEST(films_are_as_thick_as_their_textures_say)
     close_bench(&b);
 }
 
+TEST(dispersion_spreads_the_index)
+{
+    struct bench b = open_bench();
+    struct bsdf bsdf;
+    b.record->dispersion = 2;
+    b.record->transmission = 1;
+    material_bsdf(make(&b), NULL, false, &bsdf);
+    assert_false(bsdf.dispersed); /* a thin wall bends nothing */
+    b.record->thickness = 1;
+    const struct material *m = make(&b);
+    material_bsdf(m, NULL, false, &bsdf);
+    assert_true(bsdf.dispersed && bsdf.color == BSDF_ALL_COLORS);
+    expect(bsdf.iors[0], 1.475);
+    expect(bsdf.iors[1], 1.5);
+    expect(bsdf.iors[2], 1.525);
+    material_bsdf(m, NULL, true, &bsdf);
+    expect(bsdf.iors[2], 1 / 1.525);
+    b.record->dispersion = 1000;
+    material_bsdf(make(&b), NULL, false, &bsdf);
+    expect(bsdf.iors[0], 1);
+    close_bench(&b);
+}
+
 TEST(other_models_pass_through)
 {
     static const struct {
