@@ -95,8 +95,14 @@ struct scene_instance {
 };
 
 enum alpha_mode { ALPHA_OPAQUE = 0, ALPHA_MASK = 1, ALPHA_BLEND = 2 };
-/* MATERIAL_COLORED: the colours of vertices multiply base_color, where a mesh has them. */
-enum { MATERIAL_DOUBLE_SIDED = 1u, MATERIAL_UNLIT = 2u, MATERIAL_COLORED = 4u };
+/* MATERIAL_DOUBLE_SIDED: it emits from both sides. MATERIAL_COLORED: the colours of vertices
+ * multiply base_color, where a mesh has them. MATERIAL_CULLED: cameras do not see its back. */
+enum {
+    MATERIAL_DOUBLE_SIDED = 1u,
+    MATERIAL_UNLIT = 2u,
+    MATERIAL_COLORED = 4u,
+    MATERIAL_CULLED = 8u
+};
 
 struct scene_texture_ref {
     uint32_t texture;   /* SCENE_NONE: none */

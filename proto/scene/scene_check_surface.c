@@ -8,7 +8,7 @@
 #define TURN_MAX       6.2832f
 #define DISPERSION_MAX 1e3f
 #define FILM_MAX_NM    1e6f
-#define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT | MATERIAL_COLORED)
+#define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT | MATERIAL_COLORED | MATERIAL_CULLED)
 
 static int check_texture_ref(const struct scene_record *at, const char *field,
                              const struct scene_texture_ref *ref)

@@ -304,6 +304,7 @@ static void material_init(struct material *m, const struct scene *blob,
     init_gltf(m, s);
     init_others(m, s);
     init_kind(m, s);
+    m->culled = s->flags & MATERIAL_CULLED && !m->transmissive && !m->translucent && !m->blend;
     for (int i = 0; i < 3; i++)
         m->shown[i] = m->unlit ? 0.0f : m->lambert ? m->base_color[i] : 1.0f;
     if (m->textured) return;

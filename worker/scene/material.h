@@ -4,8 +4,8 @@
  *
  * Sources: glTF 2.0, section 3.9 and appendix B; KHR_materials_specular, _ior, _transmission,
  * _volume, _anisotropy, _clearcoat, _emissive_strength, _unlit. An unlit material emits its base
- * colour to both sides and reflects nothing. Materials are seen from both sides, double-sided or
- * not: only emission minds. */
+ * colour to both sides and reflects nothing. Rays meet materials from both sides, double-sided or
+ * not: only emission minds, and cameras (back_faces.h). */
 #include <stdbool.h>
 
 #include "worker/scene/texture.h"
@@ -17,6 +17,7 @@ struct material {
     float normal_scale;
     float alpha_cutoff; /* surfaces with less alpha are not there; 0: opaque */
     bool emissive, double_sided, unlit;
+    bool culled;       /* camera rays pass its back (back_faces.h) */
     bool textured;     /* reads UVs or vertex colours at all */
     bool colored;      /* vertex colours multiply its base colour */
     bool lambert;      /* its BSDF is a Lambertian one wherever it is hit */

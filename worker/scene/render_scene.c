@@ -112,11 +112,20 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
     v->traits = traits_of(v);
 }
 
+static bool has_culled(const struct render_scene *s)
+{
+    for (uint64_t i = 0; i < s->blob->count[SCENE_MESHES]; i++)
+        if (s->meshes[i].material->culled) return true;
+    return false;
+}
+
 static RTCScene scene_new(const struct render_scene *s)
 {
     RTCScene scene = rtcNewScene(s->device);
     if (!scene) return NULL;
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    /* The filter is of camera rays (trace/hit/back_faces.h). */
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST |
+                                (s->has_culled ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0));
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM); /* same tree for any thread count */
     if (s->steps) rtcSetSceneProgressMonitorFunction(scene, on_built, (void *)s->steps);
     return scene;
@@ -133,8 +142,8 @@ static void mesh_attach(const struct render_scene *s, uint32_t index, RTCScene s
                                view->positions, 0, 3 * sizeof(float), mesh->vertex_count);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                view->triangles, 0, 3 * sizeof(uint32_t), mesh->triangle_count);
+    rtcSetGeometryUserData(geometry, view);
     if (view->material->alpha_cutoff > 0.0f) {
-        rtcSetGeometryUserData(geometry, view);
         rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
         rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
     }
@@ -224,6 +233,7 @@ int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint
         goto fail;
     }
     for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
+    s->has_culled = has_culled(s);
     rc = emitters_create(s, &s->emitters);
     if (rc) {
         fault_set(fault, rc, "meshes", "their emitting triangles are too many");

@@ -232,6 +232,15 @@ TEST(dispersion_is_read)
     scene_unmap(&s);
 }
 
+TEST(one_side_is_the_default)
+{
+    struct scene s;
+    assert_int_equal(read_one("\"name\": \"a\"", &s)->flags, MATERIAL_CULLED);
+    scene_unmap(&s);
+    assert_int_equal(read_one("\"doubleSided\": true", &s)->flags, MATERIAL_DOUBLE_SIDED);
+    scene_unmap(&s);
+}
+
 TEST(anisotropy_brings_tangents)
 {
     struct scene s;

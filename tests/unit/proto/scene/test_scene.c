@@ -236,7 +236,7 @@ TEST(materials_are_checked)
     EXPECT(c.materials[1].ior = -1, ERR_RANGE, "materials[1].ior");
     EXPECT(c.materials[1].transmission = NAN, ERR_NOT_FINITE, "materials[1].transmission");
     EXPECT(c.materials[1].alpha_mode = 3, ERR_RANGE, "materials[1].alpha_mode");
-    EXPECT(c.materials[1].flags = 8, ERR_RANGE, "materials[1].flags");
+    EXPECT(c.materials[1].flags = 16, ERR_RANGE, "materials[1].flags");
     EXPECT(c.materials[1].name = 16, ERR_RANGE, "materials[1].name");
     EXPECT(c.materials[1].clearcoat = 1.5f, ERR_RANGE, "materials[1].clearcoat");
     EXPECT(c.materials[1].clearcoat_roughness = NAN, ERR_NOT_FINITE,
