@@ -1,7 +1,7 @@
 /* Building the scenes of analytic cases. */
 #include <math.h>
-#include <stdio.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "worker/scene/material_layers.h"
 #include "worker/shade/elementary.h"
-#include "worker/shade/film.h"
 
 /* Rays without a key (alpha.h) meet blended surfaces as if they were masks. */
 #define BLEND_CUTOFF 0.5f
@@ -121,22 +121,13 @@ static void init_kind(struct material *m, const struct scene_material *s)
     }
 }
 
-/* Ones where there is no texture. */
-static void sample_at(const struct texture *t, const struct material_uv *uv, float out[4])
-{
-    if (t->texels)
-        texture_sample(t, uv->set[t->uv_set][0], uv->set[t->uv_set][1], out);
-    else
-        out[0] = out[1] = out[2] = out[3] = 1.0f;
-}
-
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4])
 {
     memcpy(out, m->base_color, 4 * sizeof out[0]);
     for (int i = 0; m->colored && i < 4; i++) out[i] *= uv->color[i];
     if (!m->base_color_texture.texels) return;
     float texel[4];
-    sample_at(&m->base_color_texture, uv, texel);
+    material_texel(&m->base_color_texture, uv, texel);
     for (int i = 0; i < 4; i++) out[i] *= texel[i];
 }
 
@@ -148,76 +139,19 @@ static void set_alphas(const struct material *m, const struct material_uv *uv, f
     out->alpha_u = out->alpha_v = alpha;
     if (!m->anisotropic) return;
     float texel[4];
-    sample_at(&m->anisotropy_texture, uv, texel);
+    material_texel(&m->anisotropy_texture, uv, texel);
     float strength = m->anisotropy * texel[2];
     out->alpha_u = unit_interval(alpha + (1.0f - alpha) * strength * strength);
-}
-
-static void set_coat(const struct material *m, const struct material_uv *uv, struct bsdf *out)
-{
-    float factor[4], rough[4];
-    sample_at(&m->coat_texture, uv, factor);
-    sample_at(&m->coat_roughness_texture, uv, rough);
-    const float roughness = m->coat_roughness * rough[1];
-    out->coat = m->coat * factor[0];
-    out->coat_alpha = roughness * roughness;
-}
-
-static void set_sheen(const struct material *m, const struct material_uv *uv, struct bsdf *out)
-{
-    float color[4], rough[4];
-    sample_at(&m->sheen_texture, uv, color);
-    sample_at(&m->sheen_roughness_texture, uv, rough);
-    const float roughness = m->sheen_roughness * rough[3];
-    for (int i = 0; i < 3; i++) out->sheen[i] = m->sheen[i] * color[i];
-    out->sheen_alpha = roughness * roughness;
-}
-
-/* Red bends less than what the index is of, blue more. */
-static void disperse(const struct material *m, struct bsdf *out)
-{
-    const float half = (m->ior - 1.0f) * 0.025f * m->dispersion;
-    for (int i = 0; i < 3; i++) {
-        const float ior = m->ior + (float)(i - 1) * half;
-        out->iors[i] = ior < 1.0f ? 1.0f : ior;
-        if (out->inside) out->iors[i] = 1.0f / out->iors[i];
-    }
-    out->dispersed = true;
-    out->color = BSDF_ALL_COLORS;
-}
-
-static void set_film(const struct material *m, const struct material_uv *uv, struct bsdf *out)
-{
-    float factor[4], thickness[4];
-    sample_at(&m->film_texture, uv, factor);
-    sample_at(&m->film_nm_texture, uv, thickness);
-    out->film = m->film * factor[0];
-    out->film_ior = m->film_ior;
-    out->film_nm = m->film_nm[0] + (m->film_nm[1] - m->film_nm[0]) * thickness[1];
-    film_prepare(out);
-}
-
-static void set_through(const struct material *m, const struct material_uv *uv, struct bsdf *out)
-{
-    float factor[4], color[4];
-    sample_at(&m->through_texture, uv, factor);
-    sample_at(&m->through_color_texture, uv, color);
-    const float through = m->through * factor[3];
-    for (int i = 0; i < 3; i++) {
-        out->through[i] = through * m->through_color[i] * color[i] * (1.0f - out->metallic) *
-                          (1.0f - out->transmission);
-        out->albedo[i] *= 1.0f - through;
-    }
 }
 
 static void set_gltf(const struct material *m, const struct material_uv *uv, bool inside,
                      struct bsdf *out)
 {
     float rough[4], through[4], specular[4], tint[4];
-    sample_at(&m->metallic_roughness_texture, uv, rough);
-    sample_at(&m->transmission_texture, uv, through);
-    sample_at(&m->specular_texture, uv, specular);
-    sample_at(&m->specular_color_texture, uv, tint);
+    material_texel(&m->metallic_roughness_texture, uv, rough);
+    material_texel(&m->transmission_texture, uv, through);
+    material_texel(&m->specular_texture, uv, specular);
+    material_texel(&m->specular_color_texture, uv, tint);
     out->model = BSDF_GLTF;
     out->metallic = m->metallic * rough[2];
     out->transmission = m->transmissive ? m->transmission * through[0] : 0.0f;
@@ -227,14 +161,10 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
         out->albedo[i] = out->base_color[i] * (1.0f - out->metallic) * (1.0f - out->transmission);
     }
     set_alphas(m, uv, m->roughness * rough[1], out);
-    if (m->coat > 0.0f) set_coat(m, uv, out);
-    if (m->has_sheen) set_sheen(m, uv, out);
-    if (m->translucent) set_through(m, uv, out);
-    if (m->film > 0.0f) set_film(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
-    if (m->dispersion > 0.0f && m->transmissive && m->volume && m->ior > 1.0f) disperse(m, out);
     out->thin = (m->transmissive || m->translucent) && !m->volume;
+    material_layers_set(m, uv, out);
 }
 
 static enum bsdf_model model_of(uint32_t model)
@@ -347,7 +277,7 @@ void material_emission(const struct material *m, const struct material_uv *uv, f
         memcpy(out, texel, 3 * sizeof out[0]);
         return;
     }
-    sample_at(&m->emission_texture, uv, texel);
+    material_texel(&m->emission_texture, uv, texel);
     for (int i = 0; i < 3; i++) out[i] = m->emission[i] * texel[i];
 }
 
@@ -373,7 +303,7 @@ static void map_normal(const struct texture *map, const struct material_uv *uv, 
     out[0] = out[1] = 0.0f;
     out[2] = 1.0f;
     if (!map->texels) return;
-    sample_at(map, uv, texel);
+    material_texel(map, uv, texel);
     bend(texel, scale, out);
 }
 
@@ -415,7 +345,7 @@ void material_tangent_angle(const struct material *m, const struct material_uv *
     direction[1] = 0.0f;
     if (!m->anisotropic || m->model != MODEL_GLTF) return;
     if (m->anisotropy_texture.texels) {
-        sample_at(&m->anisotropy_texture, uv, texel);
+        material_texel(&m->anisotropy_texture, uv, texel);
         x = 2.0f * texel[0] - 1.0f;
         y = 2.0f * texel[1] - 1.0f;
         float length = sqrtf(x * x + y * y);

@@ -6,8 +6,8 @@
  * walls that are seen from inside nor leaves them, whatever the camera sees. Mirrors, shadows and
  * indirect light show such surfaces as if they had two sides.
  *
- * Surfaces that let light through, as glass, leaves and blended alpha do, are met from both sides by
- * all rays: what lies behind them is seen in the light that they leave over. */
+ * Surfaces that let light through, as glass, leaves and blended alpha do, are met from both sides
+ * by all rays: what lies behind them is seen in the light that they leave over. */
 #include <embree3/rtcore.h>
 
 #include "worker/scene/render_scene.h"

@@ -9,7 +9,6 @@
 #include "worker/trace/path/centre_gbuffer.h"
 #include "worker/trace/path/chains.h"
 #include "worker/trace/path/glossy_lobes.h"
-#include "worker/trace/path/path_far.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_leave.h"
 #include "worker/trace/path/path_notes.h"

@@ -109,7 +109,7 @@ struct path_vertex {
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
     struct lanes3 back; /* towards the path's origin, in the shading frame; of lanes with a bsdf */
     const struct path_vertex
-        *far;    /* translucent lanes as light from behind finds them (path_far.c);
+        *far;    /* translucent lanes as light from behind finds them (path_far_find);
                     NULL: there are none. Only of vertices of paths */
     bool is_far; /* it is such a one: frame and bsdf are the near side's */
 };
@@ -199,6 +199,12 @@ static inline bool path_is_dispersed(const struct path_vertex *v, int i)
 {
     return v->active.on[i] && !v->lambert.on[i] && v->bsdf[i].dispersed;
 }
+
+/* The far sides of translucent surfaces: light that falls on them comes out on the near side, where
+ * the path is, so that light samples are taken there as well. Makes *far the lanes of *v that are
+ * translucent, seen from behind: there normals face away from the path, and rays start behind the
+ * surface. Returns whether there are any. */
+bool path_far_find(const struct path_vertex *v, struct path_vertex *far);
 
 /* Even a path through white surfaces ends at last. */
 #define PATH_ROULETTE_MOST 0.98f
