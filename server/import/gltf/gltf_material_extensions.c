@@ -133,10 +133,16 @@ static int read_volume(struct gltf *g, const json_t *json, const char *place,
     rc = gltf_float(extension, at, "thicknessFactor", 0, far, &m->thickness, fault);
     if (rc == 0) rc = read_attenuation(extension, at, m, fault);
     bool solid = m->thickness > 0 && (m->transmission > 0 || m->diffuse_transmission > 0);
-    if (solid && json_object_get(extension, "thicknessTexture") != NULL)
+    const json_t *texture = NULL;
+    if (rc == 0) rc = gltf_object(extension, at, "thicknessTexture", &texture, fault);
+    if (rc != 0 || texture == NULL) return rc;
+    if (solid)
         warnings_add(&g->builder->warnings, at,
                      "thicknessTexture is ignored: paths find how thick the solid is");
-    return rc;
+    gltf_place map;
+    uint32_t unused = SCENE_NONE;
+    gltf_place_set(map, "%s.thicknessTexture", at);
+    return gltf_index(texture, map, "index", gltf_count(g->root, "textures"), &unused, fault);
 }
 
 static int read_anisotropy(struct gltf *g, const json_t *json, const char *place,

@@ -358,6 +358,8 @@ TEST(names_what_it_refuses)
          ERR_RANGE, EXT "KHR_materials_transmission.transmissionFactor"},
         {"\"extensions\": {\"KHR_materials_volume\": {\"thicknessFactor\": -1}}", ERR_RANGE,
          EXT "KHR_materials_volume.thicknessFactor"},
+        {"\"extensions\": {\"KHR_materials_volume\": {\"thicknessTexture\": {\"index\": 7}}}",
+         ERR_RANGE, EXT "KHR_materials_volume.thicknessTexture.index"},
         {"\"extensions\": {\"KHR_materials_volume\": {\"attenuationDistance\": 0}}", ERR_RANGE,
          EXT "KHR_materials_volume"},
         {"\"extensions\": {\"KHR_materials_volume\": {\"attenuationColor\": [1, 1, 2]}}", ERR_RANGE,
