@@ -1,5 +1,5 @@
 // Renders Khronos' test models, and rows of balls for extensions that they lack, into one sheet with a label each.
-//   khronos_sheet.mjs BUILD_DIR [WORD]      only models whose names contain the word
+//   khronos_sheet.mjs BUILD_DIR [WORD [OUT]]      only models whose names contain the word
 import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { spawnSync } from "node:child_process";
 import { tmpdir } from "node:os";
@@ -11,7 +11,7 @@ import { lobes } from "./scenes/lobes.mjs";
 import { encodePicture, toSrgb } from "./scenes/png.mjs";
 
 const build = process.argv[2] ?? "build", word = (process.argv[3] ?? "").toLowerCase();
-const WIDTH_PX = 320, HEIGHT_PX = 240, COLUMNS = 4, GAP_PX = 6, SPP = 64, OUT = `${build}/khronos-sheet.png`;
+const WIDTH_PX = 320, HEIGHT_PX = 240, COLUMNS = 4, GAP_PX = 6, SPP = 64, OUT = process.argv[4] ?? `${build}/khronos-sheet.png`;
 const CELL_PX = { width: WIDTH_PX + GAP_PX, height: HEIGHT_PX + LETTER_PX.height + 2 * GAP_PX };
 
 // Files of models, each in a folder of its own or beside others.
