@@ -86,7 +86,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept peer-weights bench-results picture screenshot property simulate storm load faults boot-units image image-check shared-data slurm tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm load faults boot-units image image-check shared-data slurm tile-rate mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
@@ -156,6 +156,9 @@ bench-results: all $(pictures)
 ## picture: README's picture and its caption (minutes)
 picture: all
 	@node tests/bench/picture.mjs $(B)
+## khronos-sheet: Khronos' test models and rows of balls in one picture, build/khronos-sheet.png; model=WORD for some
+khronos-sheet: all
+	@node tests/bench/khronos_sheet.mjs $(B) $(model)
 ## screenshot: README's screenshot of the viewer
 screenshot: all
 	@node tests/browser/screenshot.mjs $(B)

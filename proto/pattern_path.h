@@ -22,6 +22,7 @@ enum path_dimension {
     PATH_DIRECTION = 0, /* where the path goes on */
     PATH_LIGHT = 1,     /* position on the light */
     PATH_CHOICE = 2,    /* first: which lobe; second: which light */
+    PATH_COLOR = 1024,  /* first: which colour dispersed volumes transmit; beyond all vertices */
     PATH_ROULETTE = 3,  /* first: whether the path goes on; second: which texel or triangle */
 };
 

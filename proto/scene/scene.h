@@ -109,8 +109,14 @@ struct scene_instance {
 };
 
 enum alpha_mode { ALPHA_OPAQUE = 0, ALPHA_MASK = 1, ALPHA_BLEND = 2 };
-/* MATERIAL_COLORED: the colours of vertices multiply base_color, where a mesh has them. */
-enum { MATERIAL_DOUBLE_SIDED = 1u, MATERIAL_UNLIT = 2u, MATERIAL_COLORED = 4u };
+/* MATERIAL_DOUBLE_SIDED: it emits from both sides. MATERIAL_COLORED: the colours of vertices
+ * multiply base_color, where a mesh has them. MATERIAL_CULLED: cameras do not see its back. */
+enum {
+    MATERIAL_DOUBLE_SIDED = 1u,
+    MATERIAL_UNLIT = 2u,
+    MATERIAL_COLORED = 4u,
+    MATERIAL_CULLED = 8u
+};
 
 struct scene_texture_ref {
     uint32_t texture;   /* SCENE_NONE: none */
@@ -173,12 +179,24 @@ struct scene_material {
     float alpha_u;
     float eta[3], k[3];                   /* complex refractive index of a conductor */
     float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat; 0: none */
+    float clearcoat_normal_scale;
+    float dispersion;                      /* KHR_materials_dispersion: 20 / Abbe; 0: none */
+    float sheen_color[3], sheen_roughness; /* KHR_materials_sheen; black: none */
+    float iridescence, iridescence_ior;    /* KHR_materials_iridescence; 0: none */
+    float iridescence_nm[2];               /* the film's thickness where its texture is 0, 1 */
+    float diffuse_transmission;            /* KHR_materials_diffuse_transmission; 0: none */
+    float diffuse_transmission_color[3];
     struct scene_texture_ref base_color_texture, metallic_roughness_texture, normal_texture,
         emission_texture, transmission_texture /* red */, specular_texture /* alpha */,
         specular_color_texture /* sRGB */, anisotropy_texture /* red, green: direction; blue:
         strength */
         ,
-        clearcoat_texture /* red */, clearcoat_roughness_texture /* green */;
+        clearcoat_texture /* red */, clearcoat_roughness_texture /* green */,
+        clearcoat_normal_texture, sheen_color_texture /* sRGB */, sheen_roughness_texture /* alpha
+                                                                                           */
+        ,
+        iridescence_texture /* red */, iridescence_thickness_texture /* green */,
+        diffuse_transmission_texture /* alpha */, diffuse_transmission_color_texture /* sRGB */;
 };
 
 enum texture_wrap { WRAP_REPEAT = 0, WRAP_CLAMP = 1, WRAP_MIRROR = 2 };

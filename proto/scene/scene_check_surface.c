@@ -6,7 +6,9 @@
 #define IOR_MAX        1e3f /* of real materials below 5 */
 #define EXPONENT_MAX   1e5f /* as struct bsdf takes them */
 #define TURN_MAX       6.2832f
-#define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT | MATERIAL_COLORED)
+#define DISPERSION_MAX 1e3f
+#define FILM_MAX_NM    1e6f
+#define MATERIAL_FLAGS (MATERIAL_DOUBLE_SIDED | MATERIAL_UNLIT | MATERIAL_COLORED | MATERIAL_CULLED)
 
 static int check_texture_ref(const struct scene_record *at, const char *field,
                              const struct scene_texture_ref *ref)
@@ -42,6 +44,26 @@ static int check_surface(const struct scene_record *at, const struct scene_mater
     if (!error)
         error = record_number(at, "clearcoat_roughness", m->clearcoat_roughness, 0.0f, 1.0f);
     if (!error) error = record_number(at, "anisotropy_rad", m->anisotropy_rad, -TURN_MAX, TURN_MAX);
+    return error;
+}
+
+/* Checks what lies on and in the surface beside its coat. */
+static int check_layers(const struct scene_record *at, const struct scene_material *m)
+{
+    int error = record_number(at, "clearcoat_normal_scale", m->clearcoat_normal_scale, -VALUE_MAX,
+                              VALUE_MAX);
+    if (!error) error = record_number(at, "dispersion", m->dispersion, 0.0f, DISPERSION_MAX);
+    if (!error) error = record_numbers(at, "sheen_color", m->sheen_color, 3, 0.0f, 1.0f);
+    if (!error) error = record_number(at, "sheen_roughness", m->sheen_roughness, 0.0f, 1.0f);
+    if (!error) error = record_number(at, "iridescence", m->iridescence, 0.0f, 1.0f);
+    if (!error) error = record_number(at, "iridescence_ior", m->iridescence_ior, 1.0f, IOR_MAX);
+    if (!error)
+        error = record_numbers(at, "iridescence_nm", m->iridescence_nm, 2, 0.0f, FILM_MAX_NM);
+    if (!error)
+        error = record_number(at, "diffuse_transmission", m->diffuse_transmission, 0.0f, 1.0f);
+    if (!error)
+        error = record_numbers(at, "diffuse_transmission_color", m->diffuse_transmission_color, 3,
+                               0.0f, 1.0f);
     return error;
 }
 
@@ -81,7 +103,14 @@ static int check_material_textures(const struct scene_record *at, const struct s
                {"specular_color_texture", &m->specular_color_texture},
                {"anisotropy_texture", &m->anisotropy_texture},
                {"clearcoat_texture", &m->clearcoat_texture},
-               {"clearcoat_roughness_texture", &m->clearcoat_roughness_texture}};
+               {"clearcoat_roughness_texture", &m->clearcoat_roughness_texture},
+               {"clearcoat_normal_texture", &m->clearcoat_normal_texture},
+               {"sheen_color_texture", &m->sheen_color_texture},
+               {"sheen_roughness_texture", &m->sheen_roughness_texture},
+               {"iridescence_texture", &m->iridescence_texture},
+               {"iridescence_thickness_texture", &m->iridescence_thickness_texture},
+               {"diffuse_transmission_texture", &m->diffuse_transmission_texture},
+               {"diffuse_transmission_color_texture", &m->diffuse_transmission_color_texture}};
     int error = 0;
     for (size_t i = 0; i < sizeof all / sizeof all[0] && !error; i++)
         error = check_texture_ref(at, all[i].field, all[i].ref);
@@ -91,6 +120,7 @@ static int check_material_textures(const struct scene_record *at, const struct s
 int scene_check_material(const struct scene_record *at, const struct scene_material *m)
 {
     int error = check_surface(at, m);
+    if (!error) error = check_layers(at, m);
     if (!error) error = check_volume(at, m);
     if (!error) error = check_model(at, m);
     if (!error) error = record_value(at, "alpha_mode", m->alpha_mode, ALPHA_BLEND);

@@ -29,6 +29,9 @@ static bool is_scene(const char *path)
     return false;
 }
 
+/* Scatterings that light needs to come through glass, off what lies behind and back. */
+#define SCENE_BOUNCES 12
+
 /* A job of defaults for a scene; its file's name counts from the folder of `path`, as a job's. */
 static int scene_job(const char *path, json_t **out, struct fault *fault)
 {
@@ -36,8 +39,9 @@ static int scene_job(const char *path, json_t **out, struct fault *fault)
     FILE *f = fopen(path, "rb");
     if (!f) return fault_set(fault, ERR_NOT_FOUND, "", "%s: %s", path, strerror(errno));
     fclose(f);
-    *out = json_pack("{s:{s:s, s:s}}", "scene", "file", slash ? slash + 1 : path, "default_camera",
-                     "three_quarter");
+    *out =
+        json_pack("{s:{s:s, s:s}, s:{s:i}}", "scene", "file", slash ? slash + 1 : path,
+                  "default_camera", "three_quarter", "effects", "indirect_bounces", SCENE_BOUNCES);
     return *out ? 0 : fault_set(fault, ERR_SYNTAX, "", "%s: its name is not UTF-8", path);
 }
 

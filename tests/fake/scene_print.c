@@ -53,13 +53,15 @@ static json_t *texture(const struct scene_texture_ref *t)
 
 static json_t *textures_of(const struct scene_material *m)
 {
-    return json_pack(
-        "{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "base_color_texture", texture(&m->base_color_texture),
-        "metallic_roughness_texture", texture(&m->metallic_roughness_texture), "normal_texture",
-        texture(&m->normal_texture), "emission_texture", texture(&m->emission_texture),
-        "transmission_texture", texture(&m->transmission_texture), "specular_texture",
-        texture(&m->specular_texture), "specular_color_texture",
-        texture(&m->specular_color_texture), "anisotropy_texture", texture(&m->anisotropy_texture));
+    return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "base_color_texture",
+                     texture(&m->base_color_texture), "metallic_roughness_texture",
+                     texture(&m->metallic_roughness_texture), "normal_texture",
+                     texture(&m->normal_texture), "emission_texture", texture(&m->emission_texture),
+                     "transmission_texture", texture(&m->transmission_texture), "specular_texture",
+                     texture(&m->specular_texture), "specular_color_texture",
+                     texture(&m->specular_color_texture), "anisotropy_texture",
+                     texture(&m->anisotropy_texture), "clearcoat_normal_texture",
+                     texture(&m->clearcoat_normal_texture));
 }
 
 /* What the path tracer's models add. */

@@ -1,7 +1,9 @@
 /* Building the scenes of analytic cases. */
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/golden/analytic.h"
 #include "tests/golden/analytic_formula.h"
@@ -40,9 +42,9 @@ static void stretch(const struct stage *s, const double in[3], float out[3])
 
 struct scene_material *stage_material(struct stage *s, uint32_t *index)
 {
-    const struct scene_texture_ref none = {.texture = SCENE_NONE, .transform = {1, 0, 0, 0, 1, 0}};
     *index = fixture_material(s->f, 1, 1, 1);
     struct scene_material *m = &s->f->materials[*index];
+    const struct scene_material bare = *m;
     *m = (struct scene_material){.base_color = {1, 1, 1, 1},
                                  .roughness = 1,
                                  .normal_scale = 1,
@@ -50,10 +52,10 @@ struct scene_material *stage_material(struct stage *s, uint32_t *index)
                                  .ior = 1.5f,
                                  .specular_color = {1, 1, 1},
                                  .attenuation = {1, 1, 1},
+                                 .iridescence_ior = 1.3f,
                                  .model_specular = {0, 0, 0}};
-    m->base_color_texture = m->metallic_roughness_texture = m->normal_texture = none;
-    m->emission_texture = m->transmission_texture = m->specular_texture = none;
-    m->specular_color_texture = m->anisotropy_texture = none;
+    memcpy(&m->base_color_texture, &bare.base_color_texture, /* and all behind it: no textures */
+           sizeof *m - offsetof(struct scene_material, base_color_texture));
     return m;
 }
 

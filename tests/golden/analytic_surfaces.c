@@ -2,8 +2,10 @@
  * evaluates (its own tests judge the models): frames, densities and the weights between light and
  * BSDF samples must be right for the picture to agree. Then coverage, Fresnel's mirrors. */
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "tests/golden/analytic.h"
 #include "tests/golden/analytic_formula.h"
@@ -91,10 +93,8 @@ static void surface(const char *name, const struct scene_material *settings, boo
     struct scene_material *m = stage_material(s, &index);
     struct scene_material plain = *m;
     *m = *settings;
-    m->base_color_texture = m->metallic_roughness_texture = plain.base_color_texture;
-    m->normal_texture = m->emission_texture = m->transmission_texture = plain.base_color_texture;
-    m->specular_texture = m->specular_color_texture = plain.base_color_texture;
-    m->anisotropy_texture = plain.base_color_texture;
+    memcpy(&m->base_color_texture, &plain.base_color_texture, /* and all behind it */
+           sizeof *m - offsetof(struct scene_material, base_color_texture));
     add_floor(s, index);
     struct floor floor = floor_of(s, index);
     reflected(&floor, radiance, expected);
@@ -130,6 +130,15 @@ static void surfaces(void)
         {"half metal", {GLTF, .metallic = 0.5f, .roughness = 0.4f}},
         {"anisotropic metal",
          {GLTF, .metallic = 1, .roughness = 0.4f, .anisotropy = 0.8f, .anisotropy_rad = 0.5f}},
+        {"a coat", {GLTF, .roughness = 0.6f, .clearcoat = 0.8f, .clearcoat_roughness = 0.4f}},
+        {"velvet",
+         {GLTF, .roughness = 0.8f, .sheen_color = {0.3f, 0.2f, 0.9f}, .sheen_roughness = 0.4f}},
+        {"a leaf",
+         {GLTF, .roughness = 0.6f, .diffuse_transmission = 0.5f,
+          .diffuse_transmission_color = {1, 1, 1}}},
+        {"a soap film",
+         {GLTF, .roughness = 0.4f, .iridescence = 1, .iridescence_ior = 1.6f,
+          .iridescence_nm = {0, 350}}},
         {"Phong", {OTHER, .model = MODEL_PHONG, .exponent_u = 50}},
         {"Blinn-Phong", {OTHER, .model = MODEL_BLINN_PHONG, .exponent_u = 200}},
         {"Beckmann", {OTHER, .model = MODEL_BECKMANN, .alpha_u = 0.2f}},
@@ -214,8 +223,66 @@ static void coverage(void)
     stage_free(&s);
 }
 
+/* Paper that reflects 0.3 of light and lets 0.4, 0.2, 0.1 through. */
+static uint32_t paper(struct stage *s)
+{
+    static const float color[3] = {0.8f, 0.4f, 0.2f};
+    uint32_t index;
+    struct scene_material *m = stage_material(s, &index);
+    m->diffuse_transmission = 0.5f;
+    for (int k = 0; k < 3; k++)
+        m->base_color[k] = 0.6f, m->diffuse_transmission_color[k] = color[k];
+    return index;
+}
+
+static const double pi = 3.14159265358979323846;
+
+/* Looks at the paper from above, and expects what it lets through of this irradiance below. */
+static void expect_through(struct stage *s, const char *name, double irradiance, double besides)
+{
+    const double expected[3] = {besides + 0.4 * irradiance / pi, besides + 0.2 * irradiance / pi,
+                                besides + 0.1 * irradiance / pi};
+    stage_panel(s, paper(s), origin, (double[]){0.5, 0, 0}, (double[]){0, 0, -0.5});
+    stage_look(s, (double[]){0.3, 1.5, 0.1}, origin, POINT);
+    struct picture *p = stage_trace(s);
+    picture_expect(p, name, PLANE_PATH_RADIANCE, expected, 1e-4);
+    picture_free(&p);
+    stage_free(&s);
+}
+
+/* Lights behind paper: without extent, with a light sample, by scattering, or both. */
+static void translucence(void)
+{
+    enum { STEPS = 400 };
+    const double below[3] = {-0.4, -1.1, 0.3}, u[3] = {0, 0, 0.5}, v[3] = {0.7, 0, 0};
+    double irradiance = 0;
+    for (int i = 0; i < STEPS; i++)
+        for (int j = 0; j < STEPS; j++) {
+            const double a = (2.0 * i + 1) / STEPS - 1, b = (2.0 * j + 1) / STEPS - 1;
+            double w[3];
+            for (int k = 0; k < 3; k++) w[k] = below[k] + a * u[k] + b * v[k];
+            const double d2 = formula_dot(w, w);
+            irradiance += 5 * w[1] * w[1] / (d2 * d2) * 4 * 0.5 * 0.7 / ((double)STEPS * STEPS);
+        }
+    struct stage *s = stage_new();
+    stage_point(s, (double[]){0, -2, 0}, 5);
+    expect_through(s, "a point behind paper", 5.0 / 4, 0);
+    s = stage_new();
+    stage_rectangle(s, below, u, v, 5);
+    expect_through(s, "a rectangle behind paper", irradiance, 0);
+    s = stage_new();
+    stage_glow(s, below, u, v, 5);
+    expect_through(s, "triangles behind paper", irradiance, 0);
+    s = stage_new();
+    stage_rectangle(s, below, u, v, 5);
+    stage_point(s, (double[]){0, -2, 0}, 5);
+    stage_constant_environment(s, 1, 1, 1);
+    expect_through(s, "several lights behind paper and before it", irradiance + 5.0 / 4 + pi, 0.3);
+}
+
 void analytic_surfaces(void)
 {
+    translucence();
     surfaces();
     fresnel(false);
     fresnel(true);

@@ -67,7 +67,55 @@ struct shade_case {
         .ior = 1.5f, .coat = (c), .coat_alpha = (ca)                                               \
     }
 
-static const struct shade_case shade_cases[] = {
+/* The same with a coat whose normal leans by 21 degrees. */
+#define LEANING(m, a, c, ca, s)                                                                    \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (m), 1.0f - (m), 1.0f - (m)}, .alpha_u = (a),        \
+        .alpha_v = (a), .base_color = WHITE, .metallic = (m), .specular = 1.0f, .specular_f0 = F0, \
+        .ior = 1.5f, .coat = (c), .coat_alpha = (ca), .coat_bent = true, .coat_normal = {          \
+            (s)*0.3f,                                                                              \
+            (s)*0.2f,                                                                              \
+            0.932738f                                                                              \
+        }                                                                                          \
+    }
+
+/* Fibres of a grey on paint or metal. */
+#define FURRY(m, a, sa, s)                                                                         \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (m), 1.0f - (m), 1.0f - (m)}, .alpha_u = (a),        \
+        .alpha_v = (a), .base_color = WHITE, .metallic = (m), .specular = 1.0f, .specular_f0 = F0, \
+        .ior = 1.5f, .sheen = {(s), (s), (s)}, .sheen_alpha = (sa)                                 \
+    }
+
+/* A thin wall that lets a part t of diffuse light through. */
+#define LEAF(t, a, s, ...)                                                                         \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (t), 1.0f - (t), 1.0f - (t)},                        \
+        .through = {(t), (t), (t)}, .alpha_u = (a), .alpha_v = (a), .base_color = WHITE,           \
+        .specular = (s), .specular_f0 = __VA_ARGS__, .ior = 1.5f, .thin = true                     \
+    }
+
+/* A film of an index of 1.8 on paint, metal, a pane. */
+#define FILMED(m, t, a, f, nm)                                                                     \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = {1.0f - (m) - (t), 1.0f - (m) - (t), 1.0f - (m) - (t)},      \
+        .alpha_u = (a), .alpha_v = (a), .base_color = WHITE, .metallic = (m), .transmission = (t), \
+        .specular = 1.0f, .specular_f0 = F0, .ior = 1.5f, .thin = (t) > 0.0f, .film = (f),         \
+        .film_ior = 1.8f, .film_nm = (nm)                                                          \
+    }
+
+/* Glass of an index for each colour, of which it transmits one. */
+#define PRISM(a, c, r, g, b)                                                                       \
+    {                                                                                              \
+        .model = BSDF_GLTF, .alpha_u = (a), .alpha_v = (a), .base_color = WHITE,                   \
+        .transmission = 1.0f, .specular = 1.0f, .specular_f0 = F0, .iors = {(r), (g), (b)},        \
+        .ior = (c) == 0   ? (r)                                                                    \
+               : (c) == 1 ? (g)                                                                    \
+                          : (b),                                                                   \
+        .dispersed = true, .color = (c), .color_scale = 3.0f, .inside = (g) < 1.0f                 \
+    }
+
+static struct shade_case shade_cases[] = {
     {"lambert", {.model = BSDF_LAMBERT, .albedo = WHITE}, 2, 1e-4, 1e-4, true},
     {"mirror", {.model = BSDF_MIRROR, .model_specular = WHITE}, 2, 1e-6, 1e-6, false},
 
@@ -131,6 +179,153 @@ static const struct shade_case shade_cases[] = {
     {"coat alpha 0 on metal alpha 0.25", COATED(1.0f, 0.25f, 1.0f, 0.0f), 3, 0.35, 1e-3, true},
     {"coat alpha 0.1 on metal alpha 0", COATED(1.0f, 0.0f, 1.0f, 0.1f), 4, 0.2, 0.01, false},
     {"coat alpha 0.1 on metal alpha 0.5", COATED(1.0f, 0.5f, 1.0f, 0.1f), 4, 0.5, 1e-3, false},
+    {"leaning coat alpha 0.1 on paint alpha 0.3", LEANING(0.0f, 0.3f, 1.0f, 0.1f, 1.0f), 4, 0.1,
+     0.01, true},
+    {"coat alpha 0.3 that leans away on paint alpha 0.3", LEANING(0.0f, 0.3f, 1.0f, 0.3f, -1.0f), 3,
+     0.2, 0.01, false},
+    {"leaning coat alpha 0 on metal alpha 0.25", LEANING(1.0f, 0.25f, 1.0f, 0.0f, 1.0f), 3, 0.45,
+     1e-3, false},
+    {"leaning coat alpha 0.5 on metal alpha 0.5", LEANING(1.0f, 0.5f, 0.7f, 0.5f, -1.0f), 3, 0.4,
+     1e-3, false},
+    {"sheen alpha 0.01 on paint alpha 0.3", FURRY(0.0f, 0.3f, 0.01f, 1.0f), 3, 0.1, 0.02, false},
+    {"sheen alpha 0.09 on paint alpha 0.3", FURRY(0.0f, 0.3f, 0.09f, 1.0f), 3, 0.3, 0.02, true},
+    {"half a sheen alpha 0.36 on paint alpha 0", FURRY(0.0f, 0.0f, 0.36f, 0.5f), 2, 0.3, 0.02,
+     false},
+    {"sheen alpha 1 on metal alpha 0.25", FURRY(1.0f, 0.25f, 1.0f, 1.0f), 3, 0.4, 0.02, false},
+    {"coat alpha 0.1 on sheen alpha 0.25 on paint alpha 0.3",
+     {.model = BSDF_GLTF,
+      .albedo = WHITE,
+      .alpha_u = 0.3f,
+      .alpha_v = 0.3f,
+      .base_color = WHITE,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .coat = 1.0f,
+      .coat_alpha = 0.1f,
+      .sheen = WHITE,
+      .sheen_alpha = 0.25f},
+     3,
+     0.4,
+     0.02,
+     false},
+    {"blue sheen alpha 0.25 on a pane alpha 0.2",
+     {.model = BSDF_GLTF,
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 1.0f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .thin = true,
+      .sheen = {0.1f, 0.2f, 0.9f},
+      .sheen_alpha = 0.25f},
+     3,
+     -1,
+     0,
+     false},
+    {"sheen alpha 0.25 on glass alpha 0.2",
+     {.model = BSDF_GLTF,
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 1.0f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .sheen = WHITE,
+      .sheen_alpha = 0.25f},
+     3,
+     0.3,
+     0.02,
+     false},
+    {"half through, alpha 0.3", LEAF(0.5f, 0.3f, 1.0f, F0), 3, 0.02, 1e-3, true},
+    {"all through, alpha 0", LEAF(1.0f, 0.0f, 1.0f, F0), 2, 0.004, 0.005, false},
+    {"half through, no specular", LEAF(0.5f, 0.3f, 0.0f, NONE), 2, 1e-4, 1e-4, false},
+    {"half through under a coat alpha 0.1 and a sheen alpha 0.25",
+     {.model = BSDF_GLTF,
+      .albedo = GREY,
+      .through = GREY,
+      .alpha_u = 0.3f,
+      .alpha_v = 0.3f,
+      .base_color = WHITE,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .thin = true,
+      .coat = 1.0f,
+      .coat_alpha = 0.1f,
+      .sheen = GREY,
+      .sheen_alpha = 0.25f},
+     3,
+     0.3,
+     0.02,
+     false},
+    {"half through, half clear, alpha 0.2",
+     {.model = BSDF_GLTF,
+      .albedo = {0.25f, 0.25f, 0.25f},
+      .through = {0.25f, 0.25f, 0.25f},
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 0.5f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .thin = true},
+     3,
+     0.1,
+     1e-3,
+     false},
+    {"film of 400 nm on paint alpha 0.3", FILMED(0.0f, 0.0f, 0.3f, 1.0f, 400.0f), 3, 0.3, 0.02,
+     true},
+    {"film of 100 nm on paint alpha 0", FILMED(0.0f, 0.0f, 0.0f, 1.0f, 100.0f), 2, 0.3, 0.02,
+     false},
+    {"half a film of 800 nm on paint alpha 1", FILMED(0.0f, 0.0f, 1.0f, 0.5f, 800.0f), 2, 0.3, 0.02,
+     false},
+    {"film of 300 nm on white metal alpha 0.25", FILMED(1.0f, 0.0f, 0.25f, 1.0f, 300.0f), 3, 0.5,
+     1e-3, false},
+    {"film of 500 nm on a pane alpha 0.2", FILMED(0.0f, 1.0f, 0.2f, 1.0f, 500.0f), 3, 0.3, 1e-3,
+     false},
+    {"film of 500 nm on glass alpha 0.2",
+     {.model = BSDF_GLTF,
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 1.0f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.5f,
+      .film = 1.0f,
+      .film_ior = 1.8f,
+      .film_nm = 500.0f},
+     3,
+     0.3,
+     1e-3,
+     false},
+    {"film of 500 nm on glass alpha 0.2, from inside",
+     {.model = BSDF_GLTF,
+      .alpha_u = 0.2f,
+      .alpha_v = 0.2f,
+      .base_color = WHITE,
+      .transmission = 1.0f,
+      .specular = 1.0f,
+      .specular_f0 = F0,
+      .ior = 1.0f / 1.5f,
+      .inside = true,
+      .film = 1.0f,
+      .film_ior = 1.8f,
+      .film_nm = 500.0f},
+     3,
+     0.3,
+     1e-3,
+     false},
+    {"dispersed glass alpha 0.2, green", PRISM(0.2f, 1, 1.4f, 1.5f, 1.6f), 3, 0.1, 0.01, false},
+    {"dispersed glass alpha 0.2, blue", PRISM(0.2f, 2, 1.4f, 1.5f, 1.6f), 3, 0.1, 0.02, true},
+    {"dispersed glass alpha 0.2, red from inside",
+     PRISM(0.2f, 0, 1.0f / 1.4f, 1.0f / 1.5f, 1.0f / 1.6f), 3, 0.4, 0.2, false},
+    {"dispersed glass alpha 0, blue", PRISM(0.0f, 2, 1.4f, 1.5f, 1.6f), 2, 0.03, 0.03, false},
     {"gltf paint, no specular",
      {.model = BSDF_GLTF,
       .albedo = WHITE,

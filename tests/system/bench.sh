@@ -215,6 +215,12 @@ half_measured() {
     [ $? -eq 2 ]
 }
 check "a figure that fails is told from one that misses its bound" half_measured
+sheet() {
+    node tests/bench/khronos_sheet.mjs "$build" "clear coat" "$tmp/sheet.png" >"$tmp/sheet" &&
+        grep -q "1 of 1 models" "$tmp/sheet" && [ "$(head -c 4 "$tmp/sheet.png" | tail -c 3)" = PNG ] &&
+        [ "$(stat -c %s "$tmp/sheet.png")" -gt 10000 ]
+}
+check "the sheet of models is drawn" sheet
 check "an unknown part is refused" bash -c "! node tests/bench/bench.mjs '$build' part=none 2>/dev/null"
 check "an unknown word is refused" bash -c "! node tests/bench/bench.mjs '$build' smoke sides=3 2>/dev/null"
 tap_done

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "worker/scene/material_layers.h"
 #include "worker/shade/elementary.h"
 
 /* Rays without a key (alpha.h) meet blended surfaces as if they were masks. */
@@ -50,7 +51,14 @@ static void init_textures(struct material *m, const struct scene *blob,
                {&m->specular_color_texture, &s->specular_color_texture},
                {&m->anisotropy_texture, &s->anisotropy_texture},
                {&m->coat_texture, &s->clearcoat_texture},
-               {&m->coat_roughness_texture, &s->clearcoat_roughness_texture}};
+               {&m->coat_roughness_texture, &s->clearcoat_roughness_texture},
+               {&m->coat_normal_texture, &s->clearcoat_normal_texture},
+               {&m->sheen_texture, &s->sheen_color_texture},
+               {&m->sheen_roughness_texture, &s->sheen_roughness_texture},
+               {&m->film_texture, &s->iridescence_texture},
+               {&m->film_nm_texture, &s->iridescence_thickness_texture},
+               {&m->through_texture, &s->diffuse_transmission_texture},
+               {&m->through_color_texture, &s->diffuse_transmission_color_texture}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         texture_init(all[i].texture, blob, all[i].ref, decoding);
         m->textured |= all[i].texture->texels != NULL;
@@ -69,6 +77,17 @@ static void init_gltf(struct material *m, const struct scene_material *s)
     m->anisotropy = s->anisotropy;
     m->coat = s->clearcoat;
     m->coat_roughness = s->clearcoat_roughness;
+    m->coat_normal_scale = s->clearcoat_normal_scale;
+    m->coat_bent = m->coat > 0.0f && (m->coat_normal_texture.texels || m->normal_texture.texels);
+    memcpy(m->sheen, s->sheen_color, sizeof m->sheen);
+    m->sheen_roughness = s->sheen_roughness;
+    m->dispersion = s->dispersion;
+    m->film = s->iridescence;
+    m->film_ior = s->iridescence_ior;
+    memcpy(m->film_nm, s->iridescence_nm, sizeof m->film_nm);
+    m->through = s->diffuse_transmission;
+    memcpy(m->through_color, s->diffuse_transmission_color, sizeof m->through_color);
+    m->has_sheen = m->sheen[0] > 0.0f || m->sheen[1] > 0.0f || m->sheen[2] > 0.0f;
     m->rotation[0] = elementary_cos(s->anisotropy_rad);
     m->rotation[1] = elementary_sin(s->anisotropy_rad);
 }
@@ -88,10 +107,11 @@ static void init_kind(struct material *m, const struct scene_material *s)
 {
     bool gltf = s->model == MODEL_GLTF && !m->unlit;
     m->lambert = gltf && m->metallic == 0.0f && m->transmission == 0.0f && m->specular == 0.0f &&
-                 m->coat == 0.0f;
+                 m->coat == 0.0f && !m->has_sheen && m->through == 0.0f;
     m->transmissive = gltf && m->transmission > 0.0f && m->metallic < 1.0f;
     m->transmissive |= gltf && m->transmission > 0.0f && m->metallic_roughness_texture.texels;
-    m->volume = m->transmissive && s->thickness > 0.0f;
+    m->translucent = gltf && m->through > 0.0f;
+    m->volume = (m->transmissive || m->translucent) && s->thickness > 0.0f;
     m->anisotropic =
         (gltf && !m->lambert && m->anisotropy > 0.0f) || s->model == MODEL_ASHIKHMIN_SHIRLEY;
     m->attenuation_distance = m->volume ? s->attenuation_distance : 0.0f;
@@ -101,22 +121,13 @@ static void init_kind(struct material *m, const struct scene_material *s)
     }
 }
 
-/* Ones where there is no texture. */
-static void sample_at(const struct texture *t, const struct material_uv *uv, float out[4])
-{
-    if (t->texels)
-        texture_sample(t, uv->set[t->uv_set][0], uv->set[t->uv_set][1], out);
-    else
-        out[0] = out[1] = out[2] = out[3] = 1.0f;
-}
-
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4])
 {
     memcpy(out, m->base_color, 4 * sizeof out[0]);
     for (int i = 0; m->colored && i < 4; i++) out[i] *= uv->color[i];
     if (!m->base_color_texture.texels) return;
     float texel[4];
-    sample_at(&m->base_color_texture, uv, texel);
+    material_texel(&m->base_color_texture, uv, texel);
     for (int i = 0; i < 4; i++) out[i] *= texel[i];
 }
 
@@ -128,29 +139,19 @@ static void set_alphas(const struct material *m, const struct material_uv *uv, f
     out->alpha_u = out->alpha_v = alpha;
     if (!m->anisotropic) return;
     float texel[4];
-    sample_at(&m->anisotropy_texture, uv, texel);
+    material_texel(&m->anisotropy_texture, uv, texel);
     float strength = m->anisotropy * texel[2];
     out->alpha_u = unit_interval(alpha + (1.0f - alpha) * strength * strength);
-}
-
-static void set_coat(const struct material *m, const struct material_uv *uv, struct bsdf *out)
-{
-    float factor[4], rough[4];
-    sample_at(&m->coat_texture, uv, factor);
-    sample_at(&m->coat_roughness_texture, uv, rough);
-    const float roughness = m->coat_roughness * rough[1];
-    out->coat = m->coat * factor[0];
-    out->coat_alpha = roughness * roughness;
 }
 
 static void set_gltf(const struct material *m, const struct material_uv *uv, bool inside,
                      struct bsdf *out)
 {
     float rough[4], through[4], specular[4], tint[4];
-    sample_at(&m->metallic_roughness_texture, uv, rough);
-    sample_at(&m->transmission_texture, uv, through);
-    sample_at(&m->specular_texture, uv, specular);
-    sample_at(&m->specular_color_texture, uv, tint);
+    material_texel(&m->metallic_roughness_texture, uv, rough);
+    material_texel(&m->transmission_texture, uv, through);
+    material_texel(&m->specular_texture, uv, specular);
+    material_texel(&m->specular_color_texture, uv, tint);
     out->model = BSDF_GLTF;
     out->metallic = m->metallic * rough[2];
     out->transmission = m->transmissive ? m->transmission * through[0] : 0.0f;
@@ -160,10 +161,10 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
         out->albedo[i] = out->base_color[i] * (1.0f - out->metallic) * (1.0f - out->transmission);
     }
     set_alphas(m, uv, m->roughness * rough[1], out);
-    if (m->coat > 0.0f) set_coat(m, uv, out);
     out->inside = inside && m->volume;
     out->ior = out->inside && m->ior > 0.0f ? 1.0f / m->ior : m->ior;
-    out->thin = m->transmissive && !m->volume;
+    out->thin = (m->transmissive || m->translucent) && !m->volume;
+    material_layers_set(m, uv, out);
 }
 
 static enum bsdf_model model_of(uint32_t model)
@@ -233,6 +234,7 @@ static void material_init(struct material *m, const struct scene *blob,
     init_gltf(m, s);
     init_others(m, s);
     init_kind(m, s);
+    m->culled = s->flags & MATERIAL_CULLED && !m->transmissive && !m->translucent && !m->blend;
     for (int i = 0; i < 3; i++)
         m->shown[i] = m->unlit ? 0.0f : m->lambert ? m->base_color[i] : 1.0f;
     if (m->textured) return;
@@ -275,7 +277,7 @@ void material_emission(const struct material *m, const struct material_uv *uv, f
         memcpy(out, texel, 3 * sizeof out[0]);
         return;
     }
-    sample_at(&m->emission_texture, uv, texel);
+    material_texel(&m->emission_texture, uv, texel);
     for (int i = 0; i < 3; i++) out[i] = m->emission[i] * texel[i];
 }
 
@@ -287,26 +289,43 @@ void material_mean_emission(const struct material *m, float out[3])
     for (int i = 0; i < 3; i++) out[i] = (m->unlit ? m->base_color[i] : m->emission[i]) * mean[i];
 }
 
-void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
+static void bend(const float texel[4], float scale, float out[3])
+{
+    out[0] = (2.0f * texel[0] - 1.0f) * scale;
+    out[1] = (2.0f * texel[1] - 1.0f) * scale;
+    out[2] = 2.0f * texel[2] - 1.0f;
+}
+
+static void map_normal(const struct texture *map, const struct material_uv *uv, float scale,
+                       float out[3])
 {
     float texel[4];
     out[0] = out[1] = 0.0f;
     out[2] = 1.0f;
-    if (!m->normal_texture.texels) return;
-    sample_at(&m->normal_texture, uv, texel);
-    material_bend(m, texel, out);
+    if (!map->texels) return;
+    material_texel(map, uv, texel);
+    bend(texel, scale, out);
+}
+
+void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3])
+{
+    map_normal(&m->normal_texture, uv, m->normal_scale, out);
+}
+
+void material_coat_normal(const struct material *m, const struct material_uv *uv, float out[3])
+{
+    map_normal(&m->coat_normal_texture, uv, m->coat_normal_scale, out);
 }
 
 void material_bend(const struct material *m, const float texel[4], float out[3])
 {
-    out[0] = (2.0f * texel[0] - 1.0f) * m->normal_scale;
-    out[1] = (2.0f * texel[1] - 1.0f) * m->normal_scale;
-    out[2] = 2.0f * texel[2] - 1.0f;
+    bend(texel, m->normal_scale, out);
 }
 
 bool material_is_metallic_only(const struct material *m)
 {
-    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive;
+    return m->model == MODEL_GLTF && !m->lambert && !m->unlit && !m->transmissive &&
+           !m->translucent;
 }
 
 void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
@@ -326,7 +345,7 @@ void material_tangent_angle(const struct material *m, const struct material_uv *
     direction[1] = 0.0f;
     if (!m->anisotropic || m->model != MODEL_GLTF) return;
     if (m->anisotropy_texture.texels) {
-        sample_at(&m->anisotropy_texture, uv, texel);
+        material_texel(&m->anisotropy_texture, uv, texel);
         x = 2.0f * texel[0] - 1.0f;
         y = 2.0f * texel[1] - 1.0f;
         float length = sqrtf(x * x + y * y);

@@ -4,8 +4,8 @@
  *
  * Sources: glTF 2.0, section 3.9 and appendix B; KHR_materials_specular, _ior, _transmission,
  * _volume, _anisotropy, _clearcoat, _emissive_strength, _unlit. An unlit material emits its base
- * colour to both sides and reflects nothing. Materials are seen from both sides, double-sided or
- * not: only emission minds. */
+ * colour to both sides and reflects nothing. Rays meet materials from both sides, double-sided or
+ * not: only emission minds, and cameras (back_faces.h). */
 #include <stdbool.h>
 
 #include "worker/scene/texture.h"
@@ -17,19 +17,29 @@ struct material {
     float normal_scale;
     float alpha_cutoff; /* surfaces with less alpha are not there; 0: opaque */
     bool emissive, double_sided, unlit;
+    bool culled;       /* camera rays pass its back (back_faces.h) */
     bool textured;     /* reads UVs or vertex colours at all */
     bool colored;      /* vertex colours multiply its base colour */
     bool lambert;      /* its BSDF is a Lambertian one wherever it is hit */
     bool anisotropic;  /* its BSDF depends on material_tangent_angle */
     bool transmissive; /* may send paths through */
-    bool volume;       /* a closed solid with an inside; false with `transmissive`: thin-walled */
-    bool blend;        /* of partial opacity somewhere (alpha.h) */
-    uint32_t model;    /* enum material_model */
+    bool translucent;  /* may send them on from its far side as a diffuse surface does */
+    bool volume;    /* a closed solid with an inside; false of what else paths pass: thin-walled */
+    bool blend;     /* of partial opacity somewhere (alpha.h) */
+    uint32_t model; /* enum material_model */
     float metallic, roughness, transmission, specular;
-    float ior;                     /* of the inside over the outside; 0: infinite */
-    float specular_f0[3];          /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
-    float coat, coat_roughness;    /* KHR_materials_clearcoat */
-    float anisotropy, rotation[2]; /* strength; cosine, sine */
+    float dispersion;           /* KHR_materials_dispersion; of volumes only */
+    float ior;                  /* of the inside over the outside; 0: infinite */
+    float specular_f0[3];       /* ((ior - 1) / (ior + 1))^2 times the colour; beyond 1 too */
+    float coat, coat_roughness; /* KHR_materials_clearcoat */
+    bool coat_bent;             /* normals of the coat may not be the surface's: a map bends
+                                   one of the two */
+    float coat_normal_scale;
+    bool has_sheen;
+    float sheen[3], sheen_roughness;  /* KHR_materials_sheen */
+    float through, through_color[3];  /* KHR_materials_diffuse_transmission */
+    float film, film_ior, film_nm[2]; /* KHR_materials_iridescence; thickness from and to */
+    float anisotropy, rotation[2];    /* strength; cosine, sine */
     float model_specular[3];
     float exponent_u, exponent_v, alpha_u;
     float eta[3], k[3];
@@ -39,7 +49,9 @@ struct material {
     struct bsdf plain[2]; /* from outside, from inside; of materials that are not textured */
     struct texture base_color_texture, normal_texture, emission_texture;
     struct texture metallic_roughness_texture, transmission_texture, specular_texture,
-        specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture;
+        specular_color_texture, anisotropy_texture, coat_texture, coat_roughness_texture,
+        coat_normal_texture, sheen_texture, sheen_roughness_texture, through_texture,
+        through_color_texture, film_texture, film_nm_texture;
 };
 
 struct material_table {
@@ -78,6 +90,9 @@ void material_tangent_normal(const struct material *m, const struct material_uv 
 
 /* The same of the normal map's texel there. */
 void material_bend(const struct material *m, const float texel[4], float out[3]);
+
+/* The coat's normal in tangent space, not normalised. */
+void material_coat_normal(const struct material *m, const struct material_uv *uv, float out[3]);
 
 /* Returns whether its diffuse albedo is its base colour times what metalness leaves of it. */
 bool material_is_metallic_only(const struct material *m);

@@ -98,7 +98,7 @@ static uint32_t traits_of(const struct mesh_view *v)
     if (m->lambert) traits |= MESH_LAMBERT;
     if (v->normals || v->tangents) traits |= MESH_BENT;
     /* Lamps' densities are their facets', and rays through glass start at the facet's far side. */
-    if (v->normals && !m->emissive && !m->transmissive) traits |= MESH_ROUND;
+    if (v->normals && !m->emissive && !m->transmissive && !m->translucent) traits |= MESH_ROUND;
     if (v->tangents && m->normal_texture.texels) traits |= MESH_BUMPY;
     return m->textured ? traits | MESH_TEXTURED : traits;
 }
@@ -112,7 +112,8 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
     v->normals =
         mesh->flags & MESH_HAS_NORMALS ? blob->normals + (size_t)3 * mesh->first_normal : NULL;
     v->material = &s->materials->materials[mesh->material];
-    bool turned = v->material->normal_texture.texels || v->material->anisotropic;
+    bool turned =
+        v->material->normal_texture.texels || v->material->coat_bent || v->material->anisotropic;
     bool has_tangents = mesh->flags & MESH_HAS_TANGENTS && v->normals;
     v->tangents = has_tangents && turned ? blob->tangents + (size_t)4 * mesh->first_tangent : NULL;
     for (int set = 0; set < 2; set++)
@@ -124,11 +125,20 @@ static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, ui
     v->traits = traits_of(v);
 }
 
+static bool has_culled(const struct render_scene *s)
+{
+    for (uint64_t i = 0; i < s->blob->count[SCENE_MESHES]; i++)
+        if (s->meshes[i].material->culled) return true;
+    return false;
+}
+
 static RTCScene scene_new(const struct render_scene *s)
 {
     RTCScene scene = rtcNewScene(s->device);
     if (!scene) return NULL;
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    /* The filter is of camera rays (trace/hit/back_faces.h). */
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST |
+                                (s->has_culled ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0));
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM); /* same tree for any thread count */
     if (s->steps) rtcSetSceneProgressMonitorFunction(scene, on_built, (void *)s->steps);
     return scene;
@@ -145,8 +155,8 @@ static void mesh_attach(struct render_scene *s, uint32_t index, RTCScene scene, 
                                view->positions, 0, 3 * sizeof(float), mesh->vertex_count);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                view->triangles, 0, 3 * sizeof(uint32_t), mesh->triangle_count);
+    rtcSetGeometryUserData(geometry, view);
     if (view->material->alpha_cutoff > 0.0f) {
-        rtcSetGeometryUserData(geometry, view);
         rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
         rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
     }
@@ -313,6 +323,7 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
         goto fail;
     }
     for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
+    s->has_culled = has_culled(s);
     rc = is_base(s) ? find_boxes(s, fault) : find_light(s, fault);
     if (rc) goto fail;
     step(steps);

@@ -61,6 +61,7 @@ struct render_scene {
     _Atomic uint64_t *steps;         /* while it is created; borrowed, may be NULL */
     const char *isa;                 /* what build_isa() said */
     uint32_t packet_width;           /* rays that this CPU traces at once: 16, 8 or 4 */
+    bool has_culled;                 /* some mesh has a back that cameras do not see */
     bool has_instances;              /* whether `top` holds Embree instances, not just geometries */
     const struct render_scene *base; /* borrowed; NULL: none */
     uint32_t ground; /* instID of the base's top scene; RTC_INVALID_GEOMETRY_ID without one */

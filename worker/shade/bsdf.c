@@ -1,14 +1,17 @@
 #include "worker/shade/bsdf.h"
 
+#include <string.h>
+
 #include "worker/shade/ashikhmin_shirley.h"
 #include "worker/shade/beckmann.h"
 #include "worker/shade/blinn_phong.h"
 #include "worker/shade/coat.h"
+#include "worker/shade/film.h"
 #include "worker/shade/fresnel.h"
-#include "worker/shade/gltf.h"
 #include "worker/shade/lobe.h"
 #include "worker/shade/phong.h"
 #include "worker/shade/roughness.h"
+#include "worker/shade/sheen.h"
 
 static void lambert_value(const float wi[3], struct bsdf_value *out)
 {
@@ -49,7 +52,7 @@ void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
     if (b->model == BSDF_GLTF && b->coat > 0.0f)
         coat_evaluate(b, wo, wi, out);
     else if (b->model == BSDF_GLTF)
-        gltf_evaluate(b, wo, wi, out);
+        sheen_evaluate(b, wo, wi, out);
     else if (wi[2] > 0.0f)
         evaluate_reflection(b, wo, wi, out);
 }
@@ -126,7 +129,7 @@ bool bsdf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     if (wo[2] < DIRECTION_GRAZING) return false;
     if (b->model == BSDF_GLTF) {
         const bool found = b->coat > 0.0f ? coat_sample(b, wo, choice, u, out, &value)
-                                          : gltf_sample(b, wo, choice, u, out, &value);
+                                          : sheen_sample(b, wo, choice, u, out, &value);
         if (!found) return false;
         return out->dirac || weigh(b, &value, out);
     }
@@ -140,8 +143,8 @@ bool bsdf_is_dirac(const struct bsdf *b)
 {
     if (b->model == BSDF_MIRROR) return true;
     return b->model == BSDF_GLTF && roughness_is_smooth(b) &&
-           !(b->albedo[0] + b->albedo[1] + b->albedo[2] > 0.0f) &&
-           (!(b->coat > 0.0f) || b->coat_alpha < BSDF_SMOOTH);
+           !(b->albedo[0] + b->albedo[1] + b->albedo[2] > 0.0f) && !sheen_is_on(b) &&
+           !bsdf_is_translucent(b) && (!(b->coat > 0.0f) || b->coat_alpha < BSDF_SMOOTH);
 }
 
 bool bsdf_reflects_most(const struct bsdf *b, float cosine)
@@ -154,12 +157,21 @@ bool bsdf_reflects_most(const struct bsdf *b, float cosine)
 
 void bsdf_tint(const struct bsdf *b, float out[3])
 {
+    float dielectric[3], metal[3];
+    memcpy(dielectric, b->specular_f0, sizeof dielectric);
+    memcpy(metal, b->base_color, sizeof metal);
+    if (film_is_on(b)) {
+        film_fresnel(b, b->specular_f0, 0.0f, dielectric);
+        film_fresnel(b, b->base_color, 0.0f, metal);
+    }
     for (int c = 0; c < 3; c++) {
         out[c] = 0.0f;
         if (b->model == BSDF_GLTF)
-            out[c] = b->specular * b->specular_f0[c] * (1.0f - b->metallic) +
-                     b->base_color[c] * (b->metallic + b->transmission * (1.0f - b->metallic));
+            out[c] = b->specular * dielectric[c] * (1.0f - b->metallic) + metal[c] * b->metallic +
+                     b->base_color[c] * b->transmission * (1.0f - b->metallic) +
+                     b->sheen[c] * sheen_albedo(1.0f, b->sheen_alpha) + b->through[c];
         else if (b->model > BSDF_GLTF)
             out[c] = b->model_specular[c];
+        if (out[c] > 2.0f) out[c] = 2.0f;
     }
 }

@@ -18,8 +18,7 @@
 enum bsdf_model {
     BSDF_BLACK = 0,   /* reflects nothing: emitters, unlit */
     BSDF_LAMBERT = 1, /* albedo */
-    BSDF_GLTF =
-        2, /* metallic-roughness with specular, transmission, ior, anisotropy, volume, coat */
+    BSDF_GLTF = 2,    /* metallic-roughness with Khronos' extensions */
     BSDF_PHONG = 3,
     BSDF_BLINN_PHONG = 4,
     BSDF_BECKMANN = 5,
@@ -30,23 +29,37 @@ enum bsdf_model {
 
 struct bsdf {
     enum bsdf_model model;
-    float albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission);
-                        Ashikhmin-Shirley: base colour (1-model_specular) */
+    float
+        albedo[3]; /* of the diffuse lobe, [0, 1]; glTF: base colour (1-metallic)(1-transmission)
+                      (1-diffuse transmission); Ashikhmin-Shirley: base colour (1-model_specular) */
     float alpha_u, alpha_v; /* roughness of facets, [0, 1]; below BSDF_SMOOTH it is a mirror's */
     /* glTF */
     float base_color[3];
-    float metallic, transmission; /* [0, 1] */
-    float specular;               /* KHR_materials_specular factor */
-    float specular_f0[3];         /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
-    float ior; /* of the far side over the near one, as the path meets it: 1/ior from inside */
+    float metallic, transmission;  /* [0, 1] */
+    float specular;                /* KHR_materials_specular factor */
+    float through[3];              /* albedo of KHR_materials_diffuse_transmission's lobe */
+    float film, film_ior, film_nm; /* KHR_materials_iridescence: factor, index >= 1, thickness */
+    float film_mean;               /* film.h */
+    float specular_f0[3];          /* min(((ior-1)/(ior+1))^2 specular colour, 1) */
+    float ior;     /* of the far side over the near one, as the path meets it: 1/ior from inside */
+    float iors[3]; /* KHR_materials_dispersion: the same of each colour; only where dispersed */
+    bool dispersed;
+    int color;         /* of dispersed volumes: the one that is transmitted, by its own index, which
+                          `ior` is, too; BSDF_ALL_COLORS: all, by one index */
+    float color_scale; /* its weight, where it stands for the others */
     float coat, coat_alpha; /* KHR_materials_clearcoat: factor, roughness of its facets; [0, 1] */
-    bool thin;              /* thin-walled: what is transmitted is not bent */
-    bool inside;            /* the path is inside the volume and meets its surface from behind */
+    float coat_normal[3];   /* unit; only where coat_bent */
+    float sheen[3], sheen_alpha; /* KHR_materials_sheen: colour, roughness of its fibres; [0, 1] */
+    bool coat_bent;              /* the coat has a normal of its own */
+    bool thin;                   /* thin-walled: what is transmitted is not bent */
+    bool inside; /* the path is inside the volume and meets its surface from behind */
     /* others */
     float model_specular[3];      /* [0, 1] */
     float exponent_u, exponent_v; /* [0, 1e5] */
     float eta[3], k[3];           /* eta[0] > 0: a conductor times model_specular; else Schlick */
 };
+
+#define BSDF_ALL_COLORS (-1)
 
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
 
@@ -72,6 +85,28 @@ struct bsdf_sample {
 /* Colour by which all lobes but the diffuse one reflect at normal incidence or transmit, each in
  * [0, 2]: what textures of such lobes are taken out by. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
+
+/* Returns whether light leaves the far side as from a diffuse surface. */
+static inline bool bsdf_is_translucent(const struct bsdf *b)
+{
+    return b->through[0] + b->through[1] + b->through[2] > 0.0f;
+}
+
+/* Returns whether there is a film, or a lobe beside the diffuse one and those of facets. */
+static inline bool bsdf_has_layers(const struct bsdf *b)
+{
+    return b->coat > 0.0f || b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f || b->film > 0.0f ||
+           bsdf_is_translucent(b);
+}
+
+/* Makes one colour of a dispersed volume be transmitted, scaled. Chosen by chance among the three
+ * and scaled by 3, it has the mean of all. What is reflected has all colours. */
+static inline void bsdf_choose_color(struct bsdf *b, int color, float scale)
+{
+    b->color = color;
+    b->color_scale = scale;
+    b->ior = b->iors[color];
+}
 
 /* Returns whether all lobes are Dirac ones: of mirrors and clear glass. */
 bool bsdf_is_dirac(const struct bsdf *b);

@@ -1,6 +1,7 @@
 #include "worker/shade/gltf.h"
 
 #include "worker/shade/coupling.h"
+#include "worker/shade/film.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/ggx.h"
 #include "worker/shade/lobe.h"
@@ -19,12 +20,12 @@ struct gltf {
     float alpha[2];
     bool smooth;
     enum clear_kind clear;
-    float opaque, clear_share, metal;    /* shares of the surface: sum 1 */
-    float index_f0;                      /* of CLEAR_BENT: ((ior - 1) / (ior + 1))^2 */
-    float most_f0;                       /* the most reflecting colour's */
-    float span;                          /* ggx_span of wo */
-    float kept;                          /* of diffuse light on its way out: 1 - specular M(wo) */
-    float p_diffuse, p_facet, p_matched; /* of choosing a lobe; sum 1, or all 0 */
+    float opaque, clear_share, metal; /* shares of the surface: sum 1 */
+    float index_f0;                   /* of CLEAR_BENT: ((ior - 1) / (ior + 1))^2 */
+    float most_f0;                    /* the most reflecting colour's */
+    float span;                       /* ggx_span of wo */
+    float kept;                       /* of diffuse light on its way out: 1 - specular M(wo) */
+    float p_diffuse, p_through, p_facet, p_matched; /* of choosing a lobe; sum 1, or all 0 */
 };
 
 /* What a facet does to light, per colour. */
@@ -47,6 +48,45 @@ static enum clear_kind clear_kind_of(const struct bsdf *b, float share)
     return fabsf(b->ior - 1.0f) < GLTF_MATCHED ? CLEAR_MATCHED : CLEAR_BENT;
 }
 
+/* What facets under a film reflect, but for `specular`, of those that there are. */
+static void filmed_of(const struct bsdf *b, const struct gltf *g, float grazing,
+                      float dielectric[3], float metal[3])
+{
+    for (int k = 0; k < 3; k++) dielectric[k] = metal[k] = 0.0f;
+    if (g->metal < 1.0f && b->specular > 0.0f) film_fresnel(b, b->specular_f0, grazing, dielectric);
+    if (g->metal > 0.0f) film_fresnel(b, b->base_color, grazing, metal);
+}
+
+/* A film on a volume: `exact` is what glass without it reflects. Its outer side is outside. */
+static float reflect_film(const struct bsdf *b, float cosine, float exact, float share,
+                          struct facet *f)
+{
+    float bare[3], film[3];
+    struct bsdf pure = *b;
+    pure.film = 1.0f;
+    film_fresnel(&pure, b->specular_f0, fresnel_grazing(b->inside ? f->cosine_far : cosine), film);
+    for (int k = 0; k < 3; k++) {
+        bare[k] = fresnel_schlick(b->specular_f0[k], exact);
+        film[k] = b->specular * (bare[k] + (film[k] - bare[k]) * b->film);
+        f->reflect[k] += share * film[k];
+    }
+    return most_of(film);
+}
+
+/* The same of a dispersed volume's colours, each by its own index. */
+static void reflect_colors(const struct bsdf *b, float cosine, float share, struct facet *f)
+{
+    for (int k = 0; k < 3; k++) {
+        float far;
+        const float root = (b->iors[k] - 1.0f) / (b->iors[k] + 1.0f), f0 = root * root;
+        const float exact = fresnel_dielectric(cosine, b->iors[k], &far);
+        const float span = 1.0f - f0,
+                    above = exact > f0 && span > 0.0f ? (exact - f0) / span : 0.0f;
+        const float r = b->specular * fresnel_schlick(b->specular_f0[k], above);
+        f->reflect[k] += share * (far <= 0.0f ? 1.0f : r);
+    }
+}
+
 /* Fresnel's equations with f0 and weight of KHR_materials_specular in place of the index's own f0;
  * returns the greatest colour's. */
 static float reflect_volume(const struct bsdf *b, const struct gltf *g, float cosine, float share,
@@ -56,7 +96,9 @@ static float reflect_volume(const struct bsdf *b, const struct gltf *g, float co
     const bool total = f->cosine_far <= 0.0f;
     const float span = 1.0f - g->index_f0;
     const float above = span > 0.0f && exact > g->index_f0 ? (exact - g->index_f0) / span : 0.0f;
-    for (int k = 0; k < 3; k++) {
+    if (film_is_on(b) && !total) return reflect_film(b, cosine, above, share, f);
+    if (b->dispersed) reflect_colors(b, cosine, share, f);
+    for (int k = 0; !b->dispersed && k < 3; k++) {
         const float r = total ? 1.0f : b->specular * fresnel_schlick(b->specular_f0[k], above);
         f->reflect[k] += share * r;
     }
@@ -69,13 +111,20 @@ static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, f
 {
     const float under_schlick = g->opaque + (g->clear == CLEAR_THIN ? g->clear_share : 0.0f);
     const float layer = under_schlick * b->specular;
-    for (int k = 0; k < 3; k++)
-        f->reflect[k] = layer * fresnel_schlick(b->specular_f0[k], grazing) +
-                        g->metal * fresnel_schlick(b->base_color[k], grazing);
+    float dielectric[3], metal[3], most;
+    if (film_is_on(b)) {
+        filmed_of(b, g, grazing, dielectric, metal);
+        most = most_of(dielectric);
+    } else {
+        for (int k = 0; k < 3; k++) dielectric[k] = fresnel_schlick(b->specular_f0[k], grazing);
+        for (int k = 0; k < 3; k++) metal[k] = fresnel_schlick(b->base_color[k], grazing);
+        most = fresnel_schlick(g->most_f0, grazing);
+    }
+    for (int k = 0; k < 3; k++) f->reflect[k] = layer * dielectric[k] + g->metal * metal[k];
     float passes = 0.0f;
     f->cosine_far = 0.0f;
     if (g->clear == CLEAR_THIN)
-        passes = g->clear_share * (1.0f - b->specular * fresnel_schlick(g->most_f0, grazing));
+        passes = g->clear_share * (1.0f - b->specular * most);
     else if (g->clear == CLEAR_BENT)
         passes = g->clear_share * (1.0f - reflect_volume(b, g, cosine, g->clear_share, f));
     for (int k = 0; k < 3; k++) f->transmit[k] = passes * b->base_color[k];
@@ -102,7 +151,10 @@ static float mean_grazing(const struct gltf *g, const float w[3])
 /* The mean Fresnel reflectance, at its greatest colour, of facets whose mean grazing is given. */
 static float hindrance(const struct bsdf *b, const struct gltf *g, float grazing)
 {
-    return b->specular * fresnel_schlick(g->most_f0, grazing);
+    float each[3];
+    if (!film_is_on(b)) return b->specular * fresnel_schlick(g->most_f0, grazing);
+    film_fresnel(b, b->specular_f0, grazing, each);
+    return b->specular * most_of(each);
 }
 
 static bool has_facets(const struct bsdf *b, const struct gltf *g)
@@ -117,16 +169,18 @@ static void choose(const struct bsdf *b, struct gltf *g, const float wo[3], floa
     struct facet f;
     facet_of(b, g, wo[2], grazing, &f);
     const float diffuse = lobe_mean(b->albedo) * g->kept;
+    const float through = lobe_mean(b->through) * g->kept;
     const float matched =
         g->clear == CLEAR_MATCHED ? g->clear_share * lobe_mean(b->base_color) : 0.0f;
     float facet = lobe_mean(f.reflect) + lobe_mean(f.transmit);
     /* A smooth surface has but one facet, for which the estimate is exact. */
-    const float least = LOBE_LEAST * (diffuse + matched);
+    const float least = LOBE_LEAST * (diffuse + through + matched);
     if (!g->smooth && has_facets(b, g) && facet < least) facet = least;
-    const float sum = diffuse + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
+    const float sum = diffuse + through + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
     g->p_diffuse = diffuse * scale;
     if (g->p_diffuse > 0.0f && sum <= diffuse)
         g->p_diffuse = 1.0f; /* whatever division makes of it */
+    g->p_through = through * scale;
     g->p_matched = matched * scale;
     g->p_facet = facet * scale;
 }
@@ -157,7 +211,8 @@ static float diffuse(const struct bsdf *b, const struct gltf *g, const float wi[
     const float average =
         g->smooth ? FRESNEL_GRAZING_MEAN : coupling_average(sqrtf(g->alpha[0] * g->alpha[1]));
     const float in = 1.0f - hindrance(b, g, mean_grazing(g, wi));
-    const float all = 1.0f - hindrance(b, g, average);
+    const float all =
+        1.0f - (film_is_on(b) ? b->specular * b->film_mean : hindrance(b, g, average));
     return in > 0.0f && all > 1e-6f ? LAMBERT_INV_PI * g->kept * in / all : 0.0f;
 }
 
@@ -201,6 +256,13 @@ static void add_refracted(const struct bsdf *b, const struct gltf *g, const floa
     out->pdf += g->p_facet * (1.0f - f.p_reflect) * jacobian * ggx_seen(wo[2], g->span);
 }
 
+/* Leaves of what is transmitted the colour for which it is. */
+static void filter(const struct bsdf *b, const float wi[3], float specular[3])
+{
+    if (!b->dispersed || b->color == BSDF_ALL_COLORS || wi[2] >= 0.0f) return;
+    for (int k = 0; k < 3; k++) specular[k] = k == b->color ? b->color_scale * specular[k] : 0.0f;
+}
+
 static void evaluate_seen(const struct bsdf *b, const struct gltf *g, const float wo[3],
                           const float wi[3], struct bsdf_value *out)
 {
@@ -212,12 +274,16 @@ static void evaluate_seen(const struct bsdf *b, const struct gltf *g, const floa
             out->pdf = lobe_diffuse_pdf(g->p_diffuse, wi[2]);
         }
         if (facets) add_mirrored(b, g, wo, wi, false, out);
-    } else if (facets && g->clear == CLEAR_THIN) {
-        const float above[3] = {wi[0], wi[1], -wi[2]};
-        add_mirrored(b, g, wo, above, true, out);
-    } else if (facets && g->clear == CLEAR_BENT) {
-        add_refracted(b, g, wo, wi, out);
+        return;
     }
+    const float above[3] = {wi[0], wi[1], -wi[2]};
+    if (g->p_through > 0.0f) {
+        const float value = diffuse(b, g, above);
+        for (int k = 0; k < 3; k++) out->specular[k] = b->through[k] * value;
+        out->pdf = lobe_diffuse_pdf(g->p_through, above[2]);
+    }
+    if (facets && g->clear == CLEAR_THIN) add_mirrored(b, g, wo, above, true, out);
+    if (facets && g->clear == CLEAR_BENT) add_refracted(b, g, wo, wi, out);
 }
 
 void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
@@ -226,6 +292,7 @@ void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
     struct gltf g;
     see(b, wo, &g);
     evaluate_seen(b, &g, wo, wi, out);
+    filter(b, wi, out->specular);
 }
 
 /* Straight on. */
@@ -234,6 +301,7 @@ static bool pass(const struct bsdf *b, const struct gltf *g, const float wo[3],
 {
     direction_set(-wo[0], -wo[1], -wo[2], out->wi);
     for (int k = 0; k < 3; k++) out->specular[k] = g->clear_share * b->base_color[k] / g->p_matched;
+    filter(b, out->wi, out->specular);
     out->dirac = out->transmitted = true;
     return true;
 }
@@ -267,6 +335,7 @@ static bool leave_smooth(const struct bsdf *b, const struct gltf *g, const float
     const float *color = out->transmitted ? f.transmit : f.reflect;
     if (!(p > 0.0f)) return false;
     for (int k = 0; k < 3; k++) out->specular[k] = color[k] / p;
+    filter(b, out->wi, out->specular);
     out->dirac = true;
     return true;
 }
@@ -276,13 +345,15 @@ bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
 {
     struct gltf g;
     see(b, wo, &g);
-    if (choice < g.p_diffuse) {
+    const float p_through = g.p_diffuse + g.p_through, p_matched = p_through + g.p_matched;
+    if (choice < p_through) {
         lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
-    } else if (choice < g.p_diffuse + g.p_matched) {
+        if (choice >= g.p_diffuse) out->wi[2] = -out->wi[2];
+    } else if (choice < p_matched) {
         return pass(b, &g, wo, out);
     } else if (g.p_facet > 0.0f) {
         /* what is left of the choice decides between reflection and transmission */
-        const float rest = (choice - g.p_diffuse - g.p_matched) / g.p_facet;
+        const float rest = (choice - p_through - g.p_matched) / g.p_facet;
         float h[3];
         struct facet f;
         if (g.smooth) return leave_smooth(b, &g, wo, rest, out);
@@ -293,5 +364,6 @@ bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const fl
     }
     if (fabsf(out->wi[2]) < DIRECTION_GRAZING) return false;
     evaluate_seen(b, &g, wo, out->wi, value);
+    filter(b, out->wi, value->specular);
     return true;
 }

@@ -1,6 +1,7 @@
 #pragma once
 /* glTF 2.0's metallic-roughness material (appendix B) with KHR_materials_specular, _ior,
- * _transmission, _volume and _anisotropy:
+ * _transmission, _diffuse_transmission, _volume, _anisotropy, _dispersion and _iridescence
+ * (film.h):
  *
  *   dielectric = mix(diffuse, btdf * base_color, transmission) under facets that reflect
  *                fr = specular * (f0 + (1 - f0) (1 - V.H)^5), f0 = specular_f0, per colour
@@ -16,7 +17,13 @@
  *   Total reflection is total whatever they are.
  * - An index of 0, which by KHR_materials_ior reflects everything, or beyond GLTF_INFINITE (or one
  *   over that, from inside) does not bend either; f0 is 1 then, and Schlick's fit says it all.
+ * - A dispersed volume reflects each colour by its own index, and transmits one colour, chosen by
+ *   whoever traces (bsdf_choose_color), by that colour's.
  * - A volume of an index within GLTF_MATCHED of its surroundings' does neither bend nor reflect.
+ *
+ * Diffuse transmission is the diffuse lobe, of an albedo of its own (`through`), mirrored at the
+ * surface: what facets let through of light in and out is the same. That holds of volumes, too,
+ * where it says nothing of the index.
  *
  * Refraction (Walter et al. 2007) is kept basic: radiance is not scaled by the square of the index
  * ratio. L / n^2 is what a path keeps, so that a furnace stays 1 inside glass, and emitters inside

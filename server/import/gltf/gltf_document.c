@@ -11,6 +11,8 @@
 
 static const char *const supported[] = {
     "EXT_mesh_gpu_instancing",    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",        "KHR_materials_diffuse_transmission",
+    "KHR_materials_iridescence",  "KHR_materials_dispersion",
     "KHR_draco_mesh_compression", "EXT_meshopt_compression",
     "EXT_texture_webp",           "KHR_materials_variants",
     "KHR_node_visibility",        "KHR_lights_punctual",

@@ -3,7 +3,7 @@
  * material at `place`, into *m. */
 #include "server/import/gltf/gltf.h"
 
-/* Reads KHR_materials_specular, _ior, _transmission, _volume and _anisotropy. */
+/* Reads Khronos' extensions of the surface beyond glTF's core, but for emission and unlit. */
 int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char *place,
                                   struct scene_material *m, struct fault *fault);
 

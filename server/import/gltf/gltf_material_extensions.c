@@ -67,6 +67,61 @@ static int read_attenuation(const json_t *extension, const char *place, struct s
     return rc;
 }
 
+static int read_dispersion(const json_t *json, const char *place, struct scene_material *m,
+                           struct fault *fault)
+{
+    const json_t *extension;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_dispersion", &extension, at, fault);
+    return rc == 0 ? gltf_float(extension, at, "dispersion", 0, 1000, &m->dispersion, fault) : rc;
+}
+
+static int read_iridescence(struct gltf *g, const json_t *json, const char *place,
+                            struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_iridescence", &extension, at, fault);
+    if (rc == 0) rc = gltf_float(extension, at, "iridescenceFactor", 0, 1, &m->iridescence, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "iridescenceIor", 1, 1000, &m->iridescence_ior, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "iridescenceThicknessMinimum", 0, 1e6, &m->iridescence_nm[0],
+                        fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "iridescenceThicknessMaximum", 0, 1e6, &m->iridescence_nm[1],
+                        fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "iridescenceTexture", false,
+                               &m->iridescence_texture, &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "iridescenceThicknessTexture", false,
+                               &m->iridescence_thickness_texture, &info, fault);
+    return rc;
+}
+
+static int read_diffuse_transmission(struct gltf *g, const json_t *json, const char *place,
+                                     struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc =
+        gltf_extension(json, place, "KHR_materials_diffuse_transmission", &extension, at, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "diffuseTransmissionFactor", 0, 1, &m->diffuse_transmission,
+                        fault);
+    if (rc == 0)
+        rc = gltf_floats(extension, at, "diffuseTransmissionColorFactor", 3, 0, 1,
+                         m->diffuse_transmission_color, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "diffuseTransmissionTexture", false,
+                               &m->diffuse_transmission_texture, &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "diffuseTransmissionColorTexture", true,
+                               &m->diffuse_transmission_color_texture, &info, fault);
+    return rc;
+}
+
 static int read_volume(struct gltf *g, const json_t *json, const char *place,
                        struct scene_material *m, struct fault *fault)
 {
@@ -77,11 +132,17 @@ static int read_volume(struct gltf *g, const json_t *json, const char *place,
     if (rc != 0 || extension == NULL) return rc;
     rc = gltf_float(extension, at, "thicknessFactor", 0, far, &m->thickness, fault);
     if (rc == 0) rc = read_attenuation(extension, at, m, fault);
-    bool solid = m->thickness > 0 && m->transmission > 0;
-    if (solid && json_object_get(extension, "thicknessTexture") != NULL)
+    bool solid = m->thickness > 0 && (m->transmission > 0 || m->diffuse_transmission > 0);
+    const json_t *texture = NULL;
+    if (rc == 0) rc = gltf_object(extension, at, "thicknessTexture", &texture, fault);
+    if (rc != 0 || texture == NULL) return rc;
+    if (solid)
         warnings_add(&g->builder->warnings, at,
                      "thicknessTexture is ignored: paths find how thick the solid is");
-    return rc;
+    gltf_place map;
+    uint32_t unused = SCENE_NONE;
+    gltf_place_set(map, "%s.thicknessTexture", at);
+    return gltf_index(texture, map, "index", gltf_count(g->root, "textures"), &unused, fault);
 }
 
 static int read_anisotropy(struct gltf *g, const json_t *json, const char *place,
@@ -116,9 +177,31 @@ static int read_clearcoat(struct gltf *g, const json_t *json, const char *place,
     if (rc == 0)
         rc = gltf_texture_read(g, extension, at, "clearcoatRoughnessTexture", false,
                                &m->clearcoat_roughness_texture, &info, fault);
-    if (rc == 0 && m->clearcoat > 0 && json_object_get(extension, "clearcoatNormalTexture"))
-        warnings_add(&g->builder->warnings, at,
-                     "clearcoatNormalTexture is ignored: the coat has the surface's normals");
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "clearcoatNormalTexture", false,
+                               &m->clearcoat_normal_texture, &info, fault);
+    if (rc != 0) return rc;
+    gltf_place map;
+    gltf_place_set(map, "%s.clearcoatNormalTexture", at);
+    return gltf_float(info, map, "scale", -1e6, 1e6, &m->clearcoat_normal_scale, fault);
+}
+
+static int read_sheen(struct gltf *g, const json_t *json, const char *place,
+                      struct scene_material *m, struct fault *fault)
+{
+    const json_t *extension, *info;
+    gltf_place at;
+    int rc = gltf_extension(json, place, "KHR_materials_sheen", &extension, at, fault);
+    if (rc == 0)
+        rc = gltf_floats(extension, at, "sheenColorFactor", 3, 0, 1, m->sheen_color, fault);
+    if (rc == 0)
+        rc = gltf_float(extension, at, "sheenRoughnessFactor", 0, 1, &m->sheen_roughness, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "sheenColorTexture", true, &m->sheen_color_texture,
+                               &info, fault);
+    if (rc == 0)
+        rc = gltf_texture_read(g, extension, at, "sheenRoughnessTexture", false,
+                               &m->sheen_roughness_texture, &info, fault);
     return rc;
 }
 
@@ -128,8 +211,12 @@ int gltf_material_extensions_read(struct gltf *g, const json_t *json, const char
     int rc = read_specular(g, json, place, m, fault);
     if (rc == 0) rc = read_ior(json, place, m, fault);
     if (rc == 0) rc = read_transmission(g, json, place, m, fault);
+    if (rc == 0) rc = read_dispersion(json, place, m, fault);
+    if (rc == 0) rc = read_iridescence(g, json, place, m, fault);
+    if (rc == 0) rc = read_diffuse_transmission(g, json, place, m, fault);
     if (rc == 0) rc = read_volume(g, json, place, m, fault);
     if (rc == 0) rc = read_anisotropy(g, json, place, m, fault);
     if (rc == 0) rc = read_clearcoat(g, json, place, m, fault);
+    if (rc == 0) rc = read_sheen(g, json, place, m, fault);
     return rc;
 }

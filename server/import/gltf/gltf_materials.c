@@ -85,7 +85,7 @@ static int read_flags(const json_t *json, const char *place, struct scene_materi
     int rc = gltf_flag(json, place, "doubleSided", &double_sided, fault);
     if (rc == 0) rc = gltf_extension(json, place, "KHR_materials_unlit", &extension, at, fault);
     if (rc != 0) return rc;
-    if (double_sided) m->flags |= MATERIAL_DOUBLE_SIDED;
+    m->flags |= double_sided ? MATERIAL_DOUBLE_SIDED : MATERIAL_CULLED;
     if (extension != NULL) m->flags |= MATERIAL_UNLIT;
     return 0;
 }
@@ -166,6 +166,7 @@ int gltf_default_material(struct gltf *g, uint32_t *out, struct fault *fault)
     if (g->default_material == SCENE_NONE) {
         struct scene_material m;
         surface_init(&m);
+        m.flags = MATERIAL_CULLED;
         uint32_t index = (uint32_t)builder_count(g->builder, SCENE_MATERIALS);
         int rc = append_material(g, &m, fault);
         if (rc != 0) return rc;

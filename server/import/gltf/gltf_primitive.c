@@ -78,11 +78,14 @@ static bool has_uvs_of(const struct gltf_geometry *geometry, const struct scene_
     return map->texture != SCENE_NONE && geometry->uv[map->uv_set] != SCENE_NONE;
 }
 
-/* The UV set that tangents run along: the normal map's; else, of an anisotropic surface, that of
- * its directions, else the first. SCENE_NONE: no tangents are needed or can be made. */
+/* The UV set that tangents run along: the normal map's, or the coat's; else, of an anisotropic
+ * surface, that of its directions, else the first. SCENE_NONE: no tangents are needed or can be
+ * made. */
 static uint32_t tangent_set(const struct scene_material *m, const struct gltf_geometry *geometry)
 {
     if (has_uvs_of(geometry, &m->normal_texture)) return m->normal_texture.uv_set;
+    if (m->clearcoat > 0 && has_uvs_of(geometry, &m->clearcoat_normal_texture))
+        return m->clearcoat_normal_texture.uv_set;
     if (m->anisotropy == 0) return SCENE_NONE;
     if (has_uvs_of(geometry, &m->anisotropy_texture)) return m->anisotropy_texture.uv_set;
     return geometry->uv[0] != SCENE_NONE ? 0 : SCENE_NONE;

@@ -14,6 +14,10 @@ void surface_init(struct scene_material *m)
                                  .ior = 1.5f,
                                  .specular_color = {1, 1, 1},
                                  .attenuation = {1, 1, 1},
+                                 .clearcoat_normal_scale = 1,
+                                 .iridescence_ior = 1.3f,
+                                 .iridescence_nm = {100, 400},
+                                 .diffuse_transmission_color = {1, 1, 1},
                                  .base_color_texture = none,
                                  .metallic_roughness_texture = none,
                                  .normal_texture = none,
@@ -23,16 +27,36 @@ void surface_init(struct scene_material *m)
                                  .specular_color_texture = none,
                                  .anisotropy_texture = none,
                                  .clearcoat_texture = none,
-                                 .clearcoat_roughness_texture = none};
+                                 .clearcoat_roughness_texture = none,
+                                 .clearcoat_normal_texture = none,
+                                 .sheen_color_texture = none,
+                                 .sheen_roughness_texture = none,
+                                 .iridescence_texture = none,
+                                 .iridescence_thickness_texture = none,
+                                 .diffuse_transmission_texture = none,
+                                 .diffuse_transmission_color_texture = none};
 }
 
 void surface_textures(struct scene_material *m, struct scene_texture_ref *out[SURFACE_TEXTURES])
 {
     struct scene_texture_ref *const all[SURFACE_TEXTURES] = {
-        &m->base_color_texture,         &m->normal_texture,       &m->metallic_roughness_texture,
-        &m->emission_texture,           &m->transmission_texture, &m->specular_texture,
-        &m->specular_color_texture,     &m->anisotropy_texture,   &m->clearcoat_texture,
-        &m->clearcoat_roughness_texture};
+        &m->base_color_texture,
+        &m->normal_texture,
+        &m->metallic_roughness_texture,
+        &m->emission_texture,
+        &m->transmission_texture,
+        &m->specular_texture,
+        &m->specular_color_texture,
+        &m->anisotropy_texture,
+        &m->clearcoat_texture,
+        &m->clearcoat_roughness_texture,
+        &m->clearcoat_normal_texture,
+        &m->sheen_color_texture,
+        &m->sheen_roughness_texture,
+        &m->iridescence_texture,
+        &m->iridescence_thickness_texture,
+        &m->diffuse_transmission_texture,
+        &m->diffuse_transmission_color_texture};
     memcpy(out, all, sizeof all);
 }
 

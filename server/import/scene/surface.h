@@ -7,7 +7,7 @@
 void surface_init(struct scene_material *m);
 
 /* Lists the textures of a material. */
-enum { SURFACE_TEXTURES = 10 };
+enum { SURFACE_TEXTURES = 17 };
 void surface_textures(struct scene_material *m, struct scene_texture_ref *out[SURFACE_TEXTURES]);
 
 /* Scales base_color and model_specular where a channel of their sum exceeds 1, so that the surface

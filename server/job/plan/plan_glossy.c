@@ -11,7 +11,7 @@ static bool may_be_glossy(const struct scene_material *m)
     const bool facets = m->metallic > 0 || m->specular > 0;
     const bool opaque = !(m->transmission > 0) || m->transmission_texture.texture != SCENE_NONE;
     const bool isotropic = !(m->anisotropy > 0) || m->anisotropy_texture.texture != SCENE_NONE;
-    const bool bare = !(m->clearcoat > 0) || m->clearcoat_texture.texture != SCENE_NONE;
+    const bool bare = !plan_has_layers(m, true);
     return m->model == MODEL_GLTF && !(m->flags & MATERIAL_UNLIT) && facets && opaque && bare &&
            isotropic && m->roughness * m->roughness >= GLOSSY_ALPHA_LEAST;
 }

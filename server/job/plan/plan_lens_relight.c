@@ -131,7 +131,7 @@ static bool may_mirror(const struct scene_material *m)
     if (m->emission[0] > 0 || m->emission[1] > 0 || m->emission[2] > 0) return false;
     return m->model == MODEL_MIRROR ||
            (m->model == MODEL_GLTF && m->metallic >= 1 && !(m->roughness > 0) &&
-            !(m->clearcoat > 0) && m->metallic_roughness_texture.texture == SCENE_NONE);
+            !plan_has_layers(m, false) && m->metallic_roughness_texture.texture == SCENE_NONE);
 }
 
 static bool has_mirror(const struct scene *scene)

@@ -6,13 +6,28 @@
 #include "proto/samples.h"
 #include "server/job/plan/plan_parts.h"
 
+bool plan_has_layers(const struct scene_material *m, bool surely)
+{
+    const float *c = m->sheen_color;
+    const struct {
+        float amount;
+        uint32_t texture;
+    } layers[] = {{m->clearcoat, m->clearcoat_texture.texture},
+                  {c[0] + c[1] + c[2], m->sheen_color_texture.texture},
+                  {m->iridescence, m->iridescence_texture.texture},
+                  {m->diffuse_transmission, m->diffuse_transmission_texture.texture}};
+    for (size_t i = 0; i < sizeof layers / sizeof *layers; i++)
+        if (layers[i].amount > 0 && !(surely && layers[i].texture != SCENE_NONE)) return true;
+    return false;
+}
+
 /* An unlit surface reflects nothing: what else it says does not matter. */
 static bool is_lambert(const struct scene_material *m)
 {
     if (m->alpha_mode == ALPHA_BLEND) return false;
     if (m->flags & MATERIAL_UNLIT) return true;
     return m->model == MODEL_GLTF && !(m->metallic > 0) && !(m->specular > 0) &&
-           !(m->transmission > 0) && !(m->clearcoat > 0);
+           !(m->transmission > 0) && !plan_has_layers(m, false);
 }
 
 static const struct scene_material *first_other(const struct scene *scene)
@@ -60,7 +75,7 @@ bool plan_has_volumes(const struct scene *scene)
     for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
         const struct scene_mesh *mesh = &scene->meshes[scene->instances[i].mesh];
         const struct scene_material *m = &scene->materials[mesh->material];
-        if (m->transmission > 0 && m->thickness > 0) return true;
+        if ((m->transmission > 0 || m->diffuse_transmission > 0) && m->thickness > 0) return true;
     }
     return false;
 }

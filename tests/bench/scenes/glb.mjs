@@ -12,7 +12,7 @@ function chunk(type, data, padding) {
   return Buffer.concat([header, padded]);
 }
 
-function pack(document, binary) {
+export function packGlb(document, binary) {
   const chunks = [chunk(JSON_CHUNK, Buffer.from(JSON.stringify(document)), " "), chunk(BINARY_CHUNK, binary, 0)];
   const header = Buffer.alloc(12);
   header.writeUInt32LE(MAGIC, 0);
@@ -110,7 +110,7 @@ export function glbOf(parts, base = empty()) {
   document.extensionsUsed = [...new Set([...(document.extensionsUsed ?? []), ...used])];
   const binary = bytes();
   document.buffers = [{ byteLength: binary.length }];
-  return pack(document, binary);
+  return packGlb(document, binary);
 }
 
 // Another's .gltf with its one buffer and its images, for glbOf; meshes whose materials match
@@ -147,7 +147,7 @@ function drop(document, without) {
 export function glbWithout(glb, without) {
   const { document, binary } = unpack(glb);
   drop(document, without);
-  return pack(document, binary);
+  return packGlb(document, binary);
 }
 
 // The same with every material made Lambert and lights left out.
@@ -160,5 +160,5 @@ export function lambertOf(glb, without) {
   delete document.extensions;
   delete document.extensionsRequired;
   document.extensionsUsed = ["KHR_materials_specular"];
-  return pack(document, binary);
+  return packGlb(document, binary);
 }

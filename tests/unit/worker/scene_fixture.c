@@ -43,7 +43,12 @@ uint32_t fixture_material(struct scene_fixture *f, float r, float g, float b)
     m->base_color_texture = m->normal_texture = m->emission_texture = none;
     m->metallic_roughness_texture = m->transmission_texture = m->specular_texture = none;
     m->specular_color_texture = m->anisotropy_texture = none;
-    m->clearcoat_texture = m->clearcoat_roughness_texture = none;
+    m->clearcoat_texture = m->clearcoat_roughness_texture = m->clearcoat_normal_texture = none;
+    m->sheen_color_texture = m->sheen_roughness_texture = none;
+    m->iridescence_texture = m->iridescence_thickness_texture = none;
+    m->diffuse_transmission_texture = m->diffuse_transmission_color_texture = none;
+    m->clearcoat_normal_scale = 1.0f;
+    m->iridescence_ior = 1.3f;
     return f->material_count++;
 }
 

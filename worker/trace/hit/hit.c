@@ -27,28 +27,39 @@ static void put(struct lanes3 *to, int i, const float v[3])
     to->z[i] = v[2];
 }
 
-void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, struct surface *out)
+static void bend_normal(const struct mesh_point *p, const float bend[3], float n[3])
 {
-    float tangent[4], bitangent[3], n[3];
-    get(&out->normal, i, n);
+    float tangent[4], bitangent[3];
     for (size_t k = 0; k < 4; k++) tangent[k] = mesh_interpolate(p, p->mesh->tangents, 4, k);
     cross(n, tangent, bitangent);
     float sign = tangent[3] < 0.0f ? -1.0f : 1.0f;
     for (int k = 0; k < 3; k++)
         n[k] = bend[0] * tangent[k] + bend[1] * sign * bitangent[k] + bend[2] * n[k];
+}
+
+void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, struct surface *out)
+{
+    float n[3];
+    get(&out->normal, i, n);
+    bend_normal(p, bend, n);
     put(&out->normal, i, n);
 }
 
 /* Normals transform by the inverse transpose: the cofactors over the determinant, of which only the
  * sign matters here (glTF: a mirrored node keeps its front). */
-static void transform_normal(const float cofactors[9], float sign, struct lanes3 *lanes, int i)
+static void transform(const float cofactors[9], float sign, const float n[3], float out[3])
 {
-    float n[3], out[3];
-    get(lanes, i, n);
     for (int k = 0; k < 3; k++) {
         const float *row = cofactors + (size_t)3 * (size_t)k;
         out[k] = sign * (row[0] * n[0] + row[1] * n[1] + row[2] * n[2]);
     }
+}
+
+static void transform_normal(const float cofactors[9], float sign, struct lanes3 *lanes, int i)
+{
+    float n[3], out[3];
+    get(lanes, i, n);
+    transform(cofactors, sign, n, out);
     put(lanes, i, out);
 }
 
@@ -74,6 +85,15 @@ static float find_cofactors(const float m[12], float cofactors[9])
     cross(m, m + 4, cofactors + 6);
     float det = m[0] * cofactors[0] + m[1] * cofactors[1] + m[2] * cofactors[2];
     return det < 0.0f ? -1.0f : 1.0f;
+}
+
+void hit_bend_layer(const struct mesh_point *p, const float bend[3], const float m[12], float n[3])
+{
+    float own[3], cofactors[9];
+    for (size_t k = 0; k < 3; k++) own[k] = mesh_interpolate(p, p->mesh->normals, 3, k);
+    bend_normal(p, bend, own);
+    const float sign = find_cofactors(m, cofactors);
+    transform(cofactors, sign, own, n);
 }
 
 void hit_lift_to_world(const float m[12], int i, struct lanes3 *lift, struct lanes3 *round)

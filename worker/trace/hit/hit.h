@@ -52,5 +52,9 @@ void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, str
 void hit_to_world(const float m[12], int i, float *magnitude, struct surface *out);
 void hit_lift_to_world(const float m[12], int i, struct lanes3 *lift, struct lanes3 *round);
 
+/* Computes the normal of a layer in the world, from one in tangent space; not of unit length. The
+ * mesh has tangents. */
+void hit_bend_layer(const struct mesh_point *p, const float bend[3], const float m[12], float n[3]);
+
 /* Makes the albedo of surfaces with a BSDF that of its diffuse lobe. */
 void hit_diffuse_albedo(const struct queries *q, const struct RTCRayHit16 *rays, struct surface *s);

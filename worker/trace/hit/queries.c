@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "worker/trace/hit/back_faces.h"
 #include "worker/trace/hit/hit_kernels.h"
 
 void queries_init_rays(struct RTCRayHit16 *rays)
@@ -99,19 +100,52 @@ static void leave_ground(const struct render_scene *scene, struct RTCHit16 *hit)
         if (hit->instID[0][i] == scene->ground) hit->instID[0][i] = RTC_INVALID_GEOMETRY_ID;
 }
 
+static void intersect(struct queries *q, struct RTCIntersectContext *context,
+                      const struct lanes_mask *valid, struct RTCRayHit16 *rays)
+{
+    if (q->scene->packet_width == 16)
+        rtcIntersect16(valid->on, q->scene->top, context, rays);
+    else if (q->scene->packet_width == 8)
+        closest_8(valid->on, q->scene->top, context, &q->narrow8, rays);
+    else
+        closest_4(valid->on, q->scene->top, context, &q->narrow4, rays);
+    leave_ground(q->scene, &rays->hit);
+}
+
+/* Traces the lanes that met backs once more, past all of them: few rays pay for the filter. */
+static void pass_backs(struct queries *q, struct RTCIntersectContext *context,
+                       const struct lanes_mask *valid, const float *reach, struct RTCRayHit16 *rays)
+{
+    struct lanes_mask again;
+    struct RTCRayHit16 behind;
+    if (!back_faces_find(q->scene, valid, rays, &again)) return;
+    behind.ray = rays->ray;
+    memcpy(behind.ray.tfar, reach, sizeof behind.ray.tfar);
+    clear_hits(&behind.hit);
+    context->filter = back_faces_filter;
+    intersect(q, context, &again, &behind);
+    for (int i = 0; i < LANES; i++) {
+        if (!again.on[i]) continue;
+        rays->ray.tfar[i] = behind.ray.tfar[i];
+        rays->hit.u[i] = behind.hit.u[i];
+        rays->hit.v[i] = behind.hit.v[i];
+        rays->hit.primID[i] = behind.hit.primID[i];
+        rays->hit.geomID[i] = behind.hit.geomID[i];
+        rays->hit.instID[0][i] = behind.hit.instID[0][i];
+    }
+}
+
 void queries_closest(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
                      struct RTCRayHit16 *rays)
 {
+    const bool culls = kind == QUERY_CAMERA && q->scene->has_culled;
+    float reach[LANES];
     clear_hits(&rays->hit);
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = context_for(kind);
-    if (q->scene->packet_width == 16)
-        rtcIntersect16(valid->on, q->scene->top, &context, rays);
-    else if (q->scene->packet_width == 8)
-        closest_8(valid->on, q->scene->top, &context, &q->narrow8, rays);
-    else
-        closest_4(valid->on, q->scene->top, &context, &q->narrow4, rays);
-    leave_ground(q->scene, &rays->hit);
+    if (culls) memcpy(reach, rays->ray.tfar, sizeof reach);
+    intersect(q, &context, valid, rays);
+    if (culls) pass_backs(q, &context, valid, reach, rays);
 }
 
 void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,

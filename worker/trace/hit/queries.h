@@ -10,7 +10,7 @@
 #include "worker/shade/lanes.h"
 
 enum query_kind {
-    QUERY_CAMERA = 0,  /* closest hit, coherent */
+    QUERY_CAMERA = 0,  /* closest hit that the camera sees (back_faces.h), coherent */
     QUERY_SHADOW = 1,  /* anything in between? coherent */
     QUERY_BLOCKER = 2, /* closest blocker's distance, coherent */
     QUERY_BOUNCE = 3,  /* closest hit, incoherent */

@@ -86,6 +86,7 @@ static void go_on(const struct path_vertex *v, const struct path_scattering *s, 
         h->chain[slot]++;
 }
 
+/* One colour of dispersed glass would tell little of what all show: there chains end. */
 void chains_scatter(const struct path_context *c, const struct path_packet *p,
                     const struct path_vertex *v, const struct path_scattering *s,
                     struct path_harvest *h)
@@ -94,7 +95,7 @@ void chains_scatter(const struct path_context *c, const struct path_packet *p,
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
         if (h->chain[slot] != v->depth || !v->active.on[i] || !s->on.on[i]) continue;
-        if (!v->lambert.on[i] && bsdf_is_dirac(&v->bsdf[i]))
+        if (!v->lambert.on[i] && bsdf_is_dirac(&v->bsdf[i]) && !v->bsdf[i].dispersed)
             go_on(v, s, i, slot, h);
         else if (v->depth > 0)
             keep_share(p, v, s, i, h);

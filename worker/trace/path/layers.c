@@ -6,7 +6,7 @@
 
 static bool is_layer(const struct bsdf *b)
 {
-    return b->model == BSDF_GLTF && !(b->transmission > 0.0f) && !(b->coat > 0.0f) &&
+    return b->model == BSDF_GLTF && !(b->transmission > 0.0f) && !bsdf_has_layers(b) &&
            !roughness_is_smooth(b);
 }
 

@@ -20,8 +20,8 @@ static bool may_mirror(const struct material *m)
     if (m->emissive) return false;
     if (m->model == MODEL_MIRROR) return !m->normal_texture.texels;
     return m->model == MODEL_GLTF && !m->unlit && m->metallic >= 1.0f && !(m->coat > 0.0f) &&
-           m->roughness * m->roughness < BSDF_SMOOTH && !m->metallic_roughness_texture.texels &&
-           !m->normal_texture.texels;
+           !m->has_sheen && m->roughness * m->roughness < BSDF_SMOOTH &&
+           !m->metallic_roughness_texture.texels && !m->normal_texture.texels;
 }
 
 static float dot(const float a[3], const float b[3])

@@ -41,6 +41,18 @@ static void attenuate(struct path_packet *p, const struct path_vertex *v)
     }
 }
 
+/* A path has one colour at all dispersed volumes. The first that it passes leaves it that alone. */
+static void choose_colors(const struct path_packet *p, struct path_vertex *v)
+{
+    for (uint32_t i = 0; i < p->count; i++) {
+        float u, unused;
+        if (!path_is_dispersed(v, (int)i)) continue;
+        path_pair(p->key[i], p->sample[i], PATH_COLOR, &u, &unused);
+        const int color = (int)(3.0f * u);
+        bsdf_choose_color(&v->bsdf[i], color < 2 ? color : 2, p->colored[i] ? 1.0f : 3.0f);
+    }
+}
+
 /* Finds what each path's surface does to light; paths that it takes nowhere end. */
 static void prepare(const struct path_context *c, const struct path_packet *p,
                     struct path_vertex *v)
@@ -49,6 +61,7 @@ static void prepare(const struct path_context *c, const struct path_packet *p,
     struct lanes_mask lights;
     for (int i = 0; i < LANES; i++) v->active.on[i] = s->hit.on[i] & -(i < (int)p->count);
     path_resolve(c, &p->rays, v);
+    if (v->any_general) choose_colors(p, v);
     for (int i = 0; i < LANES; i++)
         lights.on[i] = -(s->albedo.x[i] + s->albedo.y[i] + s->albedo.z[i] > 0.0f);
     for (int i = 0; v->any_general && i < LANES; i++)
@@ -200,6 +213,8 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
 {
     struct path_vertex *v = &s->vertex;
     v->depth = depth;
+    v->far = NULL;
+    v->is_far = false;
     follow(c, p, v, &s->harvest);
     if (depth == 0) path_note(c, p, v, &s->harvest);
     if (c->seen_only) return;
@@ -217,6 +232,10 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_thin_lobes(c, p, v);
     if (depth == 0 && (c->skip & SKIP_LISTED)) path_leave_listed(p, v, &s->harvest);
     if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
+    if (!light_table_is_empty(c->lights) && path_far_find(v, &s->far)) {
+        path_nee_add(c, p, &s->far, s->light, &s->harvest);
+        v->far = &s->far;
+    }
     if (depth == c->plan->bounces && !c->has_emission) v->last = v->active;
     end_last(c, v);
     if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);

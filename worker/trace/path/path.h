@@ -108,6 +108,10 @@ struct path_vertex {
     struct layers layers;             /* of lanes with a bsdf, once a path is about to go on */
     struct lanes3 tangent, bitangent; /* of lanes with a bsdf */
     struct lanes3 back; /* towards the path's origin, in the shading frame; of lanes with a bsdf */
+    const struct path_vertex
+        *far;    /* translucent lanes as light from behind finds them (path_far_find);
+                    NULL: there are none. Only of vertices of paths */
+    bool is_far; /* it is such a one: frame and bsdf are the near side's */
 };
 
 /* Turn a vector of the world into the shading frame of lane i, which has a bsdf, and back. */
@@ -150,7 +154,7 @@ struct nee_sample {
 struct path_scratch {
     struct path_pool pools[2];
     struct path_harvest harvest;
-    struct path_vertex vertex;
+    struct path_vertex vertex, far;
     struct nee_sample light[2];
     struct RTCRayHit16 occlusion;
 };
@@ -189,6 +193,18 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
  * and shading frame, and their diffuse albedo into v->surface. `rays` met the surface. */
 void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
                   struct path_vertex *v);
+
+/* Returns whether lane i has a bsdf that transmits one colour at a time. */
+static inline bool path_is_dispersed(const struct path_vertex *v, int i)
+{
+    return v->active.on[i] && !v->lambert.on[i] && v->bsdf[i].dispersed;
+}
+
+/* The far sides of translucent surfaces: light that falls on them comes out on the near side, where
+ * the path is, so that light samples are taken there as well. Makes *far the lanes of *v that are
+ * translucent, seen from behind: there normals face away from the path, and rays start behind the
+ * surface. Returns whether there are any. */
+bool path_far_find(const struct path_vertex *v, struct path_vertex *far);
 
 /* Even a path through white surfaces ends at last. */
 #define PATH_ROULETTE_MOST 0.98f

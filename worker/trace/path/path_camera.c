@@ -20,6 +20,7 @@ void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *
     p->key[i] = key;
     p->sample[i] = sample;
     p->slot[i] = slot;
+    p->colored[i] = 0;
     p->pdf[i] = 0.0f;
     p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
 }

@@ -30,6 +30,7 @@ static void reflect_general(const struct path_vertex *v, const struct light_sele
     float scale = 1.0f / sqrtf(squared > 0.0f ? squared : 1.0f);
     float wi[3];
     path_to_frame(v, i, d, wi);
+    if (v->is_far) wi[2] = -wi[2]; /* its frame is the near side's but for the normal */
     for (int k = 0; k < 3; k++) wi[k] *= scale;
     float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
     struct bsdf_value value;

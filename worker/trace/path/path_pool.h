@@ -25,6 +25,7 @@ struct path_packet {
     _Alignas(LANES_ALIGN) uint32_t key[LANES]; /* pattern_path.h: pixel and sample */
     _Alignas(LANES_ALIGN) uint32_t sample[LANES];
     _Alignas(LANES_ALIGN) uint32_t slot[LANES];
+    uint8_t colored[LANES]; /* 1: only one colour is on its way, and stands for all three */
     uint32_t count;
 };
 
@@ -117,6 +118,7 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     p->key[lane] = s->key;
     p->sample[lane] = s->sample;
     p->slot[lane] = s->slot;
+    p->colored[lane] = 0;
 }
 
 static inline uint32_t path_pool_packets(const struct path_pool *pool)

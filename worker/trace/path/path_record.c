@@ -107,6 +107,7 @@ static float scattered_density(const struct path_vertex *v, const float d[3])
     float wi[3];
     if (v->lambert.on[0]) return z > 0.0f ? z * INVERSE_PI : 0.0f;
     path_to_frame(v, 0, d, wi);
+    if (v->is_far) wi[2] = -wi[2];
     const float wo[3] = {v->back.x[0], v->back.y[0], v->back.z[0]};
     bsdf_evaluate(&v->bsdf[0], wo, wi, &value);
     return value.pdf;

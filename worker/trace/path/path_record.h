@@ -22,7 +22,7 @@ struct path_vertex;
 #define PATH_RECORD_MET (LIMIT_LIGHTS + 1)
 
 /* Light samples that one surface can take: of lights without extent, and another. */
-#define PATH_RECORD_LIGHTS (LIGHTS_FEW + 1)
+#define PATH_RECORD_LIGHTS (2 * (LIGHTS_FEW + 1)) /* of both sides */
 
 /* Emission that the path's own ray met. `light`, here and below, is the number of a light of the
  * plan, LIGHT_CHOICE_EMITTERS (the surface that was met) or LIGHT_CHOICE_ENVIRONMENT. */

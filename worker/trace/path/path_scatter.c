@@ -84,8 +84,9 @@ static void scatter_general(const struct path_vertex *v, int i, float choice, co
     out->weight.y[i] = weight[1];
     out->weight.z[i] = weight[2];
     out->through.on[i] = sample.transmitted ? -1 : 0;
-    /* Light samples look at the near side only. */
-    out->pdf[i] = sample.dirac || sample.transmitted ? 0.0f : sample.pdf;
+    /* Light samples look at the far side of translucent surfaces only. */
+    const bool sampled = !sample.transmitted || (v->far && v->far->active.on[i]);
+    out->pdf[i] = sample.dirac || !sampled ? 0.0f : sample.pdf;
     out->diffuse[i] = sample.diffuse;
     out->specular.x[i] = sample.specular[0];
     out->specular.y[i] = sample.specular[1];
@@ -132,6 +133,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     const struct surface *from = &v->surface;
     struct RTCRay16 *r = &next->rays.ray;
     bool through = s->through.on[i];
+    const struct path_vertex *sampled = through && v->far ? v->far : v;
     const struct vector start =
         surface_start(from, (int)i, s->direction.x[i], s->direction.y[i], s->direction.z[i]);
     /* The other side's origin lies as far behind the position as this side's before it. */
@@ -146,10 +148,12 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->key[lane] = p->key[i];
     next->sample[lane] = p->sample[i];
     next->slot[lane] = p->slot[i];
+    next->colored[lane] = p->colored[i] | (through && path_is_dispersed(v, (int)i));
     next->pdf[lane] = s->pdf[i];
-    next->sky_table[lane] = v->sky_table[i];
-    next->sky_share[lane] = v->sky_share[i];
-    next->lights[lane] = v->weights.total[i];
+    next->sky_table[lane] = sampled->sky_table[i];
+    next->sky_share[lane] = sampled->sky_share[i];
+    next->lights[lane] = sampled->weights.total[i];
+    from = &sampled->surface;
     next->from.x[lane] = from->origin.x[i];
     next->from.y[lane] = from->origin.y[i];
     next->from.z[lane] = from->origin.z[i];

@@ -1,6 +1,8 @@
 #include <math.h>
+#include <string.h>
 
 #include "worker/scene/mesh.h"
+#include "worker/shade/direction.h"
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_kernels.h"
 
@@ -41,6 +43,41 @@ static void align_tangents(const struct path_context *c, int i, const struct mat
     v->bitangent.z[i] = direction[0] * b[2] - direction[1] * t[2];
 }
 
+/* How far a layer's normal leans to the viewer at least, as a cosine. */
+#define FACING_MIN 1e-3f
+
+/* Gives the coat its normal: of the mesh, bent by the coat's own map, turned to the viewer as other
+ * normals are. */
+static void bend_coat(const struct path_context *c, const struct RTCHit16 *hit, int i,
+                      struct path_vertex *v)
+{
+    const struct surface *s = &v->surface;
+    const struct mesh_view *mesh = s->mesh[i];
+    const struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
+    const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
+    struct bsdf *b = &v->bsdf[i];
+    struct material_uv uv;
+    float bend[3], n[3], local[3];
+    mesh_uv(&at, &uv);
+    material_coat_normal(mesh->material, &uv, bend);
+    hit_bend_layer(&at, bend, c->queries->scene->blob->instances[s->id[i] - 1].to_world, n);
+    if (!(direction_normalize(n[0], n[1], n[2], n) > 1e-18f)) return;
+    const float side = n[0] * s->plane.x[i] + n[1] * s->plane.y[i] + n[2] * s->plane.z[i];
+    for (int k = 0; side < 0.0f && k < 3; k++) n[k] = -n[k];
+    path_to_frame(v, i, n, local);
+    const float facing = direction_dot(local, wo);
+    const float lift = facing < FACING_MIN ? FACING_MIN - facing : 0.0f;
+    for (int k = 0; k < 3; k++) local[k] += lift * wo[k];
+    direction_normalize(local[0], local[1], local[2], b->coat_normal);
+    b->coat_bent = true;
+}
+
+static bool has_bent_coat(const struct path_vertex *v, int i)
+{
+    return v->active.on[i] && !v->lambert.on[i] && v->surface.mesh[i]->material->coat_bent &&
+           v->surface.mesh[i]->tangents && v->bsdf[i].coat > 0.0f;
+}
+
 static void resolve_general(const struct path_context *c, const struct RTCRayHit16 *rays, int i,
                             struct path_vertex *v)
 {
@@ -74,4 +111,51 @@ void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
     for (int i = 0; i < LANES; i++)
         if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
     c->kernels->look_back(&rays->ray, v);
+    for (int i = 0; i < LANES; i++)
+        if (has_bent_coat(v, i)) bend_coat(c, &rays->hit, i, v);
+}
+
+static void turn(struct lanes3 *v)
+{
+    for (int i = 0; i < LANES; i++) {
+        v->x[i] = -v->x[i];
+        v->y[i] = -v->y[i];
+        v->z[i] = -v->z[i];
+    }
+}
+
+/* The other side's origin lies as far behind the position as this side's before it. */
+static void step_behind(struct surface *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        s->origin.x[i] = 2.0f * s->position.x[i] - s->origin.x[i];
+        s->origin.y[i] = 2.0f * s->position.y[i] - s->origin.y[i];
+        s->origin.z[i] = 2.0f * s->position.z[i] - s->origin.z[i];
+    }
+}
+
+bool path_far_find(const struct path_vertex *v, struct path_vertex *far)
+{
+    struct lanes_mask on;
+    bool any = false;
+    for (int i = 0; v->any_general && i < LANES; i++) {
+        const bool is = v->active.on[i] && !v->lambert.on[i] && bsdf_is_translucent(&v->bsdf[i]);
+        on.on[i] = is ? -1 : 0;
+        any |= is;
+    }
+    if (!any) return false;
+    *far = *v;
+    far->active = on;
+    far->is_far = true;
+    far->any_lambert = false;
+    memset(&far->lambert, 0, sizeof far->lambert);
+    memset(&far->surface.lift, 0, sizeof far->surface.lift);
+    far->layers.any = false;
+    far->layers.others = true;
+    memset(&far->layers.on, 0, sizeof far->layers.on);
+    turn(&far->surface.plane);
+    turn(&far->surface.facet);
+    turn(&far->surface.normal);
+    step_behind(&far->surface);
+    return true;
 }

@@ -236,11 +236,27 @@ TEST(materials_are_checked)
     EXPECT(c.materials[1].ior = -1, ERR_RANGE, "materials[1].ior");
     EXPECT(c.materials[1].transmission = NAN, ERR_NOT_FINITE, "materials[1].transmission");
     EXPECT(c.materials[1].alpha_mode = 3, ERR_RANGE, "materials[1].alpha_mode");
-    EXPECT(c.materials[1].flags = 8, ERR_RANGE, "materials[1].flags");
+    EXPECT(c.materials[1].flags = 16, ERR_RANGE, "materials[1].flags");
     EXPECT(c.materials[1].name = 16, ERR_RANGE, "materials[1].name");
     EXPECT(c.materials[1].clearcoat = 1.5f, ERR_RANGE, "materials[1].clearcoat");
     EXPECT(c.materials[1].clearcoat_roughness = NAN, ERR_NOT_FINITE,
            "materials[1].clearcoat_roughness");
+    EXPECT(c.materials[1].clearcoat_normal_scale = NAN, ERR_NOT_FINITE,
+           "materials[1].clearcoat_normal_scale");
+    EXPECT(c.materials[1].dispersion = -1, ERR_RANGE, "materials[1].dispersion");
+    EXPECT(c.materials[1].dispersion = NAN, ERR_NOT_FINITE, "materials[1].dispersion");
+    EXPECT(c.materials[1].sheen_color[2] = 1.5f, ERR_RANGE, "materials[1].sheen_color");
+    EXPECT(c.materials[1].sheen_roughness = NAN, ERR_NOT_FINITE, "materials[1].sheen_roughness");
+    EXPECT(c.materials[1].iridescence = NAN, ERR_NOT_FINITE, "materials[1].iridescence");
+    EXPECT(c.materials[1].iridescence_ior = 0.5f, ERR_RANGE, "materials[1].iridescence_ior");
+    EXPECT(c.materials[1].iridescence_nm[1] = INFINITY, ERR_NOT_FINITE,
+           "materials[1].iridescence_nm");
+    EXPECT(c.materials[1].diffuse_transmission = NAN, ERR_NOT_FINITE,
+           "materials[1].diffuse_transmission");
+    EXPECT(c.materials[1].diffuse_transmission_color[0] = -1, ERR_RANGE,
+           "materials[1].diffuse_transmission_color");
+    EXPECT(c.materials[1].sheen_color_texture.texture = 9, ERR_RANGE,
+           "materials[1].sheen_color_texture");
     EXPECT(c.materials[1].clearcoat_texture.texture = 9, ERR_RANGE,
            "materials[1].clearcoat_texture");
     EXPECT(c.materials[1].base_color_texture.texture = 1, ERR_RANGE,

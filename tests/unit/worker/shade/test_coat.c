@@ -31,6 +31,13 @@ static double reflected(const struct bsdf *b, const float wo[3])
     return sum / 20000;
 }
 
+/* Leans the coat so far that it mirrors the normal's direction below the surface. */
+static void direction_set_off(struct bsdf *b)
+{
+    b->coat_normal[0] = 0.8f;
+    b->coat_normal[2] = 0.6f;
+}
+
 TEST(smooth_coats_reflect_by_fresnel)
 {
     for (int k = 1; k <= 10; k++) {
@@ -63,6 +70,37 @@ TEST(a_coat_of_factor_0_is_none)
     bsdf_evaluate(&plain, wo, wi, &a);
     bsdf_evaluate(&bare, wo, wi, &b);
     assert_memory_equal(&a, &b, sizeof a);
+}
+
+TEST(a_coat_mirrors_about_its_own_normal)
+{
+    const float wo[3] = {0, 0, 1}, u[2] = {0.5f, 0.5f};
+    struct bsdf b = {.model = BSDF_GLTF,
+                     .ior = 1.5f,
+                     .coat = 1,
+                     .coat_bent = true,
+                     .coat_normal = {0.6f, 0, 0.8f}};
+    struct bsdf_sample s;
+    assert_true(bsdf_sample(&b, wo, 0, u, &s) && s.dirac);
+    assert_true(fabs((double)s.wi[0] - 0.96) < 1e-5 && fabs((double)s.wi[2] - 0.28) < 1e-5);
+    direction_set_off(&b);
+    assert_false(bsdf_sample(&b, wo, 0, u, &s)); /* it mirrors into the surface */
+}
+
+TEST(a_coat_with_the_surfaces_normal_is_not_bent)
+{
+    const float wo[3] = {0.6f, 0, 0.8f}, wi[3] = {-0.28f, 0.1f, 0.9547f};
+    struct bsdf plain = metal, bent;
+    struct bsdf_value a, b;
+    plain.alpha_u = plain.alpha_v = 0.3f;
+    plain.coat = 1, plain.coat_alpha = 0.2f;
+    bent = plain;
+    bent.coat_bent = true;
+    bent.coat_normal[2] = 1;
+    bsdf_evaluate(&plain, wo, wi, &a);
+    bsdf_evaluate(&bent, wo, wi, &b);
+    assert_true(fabsf(a.specular[0] - b.specular[0]) < 1e-5f * a.specular[0]);
+    assert_true(fabsf(a.pdf - b.pdf) < 1e-5f * a.pdf);
 }
 
 TEST(volumes_have_no_coat_inside)

@@ -172,9 +172,13 @@ TEST(lone_sub_samples_are_weighed)
 
 enum view { FROM_ABOVE, GRAZING };
 
+/* Beyond glTF's core. */
+enum layer { BARE, COAT, SHEEN, LEAF, FILM };
+
 struct division {
     uint32_t light; /* enum light_type */
     float roughness, metallic, transmission;
+    enum layer layer;
     enum view view;
 };
 
@@ -192,6 +196,20 @@ static void add_light(struct plan *p, uint32_t type)
     l->cos_outer = 0.5f;
 }
 
+static void lay(enum layer layer, struct scene_material *m)
+{
+    if (layer == COAT) m->clearcoat = 0.8f, m->clearcoat_roughness = 0.2f;
+    if (layer == LEAF) m->diffuse_transmission = 0.5f;
+    if (layer == FILM) {
+        m->iridescence = 1.0f, m->iridescence_ior = 1.8f;
+        m->iridescence_nm[0] = m->iridescence_nm[1] = 400.0f;
+    }
+    if (layer == SHEEN) {
+        m->sheen_color[0] = 0.2f, m->sheen_color[1] = 0.9f, m->sheen_color[2] = 0.5f;
+        m->sheen_roughness = 0.5f;
+    }
+}
+
 /* A floor that fills the image, and a wall beside it. */
 static struct plan set_up(struct scene_fixture *f, const struct division *d)
 {
@@ -199,6 +217,7 @@ static struct plan set_up(struct scene_fixture *f, const struct division *d)
     const uint32_t wall = fixture_material(f, 0.7f, 0.4f, 0.2f);
     f->materials[0] = f->materials[coated(f, d->roughness, d->metallic)];
     f->materials[0].transmission = d->transmission;
+    lay(d->layer, &f->materials[0]);
     fixture_panel(f, wall, (float[]){-3.0f, 2.0f, 0}, (float[]){0, 0, -6.0f},
                   (float[]){0, 2.0f, 0});
     fixture_panel(f, wall, (float[]){0, -1.0f, 0}, (float[]){20, 0, 0}, (float[]){0, 0, -20});
@@ -273,19 +292,28 @@ static double off_by(const struct division *d)
 TEST(fields_and_paths_are_whole_paths)
 {
     static const uint32_t lights[] = {LIGHT_RECTANGLE, LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL};
-    static const float surfaces[][3] = {{0.05f, 0, 0}, {0.3f, 0, 0}, {1, 0, 0}, {0.3f, 0.5f, 0},
-                                        {1, 0.5f, 0},  {0.3f, 1, 0}, {1, 1, 0}, {0.3f, 0, 0.5f}};
+    static const struct {
+        float roughness, metallic, transmission;
+        enum layer layer;
+    } surfaces[] = {{0.05f, 0, 0, BARE},   {0.3f, 0, 0, BARE},    {1, 0, 0, BARE},
+                    {0.3f, 0.5f, 0, BARE}, {1, 0.5f, 0, BARE},    {0.3f, 1, 0, BARE},
+                    {1, 1, 0, BARE},       {0.3f, 0, 0.5f, BARE}, {0.3f, 0.5f, 0, COAT},
+                    {0.5f, 0, 0, SHEEN},   {0.5f, 0, 0, LEAF},    {0.5f, 0.5f, 0, FILM}};
     for (int v = 0; v < 2; v++)
         for (int k = 0; k < 4; k++)
             for (size_t s = 0; s < sizeof surfaces / sizeof surfaces[0]; s++) {
-                const struct division d = {lights[k], surfaces[s][0], surfaces[s][1],
-                                           surfaces[s][2], v ? GRAZING : FROM_ABOVE};
+                const struct division d = {lights[k],
+                                           surfaces[s].roughness,
+                                           surfaces[s].metallic,
+                                           surfaces[s].transmission,
+                                           surfaces[s].layer,
+                                           v ? GRAZING : FROM_ABOVE};
                 const double off = off_by(&d);
                 if (fabs(off) > 0.005)
-                    fail_msg(
-                        "light %u, roughness %g, metallic %g, transmission %g, view %d: %g off",
-                        d.light, (double)d.roughness, (double)d.metallic, (double)d.transmission, v,
-                        off);
+                    fail_msg("light %u, roughness %g, metallic %g, transmission %g, layer %d, view "
+                             "%d: %g off",
+                             d.light, (double)d.roughness, (double)d.metallic,
+                             (double)d.transmission, (int)d.layer, v, off);
             }
 }
 

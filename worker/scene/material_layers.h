@@ -1,0 +1,17 @@
+#pragma once
+/* What Khronos' extensions lay on a glTF surface, or change of what passes it: coat, sheen, film,
+ * light let through, dispersion. */
+#include "worker/scene/material.h"
+
+/* Reads a texture; ones where there is none. */
+static inline void material_texel(const struct texture *t, const struct material_uv *uv,
+                                  float out[4])
+{
+    if (t->texels)
+        texture_sample(t, uv->set[t->uv_set][0], uv->set[t->uv_set][1], out);
+    else
+        out[0] = out[1] = out[2] = out[3] = 1.0f;
+}
+
+/* Sets them at a point of a glTF surface, of which all else is set. */
+void material_layers_set(const struct material *m, const struct material_uv *uv, struct bsdf *out);
