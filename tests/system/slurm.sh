@@ -87,6 +87,8 @@ check "an array of four workers is submitted" [ -n "$array" ]
 check "its tasks join under their names" eventually 30 workers_are "$(task_names 1 2 3 4)"
 secret() { scontrol write batch_script "$array" "$tmp/stored" >/dev/null && grep -q -- "--key '$tmp/key'" "$tmp/stored" && ! grep -qF "$(cat "$tmp/key")" "$tmp/stored"; }
 check "Slurm has the key's path, and not the key" secret
+queue_is_empty() { [ -z "$(squeue -h)" ]; }
+trap 'scancel "$array"; eventually 15 queue_is_empty; tap_cleanup' EXIT # no task outlives Slurm
 id=$(submit "$box")
 landed() { [ "$(number "$id" .progress.tiles_done)" -ge "$1" ]; }
 check "they trace" eventually 60 landed 20
@@ -99,7 +101,6 @@ check "the last one stays" eventually 20 workers_are "$(task_names 4)"
 check "the job was not done by then" is "$(job_state "$id")" running
 check "it finishes" await_state "$id" finished 120
 exr "$id" "$tmp/disturbed.exr"
-queue_is_empty() { [ -z "$(squeue -h)" ]; }
 check "the idle worker leaves, and the queue is empty" eventually 30 queue_is_empty
 ended_in_order() { grep -q ' leaving' "$1" && ! grep -q ' error ' "$1"; }
 log() { echo "$tmp/shearwater-worker-${array}_$1.log"; }

@@ -89,7 +89,7 @@ static int load_scene(struct loaded_scene *s, const char *path, const struct loa
     const unsigned used = triangles < PARALLEL_TRIANGLES ? 1 : threads;
     const clockid_t clock = used == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_PROCESS_CPUTIME_ID;
     const uint64_t build_us = clock_us(clock), open_us = thread_cpu_us() - start_us;
-    e = render_scene_create_on(&s->blob, s->blob.base ? base->render : NULL, used, steps,
+    e = render_scene_create_on(&s->blob, base && s->blob.base ? base->render : NULL, used, steps,
                                &s->render, fault);
     if (e) return e;
     *cost = (struct tracing_cost){.bytes = s->blob.blob_bytes + BYTES_PER_TRIANGLE * triangles,

@@ -126,9 +126,11 @@ static int load_buffer(struct gltf *g, uint32_t index, struct fault *fault)
     } else {
         return fault_set(fault, ERR_MISSING, uri_place, "the buffer has no bytes");
     }
-    if (buffer->size_bytes < wanted)
+    if (buffer->size_bytes < wanted) {
+        gltf_payload_free(&buffer->payload); /* the next frame asks for it again */
         return fault_set(fault, ERR_TRUNCATED, place, "of %" PRIu64 " bytes only %zu are there",
                          wanted, buffer->size_bytes);
+    }
     buffer->size_bytes = (size_t)wanted;
     buffer->loaded = true;
     return 0;
