@@ -63,15 +63,32 @@ static bool is_back(const struct render_scene *scene, const struct RTCRayHit16 *
     return dot(normal, d) > 0.0f;
 }
 
+/* Finds the lanes that may have met a back. Few have: all others are dropped without a look at
+ * their mesh. Normals of placed meshes are not the world's. */
+static int32_t find_turned(const struct lanes_mask *restrict valid,
+                           const struct RTCRayHit16 *restrict rays, struct lanes_mask *restrict out)
+{
+    const struct RTCHit16 *hit = &rays->hit;
+    const struct RTCRay16 *r = &rays->ray;
+    int32_t any = 0;
+    for (int i = 0; i < LANES; i++) {
+        const float along =
+            hit->Ng_x[i] * r->dir_x[i] + hit->Ng_y[i] * r->dir_y[i] + hit->Ng_z[i] * r->dir_z[i];
+        const int turned = (along > 0.0f) | (hit->instID[0][i] != RTC_INVALID_GEOMETRY_ID);
+        out->on[i] = valid->on[i] & -(turned & (hit->geomID[i] != RTC_INVALID_GEOMETRY_ID));
+        any |= out->on[i];
+    }
+    return any;
+}
+
 bool back_faces_find(const struct render_scene *scene, const struct lanes_mask *valid,
                      const struct RTCRayHit16 *rays, struct lanes_mask *out)
 {
     bool any = false;
+    if (!find_turned(valid, rays, out)) return false;
     for (int i = 0; i < LANES; i++) {
-        const bool met = valid->on[i] && rays->hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-        const bool back = met && is_back(scene, rays, i);
-        out->on[i] = back ? -1 : 0;
-        any |= back;
+        if (out->on[i] && !is_back(scene, rays, i)) out->on[i] = 0;
+        any |= out->on[i] != 0;
     }
     return any;
 }

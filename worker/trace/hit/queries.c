@@ -65,6 +65,7 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
     static void copy_hits_##W(struct RTCHit16 *whole, const struct RTCHit##W *part, int first)     \
     {                                                                                              \
         COPY_OUT(u), COPY_OUT(v), COPY_OUT(primID), COPY_OUT(geomID), COPY_OUT(instID[0]);         \
+        COPY_OUT(Ng_x), COPY_OUT(Ng_y), COPY_OUT(Ng_z);                                            \
     }                                                                                              \
     static void closest_##W(const int *valid, RTCScene scene, struct RTCIntersectContext *context, \
                             struct RTCRayHit##W *part, struct RTCRayHit16 *rays)                   \
