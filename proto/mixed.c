@@ -16,19 +16,19 @@ static uint32_t most_strata(const struct plan *plan)
 
 uint32_t mixed_samples(const struct plan *plan)
 {
-    const uint32_t strata = most_strata(plan), least = MIXED_SAMPLES_LEAST;
+    const uint32_t strata = most_strata(plan), least = MIXED_SAMPLES_MIN;
     return strata > least ? (strata + least - 1) / least * least : least;
 }
 
 uint32_t mixed_glow_samples(const struct plan *plan)
 {
     const uint32_t count = mixed_samples(plan);
-    return count > GLOW_SAMPLES_LEAST ? count : GLOW_SAMPLES_LEAST;
+    return count > GLOW_SAMPLES_MIN ? count : GLOW_SAMPLES_MIN;
 }
 
 uint32_t mixed_values(const struct plan *plan)
 {
-    return plan->planes & PLANE_BIT(SUB_REFLECTANCE) ? MIXED_VALUES_MOST : MIXED_REFLECTANCE;
+    return plan->planes & PLANE_BIT(SUB_REFLECTANCE) ? MIXED_VALUES_MAX : MIXED_REFLECTANCE;
 }
 
 int mixed_check(const struct sparse_list *list, uint32_t places, struct fault *fault)

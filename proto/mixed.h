@@ -22,18 +22,18 @@ enum mixed_value {
     MIXED_ALBEDO = 1, /* rgb: mean of that times diffuse albedo */
     MIXED_REFLECTANCE =
         4, /* rgb: the same with the reflectance of glossy lobes; not always there */
-    MIXED_VALUES_MOST = 7
+    MIXED_VALUES_MAX = 7
 };
 
 /* Samples of a mixed pixel: a multiple of 16, at least as many as a light has strata, or as there
  * are bounce rays; under paths, twice as many as these, which know that much themselves. */
-#define MIXED_SAMPLES_LEAST  16u
+#define MIXED_SAMPLES_MIN    16u
 #define MIXED_SAMPLES_A_PATH 2u
 uint32_t mixed_samples(const struct plan *plan);
 
 /* Samples of emission at a lamp's edge: a lamp many times as bright as white has to cover its
  * pixels to that part of a step of grey. */
-#define GLOW_SAMPLES_LEAST 64u
+#define GLOW_SAMPLES_MIN 64u
 uint32_t mixed_glow_samples(const struct plan *plan);
 
 /* Samples where these meet nothing that shines beside a lamp, and where they meet so little that

@@ -186,8 +186,8 @@ static int check_second_set(const struct plan *plan, const struct plan_pass *pas
     if (pass->strata == 0 || !pass->strata_map) return ERR_RANGE;
     if ((pass->lobes != NULL) != (plan_strata_maps(plan) > 1)) return ERR_RANGE;
     if (plan->lens_extra > 0) return pass->strata == PLAN_LENS_EXTRA_STRATA ? 0 : ERR_RANGE;
-    if (pass->strata > PLAN_STRATA_MOST) return ERR_LIMIT;
-    return l * l + pass->strata * pass->strata > plan->adaptive.rays_most ? ERR_LIMIT : 0;
+    if (pass->strata > PLAN_STRATA_MAX) return ERR_LIMIT;
+    return l * l + pass->strata * pass->strata > plan->adaptive.rays_max ? ERR_LIMIT : 0;
 }
 
 static uint32_t most_of(const uint8_t *strata_map, size_t area)

@@ -98,7 +98,7 @@ struct plan_paths {
 };
 
 /* Most of plan_paths.edge_digits. */
-#define PLAN_EDGE_DIGITS_MOST 4u
+#define PLAN_EDGE_DIGITS_MAX 4u
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */
 enum shadow_filter {
@@ -122,12 +122,12 @@ enum indirect_filter {
  * each pixel gets a second set of bounce rays, and of rays of its glossy lobe, as many as what the
  * first met asks for. */
 struct plan_adaptive {
-    float mu;           /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
-    uint32_t rays_most; /* of a pixel, of each kind, in both sets, to LIMIT_SPP */
+    float mu;          /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
+    uint32_t rays_max; /* of a pixel, of each kind, in both sets, to LIMIT_SPP */
 };
 
 /* The sharpest facets, by their alpha, whose lobe is a glossy one. */
-#define GLOSSY_ALPHA_LEAST 0.01f
+#define GLOSSY_ALPHA_MIN 0.01f
 
 /* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.
  * docs/reconstruction.md, Glossy lobes. */
@@ -163,7 +163,7 @@ enum lens_relight {
 };
 
 /* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
-#define LENS_RELIGHT_SLOPE_MOST 24.0f
+#define LENS_RELIGHT_SLOPE_MAX 24.0f
 
 /* Of an environment what is above so many times its mean luminance is a sun, not soft. */
 #define PLAN_SKY_SOFT_TIMES 12.0f
@@ -197,7 +197,7 @@ struct plan {
     float target_error; /* of the picture's RMS error over its mean luminance: after the passes that
                            plan_pass_count tells of, tiles get more samples until it is reached; 0:
                            none */
-    uint32_t spp_most;  /* of paths, and of bounce rays, a pixel; 0 without a target */
+    uint32_t spp_max;   /* of paths, and of bounce rays, a pixel; 0 without a target */
     float occlusion_distance; /* scene units; ambient occlusion counts hits nearer; 0: none */
     uint32_t shadow_filter;   /* enum shadow_filter */
     uint32_t indirect_filter; /* enum indirect_filter */
@@ -273,7 +273,7 @@ struct plan_pass {
 };
 
 /* The most that a pixel's l can be in a second set. */
-#define PLAN_STRATA_MOST UINT8_MAX
+#define PLAN_STRATA_MAX UINT8_MAX
 
 /* l of all pixels that have a second set through the lens. */
 #define PLAN_LENS_EXTRA_STRATA 6u

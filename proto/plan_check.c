@@ -185,10 +185,10 @@ static int check_lights(const struct plan *plan, struct fault *fault)
 static int check_target(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t paths = PLANE_BIT(PATH_M2) | PLANE_BIT(PATH_HALF_DIFFERENCE2);
-    if ((plan->target_error > 0.0f) != (plan->spp_most > 0))
-        return plan_field_refuse(at, ERR_RANGE, "spp_most",
+    if ((plan->target_error > 0.0f) != (plan->spp_max > 0))
+        return plan_field_refuse(at, ERR_RANGE, "spp_max",
                                  "belongs to a target, and every target has it",
-                                 (double)plan->spp_most);
+                                 (double)plan->spp_max);
     if (!(plan->target_error > 0.0f)) return 0;
     if (plan->paths.spp > 0 && (plan->planes & paths) != paths)
         return plan_field_refuse(at, ERR_RANGE, "target_error",
@@ -319,7 +319,7 @@ static int check_fields(const struct plan_field *at, const struct plan *plan)
 }
 
 /* Returns the most of enum direct_left that light fields may bring. */
-static uint32_t direct_left_most(const struct plan *plan)
+static uint32_t direct_left_max(const struct plan *plan)
 {
     const bool fields = plan->paths.spp > 0 && !plan->paths.without_glossy_indirect &&
                         plan->camera.aperture_radius == 0.0f &&
@@ -350,7 +350,7 @@ int plan_check(const struct plan *plan, struct fault *fault)
                                  plan->paths.without_diffuse_indirect);
     if (!error)
         error = plan_field_count(&at, "paths.without_diffuse_direct",
-                                 plan->paths.without_diffuse_direct, 0, direct_left_most(plan));
+                                 plan->paths.without_diffuse_direct, 0, direct_left_max(plan));
     if (!error) error = check_target(&at, plan);
     if (!error) error = check_planes(&at, plan);
     if (!error) error = plan_filters_check(&at, plan);

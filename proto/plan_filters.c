@@ -36,13 +36,13 @@ static int check_rate(const struct plan_field *at, const struct plan *plan)
     const uint32_t l = plan->indirect_strata_per_axis;
     const uint64_t others =
         PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF);
-    if ((adaptive->mu > 0.0f) != second || (adaptive->rays_most > 0) != second)
+    if ((adaptive->mu > 0.0f) != second || (adaptive->rays_max > 0) != second)
         return plan_field_refuse(at, ERR_RANGE, "adaptive.mu",
                                  "belongs to one filter, which needs it", (double)adaptive->mu);
     if (!second) return 0;
-    if (l > LIMIT_PLANE_STRATA_PER_AXIS || adaptive->rays_most < l * l)
-        return plan_field_refuse(at, ERR_RANGE, "adaptive.rays_most",
-                                 "is less than the first rays are", (double)adaptive->rays_most);
+    if (l > LIMIT_PLANE_STRATA_PER_AXIS || adaptive->rays_max < l * l)
+        return plan_field_refuse(at, ERR_RANGE, "adaptive.rays_max",
+                                 "is less than the first rays are", (double)adaptive->rays_max);
     if (plan->planes & others || plan->target_error > 0.0f)
         return plan_field_refuse(at, ERR_RANGE, "indirect_filter",
                                  "knows means alone, and no errors", (double)plan->indirect_filter);

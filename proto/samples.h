@@ -48,7 +48,7 @@ enum samples_values {
     SAMPLES_FINITE,     /* finite */
     SAMPLES_ABOVE_MISS, /* finite, at least SUB_DEPTH_MISS */
     SAMPLES_ID,         /* at most LIMIT_INSTANCES */
-    SAMPLES_SHARED_8,   /* shared exponent of 8 bits: up to shared_exponent_most */
+    SAMPLES_SHARED_8,   /* shared exponent of 8 bits: up to shared_exponent_max */
     SAMPLES_SLOPES,     /* pairs: finite, 0 <= first <= second */
     SAMPLES_BITS,       /* no bit past the last stratum */
 };

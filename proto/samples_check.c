@@ -100,7 +100,7 @@ static bool check_ids(const uint32_t *v, size_t count, struct finding *found)
 /* Exponents beyond the most are of numbers that are not finite. */
 static bool check_shared(const uint32_t *v, size_t count, struct finding *found)
 {
-    const uint32_t most = shared_exponent_most(SHARED_EXPONENT_8);
+    const uint32_t most = shared_exponent_max(SHARED_EXPONENT_8);
     for (size_t i = 0; i < count; i++) {
         if (v[i] >> 24 <= most) continue;
         *found = (struct finding){i, (double)(v[i] >> 24), ERR_RANGE};

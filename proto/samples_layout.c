@@ -90,7 +90,7 @@ static void place_group(struct samples_layout *layout, enum samples_group group,
 }
 
 /* Returns the bytes of lists of all sub-samples and all pixels. */
-static uint64_t lists_most_bytes(const struct samples_layout *layout)
+static uint64_t lists_max_bytes(const struct samples_layout *layout)
 {
     uint64_t words = 0;
     if (layout->planes & PLANE_BIT(LONE))
@@ -103,7 +103,7 @@ static uint64_t lists_most_bytes(const struct samples_layout *layout)
 int samples_layout_place(struct samples_layout *layout)
 {
     uint64_t at = 0;
-    const uint64_t most = LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES - lists_most_bytes(layout);
+    const uint64_t most = LIMIT_FRAME_BYTES - RESULT_OVERHEAD_BYTES - lists_max_bytes(layout);
     for (uint32_t i = 0; i < layout->slots; i++) layout->offset[i] = SAMPLES_ABSENT;
     for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) {
         const uint64_t start = at;

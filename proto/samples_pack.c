@@ -6,8 +6,8 @@
 #include "proto/plane_filter.h"
 #include "proto/samples_layout.h"
 
-#define TRIAL_PART        16         /* of a tile's rows: what a shuffle is chosen by */
-#define TRIAL_LEAST_BYTES (3u << 16) /* of a group for which that is worth its time */
+#define TRIAL_PART      16         /* of a tile's rows: what a shuffle is chosen by */
+#define TRIAL_MIN_BYTES (3u << 16) /* of a group for which that is worth its time */
 
 static bool is_zero(const uint8_t *data, size_t size_bytes)
 {
@@ -113,7 +113,7 @@ static enum packing_shuffle choose_shuffle(const struct samples_layout *layout,
     const size_t rows = (size_t)layout->height_px / TRIAL_PART, size = count * rows * row;
     const uint8_t *from = data + (size_t)layout->height_px / 2 * row;
     uint8_t *out = room + size;
-    if (layout->group_bytes[group] < TRIAL_LEAST_BYTES) return PACKING_BYTES;
+    if (layout->group_bytes[group] < TRIAL_MIN_BYTES) return PACKING_BYTES;
     for (uint32_t c = 0; c < count; c++) memcpy(room + c * rows * row, from + c * each, rows * row);
     const size_t bits = packing_pack(PACKING_SMALL, PACKING_BITS, room, size, element, out);
     const size_t bytes = packing_pack(PACKING_SMALL, PACKING_BYTES, room, size, element, out);

@@ -20,12 +20,12 @@ static inline float shared_exponent_power(int32_t e)
 }
 
 /* The power of two that mantissas of exponent 0 count. */
-static inline int32_t shared_exponent_least(int mantissa_bits)
+static inline int32_t shared_exponent_min(int mantissa_bits)
 {
     return mantissa_bits == SHARED_EXPONENT_9 ? -24 : -126;
 }
 
-static inline uint32_t shared_exponent_most(int mantissa_bits)
+static inline uint32_t shared_exponent_max(int mantissa_bits)
 {
     return mantissa_bits == SHARED_EXPONENT_9 ? 31 : 245;
 }
@@ -35,8 +35,8 @@ static inline uint32_t shared_exponent_most(int mantissa_bits)
 static inline uint32_t shared_exponent_pack_up(const float rgb[3], int mantissa_bits,
                                                const float up[3], float most_up)
 {
-    const int32_t least = shared_exponent_least(mantissa_bits);
-    const uint32_t most = shared_exponent_most(mantissa_bits);
+    const int32_t least = shared_exponent_min(mantissa_bits);
+    const uint32_t most = shared_exponent_max(mantissa_bits);
     const uint32_t full = (1u << mantissa_bits) - 1;
     float largest = 0.0f;
     uint32_t bits, packed = 0;
@@ -78,6 +78,6 @@ static inline void shared_exponent_unpack(uint32_t packed, int mantissa_bits, fl
 {
     const uint32_t full = (1u << mantissa_bits) - 1;
     const int32_t exponent = (int32_t)(packed >> 3 * mantissa_bits);
-    const float scale = shared_exponent_power(shared_exponent_least(mantissa_bits) + exponent);
+    const float scale = shared_exponent_power(shared_exponent_min(mantissa_bits) + exponent);
     for (int c = 0; c < 3; c++) rgb[c] = (float)(packed >> c * mantissa_bits & full) * scale;
 }

@@ -133,7 +133,7 @@ struct job_environment {
 
 #define JOB_MAX_SPP 1024
 /* With fewer samples in the first round their spread and halves give no usable error. */
-#define JOB_TARGET_SPP_LEAST 4
+#define JOB_TARGET_SPP_MIN 4
 
 struct job {
     struct digest scene;    /* asset of the main file */

@@ -5,11 +5,11 @@
 
 #include "proto/job/job_internal.h"
 
-#define SEED_MAX     9007199254740992.0 /* 2^53: exact in every JSON reader */
-#define FPS_LEAST    0.001
-#define FPS_MOST     1000
-#define TARGET_LEAST 1e-5f
-#define TARGET_MAX   1000.0
+#define SEED_MAX   9007199254740992.0 /* 2^53: exact in every JSON reader */
+#define FPS_MIN    0.001
+#define FPS_MAX    1000
+#define TARGET_MIN 1e-5f
+#define TARGET_MAX 1000.0
 
 /* What Blender calls both layers of motion together. */
 #define MOTION_ALIAS "vector"
@@ -221,7 +221,7 @@ static const struct json_member job_members[] = {
     OBJECT("filter", filter_members),
     {.name = "layers", .read = read_layers},
     {.name = "frames", .read = job_frames_read},
-    NUMBER("fps", read_f64, fps, FPS_LEAST, FPS_MOST),
+    NUMBER("fps", read_f64, fps, FPS_MIN, FPS_MAX),
     NUMBER("start_time_s", read_f64, start_time_s, -LIMIT_TIME_S, LIMIT_TIME_S),
     NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
     {.name = "live", .read = json_member_bool, .offset = JOB(live)},
@@ -302,14 +302,14 @@ static int check_target(struct json_cursor *at, const struct job *job)
     if (job->target_error == 0.0f)
         return json_cursor_refuse_member(at, "target_error", ERR_MISSING,
                                          "max_spp is the most that a target_error may take");
-    if (!(job->target_error >= TARGET_LEAST))
+    if (!(job->target_error >= TARGET_MIN))
         return json_cursor_refuse_member(at, "target_error", ERR_RANGE, "%.9g is below %g",
-                                         (double)job->target_error, (double)TARGET_LEAST);
-    if (job->spp < JOB_TARGET_SPP_LEAST || indirect < JOB_TARGET_SPP_LEAST)
+                                         (double)job->target_error, (double)TARGET_MIN);
+    if (job->spp < JOB_TARGET_SPP_MIN || indirect < JOB_TARGET_SPP_MIN)
         return json_cursor_refuse_member(
             at, job->indirect_spp ? "indirect_spp" : "spp", ERR_RANGE,
             "fewer than %d samples tell too little of their error to aim at one",
-            JOB_TARGET_SPP_LEAST);
+            JOB_TARGET_SPP_MIN);
     if (job->max_spp < most)
         return json_cursor_refuse_member(at, "max_spp", ERR_RANGE,
                                          "%u is below the %u samples that sampling begins with",

@@ -13,7 +13,7 @@
 
 #define SIGN_IN_TEXT_BYTES 65          /* 64 hexadecimal digits and the end */
 #define SIGN_IN_S          (12 * 3600) /* default of how long one holds */
-#define SIGN_INS_MOST      1024
+#define SIGN_INS_MAX       1024
 #define SIGN_INS_OF_TOKEN  64
 
 struct sign_in {
@@ -25,7 +25,7 @@ struct sign_in {
 struct sign_ins {
     uint64_t hold_s; /* how long new ones hold */
     uint64_t last_number;
-    struct sign_in list[SIGN_INS_MOST];
+    struct sign_in list[SIGN_INS_MAX];
 };
 
 /* A reference to a sign-in, looked up once and then checked at no cost. */

@@ -13,8 +13,8 @@
 #define TOKEN_PREFIX       "sw_"
 #define TOKEN_LETTERS                                                                              \
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~+/=" /* RFC 6750, 2.1 */
-#define TOKEN_LEAST_BYTES 20u
-#define TOKEN_MOST_BYTES  256u
+#define TOKEN_MIN_BYTES 20u
+#define TOKEN_MAX_BYTES 256u
 
 static const char *const role_names[ROLE_COUNT] = {"none", "viewer", "submitter", "admin"};
 
@@ -128,9 +128,9 @@ static int read_weight(struct json_cursor *at, const char *tenant, const json_t 
     const json_int_t number = json_integer_value(weight);
     bool known = false;
     if (json_object_size(value) != 1 || !json_is_integer(weight) || number < 1 ||
-        number > TENANT_WEIGHT_MOST)
+        number > TENANT_WEIGHT_MAX)
         return json_cursor_refuse(at, ERR_RANGE, "expected {\"weight\": 1 to %d}",
-                                  TENANT_WEIGHT_MOST);
+                                  TENANT_WEIGHT_MAX);
     for (size_t i = 0; i < tokens->count; i++)
         if (strcmp(tokens->list[i].tenant, tenant) == 0) {
             tokens->list[i].weight = (uint32_t)number;
@@ -239,7 +239,7 @@ const struct token *tokens_find_hash(const struct tokens *tokens, const struct d
 
 bool tokens_is_text(const char *text, size_t size_bytes)
 {
-    if (size_bytes < TOKEN_LEAST_BYTES || size_bytes > TOKEN_MOST_BYTES) return false;
+    if (size_bytes < TOKEN_MIN_BYTES || size_bytes > TOKEN_MAX_BYTES) return false;
     for (size_t i = 0; i < size_bytes; i++)
         if (!memchr(TOKEN_LETTERS, text[i], sizeof TOKEN_LETTERS - 1)) return false;
     return true;

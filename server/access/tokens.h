@@ -24,7 +24,7 @@ enum role {
     ROLE_COUNT
 };
 
-#define TENANT_WEIGHT_MOST 100
+#define TENANT_WEIGHT_MAX 100
 
 #define TOKEN_NAME_BYTES 65
 #define TOKEN_TEXT_BYTES 68 /* of a token that tokens_make makes, with its end */
@@ -33,7 +33,7 @@ struct token {
     char name[TOKEN_NAME_BYTES]; /* for people: as a tenant's, with capitals and '.' */
     char tenant[JOB_OWNER_BYTES];
     enum role role;
-    uint32_t weight; /* of its tenant: 1 to TENANT_WEIGHT_MOST */
+    uint32_t weight; /* of its tenant: 1 to TENANT_WEIGHT_MAX */
     struct digest hash;
 };
 

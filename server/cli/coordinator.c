@@ -13,7 +13,7 @@
 /* How long the coordinator goes on after its end has begun, so that viewers learn of it and answers
  * under way go out. The first is the least while clients are connected, the second the most. */
 #define FAREWELL_MS      100
-#define FAREWELL_MOST_MS 10000
+#define FAREWELL_MAX_MS  10000
 #define FAREWELL_LOOK_MS 2
 
 struct coordinator {
@@ -56,7 +56,7 @@ static void on_farewell(uv_timer_t *timer)
     struct coordinator *c = timer->data;
     if (c->closed) return;
     const uint64_t spent_ms = uv_now(&c->loop) - c->ending_ms;
-    const bool is_late = spent_ms >= FAREWELL_MOST_MS;
+    const bool is_late = spent_ms >= FAREWELL_MAX_MS;
     const bool is_answered = spent_ms >= FAREWELL_MS && http_in_work(c->http) == 0;
     if (is_late || is_answered || http_connections(c->http) == 0) close_rooms(c);
 }
@@ -156,7 +156,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
     if (!error) error = streams_create(&c->streams);
     struct jobs_options jobs = {.loop = &c->loop,
                                 .log = options->log,
-                                .tenant_jobs_most = options->tenant_jobs,
+                                .tenant_jobs_max = options->tenant_jobs,
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
                                 .objects = &c->objects,

@@ -59,7 +59,7 @@ int slurm_array_read_time(const char *text, uint32_t *time_s, struct fault *faul
     if (s == 0)
         return fault_set(fault, ERR_SYNTAX, "--time",
                          "\"%.64s\" is no time: MINUTES, H:M:S or D-H:M:S", text);
-    if (s < SLURM_ARRAY_LEAST_S || s > MOST_S)
+    if (s < SLURM_ARRAY_MIN_S || s > MOST_S)
         return fault_set(fault, ERR_RANGE, "--time", "%.64s is not between 2 minutes and 365 days",
                          text);
     *time_s = (uint32_t)s;

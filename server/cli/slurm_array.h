@@ -5,7 +5,7 @@
 
 #include "proto/error.h"
 
-#define SLURM_ARRAY_LEAST_S 120u /* of time: the drain begins up to 90 s before its end */
+#define SLURM_ARRAY_MIN_S 120u /* of time: the drain begins up to 90 s before its end */
 
 struct slurm_array {
     const char *connect;   /* the coordinator's HOST:PORT for workers */
@@ -19,7 +19,7 @@ struct slurm_array {
 };
 
 /* Reads a time as Slurm writes it: MINUTES, M:S, H:M:S, D-H, D-H:M or D-H:M:S. ERR_SYNTAX;
- * ERR_RANGE for less than SLURM_ARRAY_LEAST_S or more than a year. */
+ * ERR_RANGE for less than SLURM_ARRAY_MIN_S or more than a year. */
 int slurm_array_read_time(const char *text, uint32_t *time_s, struct fault *fault);
 
 /* Checks what goes into the script. *fault names the option. */

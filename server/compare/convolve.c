@@ -56,7 +56,7 @@ int convolve(const float *in, int32_t width, int32_t height, const struct convol
 {
     const size_t area = (size_t)width * (size_t)height;
     float *between = malloc(area * sizeof *between);
-    double *line = malloc(((size_t)width + 2 * CONVOLVE_RADIUS_MOST) * sizeof *line);
+    double *line = malloc(((size_t)width + 2 * CONVOLVE_RADIUS_MAX) * sizeof *line);
     const int error = between && line ? 0 : ERR_MEMORY;
     if (!error) {
         sum_across(in, width, height, across, border, line, between);

@@ -3,12 +3,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define CONVOLVE_RADIUS_MOST 64
+#define CONVOLVE_RADIUS_MAX 64
 
 /* Weights of the pixels from -radius to radius: [0] is that of the one farthest left. */
 struct convolve_weights {
     int32_t radius;
-    double weight[2 * CONVOLVE_RADIUS_MOST + 1];
+    double weight[2 * CONVOLVE_RADIUS_MAX + 1];
 };
 
 enum convolve_border {

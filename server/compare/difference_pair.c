@@ -93,7 +93,7 @@ static int compare_doubles(const void *a, const void *b)
 }
 
 /* The mean without the largest. Sorts them. */
-static double mean_of_most(double *values, size_t count)
+static double mean_of_max(double *values, size_t count)
 {
     size_t kept = count > 1 ? (size_t)(KEPT * (double)count) : 1;
     double sum = 0;
@@ -130,7 +130,7 @@ int difference_pair(const struct image *first, const struct image *second, const
     *out = (struct difference_pair){
         .psnr_db = all.shown > 0 ? -10 * log10(all.shown / values) : (double)NAN,
         .rmse01 = all.clipped > 0 ? sqrt(all.clipped / values) : (double)NAN,
-        .relmse999 = mean_of_most(relative, count) / l.channels};
+        .relmse999 = mean_of_max(relative, count) / l.channels};
     free(relative);
     return 0;
 }

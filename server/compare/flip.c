@@ -217,7 +217,7 @@ int flip_map(const struct display_pair *pair, double ppd, float *map, struct fli
     const size_t area = (size_t)pair->width_px * (size_t)pair->height_px;
     struct flip_work f = {pair->width_px, pair->height_px, area, ppd, {NULL}};
     struct perceived p[2];
-    assert(ppd >= FLIP_PPD_LEAST && ppd <= FLIP_PPD_MOST);
+    assert(ppd >= FLIP_PPD_MIN && ppd <= FLIP_PPD_MAX);
     float *memory = malloc(14 * area * sizeof *memory), *next = memory;
     if (!memory) return ERR_MEMORY;
     for (int k = 0; k < 4; k++, next += area) f.spare[k] = next;

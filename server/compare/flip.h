@@ -12,8 +12,8 @@
 #define FLIP_PPD 67.0206432765
 
 /* From here to there filters have a centre and fit (convolve.h). */
-#define FLIP_PPD_LEAST 4.0
-#define FLIP_PPD_MOST  400.0
+#define FLIP_PPD_MIN 4.0
+#define FLIP_PPD_MAX 400.0
 
 struct flip {
     double mean, max;

@@ -24,7 +24,7 @@ int perceptual_metrics_parse(struct perceptual_metrics *l, struct fault *fault)
     int error = parse("exposure", l->exposure, -32, 32, 0, &l->view.exposure_ev, fault);
     if (!error) error = parse("gamma", l->gamma, 0.2, 5, 1, &l->view.gamma, fault);
     if (!error)
-        error = parse("ppd", l->ppd, FLIP_PPD_LEAST, FLIP_PPD_MOST, FLIP_PPD, &l->pixels_per_degree,
+        error = parse("ppd", l->ppd, FLIP_PPD_MIN, FLIP_PPD_MAX, FLIP_PPD, &l->pixels_per_degree,
                       fault);
     if (error) return error;
     l->view.filmic = l->curve && strcmp(l->curve, "filmic") == 0;

@@ -11,7 +11,7 @@
 #define DEFAULT_STALL_MS    10000u
 #define TICK_MAX_MS         250u
 #define TICK_MIN_MS         10u
-#define GREETING_MOST       256u /* TCP links whose HELLO is awaited */
+#define GREETING_MAX        256u /* TCP links whose HELLO is awaited */
 #define WORKER_ID_LIFE_BITS 24
 
 /* ---- sessions ---- */
@@ -101,7 +101,7 @@ static void make_room(struct fleet *fleet)
         if (!oldest) oldest = s;
         greeting++;
     }
-    if (greeting >= GREETING_MOST) session_drop(oldest);
+    if (greeting >= GREETING_MAX) session_drop(oldest);
 }
 
 static void on_incoming(void *ctx, struct listener *l)

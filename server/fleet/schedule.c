@@ -3,7 +3,7 @@
 /* Queues are filled in levels of an eighth of a tile a thread. */
 #define LEVELS_PER_TILE 8u
 
-static uint32_t at_most(uint32_t a, uint64_t b)
+static uint32_t at_max(uint32_t a, uint64_t b)
 {
     return a < b ? a : (uint32_t)b;
 }
@@ -14,7 +14,7 @@ uint32_t schedule_depth(uint32_t threads, uint64_t threads_total, uint64_t suppl
     if (supply / SCHEDULE_TILES_PER_THREAD >= threads_total) return full;
     /* Its part of what is left, rounded up; the products fit: supply < 2 threads_total here. */
     uint64_t fair = (supply * threads + threads_total - 1) / threads_total;
-    return at_most(full, threads + fair);
+    return at_max(full, threads + fair);
 }
 
 /* All workers together. */
@@ -56,7 +56,7 @@ static uint32_t missing(const struct schedule_worker *w, uint32_t given, uint32_
 {
     uint32_t held = w->in_hand + given;
     uint32_t room = target > held ? target - held : 0;
-    return at_most(room, w->want - given);
+    return at_max(room, w->want - given);
 }
 
 void schedule_share(const struct schedule_worker *workers, size_t count, uint64_t supply,
@@ -70,9 +70,9 @@ void schedule_share(const struct schedule_worker *workers, size_t count, uint64_
             const struct schedule_worker *w = &workers[i];
             if (w->want == give[i]) continue;
             uint32_t depth = schedule_depth(w->threads, farm.threads, left_at_start);
-            depth = at_most(depth, timely(w, &farm));
+            depth = at_max(depth, timely(w, &farm));
             uint32_t target = (w->threads * level + LEVELS_PER_TILE - 1) / LEVELS_PER_TILE;
-            uint32_t tiles = at_most(missing(w, give[i], at_most(target, depth)), supply);
+            uint32_t tiles = at_max(missing(w, give[i], at_max(target, depth)), supply);
             give[i] += tiles;
             if (supply != UINT64_MAX) supply -= tiles;
         }

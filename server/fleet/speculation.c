@@ -6,7 +6,7 @@
 #define LINK_MS 10.0
 /* A worker that takes longer than this many typical paces gets no copies: a faster one will be free
  * before. */
-#define PACES_MOST 2.0
+#define PACES_MAX 2.0
 
 /* Returns how long a thread of the worker takes for a tile; `otherwise` if it has answered none. */
 static double pace_of(const struct lease_table *t, double otherwise)
@@ -54,7 +54,7 @@ bool speculation_find(const struct lease_table *const *tables, size_t count, siz
 {
     bool found = false;
     out->gain_ms = 0;
-    if (tables[idle]->pace_ms > PACES_MOST * typical_ms(tables, count)) return false;
+    if (tables[idle]->pace_ms > PACES_MAX * typical_ms(tables, count)) return false;
     for (size_t i = 0; i < count; i++) {
         if (i == idle || !tables[i]) continue;
         /* A worker without results is taken to be as fast as the other. */

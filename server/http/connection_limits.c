@@ -19,9 +19,9 @@ void connection_limits_make_room(struct http *http)
 {
     struct connection *oldest[CUT_AT_ONCE];
     size_t found = 0;
-    const unsigned eighth = http->connections_most / 8;
+    const unsigned eighth = http->connections_max / 8;
     const unsigned spare = eighth < CONNECTION_SPARE ? eighth : CONNECTION_SPARE;
-    if (http->connections + spare < http->connections_most) return;
+    if (http->connections + spare < http->connections_max) return;
     for (struct connection *p = http->open; p; p = p->next)
         if (is_idle(p)) oldest[found++ % CUT_AT_ONCE] = p;
     for (size_t i = 0; i < found && i < CUT_AT_ONCE; i++) {

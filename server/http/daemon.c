@@ -171,7 +171,7 @@ static uint64_t ms_from_env(const char *name, uint64_t usual)
 }
 
 /* Idle clients must not take the descriptors that files, workers and children need. */
-static unsigned connections_most(void)
+static unsigned connections_max(void)
 {
     struct rlimit files;
     if (getrlimit(RLIMIT_NOFILE, &files) != 0) return LIMIT_HTTP_CONNECTIONS / 4;
@@ -193,16 +193,16 @@ static int start_mhd(struct http *http, int listen_fd)
         {MHD_OPTION_END, 0, NULL},
     };
     if (!tls->key) guarded[0] = guarded[3];
-    http->connections_most = connections_most();
+    http->connections_max = connections_max();
     http->linger.most =
-        http->connections_most / 4 < LINGER_MOST ? http->connections_most / 4 : LINGER_MOST;
+        http->connections_max / 4 < LINGER_MAX ? http->connections_max / 4 : LINGER_MAX;
     http->mhd = MHD_start_daemon(
         MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG | (tls->key ? MHD_USE_TLS : 0),
         0, NULL, NULL, step, http, MHD_OPTION_EXTERNAL_LOGGER, count_log,
-        http,                                                /* first, as MHD demands */
-        MHD_OPTION_ARRAY, guarded,                           /**/
-        MHD_OPTION_LISTEN_SOCKET, listen_fd,                 /**/
-        MHD_OPTION_CONNECTION_LIMIT, http->connections_most, /**/
+        http,                                               /* first, as MHD demands */
+        MHD_OPTION_ARRAY, guarded,                          /**/
+        MHD_OPTION_LISTEN_SOCKET, listen_fd,                /**/
+        MHD_OPTION_CONNECTION_LIMIT, http->connections_max, /**/
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY_BYTES,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)((http->request_ms + 999) / 1000),
         /* What it would refuse is refused by request_check.c and target.c, with answers of ours. */

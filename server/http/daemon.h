@@ -31,7 +31,7 @@ struct http {
     struct connection *open;
     struct request *requests;
     struct static_files *files;
-    unsigned connections, connections_most, encodings;
+    unsigned connections, connections_max, encodings;
     unsigned uploads;         /* under way, also when their client has left (upload.h) */
     uint64_t connections_cut; /* connection_limits.h */
     size_t body_room_bytes;   /* for bodies, of all requests */

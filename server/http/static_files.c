@@ -11,13 +11,13 @@
 
 #include "server/http/request.h"
 
-#define FILES_MOST       256u
+#define FILES_MAX        256u
 #define FILE_LIMIT_BYTES (4u << 20)
-#define DEPTH_MOST       4
+#define DEPTH_MAX        4
 
 struct static_files {
     size_t count;
-    struct static_file file[FILES_MOST];
+    struct static_file file[FILES_MAX];
 };
 
 static const struct {
@@ -62,12 +62,12 @@ static int add(struct static_files *files, int fd, const char *path, struct faul
     struct static_file *f = &files->file[files->count];
     struct stat info;
     int error = 0;
-    if (files->count == FILES_MOST || strlen(path) >= sizeof f->path || fstat(fd, &info) != 0 ||
+    if (files->count == FILES_MAX || strlen(path) >= sizeof f->path || fstat(fd, &info) != 0 ||
         !S_ISREG(info.st_mode) || info.st_size > (off_t)FILE_LIMIT_BYTES) {
         close(fd);
         return fault_set(fault, ERR_LIMIT, path,
                          "the page's files are at most %u, each a plain file of at most %u bytes",
-                         FILES_MOST, FILE_LIMIT_BYTES);
+                         FILES_MAX, FILE_LIMIT_BYTES);
     }
     f->size_bytes = (size_t)info.st_size;
     f->data = malloc(f->size_bytes + 1);
@@ -108,7 +108,7 @@ static int add_entry(struct static_files *files, int dir_fd, const char *name, c
 static int add_folder(struct static_files *files, int dir_fd, const char *prefix, int depth,
                       struct fault *fault)
 {
-    DIR *dir = depth < DEPTH_MOST ? fdopendir(dir_fd) : NULL;
+    DIR *dir = depth < DEPTH_MAX ? fdopendir(dir_fd) : NULL;
     int error = 0;
     if (!dir) {
         close(dir_fd);

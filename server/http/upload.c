@@ -116,7 +116,7 @@ int upload_begin(struct request *r, struct upload **out)
 {
     struct http *http = r->http;
     *out = NULL;
-    if (http->uploads >= UPLOADS_MOST) return ERR_FULL;
+    if (http->uploads >= UPLOADS_MAX) return ERR_FULL;
     struct upload *u = calloc(1, sizeof *u);
     if (!u) return ERR_MEMORY;
     u->http = http;

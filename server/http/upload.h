@@ -17,7 +17,7 @@
 
 #define UPLOAD_PIECE_BYTES 131072u /* more than comes from MHD at once */
 #define UPLOAD_PIECES      2u
-#define UPLOADS_MOST       64u /* under way: each holds a descriptor, a hash, pieces */
+#define UPLOADS_MAX        64u /* under way: each holds a descriptor, a hash, pieces */
 
 struct http;
 struct request;

@@ -142,7 +142,7 @@ static void on_progress(uv_timer_t *timer)
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (jobs->open[i].job->progress_due) tell_progress(jobs->open[i].job);
     /* Of the others only the first few in order have been begun. */
-    for (struct active_job *job = jobs->first; job && quiet < 4 * OPEN_MOST; job = job->after) {
+    for (struct active_job *job = jobs->first; job && quiet < 4 * OPEN_MAX; job = job->after) {
         if (job->progress_due)
             tell_progress(job);
         else if (!job->paused)
@@ -169,7 +169,7 @@ void jobs_mind_scratch(struct jobs *jobs)
 {
     if (jobs->stopping) return;
     uv_timer_start(&jobs->unused, on_unused, SCRATCH_UNUSED_MS, 0);
-    scratch_trim(jobs->scratch, SCRATCH_MOST_BYTES);
+    scratch_trim(jobs->scratch, SCRATCH_MAX_BYTES);
 }
 
 int jobs_create(const struct jobs_options *options, struct jobs **out)

@@ -34,7 +34,7 @@ struct jobs_options {
     struct streams *streams;
     struct thread_pool *pool;   /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
-    size_t tenant_jobs_most;    /* of active jobs, of each tenant; 0: no quota */
+    size_t tenant_jobs_max;     /* of active jobs, of each tenant; 0: no quota */
     uint64_t live_idle_ms;      /* without a move, until a resting live job ends */
 };
 

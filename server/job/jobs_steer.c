@@ -17,7 +17,7 @@ static const struct open_frame *one_too_many(const struct jobs *jobs)
         const struct active_job *job = jobs->open[i].job;
         if (!job->paused || job->live) continue; /* live ones have places of their own */
         floats += active_job_frame_floats(job);
-        if (++parked > PARKED_MOST || (parked > 1 && floats > PARKED_FLOATS_MOST))
+        if (++parked > PARKED_MAX || (parked > 1 && floats > PARKED_FLOATS_MAX))
             return &jobs->open[i];
     }
     return NULL;

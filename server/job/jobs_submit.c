@@ -41,7 +41,7 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     if (jobs->count >= LIMIT_JOBS_WAITING)
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
     const unsigned live = jobs->live_count + jobs->live_coming;
-    if (job->live && live >= LIVE_MOST)
+    if (job->live && live >= LIVE_MAX)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
                          live);
     return 0;
@@ -50,7 +50,7 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
 /* Takes a place in the tenant's quota. Jobs without a tenant need none. */
 static int take_place(struct jobs *jobs, const struct principal *principal, struct fault *fault)
 {
-    const size_t most = jobs->options.tenant_jobs_most;
+    const size_t most = jobs->options.tenant_jobs_max;
     const int error =
         principal->owner[0] ? job_counts_take(&jobs->counts, principal->owner, most) : 0;
     if (error == ERR_QUOTA)

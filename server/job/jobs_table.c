@@ -127,8 +127,8 @@ static void insert_open(struct jobs *jobs, unsigned count, struct open_frame one
 
 void jobs_table_open(struct jobs *jobs, struct active_job *job, struct active_frame *frame)
 {
-    assert(job->live ? jobs->open_live < LIVE_MOST
-                     : jobs->open_count - jobs->open_live < OPEN_MOST + PARKED_MOST);
+    assert(job->live ? jobs->open_live < LIVE_MAX
+                     : jobs->open_count - jobs->open_live < OPEN_MAX + PARKED_MAX);
     jobs->open_live += job->live;
     insert_open(jobs, jobs->open_count++, (struct open_frame){.job = job, .frame = frame});
     jobs_mind_scratch(jobs);

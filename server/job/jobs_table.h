@@ -7,19 +7,19 @@
 #include "server/job/live_view.h"
 
 /* Frames in work: two keep workers busy while one is encoded; small images may have more. */
-#define OPEN_MOST 4
-#define OPEN_FLOATS_MOST                                                                           \
-    (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K pictures */
-#define PARKED_MOST        12 /* of paused jobs, beside OPEN_MOST */
-#define PARKED_FLOATS_MOST OPEN_FLOATS_MOST
-#define LIVE_FLOATS_MOST   (4u * OPEN_FLOATS_MOST) /* of live jobs' images: eight 4K pictures */
-#define READY_AHEAD        3  /* jobs that are imported and planned before their turn */
-#define READY_OF_EACH      2  /* of each tenant, where several wait */
-#define READY_TENANTS      8  /* only the jobs of so many tenants are looked at */
-#define ENDED_STREAMS      32 /* whose late readers still find the last events */
-#define PROGRESS_EVERY_MS  100
-#define SCRATCH_MOST_BYTES ((size_t)256 << 20) /* kept for the next frame */
-#define SCRATCH_UNUSED_MS  10000 /* without another frame, until unused scratch is freed */
+#define OPEN_MAX        4
+#define OPEN_FLOATS_MAX (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K pictures  \
+                                                   */
+#define PARKED_MAX        12                      /* of paused jobs, beside OPEN_MAX */
+#define PARKED_FLOATS_MAX OPEN_FLOATS_MAX
+#define LIVE_FLOATS_MAX   (4u * OPEN_FLOATS_MAX) /* of live jobs' images: eight 4K pictures */
+#define READY_AHEAD       3  /* jobs that are imported and planned before their turn */
+#define READY_OF_EACH     2  /* of each tenant, where several wait */
+#define READY_TENANTS     8  /* only the jobs of so many tenants are looked at */
+#define ENDED_STREAMS     32 /* whose late readers still find the last events */
+#define PROGRESS_EVERY_MS 100
+#define SCRATCH_MAX_BYTES ((size_t)256 << 20) /* kept for the next frame */
+#define SCRATCH_UNUSED_MS 10000 /* without another frame, until unused scratch is freed */
 #define ABANDONED_AFTER_MS                                                                         \
     10000 /* after the last worker was put into quarantine, until jobs fail */
 
@@ -58,10 +58,10 @@ struct jobs {
                                            start */
     uint64_t submitted;
 
-    struct open_frame open[OPEN_MOST + PARKED_MOST + LIVE_MOST]; /* in order of service */
-    unsigned open_count, open_live;                              /* of these, frames of live jobs */
-    unsigned live_count;                                         /* of those in the table */
-    unsigned live_coming;                                        /* live jobs being stored */
+    struct open_frame open[OPEN_MAX + PARKED_MAX + LIVE_MAX]; /* in order of service */
+    unsigned open_count, open_live;                           /* of these, frames of live jobs */
+    unsigned live_count;                                      /* of those in the table */
+    unsigned live_coming;                                     /* live jobs being stored */
     struct dry_run *dry_runs;
     char ended[ENDED_STREAMS][JOB_ID_BYTES];
     unsigned ended_next;

@@ -80,7 +80,7 @@ static bool has_room(const struct jobs *jobs, const struct active_job *job)
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (jobs_table_is_working(jobs->open[i].job))
             floats += active_job_frame_floats(jobs->open[i].job);
-    return floats <= OPEN_FLOATS_MOST;
+    return floats <= OPEN_FLOATS_MAX;
 }
 
 /* Its pictures stay while it is open: the first has room, whatever its size. */
@@ -90,7 +90,7 @@ static bool has_live_room(const struct jobs *jobs, const struct active_job *job)
     if (jobs->open_live == 0) return true;
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (jobs->open[i].job->live) floats += active_job_frame_floats(jobs->open[i].job);
-    return jobs->open_live < LIVE_MOST && floats <= LIVE_FLOATS_MOST;
+    return jobs->open_live < LIVE_MAX && floats <= LIVE_FLOATS_MAX;
 }
 
 /* Live jobs have places of their own, as their frames stay. */
@@ -98,7 +98,7 @@ static bool may_open(const struct jobs *jobs, const struct active_job *job)
 {
     if (job->paused || !active_job_may_open(job)) return false;
     if (job->live) return has_live_room(jobs, job);
-    return jobs_table_working(jobs) < OPEN_MOST;
+    return jobs_table_working(jobs) < OPEN_MAX;
 }
 
 /* Only jobs that run have frames to open, and those are few of many. */

@@ -19,7 +19,7 @@ static void point_into_view(struct fault *fault)
 
 /* Makes a plan for each level. *report is that of the last. */
 static int plan_levels(const struct prepared *prepared, const struct job *document,
-                       struct plan plans[VIEW_LEVELS_MOST], struct plan_report *report,
+                       struct plan plans[VIEW_LEVELS_MAX], struct plan_report *report,
                        struct fault *fault)
 {
     const struct plan_source source = prepared_source(prepared);
@@ -197,7 +197,7 @@ int live_view_move(struct active_job *job, const char *text, size_t size_bytes, 
     int error = job_view_read(text, size_bytes, &moved, fault);
     if (error) return error;
     struct plan_report *report = malloc(sizeof *report);
-    struct plan *plans = calloc(VIEW_LEVELS_MOST, sizeof *plans);
+    struct plan *plans = calloc(VIEW_LEVELS_MAX, sizeof *plans);
     if (report && plans) {
         error = plan_levels(job->prepared, &moved, plans, report, fault);
         if (error) point_into_view(fault);

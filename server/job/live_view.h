@@ -13,12 +13,12 @@
 #include "server/job/view_levels.h"
 
 /* The most live jobs that may be open at once, since each holds a picture. */
-#define LIVE_MOST 8
+#define LIVE_MAX 8
 
 struct live_view {
     uint32_t number;
     unsigned level, levels;
-    struct plan plans[VIEW_LEVELS_MOST];
+    struct plan plans[VIEW_LEVELS_MAX];
     bool shown; /* the level in work is on the feed */
     struct frame
         *last; /* the coarser frame that is on the feed until then; complete, and not in work */

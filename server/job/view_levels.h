@@ -3,7 +3,7 @@
  * at once, last the one that its document asks for. Pure functions. */
 #include "proto/job/job.h"
 
-#define VIEW_LEVELS_MOST 3
+#define VIEW_LEVELS_MAX 3
 
 /* Most pixels of the first picture: what two cores trace within some 50 ms. */
 #define VIEW_FIRST_PIXELS 16384

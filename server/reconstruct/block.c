@@ -79,7 +79,7 @@ static uint64_t bytes_of(const struct plan *plan, int32_t side_px)
     return patch_bytes(plan, width * height);
 }
 
-uint64_t block_patch_bytes_least(const struct plan *plan)
+uint64_t block_patch_bytes_min(const struct plan *plan)
 {
     return bytes_of(plan, SIDE_PX);
 }

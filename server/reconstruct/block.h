@@ -14,7 +14,7 @@
 int32_t block_side_px(const struct plan *plan);
 
 /* Returns the bytes of a patch of the smallest possible block with its halo. */
-uint64_t block_patch_bytes_least(const struct plan *plan);
+uint64_t block_patch_bytes_min(const struct plan *plan);
 
 /* Returns how many pixels around a block its reconstruction reads under this plan. */
 int32_t block_halo_px(const struct plan *plan);

@@ -114,7 +114,7 @@ struct pixel_block *block_cache_block(struct block_cache *cache, const struct im
     cache->made++;
     if (!place) return block;
     let_go(cache, place);
-    if (cache->readers > 1) (void)keep(cache, place, block, cache->budget->shared_most_bytes);
+    if (cache->readers > 1) (void)keep(cache, place, block, cache->budget->shared_max_bytes);
     return block;
 }
 

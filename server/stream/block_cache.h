@@ -23,9 +23,9 @@ struct pixel_block {
 
 /* The memory of all caches, without blocks that only readers hold. */
 struct pixel_budget {
-    size_t kept_bytes;        /* by all caches now */
-    size_t shared_most_bytes; /* limit for blocks of pictures in work */
-    size_t most_bytes;        /* limit for blocks of pictures that have ended */
+    size_t kept_bytes;       /* by all caches now */
+    size_t shared_max_bytes; /* limit for blocks of pictures in work */
+    size_t most_bytes;       /* limit for blocks of pictures that have ended */
 };
 
 struct block_cache {

@@ -27,7 +27,7 @@ int streams_create(struct streams **out)
     s->epoch = (uint32_t)wall_ms();
     s->now_ms = s->beat_ms = s->peek_ms = now_ms();
     s->stuck_ms = UINT64_MAX;
-    s->cache_budget.shared_most_bytes = LIMIT_SHARED_PIXELS_BYTES;
+    s->cache_budget.shared_max_bytes = LIMIT_SHARED_PIXELS_BYTES;
     s->cache_budget.most_bytes = LIMIT_PIXELS_BYTES;
     *out = s;
     return 0;

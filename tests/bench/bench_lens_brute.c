@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { REPETITIONS = 5, SPP_MOST = 256 };
+enum { REPETITIONS = 5, SPP_MAX = 256 };
 
 static int filter(struct lens_picture *p, uint32_t kind, double *median_s)
 {
@@ -72,8 +72,8 @@ int main(int argc, char **argv)
 {
     const long spp = argc > 1 ? strtol(argv[1], NULL, 10) : 9;
     uint32_t l = 1;
-    if (spp < 1 || spp > SPP_MOST) {
-        fprintf(stderr, "usage: bench_lens_brute [SPP], at most %d\n", SPP_MOST);
+    if (spp < 1 || spp > SPP_MAX) {
+        fprintf(stderr, "usage: bench_lens_brute [SPP], at most %d\n", SPP_MAX);
         return 2;
     }
     while ((long)l * l < spp) l++;

@@ -21,7 +21,7 @@
 #include "tests/bench/timing.h"
 #include "worker/tile/tile.h"
 
-#define PIXELS_MOST ((size_t)LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
+#define PIXELS_MAX ((size_t)LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
 
 struct wire {
     double pixels, raw, entropy;
@@ -47,7 +47,7 @@ static double entropy_bytes(const uint8_t *bytes, size_t count, size_t stride)
 static double component_entropy(const void *numbers, uint32_t element_bytes, int32_t width_px,
                                 int32_t height_px)
 {
-    static uint8_t filtered[4 * PIXELS_MOST];
+    static uint8_t filtered[4 * PIXELS_MAX];
     const size_t count = (size_t)width_px * (size_t)height_px;
     double least = INFINITY;
     for (int k = 0; k < PLANE_FILTER_COUNT; k++) {

@@ -16,7 +16,7 @@
 
 enum { TILE_PX = 32 };
 
-#define RANGE_MOST_PX 1.0f
+#define RANGE_MAX_PX 1.0f
 
 struct away {
     const struct render_scene *scene;
@@ -40,7 +40,7 @@ static bool is_away(const struct samples *s, size_t i)
         least = fminf(least, slope);
         most = fmaxf(most, slope);
     }
-    return most - least <= RANGE_MOST_PX;
+    return most - least <= RANGE_MAX_PX;
 }
 
 static void *run(void *context)

@@ -59,10 +59,10 @@ function costFigures(lines) {
   const of = (part) => lines.filter((l) => l.part === part), found = {};
   for (const kind of new Set(of("resolution").map((l) => l.kind)))
     Object.assign(found, growth(of("resolution").filter((l) => l.kind === kind),
-      (a, b) => `resolution, ${kind}: CPU time a pixel, ${a.height} lines over ${b.height}`, (l) => l.cpu_least_s.total, (l) => l.megapixels));
+      (a, b) => `resolution, ${kind}: CPU time a pixel, ${a.height} lines over ${b.height}`, (l) => l.cpu_min_s.total, (l) => l.megapixels));
   const hills = of("triangles").sort((a, b) => a.triangles - b.triangles);
   if (hills.length > 1) found[`triangles: tracing's CPU time, ${hills.at(-1).triangles} over ${hills[0].triangles}`] =
-    { value: hills.at(-1).cpu_least_s.trace / hills[0].cpu_least_s.trace, kind: "time" };
+    { value: hills.at(-1).cpu_min_s.trace / hills[0].cpu_min_s.trace, kind: "time" };
   for (const l of of("skips")) {
     const pixels = l.side_px * l.side_px, frames = [["needed", l.need], ["not needed", l.spare]];
     for (const [which, frame] of frames) {

@@ -33,7 +33,7 @@ export function figuresOf(lines) {
     ...ofPart(lines, "links").map((l) => ({ is: "link", kind: l.kind, link: l.link_kind, width: l.width, height: l.height, bytes: l.link.received_bytes + l.link.sent_bytes, cpu: three(l.over_unix.cpu), loop: three(l.over_unix.coordinate) })),
     ...ofPart(lines, "real").map((l) => ({ is: "real", scene: l.scene, method: l.method, spp: l.spp, psnr_db: three(l.psnr_db), rmse01: three(l.rmse01), relmse999: three(l.relmse999), flip: three(l.flip),
       ...(l.paths === "older" ? { paths: l.paths } : {}), ...(l.denoiser_s ? { denoiser_s: three(l.denoiser_s), picture_s: three(l.picture_s) } : {}),
-      ...(l.runs ? { trace_over_none: three(l.trace_over_none), filters_s_per_megapixel: three(l.filters_s_per_megapixel), trace_s: three(l.cpu_least_s.trace), cpu_s: three(l.cpu_least_s.total) } : {}) })),
+      ...(l.runs ? { trace_over_none: three(l.trace_over_none), filters_s_per_megapixel: three(l.filters_s_per_megapixel), trace_s: three(l.cpu_min_s.trace), cpu_s: three(l.cpu_min_s.total) } : {}) })),
     ...ofPart(lines, "skips").map((l) => ({ is: "skip", skip: l.skip, name: l.name, about: l.about, side_px: l.side_px, rays: ratio(l.need.rays, l.spare.rays), bytes: ratio(l.need.bytes, l.spare.bytes), cpu: ratio(l.need.cpu_s, l.spare.cpu_s), holds: l.holds }))];
 }
 

@@ -76,7 +76,7 @@ static bool take_option(struct fake *f, const char *name, const char *value)
     else if (strcmp(name, "--seconds") == 0)
         f->seconds = strtod(value, NULL);
     else if (strcmp(name, "--tiles") == 0)
-        f->tiles_most = strtoull(value, NULL, 10);
+        f->tiles_max = strtoull(value, NULL, 10);
     else if (strcmp(name, "--reconnects") == 0)
         f->reconnects = strtoull(value, NULL, 10);
     else if (strcmp(name, "--script") == 0)

@@ -27,8 +27,8 @@
 #include "tests/fuzz/answers.h"
 #include "tests/fuzz/patience.h"
 
-#define CLIENTS_MOST 4
-#define RUNS_MOST    256 /* of one coordinator */
+#define CLIENTS_MAX  4
+#define RUNS_MAX     256 /* of one coordinator */
 #define QUIET_ROUNDS 3
 #define EPOCH        0x5ea4a7e4u
 #define JOB          "01hzy0000000000000000000ab"
@@ -59,7 +59,7 @@ struct client {
     char *text;       /* owned: what came */
     size_t text_bytes;
 };
-static struct client clients[CLIENTS_MOST];
+static struct client clients[CLIENTS_MAX];
 static int client_count;
 
 #define must(holds) must_at(holds, __LINE__)
@@ -180,7 +180,7 @@ static void close_edge(void)
 
 static struct client *connect_one(void)
 {
-    if (client_count == CLIENTS_MOST) return &clients[CLIENTS_MOST - 1];
+    if (client_count == CLIENTS_MAX) return &clients[CLIENTS_MAX - 1];
     struct client *c = &clients[client_count++];
     struct sockaddr_in address = {.sin_family = AF_INET,
                                   .sin_port = htons((uint16_t)http_port(edge.http)),
@@ -387,6 +387,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size_bytes)
     for (int i = 0; i < client_count; i++) free(clients[i].text);
     client_count = 0;
     check_end();
-    if (++edge.runs >= RUNS_MOST || changes_something()) close_edge();
+    if (++edge.runs >= RUNS_MAX || changes_something()) close_edge();
     return 0;
 }

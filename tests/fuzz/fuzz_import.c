@@ -20,7 +20,7 @@
 
 #include "server/import/import.h"
 
-#define FILES_MOST 8
+#define FILES_MAX 8
 
 static char home[48], root[64], out[64];
 
@@ -86,7 +86,7 @@ static void put_files(const uint8_t *data, size_t size_bytes, char name[64])
     name[0] = '\0';
     if (size_bytes == 0 || data[0] != '@') return;
     const uint8_t *at = data + 1, *const end = data + size_bytes;
-    for (int i = 0; i < FILES_MOST && at < end; i++) {
+    for (int i = 0; i < FILES_MAX && at < end; i++) {
         const uint8_t *line = memchr(at, '\n', (size_t)(end - at));
         char text[64] = "";
         if (!line || line - at >= (ptrdiff_t)sizeof text) return;

@@ -43,7 +43,7 @@ static void check(const struct tokens *tokens)
         const struct token *t = &tokens->list[i];
         must(t->name[0] && tokens_is_tenant(t->tenant));
         must(t->role > ROLE_NONE && t->role < ROLE_COUNT);
-        must(t->weight >= 1 && t->weight <= TENANT_WEIGHT_MOST);
+        must(t->weight >= 1 && t->weight <= TENANT_WEIGHT_MAX);
         must(tokens_find_hash(tokens, &t->hash) == t);
     }
 }

@@ -19,9 +19,9 @@
 #include "worker/shade/film.h"
 
 #define SAMPLES         100000
-#define EXPECTED_LEAST  10.0 /* samples in a cell of the chi-square test */
+#define EXPECTED_MIN    10.0 /* samples in a cell of the chi-square test */
 #define ALL_BY_CHANCE   0.01 /* probability that a correct program fails one of its p-values */
-#define SIGMAS_MOST     4.5
+#define SIGMAS_MAX      4.5
 #define QUADRATURE_SLIP 5e-4
 #define RECIPROCITY     1e-4
 /* Through a volume: near total reflection the two directions round their cosines differently. */
@@ -119,7 +119,7 @@ static double chi_square_p(const struct shade_grid *g, const struct outcome *o, 
     for (int i = 0; i <= GRID_CELLS; i++) {
         pool.expected += c[i].expected;
         pool.got += c[i].got;
-        if (pool.expected < EXPECTED_LEAST && i < GRID_CELLS) continue;
+        if (pool.expected < EXPECTED_MIN && i < GRID_CELLS) continue;
         const double d = pool.got - pool.expected;
         if (pool.expected > 1.0) chi_square += d * d / pool.expected, degrees++;
         pool = (struct cell_count){0};
@@ -188,7 +188,7 @@ static void judge(bool good, const char *what, struct tally *t)
     printf("    FAILED: %s\n", what);
 }
 
-static void check_direction(const struct shade_case *c, int angle, int count, double p_least,
+static void check_direction(const struct shade_case *c, int angle, int count, double p_min,
                             struct tally *t)
 {
     static struct shade_grid g;
@@ -206,20 +206,20 @@ static void check_direction(const struct shade_case *c, int angle, int count, do
     const double sigmas = away > 0.0 ? away / fmax(error, 1e-9) : 0.0;
     const double found = 1.0 - (double)o.lost / count, share = fmin(fmax(g.pdf_sum, 0.0), 1.0);
     const double found_error = sqrt(share * (1.0 - share) / count);
-    const double turned_most = irreciprocity(&c->bsdf, wo, &r);
+    const double turned_max = irreciprocity(&c->bsdf, wo, &r);
     const double energy = by_quadrature + o.dirac_sum / count;
     t->least_energy = fmin(t->least_energy, energy);
     t->most_energy = fmax(t->most_energy, energy);
     printf("  %2.0f deg  p %8.2g  density %.5f  reflected %.4f  passed %.4f  smooth %.4f  "
            "sampled %.4f %4.1f sigma  reciprocal %.0e  consistent %.0e\n",
            angles_deg[angle], p, g.pdf_sum, g.reflected, g.passed, o.dirac_sum / count, mean,
-           sigmas, turned_most, o.inconsistency);
-    judge(p >= p_least, "samples do not follow the density", t);
+           sigmas, turned_max, o.inconsistency);
+    judge(p >= p_min, "samples do not follow the density", t);
     judge(g.pdf_sum <= 1.0 + QUADRATURE_SLIP &&
-              fabs(found - g.pdf_sum) <= SIGMAS_MOST * found_error + QUADRATURE_SLIP,
+              fabs(found - g.pdf_sum) <= SIGMAS_MAX * found_error + QUADRATURE_SLIP,
           "the density's integral is not the share of samples", t);
-    judge(sigmas <= SIGMAS_MOST, "sampling and quadrature of the reflected light differ", t);
-    judge(turned_most <= (g.passed > 0.0 ? RECIPROCITY_BENT : RECIPROCITY), "not reciprocal", t);
+    judge(sigmas <= SIGMAS_MAX, "sampling and quadrature of the reflected light differ", t);
+    judge(turned_max <= (g.passed > 0.0 ? RECIPROCITY_BENT : RECIPROCITY), "not reciprocal", t);
     judge(o.inconsistency <= CONSISTENCY, "weight times density is not f |cos|", t);
 }
 
@@ -245,19 +245,19 @@ static double cost_ns(const struct bsdf *b)
            ROUNDS;
 }
 
-static void check_case(const struct shade_case *c, int count, double p_least, struct tally *total)
+static void check_case(const struct shade_case *c, int count, double p_min, struct tally *total)
 {
     struct tally t = {.least_energy = 1e9};
     printf("%s\n", c->name);
-    for (int angle = 0; angle < ANGLE_COUNT; angle++) check_direction(c, angle, count, p_least, &t);
-    if (c->loss_most >= 0.0) {
+    for (int angle = 0; angle < ANGLE_COUNT; angle++) check_direction(c, angle, count, p_min, &t);
+    if (c->loss_max >= 0.0) {
         const double loss = 1.0 - t.least_energy, gain = t.most_energy - 1.0;
         printf("  furnace: loses up to %.4f (bound %.4g), gains %.4f (bound %.4g)", fmax(loss, 0.0),
-               c->loss_most, fmax(gain, 0.0), c->gain_most);
+               c->loss_max, fmax(gain, 0.0), c->gain_max);
         printf("; %.0f ns\n", cost_ns(&c->bsdf));
-        judge(loss <= c->loss_most + QUADRATURE_SLIP, "a white surface loses more than is known",
+        judge(loss <= c->loss_max + QUADRATURE_SLIP, "a white surface loses more than is known",
               &t);
-        judge(gain <= c->gain_most + QUADRATURE_SLIP, "more light leaves than comes in", &t);
+        judge(gain <= c->gain_max + QUADRATURE_SLIP, "more light leaves than comes in", &t);
     } else {
         printf("  %.0f ns\n", cost_ns(&c->bsdf));
     }
@@ -269,15 +269,15 @@ int main(int argc, char **argv)
 {
     const bool quick = argc > 1 && strcmp(argv[1], "--quick") == 0;
     const char *wanted = argc > 1 + quick ? argv[1 + quick] : "";
-    const double p_least = sidak(ALL_BY_CHANCE, SHADE_CASE_COUNT * ANGLE_COUNT);
+    const double p_min = sidak(ALL_BY_CHANCE, SHADE_CASE_COUNT * ANGLE_COUNT);
     struct tally total = {0};
     for (int i = 0; i < SHADE_CASE_COUNT; i++) film_prepare(&shade_cases[i].bsdf);
     printf("chi-square: %d surfaces in %d directions, p at least %.2g\n", SHADE_CASE_COUNT,
-           ANGLE_COUNT, p_least);
+           ANGLE_COUNT, p_min);
     for (int i = 0; i < SHADE_CASE_COUNT; i++) {
         const struct shade_case *c = &shade_cases[i];
         if ((quick && !c->quick) || !strstr(c->name, wanted)) continue;
-        check_case(c, SAMPLES, p_least, &total);
+        check_case(c, SAMPLES, p_min, &total);
     }
     printf("%d passed, %d failed\n", total.passed, total.failed);
     return total.failed > 0;

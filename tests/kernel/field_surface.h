@@ -26,7 +26,7 @@ static inline bool field_same_surface(const struct shadow_pixels *p, size_t own,
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
     *squared = d2;
     return field_dot(normal, beside) >= SHADOW_COS_NORMALS && d2 <= p->distance_most2[own] &&
-           (off <= p->plane_least[own] || off * off <= share * d2);
+           (off <= p->plane_min[own] || off * off <= share * d2);
 }
 
 /* The largest error of some numbers, over the greatest of them; infinite where one is none. */

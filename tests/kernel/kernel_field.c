@@ -31,11 +31,10 @@ void field_pixels(struct shadow_pixels *p, size_t stride)
     float *memory = field_memory(FIELD_PIXEL * stride * sizeof *memory);
     struct shadow_walk *a = &p->walk[0], *b = &p->walk[1];
     float **const floats[FIELD_FLOATS] = {
-        &p->point[0],  &p->point[1],    &p->point[2],       &p->normal[0], &p->normal[1],
-        &p->normal[2], &p->u[0],        &p->u[1],           &p->eta,       &p->spread,
-        &p->distance,  &p->plane_least, &p->distance_most2, &p->gamma[0],  &p->gamma[1],
-        &a->step[0],   &a->step[1],     &a->falloff,        &b->step[0],   &b->step[1],
-        &b->falloff,   &p->width_px};
+        &p->point[0],       &p->point[1], &p->point[2], &p->normal[0], &p->normal[1], &p->normal[2],
+        &p->u[0],           &p->u[1],     &p->eta,      &p->spread,    &p->distance,  &p->plane_min,
+        &p->distance_most2, &p->gamma[0], &p->gamma[1], &a->step[0],   &a->step[1],   &a->falloff,
+        &b->step[0],        &b->step[1],  &b->falloff,  &p->width_px};
     int32_t **const whole[FIELD_PIXEL - FIELD_FLOATS] = {&p->slot,       &p->phase, &p->weights[0],
                                                          &p->weights[1], &a->reach, &b->reach};
     for (int k = 0; k < FIELD_FLOATS; k++, memory += stride) *floats[k] = memory;
@@ -80,7 +79,7 @@ static void field_walk(struct random *r, bool wild, int axis, const struct shado
 static void field_target(struct random *r, bool wild, const struct shadow_pixels *p, size_t i)
 {
     p->distance[i] = 5.0f;
-    p->plane_least[i] = 0.02f;
+    p->plane_min[i] = 0.02f;
     p->distance_most2[i] = wild ? field_between(r, 0.0f, 0.06f) : 1.44f;
     for (int k = 0; k < 2; k++) {
         p->gamma[k][i] = field_between(r, -0.95f, 0.95f);

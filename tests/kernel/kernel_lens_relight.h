@@ -9,7 +9,7 @@ enum lens_relight_kernel {
     LIT_LENS_PLACE,
     LIT_LENS_OWN,
     LIT_LENS_ADD,
-    LIT_LENS_MOST,
+    LIT_LENS_MAX,
     LIT_LENS_KERNEL_COUNT
 };
 

@@ -6,8 +6,8 @@ struct shade_case {
     const char *name;
     struct bsdf bsdf;
     double narrowing; /* of the grid: 2 for broad lobes, up to 6 for sharp ones */
-    double loss_most; /* of a white surface's light at any direction; < 0: it isn't white */
-    double gain_most; /* beyond 1 */
+    double loss_max;  /* of a white surface's light at any direction; < 0: it isn't white */
+    double gain_max;  /* beyond 1 */
     bool quick;       /* part of the smoke test */
 };
 

@@ -19,16 +19,16 @@
 #include "server/job/frame/tile_queue.h"
 #include "tests/random.h"
 
-#define WORKERS_MOST 256
-#define QUEUE_MOST   (SCHEDULE_TILES_PER_THREAD * 16u)
-#define LINK_MS      2.0     /* from a result to the next tile */
-#define SILENCE_MS   10000.0 /* until a silent worker's tiles come back */
-#define LOOK_MS      25.0    /* idle workers look for late tiles */
-#define NEVER        1e300
+#define WORKERS_MAX 256
+#define QUEUE_MAX   (SCHEDULE_TILES_PER_THREAD * 16u)
+#define LINK_MS     2.0     /* from a result to the next tile */
+#define SILENCE_MS  10000.0 /* until a silent worker's tiles come back */
+#define LOOK_MS     25.0    /* idle workers look for late tiles */
+#define NEVER       1e300
 
 struct farm {
     const char *name;
-    int workers, threads_most;
+    int workers, threads_max;
     double spread;          /* speeds lie within this factor, evenly in its logarithm */
     double slow;            /* share of workers that are ten times slower */
     double killed, hanging; /* shares of workers that fail at some time */
@@ -56,7 +56,7 @@ struct worker {
     double killed_ms, hangs_ms, returned_ms;
     bool gone;
     struct lease_table leases;
-    double ends_ms[QUEUE_MOST]; /* of leases begun, in the table's order */
+    double ends_ms[QUEUE_MAX]; /* of leases begun, in the table's order */
 };
 
 struct run {
@@ -64,8 +64,8 @@ struct run {
     struct random random;
     bool copies;
     int count;
-    struct worker workers[WORKERS_MOST];
-    const struct lease_table *tables[WORKERS_MOST];
+    struct worker workers[WORKERS_MAX];
+    const struct lease_table *tables[WORKERS_MAX];
     uint32_t tiles;
     double *work; /* owned: of each tile */
     struct tile_queue *queue;
@@ -89,7 +89,7 @@ static void make_worker(struct run *run, int i)
     const struct farm *f = run->farm;
     struct worker *w = &run->workers[i];
     memset(w, 0, sizeof *w);
-    w->threads = 1 + (uint32_t)(unit(&run->random) * f->threads_most);
+    w->threads = 1 + (uint32_t)(unit(&run->random) * f->threads_max);
     w->speed = pow(f->spread, unit(&run->random) - 0.5) * 0.01;
     if (unit(&run->random) < f->slow) w->speed *= 0.1;
     if (strcmp(f->name, "one_slow") == 0 && i == 0) w->speed *= 0.1;
@@ -138,7 +138,7 @@ static double done_ms(const struct worker *w, double free_ms, double work)
  * machines of different speeds. < 0: no memory. */
 static double ideal_ms(const struct run *run)
 {
-    double free_ms[WORKERS_MOST][16] = {{0}}, last = 0, *work = malloc(run->tiles * sizeof *work);
+    double free_ms[WORKERS_MAX][16] = {{0}}, last = 0, *work = malloc(run->tiles * sizeof *work);
     if (!work) return -1;
     memcpy(work, run->work, run->tiles * sizeof *work);
     qsort(work, run->tiles, sizeof *work, compare_work);
@@ -183,7 +183,7 @@ static void give(struct run *run, int i, uint32_t tile, uint32_t generation)
 
 static void forget(struct worker *w, uint32_t at)
 {
-    memmove(&w->ends_ms[at], &w->ends_ms[at + 1], (QUEUE_MOST - 1 - at) * sizeof w->ends_ms[0]);
+    memmove(&w->ends_ms[at], &w->ends_ms[at + 1], (QUEUE_MAX - 1 - at) * sizeof w->ends_ms[0]);
 }
 
 static void answer(struct run *run, int i, uint32_t at)
@@ -218,9 +218,9 @@ static uint32_t wants(const struct worker *w)
 
 static void hand_tiles(struct run *run)
 {
-    struct schedule_worker offers[WORKERS_MOST];
-    uint32_t give_each[WORKERS_MOST], tile, generation;
-    int who[WORKERS_MOST], count = 0;
+    struct schedule_worker offers[WORKERS_MAX];
+    uint32_t give_each[WORKERS_MAX], tile, generation;
+    int who[WORKERS_MAX], count = 0;
     for (int i = 0; i < run->count; i++)
         if (!run->workers[i].gone) {
             who[count] = i;

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define BLOCKS_MOST  4096
-#define DELAYS_MOST  (1u << 22)
+#define BLOCKS_MAX   4096
+#define DELAYS_MAX   (1u << 22)
 #define HEADER_BYTES 32u
 #define BLOCK_PX     64
 
@@ -45,8 +45,8 @@ static inline void *must(void *memory)
 
 static inline void note_delay(struct delays *d, double ms)
 {
-    if (!d->ms) d->ms = must(malloc(DELAYS_MOST * sizeof *d->ms));
-    if (d->count < DELAYS_MOST) d->ms[d->count++] = (float)ms;
+    if (!d->ms) d->ms = must(malloc(DELAYS_MAX * sizeof *d->ms));
+    if (d->count < DELAYS_MAX) d->ms[d->count++] = (float)ms;
 }
 
 static inline int by_size(const void *a, const void *b)
@@ -78,7 +78,7 @@ static inline void on_size(struct watched_feed *c, uint32_t width_px, uint32_t h
     c->width_px = width_px;
     c->height_px = height_px;
     c->distinct = 0;
-    memset(c->seen, 0, BLOCKS_MOST);
+    memset(c->seen, 0, BLOCKS_MAX);
 }
 
 static inline void on_header(struct watched_feed *c)
@@ -96,7 +96,7 @@ static inline void on_header(struct watched_feed *c)
     }
     c->whole = false;
     c->at = y / BLOCK_PX * ((c->width_px + BLOCK_PX - 1) / BLOCK_PX) + x / BLOCK_PX;
-    if (c->at >= BLOCKS_MOST) fail("a picture too large for this program");
+    if (c->at >= BLOCKS_MAX) fail("a picture too large for this program");
     c->blocks++;
     c->distinct += !c->seen[c->at];
     c->seen[c->at] = 1;

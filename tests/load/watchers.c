@@ -26,9 +26,9 @@
 
 #include "tests/load/watched.h"
 
-#define CLIENTS_MOST 4096
-#define EVENTS_MOST  65536
-#define POKES_MOST   1024
+#define CLIENTS_MAX  4096
+#define EVENTS_MAX   65536
+#define POKES_MAX    1024
 #define BUFFER_BYTES (256u << 10)
 #define LINE_BYTES   8192u
 #define HASHED_EVERY 16 /* feeds whose pixels are compared */
@@ -60,9 +60,9 @@ static struct {
     const char *job;
     struct client *client;
     int clients, begun, open;
-    uint64_t first_id[EVENTS_MOST];
-    double first_ms[EVENTS_MOST]; /* when an event came to anybody */
-    double poke_ms[POKES_MOST];
+    uint64_t first_id[EVENTS_MAX];
+    double first_ms[EVENTS_MAX]; /* when an event came to anybody */
+    double poke_ms[POKES_MAX];
     int pokes, poke_fd;
     struct delays spread, poked;
     char buffer[BUFFER_BYTES];
@@ -88,7 +88,7 @@ static void on_id(struct client *c, const char *text)
 static void on_data(struct client *c, const char *text)
 {
     const double now = now_ms();
-    const size_t slot = c->event % EVENTS_MOST;
+    const size_t slot = c->event % EVENTS_MAX;
     const char *poke = strstr(text, "\"priority\":");
     c->events++;
     if (c->events == 1) return;
@@ -212,8 +212,8 @@ static void start_client(struct client *c, enum kind kind, bool feed)
     c->kind = kind;
     c->fd = dial(kind == STUCK ? STUCK_BYTES : 0);
     if (kind == FEED) {
-        c->feed.hash = must(calloc(BLOCKS_MOST, sizeof *c->feed.hash));
-        c->feed.seen = must(calloc(BLOCKS_MOST, 1));
+        c->feed.hash = must(calloc(BLOCKS_MAX, sizeof *c->feed.hash));
+        c->feed.seen = must(calloc(BLOCKS_MAX, 1));
     }
     snprintf(text, sizeof text, "GET /v1/jobs/%s/%s HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n\r\n",
              all.job, feed ? "pixels" : "events", all.port);
@@ -245,7 +245,7 @@ static void look(int wait_ms)
 static void poke(void)
 {
     char body[64], text[320];
-    if (all.pokes >= POKES_MOST) return;
+    if (all.pokes >= POKES_MAX) return;
     ssize_t got;
     while ((got = recv(all.poke_fd, text, sizeof text, MSG_DONTWAIT)) > 0) {
     }
@@ -294,14 +294,14 @@ static void report(void)
             whole += c->feed.whole && c->feed.distinct == blocks_of(&c->feed);
             hashed += c->feed.hashed;
             same += c->feed.hashed && c->feed.distinct == last->feed.distinct &&
-                    memcmp(c->feed.hash, last->feed.hash, BLOCKS_MOST * sizeof *c->feed.hash) == 0;
+                    memcmp(c->feed.hash, last->feed.hash, BLOCKS_MAX * sizeof *c->feed.hash) == 0;
         }
     }
     struct rusage used;
     getrusage(RUSAGE_SELF, &used);
-    printf("{\"viewers\": %u, \"told_of_the_end\": %u, \"events_least\": %u, ", viewers, ended,
+    printf("{\"viewers\": %u, \"told_of_the_end\": %u, \"events_min\": %u, ", viewers, ended,
            viewers ? least : 0);
-    printf("\"spread_p50_ms\": %.1f, \"spread_p99_ms\": %.1f, \"spread_most_ms\": %.1f, ",
+    printf("\"spread_p50_ms\": %.1f, \"spread_p99_ms\": %.1f, \"spread_max_ms\": %.1f, ",
            quantile(&all.spread, 0.5), quantile(&all.spread, 0.99), quantile(&all.spread, 1));
     printf("\"pokes\": %d, \"poked\": %zu, \"poke_p50_ms\": %.1f, \"poke_p99_ms\": %.1f, ",
            all.pokes, all.poked.count, quantile(&all.poked, 0.5), quantile(&all.poked, 0.99));
@@ -326,7 +326,7 @@ static int number_of(int argc, char **argv, const char *name, int usual)
 static void start_all(int viewers, int feeds, int stuck)
 {
     const int count = viewers + feeds + 2 * stuck;
-    if (count >= CLIENTS_MOST) fail("too many clients");
+    if (count >= CLIENTS_MAX) fail("too many clients");
     all.client = must(calloc((size_t)count + 1, sizeof *all.client));
     for (int i = 0; i < count; i++) {
         struct client *c = &all.client[all.clients++];

@@ -86,7 +86,7 @@ static void plain_mu(struct property_case *c)
 {
     c->mu = 0;
 }
-static void fewer_at_most(struct property_case *c)
+static void fewer_at_max(struct property_case *c)
 {
     c->most = c->most < 32 ? c->most : 32;
 }
@@ -126,10 +126,10 @@ static void plain_view(struct property_case *c)
 }
 
 static change *const changes[] = {
-    no_rounds,  no_target,      no_second_lens, plain_mu,      fewer_at_most, no_lens,
-    no_blades,  no_environment, no_occlusion,   no_bounce,     one_bounce,    no_filter,
-    average,    indirect_auto,  glossy_auto,    picture_alone, lens_auto,     plain_cut,
-    one_pixel,  half_width,     half_height,    one_sample,    four_samples,  first_seed,
+    no_rounds,  no_target,      no_second_lens, plain_mu,      fewer_at_max, no_lens,
+    no_blades,  no_environment, no_occlusion,   no_bounce,     one_bounce,   no_filter,
+    average,    indirect_auto,  glossy_auto,    picture_alone, lens_auto,    plain_cut,
+    one_pixel,  half_width,     half_height,    one_sample,    four_samples, first_seed,
     plain_view, no_map,         no_tent,        perspective};
 enum { CHANGES = sizeof changes / sizeof changes[0], OF_BODY = 9, OF_LIGHT = 5 };
 

@@ -34,7 +34,7 @@ enum property_result check(const struct property *property, const struct propert
     const pid_t child = fork();
     if (child < 0) abort();
     if (child == 0) {
-        alarm(CHECK_MOST_S);
+        alarm(CHECK_MAX_S);
         answer->result = property->holds(c, answer->says);
         _exit(0);
     }
@@ -42,7 +42,7 @@ enum property_result check(const struct property *property, const struct propert
     memcpy(says, answer->says, PROPERTY_SAYS_BYTES);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return answer->result;
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
-        snprintf(says, PROPERTY_SAYS_BYTES, "not done within %d s", CHECK_MOST_S);
+        snprintf(says, PROPERTY_SAYS_BYTES, "not done within %d s", CHECK_MAX_S);
     else if (WIFSIGNALED(status))
         snprintf(says, PROPERTY_SAYS_BYTES, "ended by signal %d (%s)", WTERMSIG(status),
                  strsignal(WTERMSIG(status)));
@@ -57,7 +57,7 @@ int check_shrink(const struct property *property, struct property_case *c, int m
     int tries = 0;
     struct property_case simpler;
     char said[PROPERTY_SAYS_BYTES];
-    const time_t end = time(NULL) + SHRINK_MOST_S;
+    const time_t end = time(NULL) + SHRINK_MAX_S;
     for (int n = 0; tries < most && time(NULL) < end && case_simpler(c, n, &simpler); n++) {
         if (!memcmp(&simpler, c, sizeof simpler)) continue;
         tries++;

@@ -20,7 +20,7 @@ static void note(const struct plan *plan, const struct plan_report *report,
     last = (struct picture_facts){
         .integrator = (int)report->integrator,
         .has_rounds = plan_has_rounds(plan),
-        .most_rays = plan->adaptive.rays_most,
+        .most_rays = plan->adaptive.rays_max,
         .strata_maps = plan_strata_maps(plan),
         .rounds = (uint32_t)statistics->target_rounds,
         .paths = statistics->target_paths,

@@ -11,17 +11,17 @@
 #define SPARED       0.05
 #define SPARED_MOVED 0.15
 /* Samples travel as half floats: other factors than powers of two round them otherwise. */
-#define BRIGHTER_MOST 5e-3
+#define BRIGHTER_MAX 5e-3
 /* Powers of two round nothing; constants of the product, such as the least distance of rays, must
  * follow. */
-#define SCALED_MOST 1e-5
+#define SCALED_MAX 1e-5
 /* Hits are off by 1/128 of the size then. */
-#define MOVED_MOST 0.1
+#define MOVED_MAX  0.1
 #define MOVED_GRID 0.125
 #define MOVED_BACK 16
-enum { MOVED_LEAST_PX = 16 };
+enum { MOVED_MIN_PX = 16 };
 /* Where numbers that are not finite are cut off, they are as large as what they are cut to. */
-#define FINITE_MOST 1e25f
+#define FINITE_MAX 1e25f
 
 struct image *property_picture(const struct property_case *c, const struct change *change,
                                char says[PROPERTY_SAYS_BYTES])
@@ -68,8 +68,7 @@ enum property_result property_finite(const struct property_case *c, char says[PR
             for (int32_t x = 0; x < image->width_px; x++) {
                 const float v = *plane_at(&image->channels[k].plane, x, y);
                 /* What no ray meets is infinitely far. */
-                if (fabsf(v) < FINITE_MOST ||
-                    (!strcmp(image->channels[k].name, "depth.Z") && v > 0))
+                if (fabsf(v) < FINITE_MAX || (!strcmp(image->channels[k].name, "depth.Z") && v > 0))
                     continue;
                 snprintf(says, PROPERTY_SAYS_BYTES, "%s of pixel %d, %d is %g",
                          image->channels[k].name, x, y, (double)v);
@@ -119,7 +118,7 @@ enum property_result property_scaled(const struct property_case *c, char says[PR
 {
     static const double scales[] = {0x1p-14, 0x1p-10, 0.125, 8, 0x1p10, 0x1p14};
     const struct change change = {.scale = scales[c->seed % 6]};
-    return alike(c, c, &change, 1, 0, SCALED_MOST, says);
+    return alike(c, c, &change, 1, 0, SCALED_MAX, says);
 }
 
 static void coarsen(double *v, int count)
@@ -141,8 +140,8 @@ enum property_result property_moved(const struct property_case *c, char says[PRO
     /* The scene is some four wide; its coordinates stay multiples of what floats have there. */
     const double away[3] = {1e5, c->seed % 2 ? -1e5 : 0, c->seed % 3 ? 5e4 : 0};
     struct property_case coarse = *c;
-    coarse.width = c->width < MOVED_LEAST_PX ? MOVED_LEAST_PX : c->width;
-    coarse.height = c->height < MOVED_LEAST_PX ? MOVED_LEAST_PX : c->height;
+    coarse.width = c->width < MOVED_MIN_PX ? MOVED_MIN_PX : c->width;
+    coarse.height = c->height < MOVED_MIN_PX ? MOVED_MIN_PX : c->height;
     for (int i = 0; i < c->body_count; i++) {
         if (c->bodies[i].shape > BODY_ROOM) coarse.bodies[i].shape = BODY_PANEL;
         coarse.bodies[i].dress = DRESS_PLAIN; /* texels are smaller */
@@ -152,12 +151,12 @@ enum property_result property_moved(const struct property_case *c, char says[PRO
     for (int i = 0; i < c->light_count; i++) coarsen(coarse.lights[i].centre, 3);
     struct change change = {.shift = {away[0], away[1], away[2]}};
     const enum property_result result =
-        alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MOST, says);
+        alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MAX, says);
     if (result != PROPERTY_FAILS) return result;
     /* An edge close to a light moves its shadow by a lot. That is gone where coordinates have more
      * digits; surfaces that shade themselves do so anywhere. */
     for (int i = 0; i < 3; i++) change.shift[i] /= MOVED_BACK;
-    return alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MOST, says);
+    return alike(&coarse, &coarse, &change, 1, SPARED_MOVED, MOVED_MAX, says);
 }
 
 /* Whether meshes shine: which of them a path looks at hangs on rounding, where factors are not
@@ -185,5 +184,5 @@ enum property_result property_brighter(const struct property_case *c,
     const struct change change = {.gain = (exact ? twos : gains)[c->seed % 6]};
     struct property_case lit = *c;
     property_light_up(&lit);
-    return alike(&lit, &lit, &change, change.gain, SPARED, BRIGHTER_MOST, says);
+    return alike(&lit, &lit, &change, change.gain, SPARED, BRIGHTER_MAX, says);
 }

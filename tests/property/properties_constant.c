@@ -9,7 +9,7 @@
 #define TRAVEL 2e-3
 /* What is left of the noise of many samples, and of the middle of a pixel for all of it. */
 #define MANY_SAMPLES        1024
-#define UNOCCLUDED_MOST     0.01
+#define UNOCCLUDED_MAX      0.01
 #define UNOCCLUDED_STEP_DEG 4.0 /* a pixel, at most */
 
 /* The case with one body and no light. */
@@ -103,7 +103,7 @@ enum property_result property_unoccluded(const struct property_case *c,
     snprintf(says, PROPERTY_SAYS_BYTES, "%.3g apart", apart);
     image_destroy(&a);
     image_destroy(&b);
-    return apart <= UNOCCLUDED_MOST ? PROPERTY_HOLDS : PROPERTY_FAILS;
+    return apart <= UNOCCLUDED_MAX ? PROPERTY_HOLDS : PROPERTY_FAILS;
 }
 
 /* A wall that shines and fills the picture: every sample has one radiance, whatever the lens does.

@@ -22,7 +22,7 @@ const struct property properties[] = {
 };
 const int property_count = sizeof properties / sizeof properties[0];
 
-enum { TRIES_MOST = 400, CASES_MOST = 256, FAILURES_SHOWN = 3 };
+enum { TRIES_MAX = 400, CASES_MAX = 256, FAILURES_SHOWN = 3 };
 
 struct options {
     uint64_t seed;
@@ -86,7 +86,7 @@ static void run_seeds(const struct options *o)
             struct property_case simplest = c;
             printf("# seed %llu: %s: %s\n", (unsigned long long)(o->seed + (uint64_t)run),
                    properties[i].name, says);
-            check_shrink(&properties[i], &simplest, TRIES_MOST, says);
+            check_shrink(&properties[i], &simplest, TRIES_MAX, says);
             show(&properties[i], &simplest, says);
         }
     }
@@ -131,14 +131,14 @@ static int by_name(const void *a, const void *b)
 
 static void run_corpus(const struct options *o)
 {
-    char *paths[CASES_MOST];
+    char *paths[CASES_MAX];
     int count = 0;
     DIR *folder = opendir(o->corpus);
     if (!folder) {
         test(false, "%s%s", o->corpus, ": no such folder");
         return;
     }
-    for (struct dirent *e; (e = readdir(folder)) && count < CASES_MOST;) {
+    for (struct dirent *e; (e = readdir(folder)) && count < CASES_MAX;) {
         const size_t length = strlen(o->corpus) + strlen(e->d_name) + 2;
         if (!strstr(e->d_name, ".case") || !(paths[count] = malloc(length))) continue;
         snprintf(paths[count++], length, "%s/%s", o->corpus, e->d_name);

@@ -8,8 +8,8 @@ enum { FEW = 3, MANY = 32, SOME = 16, LEAST_PX = 8, LEAST_SPP = 4 };
 enum { AVERAGE = 3, PATHS = 4 }; /* of case_methods */
 /* Both must be exceeded: standard errors of the difference, and what it is of the light. Filters
  * are biased by what they find, which is other under other noise. */
-#define ERRORS_MOST 6.0
-#define SHARE_MOST  0.05
+#define ERRORS_MAX 6.0
+#define SHARE_MAX  0.05
 /* A picture's mean, of lights whose radiances are about 1: whether paths ever choose a light that
  * brings less is chance. */
 #define NOTHING 1e-6
@@ -57,8 +57,8 @@ static bool apart(const struct mean *whole, const struct mean *parts, int count,
     const double off = fabs(sum - whole->value), error = sqrt(variance) + 1e-6 * fabs(whole->value);
     snprintf(says, PROPERTY_SAYS_BYTES, "light of %.6g and %.6g: %.3g apart, %.3g standard errors",
              whole->value, sum, off, off / error);
-    return off > NOTHING && off > ERRORS_MOST * error &&
-           off > SHARE_MOST * fmax(fabs(whole->value), fabs(sum));
+    return off > NOTHING && off > ERRORS_MAX * error &&
+           off > SHARE_MAX * fmax(fabs(whole->value), fabs(sum));
 }
 
 /* Of `seeds` pictures each. */

@@ -16,7 +16,7 @@ for (const [name, glb] of [["wires", wires()], ["fence", fence()]]) {
 }' "$tmp"
 
 # Beside converged light at the same points of the picture, with the list and without it.
-judged() { # NAME BEFORE_LEAST AFTER_MOST
+judged() { # NAME BEFORE_MIN AFTER_MAX
     [ -e "$tmp/$1.blob" ] || "$build/shearwater-import" --root "$tmp" --in "$1.glb" --out "$tmp/$1.blob" >/dev/null || return 1
     jq '.scene.asset = "0" * 64 | del(.scene.file)' "$tmp/$1.json" >"$tmp/$1-blob.json"
     "$build/tests/bench/exr_lone" "$tmp/$1.blob" "$tmp/$1-blob.json" 100 | tee "$tmp/$1.judged"

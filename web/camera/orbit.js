@@ -2,7 +2,7 @@
 // has it. Every function gives a new camera. Angles in radians, lengths in scene units.
 
 const POLE = 0.02; // radians: how near the view may come to `up`
-const FOV_LEAST = 1, FOV_MOST = 150;
+const FOV_MIN = 1, FOV_MAX = 150;
 
 const add = (a, b) => a.map((v, i) => v + b[i]);
 const sub = (a, b) => a.map((v, i) => v - b[i]);
@@ -49,7 +49,7 @@ export function dolly(camera, factor) {
 
 export function zoom(camera, factor) {
   const half = Math.atan(Math.tan(camera.yfov_deg * Math.PI / 360) * factor);
-  return { ...camera, yfov_deg: Math.max(FOV_LEAST, Math.min(FOV_MOST, half * 360 / Math.PI)) };
+  return { ...camera, yfov_deg: Math.max(FOV_MIN, Math.min(FOV_MAX, half * 360 / Math.PI)) };
 }
 
 // The camera that looks as the plan's does, {eye, forward, up, yfov_deg}, at a target so far away. The

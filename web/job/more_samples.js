@@ -3,7 +3,7 @@
 import { getJob, submitJob } from "../api.js";
 
 const MOST = 65536; // samples a pixel, of any kind (proto/limits.h)
-const EXTRA_MOST = 36; // of second sets through a lens
+const EXTRA_MAX = 36; // of second sets through a lens
 const TRIES = 16;
 const more = (n) => Math.min(MOST, 4 * n);
 
@@ -14,7 +14,7 @@ export function withMoreSamples(document) {
   if (!(sampling.spp < MOST)) throw new Error(`This job has ${sampling.spp} samples per pixel, which is the most.`);
   const changed = {};
   for (const name of ["light_spp", "indirect_spp", "lens_spp", "lens_extra", "max_spp"])
-    if (sampling[name] > 0) changed[name] = Math.min(more(sampling[name]), name === "lens_extra" ? EXTRA_MOST : MOST);
+    if (sampling[name] > 0) changed[name] = Math.min(more(sampling[name]), name === "lens_extra" ? EXTRA_MAX : MOST);
   if (sampling.target_error > 0) changed.target_error = sampling.target_error / 2;
   else changed.spp = more(sampling.spp);
   return { ...document, live: false, sampling: { ...sampling, ...changed } };

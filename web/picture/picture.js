@@ -12,7 +12,7 @@ const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "firstTexels"
                   "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
 
 const SLOW_MS = 8; // for all of the canvas: no GPU
-const BLOCKS_MOST = 64; // that are drawn one by one
+const BLOCKS_MAX = 64; // that are drawn one by one
 const EDGE_PX = 2; // of the canvas around a block: a mean over its edge changes, too
 
 export class Picture {
@@ -225,7 +225,7 @@ export class Picture {
     const same = last && now === last.now && images.every((image, i) => image === last.images[i]);
     this.last = { now, images, share };
     const count = changed[0].length + changed[1].length;
-    if (!same || count > BLOCKS_MOST || images.some((image, i) => image && 2 * changed[i].length > image.columns * image.rows)) return [null];
+    if (!same || count > BLOCKS_MAX || images.some((image, i) => image && 2 * changed[i].length > image.columns * image.rows)) return [null];
     return images.flatMap((image, i) => changed[i].map((index) => {
       const block = image.block(index), left = Math.floor((block.x - x) * zoom) - EDGE_PX, top = Math.floor((block.y - y) * zoom) - EDGE_PX;
       const w = Math.ceil(block.w * zoom) + 2 * EDGE_PX + 1, h = Math.ceil(block.h * zoom) + 2 * EDGE_PX + 1;

@@ -5,10 +5,10 @@
 
 #include "worker/link/link_state.h"
 
-#define KEEPALIVE_S     30
-#define SEAL_MS         10000 /* that the handshake may take */
-#define UNIX_PREFIX     "unix:"
-#define HOST_MOST_BYTES 253 /* of a name: RFC 1035, 2.3.4, as it is written */
+#define KEEPALIVE_S    30
+#define SEAL_MS        10000 /* that the handshake may take */
+#define UNIX_PREFIX    "unix:"
+#define HOST_MAX_BYTES 253 /* of a name: RFC 1035, 2.3.4, as it is written */
 
 static void try_address(struct link *l);
 
@@ -157,7 +157,7 @@ static int parse_tcp(struct link *l, const char *address)
     } else if (memchr(address, ':', length)) {
         return ERR_SYNTAX;
     }
-    if (length == 0 || length > HOST_MOST_BYTES) return ERR_SYNTAX;
+    if (length == 0 || length > HOST_MAX_BYTES) return ERR_SYNTAX;
     l->host = strndup(address, length);
     return l->host ? 0 : ERR_MEMORY;
 }

@@ -14,7 +14,7 @@
 #include "worker/link/link.h"
 
 #define DEFAULT_CACHE_BYTES (16ull << 30)
-#define DEADLINE_MOST_S     (366u * 24u * 3600u)
+#define DEADLINE_MAX_S      (366u * 24u * 3600u)
 
 static const char *const usages[] = {
     "shearwater-worker --connect unix:PATH|HOST:PORT [options]",
@@ -76,11 +76,11 @@ static const struct option_row rows[] = {
     ROW("--name", "NAME", OPTION_TEXT, name, 0,
         "name in the list of workers (default: host:pid; under Slurm HOST:slurm-JOB_TASK, in "
         "Kubernetes the pod's name)"),
-    ROW("--connect-within", "SECONDS", OPTION_COUNT, connect_within_s, DEADLINE_MOST_S,
+    ROW("--connect-within", "SECONDS", OPTION_COUNT, connect_within_s, DEADLINE_MAX_S,
         "fail when the coordinator has not answered once by then (default: try on)"),
-    ROW("--idle-exit", "SECONDS", OPTION_COUNT, idle_exit_s, DEADLINE_MOST_S,
+    ROW("--idle-exit", "SECONDS", OPTION_COUNT, idle_exit_s, DEADLINE_MAX_S,
         "leave after so long without a tile, also while the coordinator is away (default: stay)"),
-    ROW("--lifetime", "SECONDS", OPTION_COUNT, lifetime_s, DEADLINE_MOST_S,
+    ROW("--lifetime", "SECONDS", OPTION_COUNT, lifetime_s, DEADLINE_MAX_S,
         "leave by then: the worker takes no tile in the last tenth of it, of which a minute at "
         "most, and gives back what is left at its end (default: stay)"),
     ROW("--log-format", "text|json", OPTION_TEXT, log_format, 0,

@@ -8,7 +8,7 @@
 #include "proto/error.h"
 
 #define HOST_BYTES 128
-#define WORD_MOST_BYTES                                                                            \
+#define WORD_MAX_BYTES                                                                             \
     80 /* of an engine's; a Kubernetes name has 63, three of Slurm's fit a name */
 
 /* Returns an engine's variable. NULL: it is not set, or is no word. */
@@ -17,8 +17,7 @@ static const char *word(const char *variable)
     static const char allowed[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                   "0123456789._-";
     const char *text = getenv(variable);
-    if (!text || text[0] == '\0' || strnlen(text, WORD_MOST_BYTES + 1) > WORD_MOST_BYTES)
-        return NULL;
+    if (!text || text[0] == '\0' || strnlen(text, WORD_MAX_BYTES + 1) > WORD_MAX_BYTES) return NULL;
     return text[strspn(text, allowed)] == '\0' ? text : NULL;
 }
 
@@ -27,7 +26,7 @@ static int slurm_name(const char *host, char *out, size_t capacity)
 {
     const char *job = word("SLURM_JOB_ID"), *array = word("SLURM_ARRAY_JOB_ID");
     const char *task = word("SLURM_ARRAY_TASK_ID"), *process = word("SLURM_PROCID");
-    char task_text[WORD_MOST_BYTES + 2] = "", process_text[WORD_MOST_BYTES + 2] = "";
+    char task_text[WORD_MAX_BYTES + 2] = "", process_text[WORD_MAX_BYTES + 2] = "";
     if (!job) return 0;
     if (array && task) {
         job = array;

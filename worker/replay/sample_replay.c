@@ -36,7 +36,7 @@ struct replay {
 /* Finds the kind of a sample from its number, and how many there are of that kind. */
 static void find_kind(const struct plan *plan, uint32_t sample, struct path_record *record)
 {
-    const uint32_t most = plan->spp_most > plan->paths.spp ? plan->spp_most : plan->paths.spp;
+    const uint32_t most = plan->spp_max > plan->paths.spp ? plan->spp_max : plan->paths.spp;
     const uint32_t l = plan->lens_strata_per_axis;
     record->kind = PATH_RECORD_PATHS;
     record->last = (most << plan->paths.edge_digits) - 1;
@@ -80,7 +80,7 @@ static void take(const struct path_rgb *from, size_t slot, float out[3])
 }
 
 /* Adds a sample up as path_sums.c does, and refuses numbers that are not finite. */
-static void sum_up(const struct path_harvest *h, size_t slot, struct path_record *out)
+static void sum_up(const struct path_radiance *h, size_t slot, struct path_record *out)
 {
     float white[2][3];
     take(&h->emission, slot, out->emission);
@@ -115,7 +115,7 @@ static void find_position(const struct plan *plan, int32_t x, int32_t y, uint32_
 }
 
 /* Adds a lens sample up. It travels by itself, without the light of fields. */
-static void sum_up_lens(const struct path_context *c, struct path_harvest *h, size_t slot,
+static void sum_up_lens(const struct path_context *c, struct path_radiance *h, size_t slot,
                         struct path_record *out)
 {
     float e[3], d[3], n[3], sum[3];
@@ -199,10 +199,10 @@ static int trace(struct replay *t, const struct plan *plan, int32_t x, int32_t y
     while (!block.kept.on[t->slot]) t->slot++;
     e = trace_path(t, &stages, &block, sample, record);
     if (e) return e;
-    sum_up(&t->path.harvest, t->slot, record);
+    sum_up(&t->path.radiance, t->slot, record);
     memcpy(record->stored, record->radiance, sizeof record->stored);
     if (record->kind != PATH_RECORD_PATHS)
-        sum_up_lens(context_of(&stages, record->kind), &t->path.harvest, t->slot, record);
+        sum_up_lens(context_of(&stages, record->kind), &t->path.radiance, t->slot, record);
     return 0;
 }
 

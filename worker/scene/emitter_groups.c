@@ -27,8 +27,8 @@ struct finder {
     uint32_t *order;
     uint32_t *starts; /* of groups, and their end */
     uint32_t count;
-    double whole;                     /* 1 over the squared extent of all; 0: they have none */
-    double cost[EMITTER_GROUPS_MOST]; /* 0: cannot be split */
+    double whole;                    /* 1 over the squared extent of all; 0: they have none */
+    double cost[EMITTER_GROUPS_MAX]; /* 0: cannot be split */
 };
 
 static double dot(const float a[3], const float b[3])
@@ -219,7 +219,7 @@ static double inverse_square(const struct emitter_shape *shapes, uint32_t first,
 
 /* Splits the group of the largest cost until there are enough. */
 uint32_t emitter_groups_find(struct emitter_shape *shapes, uint32_t *order, uint32_t first,
-                             uint32_t end, uint32_t most, uint32_t starts[EMITTER_GROUPS_MOST + 1])
+                             uint32_t end, uint32_t most, uint32_t starts[EMITTER_GROUPS_MAX + 1])
 {
     struct finder f = {.shapes = shapes, .order = order, .starts = starts, .count = 1};
     starts[0] = first;

@@ -10,7 +10,7 @@
 #define EMITTER_GROUPS 16u
 
 /* Shapes are put into so many groups at most. */
-#define EMITTER_GROUPS_MOST 64u
+#define EMITTER_GROUPS_MAX 64u
 
 /* The bounds of each group: a sphere around its triangles and a cone around their normals. Those
  * beyond `count` have no power. */
@@ -37,7 +37,7 @@ struct emitter_shape {
  * starts[g + 1].
  */
 uint32_t emitter_groups_find(struct emitter_shape *shapes, uint32_t *order, uint32_t first,
-                             uint32_t end, uint32_t most, uint32_t starts[EMITTER_GROUPS_MOST + 1]);
+                             uint32_t end, uint32_t most, uint32_t starts[EMITTER_GROUPS_MAX + 1]);
 
 /* Sets the bounds of group g, which has the shapes first .. end - 1. */
 void emitter_groups_bound(const struct emitter_shape *shapes, uint32_t first, uint32_t end,

@@ -9,7 +9,7 @@ struct builder {
     struct emitter_shape *shapes;
     uint32_t *order;
     uint32_t node_room, leaf_room;
-    uint32_t leaf_most; /* triangles */
+    uint32_t leaf_max; /* triangles */
 };
 
 /* Makes room for one more item of `size` bytes, a multiple of 8. Returns the items, or
@@ -59,10 +59,9 @@ static int add_node(struct builder *b, const uint32_t *starts, uint32_t count,
 static int add_root(struct builder *b, uint32_t count)
 {
     struct emitter_tree *t = b->tree;
-    uint32_t starts[EMITTER_GROUPS_MOST + 1];
+    uint32_t starts[EMITTER_GROUPS_MAX + 1];
     int rc = 0;
-    t->root_groups =
-        emitter_groups_find(b->shapes, b->order, 0, count, EMITTER_GROUPS_MOST, starts);
+    t->root_groups = emitter_groups_find(b->shapes, b->order, 0, count, EMITTER_GROUPS_MAX, starts);
     for (uint32_t g = 0; rc == 0 && g < t->root_groups; g += EMITTER_GROUPS) {
         const uint32_t left = t->root_groups - g;
         rc = add_node(b, starts + g, left < EMITTER_GROUPS ? left : EMITTER_GROUPS,
@@ -77,8 +76,8 @@ static int hang(struct builder *b, struct emitter_place place)
 {
     const struct emitter_node *node = &b->tree->nodes[place.node];
     const uint32_t first = node->first[place.group], end = node->first[place.group + 1];
-    uint32_t starts[EMITTER_GROUPS_MOST + 1], count = 1;
-    if (end - first > b->leaf_most)
+    uint32_t starts[EMITTER_GROUPS_MAX + 1], count = 1;
+    if (end - first > b->leaf_max)
         count = emitter_groups_find(b->shapes, b->order, first, end, EMITTER_GROUPS, starts);
     if (count == 1) return add_leaf(b, first, end, place);
     const uint32_t number = b->tree->node_count;
@@ -100,10 +99,10 @@ static int build(struct builder *b, uint32_t count)
 int emitter_tree_init(struct emitter_tree *t, struct emitter_shape *shapes, uint32_t count,
                       uint32_t *order)
 {
-    const uint32_t part = count / EMITTER_LEAVES_MOST;
+    const uint32_t part = count / EMITTER_LEAVES_MAX;
     struct builder b = {.tree = t, .shapes = shapes, .order = order};
     memset(t, 0, sizeof *t);
-    b.leaf_most = part > EMITTER_LEAF_TRIANGLES ? part : EMITTER_LEAF_TRIANGLES;
+    b.leaf_max = part > EMITTER_LEAF_TRIANGLES ? part : EMITTER_LEAF_TRIANGLES;
     for (uint32_t i = 0; i < count; i++) order[i] = i;
     const int rc = build(&b, count);
     if (rc != 0) emitter_tree_fini(t);

@@ -10,7 +10,7 @@
 
 /* Leaves have so many triangles at most, or, which bounds the tree's memory, this part of all. */
 #define EMITTER_LEAF_TRIANGLES 32u
-#define EMITTER_LEAVES_MOST    (1u << 15)
+#define EMITTER_LEAVES_MAX     (1u << 15)
 
 /* Where a node or leaf hangs: below group `group` of node `node`. */
 struct emitter_place {

@@ -8,11 +8,11 @@
 #include "worker/shade/elementary.h"
 
 /* Weights are lowered by this part of the map's mean, because scattering finds such light as well
- * (Karlik et al. 2019, "MIS compensation"), but at least KEPT_LEAST of each stays. With none, half
+ * (Karlik et al. 2019, "MIS compensation"), but at least KEPT_MIN of each stays. With none, half
  * and all of the mean, psnr_db at 4 samples of blocks under the sky, helmet in the park and helmet
  * in the studio is 43.4, 36.6, 33.4; 43.5, 36.9, 33.5; 43.3, 36.8, 33.4. */
 #define LEFT_OF_MEAN 0.5f
-#define KEPT_LEAST   0.1f
+#define KEPT_MIN     0.1f
 
 /* A map whose luminance integrates to less counts as black: densities would overflow a float. */
 #define TOTAL_MIN 1e-30
@@ -93,11 +93,11 @@ static void leave_to_scattering(struct environment *e)
 {
     const size_t count = (size_t)e->width * e->height;
     for (size_t i = 0; i < count; i++)
-        e->weights[i] = fmaxf(e->weights[i] - LEFT_OF_MEAN * e->mean, KEPT_LEAST * e->weights[i]);
+        e->weights[i] = fmaxf(e->weights[i] - LEFT_OF_MEAN * e->mean, KEPT_MIN * e->weights[i]);
 }
 
 /* Finds the largest luminance of texels. Lookups are means of texels, so none is above it. */
-static void find_most(struct environment *e)
+static void find_max(struct environment *e)
 {
     const size_t count = (size_t)e->width * e->height;
     for (size_t i = 0; i < count; i++) e->most = fmaxf(e->most, luminance(e->texels + 3 * i));
@@ -108,7 +108,7 @@ float environment_mean(const struct environment *e)
     return e->mean;
 }
 
-float environment_most(const struct environment *e)
+float environment_max(const struct environment *e)
 {
     return e->most;
 }
@@ -226,7 +226,7 @@ int environment_create(const struct environment_blob *blob, struct environment *
     }
     for (uint32_t y = 0; y <= e->height; y++) e->edges[y] = environment_edge(y, e->height);
     fill_weights(e);
-    find_most(e);
+    find_max(e);
     number_bins(e);
     const double total = integrate(e), unit = 6.28318530717958648 / (double)e->width;
     e->mean = (float)(total * unit / 12.5663706143591730);

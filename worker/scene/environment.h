@@ -32,7 +32,7 @@ uint64_t environment_bytes(const struct environment *e); /* held beside the blob
 
 /* Return the mean luminance of lookups over the sphere, and a bound of all of them. */
 float environment_mean(const struct environment *e);
-float environment_most(const struct environment *e);
+float environment_max(const struct environment *e);
 
 /* Return the texels along u and v. */
 void environment_size(const struct environment *e, float *width, float *height);

@@ -21,7 +21,7 @@ struct light {
 
 /* What a light sample may choose: a light of the plan by its number, a group of mesh emitters
  * behind these, or the environment. */
-#define LIGHT_CHOICES            (LIMIT_LIGHTS + EMITTER_GROUPS_MOST)
+#define LIGHT_CHOICES            (LIMIT_LIGHTS + EMITTER_GROUPS_MAX)
 #define LIGHT_CHOICE_EMITTERS    LIMIT_LIGHTS
 #define LIGHT_CHOICE_ENVIRONMENT LIGHT_CHOICES
 

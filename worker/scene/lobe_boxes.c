@@ -56,7 +56,7 @@ static void find_all(const struct scene *blob, const struct mesh_view *meshes,
         else if (has_lobes(&meshes[k]))
             lobe_box_of_mesh(&meshes[k], &of_mesh[k]);
     for (uint64_t i = 0; i < instances; i++) lobed += has_lobes(&meshes[blob->instances[i].mesh]);
-    const uint64_t each = (lobed + LOBE_BOXES_MOST - 1) / LOBE_BOXES_MOST;
+    const uint64_t each = (lobed + LOBE_BOXES_MAX - 1) / LOBE_BOXES_MAX;
     for (uint64_t i = 0; i < instances; i++) {
         const uint32_t mesh = blob->instances[i].mesh;
         if (!has_lobes(&meshes[mesh])) continue;

@@ -5,7 +5,7 @@
 
 struct mesh_view;
 
-enum { LOBE_BOXES_MOST = 256 };
+enum { LOBE_BOXES_MAX = 256 };
 
 struct lobe_box {
     float low[3], high[3]; /* of the world, or of a mesh's own coordinates */
@@ -13,7 +13,7 @@ struct lobe_box {
 
 struct lobe_boxes {
     uint32_t count;
-    struct lobe_box box[LOBE_BOXES_MOST];
+    struct lobe_box box[LOBE_BOXES_MAX];
 };
 
 /* Finds the boxes. Where instances are too many, some that follow each other share one. `meshes`

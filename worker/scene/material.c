@@ -22,7 +22,7 @@ static float least_alpha(const struct material *m)
 {
     if (m->colored) return 0.0f;
     const struct texture *t = &m->base_color_texture;
-    return m->base_color[3] * (t->texels ? texture_least_alpha(t) : 1.0f);
+    return m->base_color[3] * (t->texels ? texture_min_alpha(t) : 1.0f);
 }
 
 /* Tests for alpha run only where a surface can be transparent. */

@@ -7,10 +7,10 @@
 
 #include "worker/scene/render_scene.h"
 
-#define SIDE_MOST 32u
+#define SIDE_MAX 32u
 
 /* The number of triangles whose places are taken, with the same share for each instance. */
-#define ASKED_MOST 1024u
+#define ASKED_MAX 1024u
 
 /* The second box is around a cube that holds this share of the corners and is a quarter as long as
  * the whole, or, if it has such a cube itself, around that one. More than half of the corners may
@@ -44,7 +44,7 @@ static uint32_t box_cells(const struct openness_box *b)
 static void box_set(struct openness_box *b, const struct extent *e, uint32_t most)
 {
     const float longest = longest_of(e);
-    for (uint32_t along = SIDE_MOST; along == SIDE_MOST || box_cells(b) > most; along--)
+    for (uint32_t along = SIDE_MAX; along == SIDE_MAX || box_cells(b) > most; along--)
         for (int k = 0; k < 3; k++) {
             const float part = longest > 0.0f ? (e->high[k] - e->low[k]) / longest : 0.0f;
             const float cells = ceilf(part * (float)along);
@@ -75,7 +75,7 @@ static struct extent extent_of(const struct render_scene *scene)
 
 struct places {
     uint32_t count;
-    float at[3 * ASKED_MOST][3];
+    float at[3 * ASKED_MAX][3];
 };
 
 static void add_triangle(struct places *p, const struct mesh_view *mesh, uint32_t triangle,
@@ -96,8 +96,8 @@ static void add_triangle(struct places *p, const struct mesh_view *mesh, uint32_
 static void find_places(const struct render_scene *scene, struct places *p)
 {
     const uint64_t instances = scene->blob->count[SCENE_INSTANCES];
-    const uint64_t used = instances < ASKED_MOST ? instances : ASKED_MOST;
-    const uint64_t share = used > 0 ? ASKED_MOST / used : 0;
+    const uint64_t used = instances < ASKED_MAX ? instances : ASKED_MAX;
+    const uint64_t share = used > 0 ? ASKED_MAX / used : 0;
     p->count = 0;
     for (uint64_t i = 0; i < used; i++) {
         const struct scene_instance *instance = &scene->blob->instances[i * instances / used];
@@ -199,11 +199,11 @@ void openness_grid_init(struct openness_grid *g, const struct render_scene *scen
     bool both = false;
     while (go_inside(&p, &dense)) both = true;
     g->whole.first = 0;
-    box_set(&g->whole, &whole, both ? OPENNESS_CELLS_MOST / 2 : OPENNESS_CELLS_MOST);
+    box_set(&g->whole, &whole, both ? OPENNESS_CELLS_MAX / 2 : OPENNESS_CELLS_MAX);
     g->dense = g->whole;
     g->cells = box_cells(&g->whole);
     if (!both) return;
     g->dense.first = g->cells;
-    box_set(&g->dense, &dense, OPENNESS_CELLS_MOST / 2);
+    box_set(&g->dense, &dense, OPENNESS_CELLS_MAX / 2);
     g->cells += box_cells(&g->dense);
 }

@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 /* A room is some six cells long, so that windows look different from cell to cell. */
-#define OPENNESS_CELLS_MOST 256u
+#define OPENNESS_CELLS_MAX 256u
 
 struct render_scene;
 

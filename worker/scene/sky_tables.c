@@ -7,13 +7,13 @@
 
 /* The part of its weight that a bin keeps where the scene seems closed to it, since few rays learn
  * the windows. */
-#define CLOSED_LEAST 0.02f
+#define CLOSED_MIN 0.02f
 
 /* The least cosine of a bin, even below the horizon, since a table serves many normals. */
-#define COSINE_LEAST 0.02f
+#define COSINE_MIN 0.02f
 
 /* The least weight of a bin that sends light, so that rounding loses none. */
-#define WEIGHT_LEAST 1e-30f
+#define WEIGHT_MIN 1e-30f
 
 /* The number of directions in a cell of openness, which has the angles of the map's own bins. */
 #define WAYS 4u
@@ -118,8 +118,8 @@ static void find_weights(struct sky_tables *t, const struct environment *map, ui
     for (uint32_t i = 0; i < OPENNESS_BINS; i++) cosines[i] = mean_cosine(normals, directions[i]);
     for (uint32_t i = 0; i < ENVIRONMENT_BINS; i++) {
         const float share = (float)environment_bin_share(map, i);
-        const float weight = share * (COSINE_LEAST + mean_over(&t->span[i], cosines));
-        t->open[facing][i] = environment_bin_share(map, i) > 0.0 ? fmaxf(weight, WEIGHT_LEAST) : 0;
+        const float weight = share * (COSINE_MIN + mean_over(&t->span[i], cosines));
+        t->open[facing][i] = environment_bin_share(map, i) > 0.0 ? fmaxf(weight, WEIGHT_MIN) : 0;
     }
 }
 
@@ -224,7 +224,7 @@ void sky_tables_fill(const struct sky_tables *t, const float *open, struct sky_t
     float turned[OPENNESS_BINS], seen[ENVIRONMENT_BINS], weights[ENVIRONMENT_BINS];
     if (open) turn(t, open, turned);
     for (uint32_t i = 0; i < ENVIRONMENT_BINS; i++)
-        seen[i] = open ? CLOSED_LEAST + (1.0f - CLOSED_LEAST) * mean_over(&t->span[i], turned) : 1;
+        seen[i] = open ? CLOSED_MIN + (1.0f - CLOSED_MIN) * mean_over(&t->span[i], turned) : 1;
     for (uint32_t facing = 0; facing < SKY_TABLE_NORMALS; facing++) {
         for (uint32_t i = 0; i < ENVIRONMENT_BINS; i++) weights[i] = t->open[facing][i] * seen[i];
         share_units(weights, &out[facing]);

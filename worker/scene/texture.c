@@ -90,7 +90,7 @@ void texture_sample(const struct texture *t, float u, float v, float out[4])
         sample_bilinear(t, wrapped_u, wrapped_v, out);
 }
 
-float texture_least_alpha(const struct texture *t)
+float texture_min_alpha(const struct texture *t)
 {
     size_t count = (size_t)t->width_px * (size_t)t->height_px;
     uint8_t least = 255;

@@ -65,7 +65,7 @@ static inline void texture_blend(const struct texture *t, const size_t at[4], fl
 void texture_sample(const struct texture *t, float u, float v, float out[4]);
 
 /* Returns the least alpha of all texels, in [0, 1]. */
-float texture_least_alpha(const struct texture *t);
+float texture_min_alpha(const struct texture *t);
 
 /* Computes the mean linear colour of all texels, whatever part of them UVs use. */
 void texture_mean(const struct texture *t, float out[3]);

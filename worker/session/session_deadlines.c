@@ -4,8 +4,8 @@
 
 #include "worker/session/session_work.h"
 
-#define DRAIN_SHARE   10u    /* the part of a lifetime in which no tile is taken, as a divisor */
-#define DRAIN_MOST_MS 60000u /* of it at most */
+#define DRAIN_SHARE  10u    /* the part of a lifetime in which no tile is taken, as a divisor */
+#define DRAIN_MAX_MS 60000u /* of it at most */
 
 static uint64_t ms_of(uint32_t seconds)
 {
@@ -61,7 +61,7 @@ void session_deadlines_start(struct session *s)
 {
     const struct options *o = s->options;
     const uint64_t life_ms = ms_of(o->lifetime_s);
-    s->drain_ms = life_ms / DRAIN_SHARE < DRAIN_MOST_MS ? life_ms / DRAIN_SHARE : DRAIN_MOST_MS;
+    s->drain_ms = life_ms / DRAIN_SHARE < DRAIN_MAX_MS ? life_ms / DRAIN_SHARE : DRAIN_MAX_MS;
     uv_update_time(s->beat.loop); /* Embree's device was made since */
     if (o->connect_within_s > 0)
         uv_timer_start(&s->deadlines[SESSION_DEADLINE_CONNECT], on_not_connected,

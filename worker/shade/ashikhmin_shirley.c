@@ -8,7 +8,7 @@
 static float specular_share(const struct bsdf *b, float cosine)
 {
     const float estimate = fresnel_schlick(lobe_mean(b->model_specular), fresnel_grazing(cosine));
-    return lobe_share(estimate > LOBE_LEAST ? estimate : LOBE_LEAST, lobe_mean(b->albedo));
+    return lobe_share(estimate > LOBE_MIN ? estimate : LOBE_MIN, lobe_mean(b->albedo));
 }
 
 /* nu cos^2 + nv sin^2 of the half vector's azimuth; at the pole, where it has none, any. */

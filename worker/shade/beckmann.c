@@ -7,10 +7,10 @@
 #define HALF_SQRT_PI (0.5f * ELEMENTARY_SQRT_PI)
 #define INV_SQRT_PI  0.564189583547756287f
 /* Slopes beyond this are rarer than a float's last digit. */
-#define SLOPE_MOST 4.0f
+#define SLOPE_MAX 4.0f
 /* Newton's steps are refused when they leave the bracket, which halves then: 24 halvings alone
  * resolve it to a float. */
-#define STEPS_MOST 24
+#define STEPS_MAX 24
 
 void beckmann_fresnel(const struct bsdf *b, float cosine, float out[3])
 {
@@ -28,7 +28,7 @@ float beckmann_specular_share(const struct bsdf *b, float cosine)
     float f[3];
     beckmann_fresnel(b, cosine, f);
     const float estimate = lobe_mean(f);
-    return lobe_share(estimate > LOBE_LEAST ? estimate : LOBE_LEAST, lobe_mean(b->albedo));
+    return lobe_share(estimate > LOBE_MIN ? estimate : LOBE_MIN, lobe_mean(b->albedo));
 }
 
 /* D(h). */
@@ -43,7 +43,7 @@ static float facets(const float h[3], const float alpha[2])
 static float lambda(const float w[3], const float alpha[2])
 {
     const float x = alpha[0] * w[0], y = alpha[1] * w[1], slope = sqrtf(x * x + y * y);
-    if (w[2] >= SLOPE_MOST * slope) return 0.0f;
+    if (w[2] >= SLOPE_MAX * slope) return 0.0f;
     const float a = w[2] / slope; /* slope > w.z / 4 > 0 */
     const float rest = INV_SQRT_PI / a - elementary_erfcx(a);
     return rest > 0.0f ? 0.5f * elementary_exp(-a * a) * rest : 0.0f;
@@ -80,14 +80,14 @@ void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3
  * within a bracket. */
 static float seen_slope(float sine, float cosine, float u)
 {
-    const float edge = cosine < SLOPE_MOST * sine ? cosine / sine : SLOPE_MOST;
+    const float edge = cosine < SLOPE_MAX * sine ? cosine / sine : SLOPE_MAX;
     const float edge_exp = elementary_exp(-edge * edge), edge_erf = elementary_erf(edge);
     const float all = HALF_SQRT_PI * cosine * (1.0f + edge_erf) + 0.5f * sine * edge_exp;
     const float below = HALF_SQRT_PI * cosine * edge_erf + 0.5f * sine * edge_exp - u * all;
-    float low = -edge, high = SLOPE_MOST;
+    float low = -edge, high = SLOPE_MAX;
     float t = elementary_erfinv(2.0f * u - 1.0f); /* the answer for theta = 0 */
     if (t < low) t = 0.5f * (low + high);
-    for (int i = 0; i < STEPS_MOST; i++) {
+    for (int i = 0; i < STEPS_MAX; i++) {
         const float end = t * t, e = elementary_exp(-end);
         const float rest = HALF_SQRT_PI * cosine * elementary_erf(t) - 0.5f * sine * e + below;
         const float density = (cosine + t * sine) * e;

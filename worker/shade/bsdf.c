@@ -108,7 +108,7 @@ static bool sample_reflection(const struct bsdf *b, const float wo[3], float cho
 /* Computes the weights by the formulas of bsdf_evaluate. False: all are 0. */
 static bool weigh(const struct bsdf *b, const struct bsdf_value *v, struct bsdf_sample *out)
 {
-    if (!(v->pdf > BSDF_PDF_LEAST)) return false;
+    if (!(v->pdf > BSDF_PDF_MIN)) return false;
     const float scale = fabsf(out->wi[2]) / v->pdf;
     bool any = false;
     for (int k = 0; k < 3; k++) {
@@ -147,7 +147,7 @@ bool bsdf_is_dirac(const struct bsdf *b)
            !bsdf_is_translucent(b) && (!(b->coat > 0.0f) || b->coat_alpha < BSDF_SMOOTH);
 }
 
-bool bsdf_reflects_most(const struct bsdf *b, float cosine)
+bool bsdf_reflects_max(const struct bsdf *b, float cosine)
 {
     float far;
     if (b->model != BSDF_GLTF || (1.0f - b->metallic) * b->transmission < 0.5f) return true;

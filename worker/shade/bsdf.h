@@ -64,7 +64,7 @@ struct bsdf {
 #define BSDF_SMOOTH 1e-4f /* facets of a smaller alpha are one plane: a Dirac lobe */
 
 /* Directions of a smaller density are not sampled: weights would overflow. */
-#define BSDF_PDF_LEAST 1e-30f
+#define BSDF_PDF_MIN 1e-30f
 
 struct bsdf_value {
     float
@@ -113,7 +113,7 @@ bool bsdf_is_dirac(const struct bsdf *b);
 
 /* Returns whether a Dirac surface reflects more of what comes along wo, at this cosine, than it
  * transmits. */
-bool bsdf_reflects_most(const struct bsdf *b, float cosine);
+bool bsdf_reflects_max(const struct bsdf *b, float cosine);
 
 /* Both lobes' values for the pair, and the density with which bsdf_sample chooses wi. Zero where wo
  * or wi grazes (|z| < 1e-6). */

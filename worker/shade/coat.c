@@ -62,7 +62,7 @@ static float beneath(const struct bsdf *b, float cosine)
         b->metallic * fresnel_schlick(lobe_mean(b->base_color), grazing);
     const float fibres =
         sheen_is_on(b) ? lobe_mean(b->sheen) * sheen_albedo(cosine, b->sheen_alpha) : 0.0f;
-    return LOBE_LEAST + lobe_mean(b->albedo) + lobe_mean(b->through) + facets + fibres +
+    return LOBE_MIN + lobe_mean(b->albedo) + lobe_mean(b->through) + facets + fibres +
            dielectric * b->transmission * lobe_mean(b->base_color);
 }
 
@@ -81,7 +81,7 @@ static void see(const struct bsdf *b, const float wo[3], struct coat *c)
     c->passed = 1.0f - reflected;
     c->p = c->reflects ? lobe_share(reflected, c->passed * beneath(b, wo[2])) : 0.0f;
     /* Nor is what is beneath chosen less often. */
-    if (c->p > 1.0f - LOBE_LEAST) c->p = 1.0f - LOBE_LEAST;
+    if (c->p > 1.0f - LOBE_MIN) c->p = 1.0f - LOBE_MIN;
 }
 
 /* What becomes of the lobes beneath. */

@@ -56,7 +56,7 @@ bool glossy_has(const struct bsdf *b)
 {
     const bool facets = b->metallic > 0.0f || b->specular > 0.0f;
     return b->model == BSDF_GLTF && facets && !(b->transmission > 0.0f) &&
-           b->alpha_u == b->alpha_v && b->alpha_u >= GLOSSY_ALPHA_LEAST && !bsdf_has_layers(b);
+           b->alpha_u == b->alpha_v && b->alpha_u >= GLOSSY_ALPHA_MIN && !bsdf_has_layers(b);
 }
 
 /* Computes the reflectance of a facet. `grazing` is (1 - cosine)^5 or a mean of it. */

@@ -4,7 +4,7 @@
  * field brings and what paths then leave out.
  *
  * A surface has one when it is glTF's and not clear, its facets are isotropic and its alpha is at
- * least GLOSSY_ALPHA_LEAST (a roughness of 0.1). Sharper lobes show little noise, but at their
+ * least GLOSSY_ALPHA_MIN (a roughness of 0.1). Sharper lobes show little noise, but at their
  * contacts edges that the light field of pixel centres would not smooth. */
 #include "worker/shade/bsdf.h"
 

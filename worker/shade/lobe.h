@@ -5,7 +5,7 @@
 #include "worker/shade/lambert.h"
 
 /* Where a lobe's estimate is 0 it may still be reached: no lobe is chosen less often than this. */
-#define LOBE_LEAST 0.01f
+#define LOBE_MIN 0.01f
 
 static inline float lobe_mean(const float color[3])
 {
@@ -18,7 +18,7 @@ static inline float lobe_share(float specular, float diffuse)
     if (specular <= 0.0f) return 0.0f;
     if (diffuse <= 0.0f) return 1.0f;
     const float share = specular / (specular + diffuse);
-    return share < LOBE_LEAST ? LOBE_LEAST : share;
+    return share < LOBE_MIN ? LOBE_MIN : share;
 }
 
 /* (1 - depth)^n for n >= 0. With the depth, one minus the cosine, sharp lobes keep their digits. */

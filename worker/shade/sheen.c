@@ -45,7 +45,7 @@ static const float albedos[NODES][NODES] = {
 };
 
 /* Something of what is beneath is seen between any fibres. */
-#define ALBEDO_MOST 0.999f
+#define ALBEDO_MAX 0.999f
 
 /* The fibres as wo sees them. */
 struct sheen {
@@ -61,7 +61,7 @@ struct sheen {
 static float tabulated(float cosine, float alpha)
 {
     float f, g;
-    const float least = sqrtf(SHEEN_ALPHA_LEAST);
+    const float least = sqrtf(SHEEN_ALPHA_MIN);
     const float row_at = (sqrtf(alpha) - least) / (1.0f - least);
     const int column = coupling_node(sqrtf(cosine), &f);
     const int row = coupling_node(row_at > 0.0f ? row_at : 0.0f, &g);
@@ -74,7 +74,7 @@ float sheen_albedo(float cosine, float alpha)
 {
     const float z = cosine < 0.0f ? 0.0f : cosine > 1.0f ? 1.0f : cosine;
     const float e = tabulated(z, alpha < 1.0f ? alpha : 1.0f);
-    return e < ALBEDO_MOST ? e : ALBEDO_MOST;
+    return e < ALBEDO_MAX ? e : ALBEDO_MAX;
 }
 
 /* x^n for x in (0, 1]. */
@@ -103,7 +103,7 @@ static float masking(float cosine, float alpha)
 static float beneath(const struct bsdf *b)
 {
     const float dielectric = 1.0f - b->metallic;
-    return LOBE_LEAST + lobe_mean(b->albedo) + lobe_mean(b->through) +
+    return LOBE_MIN + lobe_mean(b->albedo) + lobe_mean(b->through) +
            b->metallic * lobe_mean(b->base_color) +
            dielectric * (b->specular * lobe_mean(b->specular_f0) +
                          b->transmission * lobe_mean(b->base_color));
@@ -112,16 +112,16 @@ static float beneath(const struct bsdf *b)
 static void see(const struct bsdf *b, const float wo[3], struct sheen *s)
 {
     const float alpha = b->sheen_alpha;
-    s->alpha = alpha < SHEEN_ALPHA_LEAST ? SHEEN_ALPHA_LEAST : alpha > 1.0f ? 1.0f : alpha;
+    s->alpha = alpha < SHEEN_ALPHA_MIN ? SHEEN_ALPHA_MIN : alpha > 1.0f ? 1.0f : alpha;
     s->most = b->sheen[0] > b->sheen[1] ? b->sheen[0] : b->sheen[1];
     s->most = s->most > b->sheen[2] ? s->most : b->sheen[2];
     s->reflects = !b->inside || b->thin;
     s->albedo = tabulated(wo[2] < 1.0f ? wo[2] : 1.0f, s->alpha);
     s->masked = masking(wo[2] < 1.0f ? wo[2] : 1.0f, s->alpha);
-    const float sent = s->albedo < ALBEDO_MOST ? s->albedo : ALBEDO_MOST;
+    const float sent = s->albedo < ALBEDO_MAX ? s->albedo : ALBEDO_MAX;
     s->passed = 1.0f - s->most * sent;
     s->p = s->reflects ? lobe_share(sent * lobe_mean(b->sheen), s->passed * beneath(b)) : 0.0f;
-    if (s->p > 1.0f - LOBE_LEAST) s->p = 1.0f - LOBE_LEAST;
+    if (s->p > 1.0f - LOBE_MIN) s->p = 1.0f - LOBE_MIN;
 }
 
 /* Returns what becomes of the lobes beneath. */

@@ -9,10 +9,10 @@
  *
  * The fit sends on more light than comes in along sharp fibres at grazing directions. There we
  * divide the lobe by the greater of E(wo) and E(wi). Fibres are at least as rough as
- * SHEEN_ALPHA_LEAST. Inside a volume there are none. */
+ * SHEEN_ALPHA_MIN. Inside a volume there are none. */
 #include "worker/shade/bsdf.h"
 
-#define SHEEN_ALPHA_LEAST 0.01f
+#define SHEEN_ALPHA_MIN 0.01f
 
 /* Returns E of a direction at `cosine`, below 1, for fibres of roughness alpha. Within
  * 0.016 of an integral and 0.002 in the mean; 0.06 at cosines below 1e-3. */

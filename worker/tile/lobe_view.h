@@ -8,7 +8,7 @@
 
 struct lobe_view {
     uint32_t count;
-    struct rect rect[LOBE_BOXES_MOST]; /* those that meet the tile */
+    struct rect rect[LOBE_BOXES_MAX]; /* those that meet the tile */
 };
 
 void lobe_view_init(const struct lobe_boxes *boxes, const struct plan *plan, struct rect tile,

@@ -31,7 +31,7 @@ static void trace_block(struct tile_tracer *t, const struct stages *stages,
     for (uint32_t done = 0; done < all;) {
         const uint32_t left = all - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         path_trace(c, b, first + done, n, &t->path);
-        path_sums_add(&t->sums, &t->path.harvest, n, c->demodulate, c->counters);
+        path_sums_add(&t->sums, &t->path.radiance, n, c->demodulate, c->counters);
         done += n;
     }
 }
@@ -46,7 +46,7 @@ static void see_lamps(struct tile_tracer *t, const struct stages *stages)
     struct block b = t->edges;
     struct lanes3 emission = {.x = {0}};
     float coverage[LANES] = {0};
-    const struct path_harvest *h = &t->path.harvest;
+    const struct path_radiance *h = &t->path.radiance;
     if (c.skip & SKIP_DIFFUSE || lanes_count(&t->beside_lamps) == 0) return;
     b.kept = t->beside_lamps;
     c.seen_only = true;

@@ -8,8 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define LINKS_MOST 40      /* that lead to each other, as the system follows */
-#define PART       ".part" /* at the end of a picture's name until it is whole */
+#define LINKS_MAX 40      /* that lead to each other, as the system follows */
+#define PART      ".part" /* at the end of a picture's name until it is whole */
 
 static int refuse(const char *path, int number, struct fault *fault)
 {
@@ -69,7 +69,7 @@ static bool find_file(const char *path, char out[PATH_MAX])
 {
     char folder[PATH_MAX], to[PATH_MAX], real[PATH_MAX], at[PATH_MAX];
     snprintf(at, sizeof at, "%s", path);
-    for (int links = 0; links <= LINKS_MOST; links++) {
+    for (int links = 0; links <= LINKS_MAX; links++) {
         folder_of(at, folder, sizeof folder);
         const ssize_t length = readlink(at, to, sizeof to - 1);
         if (length < 0) {

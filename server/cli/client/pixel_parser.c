@@ -10,7 +10,7 @@
 #define MAGIC        "SWPX"
 #define F32          2u
 #define F32_ALPHA    4u
-#define BLOCK_MOST   (1u << 20) /* pixels */
+#define BLOCK_MAX    (1u << 20) /* pixels */
 
 static uint32_t read_u32(const uint8_t *from)
 {
@@ -41,7 +41,7 @@ static size_t message_bytes(const uint8_t *header)
     if (memcmp(header, MAGIC, 4) != 0 || header[4] != 1 || header[5] != 0) return 0;
     if (x > side || y > side) return 0;
     if (w == 0 || h == 0) return w <= side ? HEADER_BYTES : 0; /* h may number a view */
-    if (w > side || h > side || (uint64_t)w * h > BLOCK_MOST) return 0;
+    if (w > side || h > side || (uint64_t)w * h > BLOCK_MAX) return 0;
     if (format != F32 && format != F32_ALPHA) return 0;
     return HEADER_BYTES + (size_t)w * h * (format == F32 ? 3 : 4) * sizeof(float);
 }

@@ -16,7 +16,7 @@
 #define LOST_PAUSE_MS  250 /* before a tev that hung up is called again */
 #define EMPTY_TRIES    20  /* rounds without a block before the coordinator is given up */
 #define RECONNECTS     20  /* of tev, a pause apart */
-#define LAYERS_MOST    32  /* bits of enum layer */
+#define LAYERS_MAX     32  /* bits of enum layer */
 #define STILL_REVISION 1u  /* of a whole picture that will not change any more */
 
 /* One layer's feed. */
@@ -37,7 +37,7 @@ struct tev_push {
     struct tev_link link;
     struct client *client;
     struct image *names; /* a pixel, for its channels' names */
-    struct feed feeds[LAYERS_MOST];
+    struct feed feeds[LAYERS_MAX];
     uint32_t count;
     int32_t width_px, height_px; /* of tev's image; 0: none yet */
     struct tev_packet packet;
@@ -57,7 +57,7 @@ static void pause_ms(long ms)
 /* Creates an image of all channels in tev, and replaces the one of that name. */
 static bool create_image(struct tev_push *p, int32_t width, int32_t height)
 {
-    const char *channels[TEV_CHANNELS_MOST];
+    const char *channels[TEV_CHANNELS_MAX];
     for (uint32_t c = 0; c < p->names->channel_count; c++) channels[c] = p->names->channels[c].name;
     p->error =
         tev_packet_create(&p->packet, p->name, width, height, channels, p->names->channel_count);
@@ -269,7 +269,7 @@ static int add_layers(struct tev_push *p, const char *const *layers, uint32_t co
     for (uint32_t b = 0; b < count; b++) all |= layer_from_name(layers[b]);
     error = image_create(all, 1, 1, &p->names);
     /* Channels stand in the order of the layers' bits. */
-    for (uint32_t b = 0; b < LAYERS_MOST && !error; b++) {
+    for (uint32_t b = 0; b < LAYERS_MAX && !error; b++) {
         struct feed *f = &p->feeds[p->count];
         struct image *own;
         if (!(all >> b & 1u)) continue;

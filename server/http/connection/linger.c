@@ -6,13 +6,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define DRAIN_MOST_BYTES (1u << 18)
+#define DRAIN_MAX_BYTES (1u << 18)
 
 /* False: the client has sent all that it will, or is gone. */
 static bool drain(int fd)
 {
     char waste[16384];
-    for (size_t at = 0; at < DRAIN_MOST_BYTES;) {
+    for (size_t at = 0; at < DRAIN_MAX_BYTES;) {
         ssize_t got = recv(fd, waste, sizeof waste, MSG_DONTWAIT);
         if (got <= 0) return got < 0 && (errno == EAGAIN || errno == EINTR);
         at += (size_t)got;

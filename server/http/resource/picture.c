@@ -9,8 +9,8 @@
 #include "server/http/resource/object_file.h"
 #include "server/http/resource/picture_task.h"
 
-#define EXPOSURE_MOST  32.0f /* stops; 2^32 covers every radiance that a half float can hold */
-#define ENCODINGS_MOST 2u    /* at once: each holds copies of planes */
+#define EXPOSURE_MAX  32.0f /* stops; 2^32 covers every radiance that a half float can hold */
+#define ENCODINGS_MAX 2u    /* at once: each holds copies of planes */
 
 const char *picture_layer(const struct request *r)
 {
@@ -70,7 +70,7 @@ static bool read_exposure(struct request *r, float *out)
     if (!text) return true;
     /* strtof would also take blanks, hexadecimal and names of infinities. */
     if (*text && strspn(text, "+-.0123456789") == strlen(text)) *out = strtof(text, &end);
-    if (end && *end == '\0' && fabsf(*out) <= EXPOSURE_MOST) return true;
+    if (end && *end == '\0' && fabsf(*out) <= EXPOSURE_MAX) return true;
     request_problem(r, PROBLEM_MALFORMED, "exposure must be a number of stops from -32 to 32",
                     NULL);
     return false;
@@ -79,7 +79,7 @@ static bool read_exposure(struct request *r, float *out)
 /* Counts an encoding that begins; false, and a problem is sent, when too many are in work. */
 static bool may_encode(struct request *r)
 {
-    if (r->http->encodings >= ENCODINGS_MOST) {
+    if (r->http->encodings >= ENCODINGS_MAX) {
         request_problem(r, PROBLEM_BUSY, "other pictures are being encoded", NULL);
         return false;
     }

@@ -3,10 +3,10 @@
 #include <inttypes.h>
 #include <string.h>
 
-#define TOKENS_MOST 12
+#define TOKENS_MAX 12
 
 struct tokens {
-    char list[TOKENS_MOST][64];
+    char list[TOKENS_MAX][64];
     size_t count;
 };
 
@@ -50,7 +50,7 @@ static bool split(const char *text, struct tokens *out)
     out->count = 0;
     while (*text == '/') {
         text++;
-        if (out->count == TOKENS_MOST || !next_token(&text, out->list[out->count++])) return false;
+        if (out->count == TOKENS_MAX || !next_token(&text, out->list[out->count++])) return false;
     }
     return *text == '\0' && out->count > 0;
 }

@@ -9,18 +9,18 @@
 
 /* Pixels in blocks that may wait for the pool before leases pause: their samples stay in memory,
  * about 128 bytes a pixel at 9 spp. However large blocks are, some for each thread may wait. */
-#define PIXELS_OUT_MOST  524288
-#define BLOCKS_OUT_LEAST 32
+#define PIXELS_OUT_MAX 524288
+#define BLOCKS_OUT_MIN 32
 
 /* The largest blocks that may be asked for. */
-#define BLOCK_MOST_PX 512
+#define BLOCK_MAX_PX 512
 
 /* Passes that may wait for a block to be reconstructed before they are added to their tiles. */
-#define PENDING_MOST 64
+#define PENDING_MAX 64
 
 /* Sums of paths that a frame holds between passes, so that thousands of samples cost the memory of
  * sixteen: tiles are brought to their end a few at a time. Workers that would idle begin more. */
-#define SUMS_MOST_BYTES 1048576u
+#define SUMS_MAX_BYTES 1048576u
 
 static void destroy(struct frame *f)
 {
@@ -35,14 +35,14 @@ static void destroy(struct frame *f)
     free(f);
 }
 
-/* Tiles between their first pass and their last: as many as keep their sums in SUMS_MOST_BYTES. */
+/* Tiles between their first pass and their last: as many as keep their sums in SUMS_MAX_BYTES. */
 static uint32_t window_tiles(const struct plan *plan)
 {
     struct samples_layout layout;
     if (plan_pass_count(plan) == 1) return UINT32_MAX;
     if (plan_has_rounds(plan)) return UINT32_MAX; /* all of them are kept */
     if (samples_layout_init(&layout, plan, 0, plan->tile_px, plan->tile_px) != 0) return 1;
-    uint32_t tiles = SUMS_MOST_BYTES / (layout.total_bytes + 1);
+    uint32_t tiles = SUMS_MAX_BYTES / (layout.total_bytes + 1);
     return tiles > 0 ? tiles : 1;
 }
 
@@ -52,7 +52,7 @@ static int32_t choose_block_px(const struct plan *plan)
 {
     const char *text = getenv("SHEARWATER_BLOCK_PX");
     const long asked = text ? strtol(text, NULL, 10) : 0;
-    const bool fits = asked >= 1 && asked <= BLOCK_MOST_PX && asked % PATH_ERROR_CELL_PX == 0;
+    const bool fits = asked >= 1 && asked <= BLOCK_MAX_PX && asked % PATH_ERROR_CELL_PX == 0;
     return fits ? (int32_t)asked : block_side_px(plan);
 }
 
@@ -234,15 +234,15 @@ const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)
     return f->plan_bytes.data;
 }
 
-static uint32_t blocks_out_most(const struct frame *f)
+static uint32_t blocks_out_max(const struct frame *f)
 {
-    const int32_t most = PIXELS_OUT_MOST / (f->block_px * f->block_px);
-    return (uint32_t)(most > BLOCKS_OUT_LEAST ? most : BLOCKS_OUT_LEAST);
+    const int32_t most = PIXELS_OUT_MAX / (f->block_px * f->block_px);
+    return (uint32_t)(most > BLOCKS_OUT_MIN ? most : BLOCKS_OUT_MIN);
 }
 
-static bool is_behind(const struct frame *f, uint32_t blocks_most, uint32_t pending_most)
+static bool is_behind(const struct frame *f, uint32_t blocks_max, uint32_t pending_max)
 {
-    return f->blocks_out > blocks_most || film_pending(f->film) > pending_most;
+    return f->blocks_out > blocks_max || film_pending(f->film) > pending_max;
 }
 
 /* Describes a tile for the worker to which it was leased. */
@@ -263,7 +263,7 @@ static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct
 
 bool frame_is_behind(const struct frame *f)
 {
-    return is_behind(f, blocks_out_most(f), PENDING_MOST);
+    return is_behind(f, blocks_out_max(f), PENDING_MAX);
 }
 
 bool frame_lease(struct frame *f, const struct worker_request *request, struct fleet_tile *out)
@@ -338,7 +338,7 @@ const char *frame_warning(const struct frame *f)
 
 bool frame_was_held(struct frame *f)
 {
-    if (!f->held || is_behind(f, blocks_out_most(f) / 2, PENDING_MOST / 2)) return false;
+    if (!f->held || is_behind(f, blocks_out_max(f) / 2, PENDING_MAX / 2)) return false;
     f->held = false;
     return true;
 }

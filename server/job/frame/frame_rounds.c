@@ -6,7 +6,7 @@
 #include "server/job/frame/frame_work.h"
 
 /* The greatest share of work that is reported before a frame is known to be done. */
-#define SHARE_MOST 0.99
+#define SHARE_MAX 0.99
 
 /* The expected ratio of all rays to those of the first set, before second sets are chosen. */
 #define RATE_EXPECTED 3.0
@@ -42,7 +42,7 @@ static double expected(const struct frame *f)
 void frame_rounds_note(struct frame *f)
 {
     const double share = (double)f->samples_landed / expected(f);
-    if (share > f->rounds.shown) f->rounds.shown = share < SHARE_MOST ? share : SHARE_MOST;
+    if (share > f->rounds.shown) f->rounds.shown = share < SHARE_MAX ? share : SHARE_MAX;
 }
 
 struct decide_task {

@@ -14,7 +14,7 @@
 #include "server/job/frame/frame_work.h"
 
 /* Results that are read at a time: as many as keep a pool busy. */
-#define READING_MOST 8
+#define READING_MAX 8
 
 void frame_spool_destroy(struct frame *f)
 {
@@ -153,7 +153,7 @@ static bool read_tile(struct frame *f, uint32_t tile)
 void frame_spool_feed(struct frame *f)
 {
     struct frame_spool *s = &f->spool;
-    while (s->taken_count > 0 && s->reading < READING_MOST && !frame_is_behind(f)) {
+    while (s->taken_count > 0 && s->reading < READING_MAX && !frame_is_behind(f)) {
         const uint32_t tile = s->taken[--s->taken_count];
         if (read_tile(f, tile)) continue;
         tile_queue_give_up(f->tiles, tile);

@@ -5,14 +5,14 @@
 
 #include "proto/limits.h"
 
-#define GROWTH_MOST  4.0
-#define GROWTH_LEAST 1.02 /* less is not worth a pass */
-#define ROUNDS_MOST  32
-#define AIM          0.985 /* of the target: estimates that end just above it would take a round more */
-#define CHUNK        LIMIT_PASS_SPP
-#define CHUNK_SIDE   8u
-#define BOUNCES_MOST 16384 /* means travel as half floats: beyond, rounding is what is left */
-#define REST_LEAST   0.25  /* of what no sample lowers, squared: beside it the rest is small */
+#define GROWTH_MAX  4.0
+#define GROWTH_MIN  1.02 /* less is not worth a pass */
+#define ROUNDS_MAX  32
+#define AIM         0.985 /* of the target: estimates that end just above it would take a round more */
+#define CHUNK       LIMIT_PASS_SPP
+#define CHUNK_SIDE  8u
+#define BOUNCES_MAX 16384 /* means travel as half floats: beyond, rounding is what is left */
+#define REST_MIN    0.25  /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
@@ -140,8 +140,8 @@ static struct level level_at(double lambda)
 
 static uint32_t most_of(const struct rounds *r, int kind)
 {
-    const uint32_t most = r->plan->spp_most;
-    return kind == BOUNCES && most > BOUNCES_MOST ? BOUNCES_MOST : most;
+    const uint32_t most = r->plan->spp_max;
+    return kind == BOUNCES && most > BOUNCES_MAX ? BOUNCES_MAX : most;
 }
 
 static double growth(const struct rounds *r, const struct kind *k, int kind,
@@ -174,7 +174,7 @@ static double squares_at(const struct rounds *r, const struct level *level)
 }
 
 /* The gain of one sample more now, at most. */
-static double gain_most(const struct rounds *r)
+static double gain_max(const struct rounds *r)
 {
     double most = 0.0;
     for (uint32_t i = 0; i < r->count; i++) {
@@ -190,7 +190,7 @@ static double gain_most(const struct rounds *r)
  * the most samples. */
 static struct level solve(const struct rounds *r, double wanted)
 {
-    const double most = gain_most(r);
+    const double most = gain_max(r);
     double low = most, high = most;
     struct level level = level_at(most > 0.0 ? most : 1.0);
     for (int i = 0; i < 200 && low > 0.0 && squares_at(r, &level) > wanted; i++) {
@@ -242,9 +242,9 @@ static uint32_t strata_of(uint32_t bounces)
 static uint32_t more_of(const struct rounds *r, const struct kind *k, int kind, double by,
                         uint32_t room)
 {
-    const double wanted = fmin(by, GROWTH_MOST);
+    const double wanted = fmin(by, GROWTH_MAX);
     const uint32_t most = most_of(r, kind);
-    if (wanted < GROWTH_LEAST || k->n >= most) return 0;
+    if (wanted < GROWTH_MIN || k->n >= most) return 0;
     const uint32_t left = most - k->n < room ? most - k->n : room;
     if (kind == PATHS) {
         const uint32_t paths = rounded(wanted * k->n, k->n) - k->n;
@@ -327,7 +327,7 @@ static double rest_wanted(const struct rounds *r)
 {
     const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
     const double rest = error * error - fixed * fixed;
-    return rest > 0.0 ? rest : REST_LEAST * fixed * fixed;
+    return rest > 0.0 ? rest : REST_MIN * fixed * fixed;
 }
 
 /* Estimates the samples that the target takes in the end, and in this round. */
@@ -358,7 +358,7 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
     const double mean = mean_luminance(r, errors);
     end_round(r, errors);
     for (uint32_t i = 0; i < r->count; i++) more_passes[i] = 0;
-    if (r->report.met || r->report.rounds >= ROUNDS_MOST) return false;
+    if (r->report.met || r->report.rounds >= ROUNDS_MAX) return false;
     const double wanted = rest_wanted(r), reached = r->report.reached, fixed = r->report.fixed;
     if (reached * reached - fixed * fixed <= wanted) return false;
     struct level level = solve(r, wanted * mean * mean * r->pixels);

@@ -9,11 +9,11 @@
 #include "proto/samples.h"
 
 /* Scene units between which pictures are sure to be right. */
-#define RADIUS_LEAST 1e-6
-#define RADIUS_MOST  1e12
+#define RADIUS_MIN 1e-6
+#define RADIUS_MAX 1e12
 
 /* Bounce rays beside as many paths are not worth their while: the first pass traces them all. */
-#define SAMPLES_BESIDE_MOST 256
+#define SAMPLES_BESIDE_MAX 256
 
 void plan_skip(struct plan_report *report, const char *what, const char *format, ...)
 {
@@ -132,7 +132,7 @@ static void choose_paths(const struct job *job, const char *filter_why, const ch
  * are better: they converge in passes, over whole pixels and not at their centres. */
 static bool has_enough_paths(const struct job *job, char why[PLAN_WHY_BYTES])
 {
-    const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MOST;
+    const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MAX;
     const bool asked = job->indirect != INDIRECT_AUTO || job->method == FILTER_AVERAGE ||
                        (job->indirect_spp > 0 && job->indirect_spp <= most);
     if (asked || l * l <= most) return false;
@@ -292,11 +292,11 @@ static void tell_occlusion(const struct job *job, struct plan_report *report)
 static void tell_scale(const struct scene *scene, struct plan_report *report)
 {
     const double radius = plan_scene_radius(scene);
-    if (radius >= RADIUS_LEAST && radius <= RADIUS_MOST) return;
+    if (radius >= RADIUS_MIN && radius <= RADIUS_MAX) return;
     plan_warn(report, "the scene's radius is %.3g units: %s; scale it to between %g and %g", radius,
-              radius < RADIUS_LEAST ? "triangles of this size would lose their normals and textures"
-                                    : "rays would miss triangles of this size",
-              RADIUS_LEAST, RADIUS_MOST);
+              radius < RADIUS_MIN ? "triangles of this size would lose their normals and textures"
+                                  : "rays would miss triangles of this size",
+              RADIUS_MIN, RADIUS_MAX);
 }
 
 static void tell_darkness(struct plan_report *report)
@@ -336,7 +336,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
                           .tile_px = job->tile_px,
                           .pattern = {.seed = job->seed, .frame = (uint32_t)frame},
                           .target_error = job->target_error,
-                          .spp_most = job->max_spp,
+                          .spp_max = job->max_spp,
                           .mu = job->mu};
     memset(report, 0, sizeof *report);
     report->layers = job->layers;

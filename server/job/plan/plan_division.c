@@ -6,15 +6,15 @@
  * (docs/reconstruction.md, Division of lobes and Division by light). psnr_db by fields and paths,
  * and by whole paths, at 16, 36 and 64 samples: blocks of glTF's default material 49.2 and 48.1,
  * 50.2 and 50.7, 50.8 and 53.1; beside a constant sky they cross there, too. */
-#define DIVIDED_MOST 36
+#define DIVIDED_MAX 36
 
 /* Maps and odd emitters are noise for longer: at 100 samples blocks have 51.9 and 49.4 beside a
  * map, 47.7 and 47.4 beside a ball that shines. */
-#define DIVIDED_NOISY_MOST 100
+#define DIVIDED_NOISY_MAX 100
 
 /* Paths take each light without area exactly, too: spheres under a sun and a map have 34.7 and 34.5
  * at 4 samples, 37.6 and 37.5 at 16, 40.1 and 40.2 at 36. */
-#define DIVIDED_POINTS_MOST 16
+#define DIVIDED_POINTS_MAX 16
 
 /* Returns whether something shines besides the lights of the list. */
 static bool shines_beside(const struct plan *plan, const struct plan_report *report)
@@ -25,8 +25,8 @@ static bool shines_beside(const struct plan *plan, const struct plan_report *rep
 static uint32_t most_samples(const struct plan *plan, const struct plan_report *report)
 {
     const bool noisy = plan->environment.kind == ENVIRONMENT_MAP || report->emitters.flux > 0;
-    if (shines_beside(plan, report) && !plan_has_rectangle(plan)) return DIVIDED_POINTS_MOST;
-    return noisy ? DIVIDED_NOISY_MOST : DIVIDED_MOST;
+    if (shines_beside(plan, report) && !plan_has_rectangle(plan)) return DIVIDED_POINTS_MAX;
+    return noisy ? DIVIDED_NOISY_MAX : DIVIDED_MAX;
 }
 
 /* Returns whether there is what both divisions ask for: that no filter is named that would change

@@ -3,7 +3,7 @@
 #include "server/job/plan/plan_parts.h"
 
 /* Up to so many paths a pixel, edges have four times as many; beyond, twice as many. */
-#define EDGES_FOURFOLD_MOST 4u
+#define EDGES_FOURFOLD_MAX 4u
 
 void plan_lone(struct plan *plan, struct plan_report *report)
 {
@@ -35,7 +35,7 @@ static void plan_mixed_paths(const char *what, struct plan *plan, struct plan_re
 static void plan_edges(struct plan *plan)
 {
     if (plan->paths.spp == 0) return;
-    plan->paths.edge_digits = plan->paths.spp <= EDGES_FOURFOLD_MOST ? 2 : 1;
+    plan->paths.edge_digits = plan->paths.spp <= EDGES_FOURFOLD_MAX ? 2 : 1;
 }
 
 void plan_mixed(struct plan *plan, struct plan_report *report)

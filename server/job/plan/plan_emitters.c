@@ -5,7 +5,7 @@
 
 /* So many triangles of stretched instances are measured one by one, and the rest is estimated: a
  * file of a few bytes can place billions. */
-#define MEASURED_MOST 100000000u
+#define MEASURED_MAX 100000000u
 
 /* A similarity may have lengths with this relative difference, and axes with this cosine. */
 #define SIMILAR 1e-4
@@ -90,7 +90,7 @@ static double placed_area(const struct scene *scene, uint64_t first, uint64_t en
         struct stretch s = stretch_of(&scene->instances[i]);
         double factor;
         bool similar = is_similarity(&s, &factor);
-        if (!similar && *measured + mesh->triangle_count <= MEASURED_MOST) {
+        if (!similar && *measured + mesh->triangle_count <= MEASURED_MAX) {
             *measured += mesh->triangle_count;
             sum += mesh_area(scene, mesh, &s);
         } else {

@@ -34,7 +34,7 @@ static int set_map(const struct job_environment *e, const struct plan_source *so
 
 /* Displays and labels shine up to 1, as white paper in a studio does, and light no scene; lamps
  * shine brighter. */
-#define DISPLAY_MOST 1.0f
+#define DISPLAY_MAX 1.0f
 
 static bool has_lamp(const struct scene *scene)
 {
@@ -42,7 +42,7 @@ static bool has_lamp(const struct scene *scene)
         const struct scene_material *m = &scene->materials[scene->meshes[i].material];
         if (m->flags & MATERIAL_UNLIT) continue;
         for (int c = 0; c < 3; c++)
-            if (m->emission[c] > DISPLAY_MOST) return true;
+            if (m->emission[c] > DISPLAY_MAX) return true;
     }
     return false;
 }

@@ -5,7 +5,7 @@
 
 /* The sheared filter may cost this many times what tracing does, since it stands for four times as
  * many samples under the axis-aligned one (docs/reconstruction.md, Which filter answers). */
-#define COST_MOST 4.0
+#define COST_MAX 4.0
 
 /* Nanoseconds of CPU time: of a ray with its shading, and of the sheared filter for each pixel and
  * light, and more for each sample. Only their ratio matters. */
@@ -64,11 +64,11 @@ uint32_t plan_choose_filter(const struct job *job, const struct plan *plan,
     }
     const char *plural = samples > 1 ? "s" : "";
     double cost = relative_cost(job, plan, rectangles, samples);
-    if (cost > COST_MOST) {
+    if (cost > COST_MAX) {
         snprintf(why, n,
                  "%u sample%s a light: sheared filtering would cost about %.1f times what "
                  "tracing does, above %.0f",
-                 samples, plural, cost, COST_MOST);
+                 samples, plural, cost, COST_MAX);
         return SHADOW_FILTER_AXIS_ALIGNED;
     }
     snprintf(why, n, "%u sample%s a light: filtering along the slopes of shadows needs the fewest",

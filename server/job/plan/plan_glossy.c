@@ -13,7 +13,7 @@ static bool may_be_glossy(const struct scene_material *m)
     const bool isotropic = !(m->anisotropy > 0) || m->anisotropy_texture.texture != SCENE_NONE;
     const bool bare = !plan_has_layers(m, true);
     return m->model == MODEL_GLTF && !(m->flags & MATERIAL_UNLIT) && facets && opaque && bare &&
-           isotropic && m->roughness * m->roughness >= GLOSSY_ALPHA_LEAST;
+           isotropic && m->roughness * m->roughness >= GLOSSY_ALPHA_MIN;
 }
 
 static bool has_glossy(const struct scene *scene)

@@ -21,7 +21,7 @@
  * them becomes less, as its area falls with the square: errors in a box grow again from mu = 6 on.
  * With the square of mu they fall; and no less than what every pixel gets (indirect_adaptive.h). */
 #define ADAPTIVE_FIRST 4
-#define ADAPTIVE_MOST  100.0
+#define ADAPTIVE_MAX   100.0
 
 const char plan_nothing_to_filter[] = "there is neither indirect light nor occlusion to filter";
 
@@ -52,11 +52,11 @@ void plan_surfaces(struct plan *plan, struct plan_report *report)
 }
 
 /* Rays of a pixel, in both sets. */
-static uint32_t adaptive_most(const struct job *job)
+static uint32_t adaptive_max(const struct job *job)
 {
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
     const double mu = job->mu > 1.0f ? (double)job->mu : 1.0, least = first * mu * mu * mu;
-    const double most = fmax(ADAPTIVE_MOST * mu * mu, least);
+    const double most = fmax(ADAPTIVE_MAX * mu * mu, least);
     if (job->indirect_spp > 0) return job->indirect_spp > first ? job->indirect_spp : first;
     return most < LIMIT_SPP ? (uint32_t)most : LIMIT_SPP;
 }
@@ -96,7 +96,7 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
         snprintf(why, n,
                  "filter.indirect asks for it: %u rays a pixel, then as many as their distances "
                  "call for, %u at most",
-                 l * l, adaptive_most(job));
+                 l * l, adaptive_max(job));
     else
         snprintf(why, n, "filter.indirect asks for it");
     return job->indirect - INDIRECT_AVERAGE;
@@ -127,7 +127,7 @@ void plan_indirect_none(const struct job *job, const char *why, struct plan_repo
 static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
-    plan->adaptive = (struct plan_adaptive){.mu = job->mu, .rays_most = adaptive_most(job)};
+    plan->adaptive = (struct plan_adaptive){.mu = job->mu, .rays_max = adaptive_max(job)};
     plan->mu = 1.0f;
     plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MAX);
     plan->capabilities |= CAPABILITY_STRATA_MAPS;

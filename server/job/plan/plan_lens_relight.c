@@ -37,7 +37,7 @@ static uint64_t block_bytes(const struct job *job, const struct plan *plan)
         lit.planes |= PLANE_BIT(INDIRECT_STRATA);
     lit.shadow_filter = plan_choose_filter(job, &lit, unused);
     lit.indirect_filter = plan_choose_indirect_filter(job, &lit, unused);
-    return block_patch_bytes_least(&lit);
+    return block_patch_bytes_min(&lit);
 }
 
 /* Returns whether fields could light lens samples at all. If not, `why` says why. */

@@ -7,7 +7,7 @@
 #define GAUSSIAN_MEAN 0.357735
 
 /* A source that a path chose less often than this would return as rare bright samples. */
-#define POWER_LEAST 1e-3
+#define POWER_MIN 1e-3
 
 double plan_luminance(const float color[3])
 {
@@ -65,7 +65,7 @@ static float share(double flux, double sum)
 {
     if (!(flux > 0)) return 0;
     double part = isfinite(sum) ? flux / sum : 1;
-    return (float)(part > POWER_LEAST ? part : POWER_LEAST);
+    return (float)(part > POWER_MIN ? part : POWER_MIN);
 }
 
 void plan_set_powers(const struct scene *scene, const struct plan_emitters *emitters,
@@ -78,7 +78,7 @@ void plan_set_powers(const struct scene *scene, const struct plan_emitters *emit
     for (uint32_t k = 0; k < plan->light_count; k++) sum += light_flux(&plan->lights[k], radius);
     for (uint32_t k = 0; k < plan->light_count; k++) {
         float power = share(light_flux(&plan->lights[k], radius), sum);
-        plan->lights[k].power = power > 0 ? power : (float)POWER_LEAST;
+        plan->lights[k].power = power > 0 ? power : (float)POWER_MIN;
     }
     plan->environment.power = share(environment, sum);
     plan->paths.emitter_power = share(emitters->flux, sum);

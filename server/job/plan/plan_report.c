@@ -155,8 +155,8 @@ static json_t *samples_of(const struct plan *plan)
                             json_integer((json_int_t)plan->paths.spp << plan->paths.edge_digits));
     if (samples && plan->lens_extra > 0)
         json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
-    if (samples && plan->adaptive.rays_most > 0)
-        json_object_set_new(samples, "indirect_most", json_integer(plan->adaptive.rays_most));
+    if (samples && plan->adaptive.rays_max > 0)
+        json_object_set_new(samples, "indirect_most", json_integer(plan->adaptive.rays_max));
     return samples;
 }
 

@@ -135,14 +135,14 @@ static int match_bent(const struct scene *now, const struct scene *const sides[M
 }
 
 /* Instances that are looked at for one: what a side lacks is mostly little. */
-#define LOOKED_AT_MOST 4096
+#define LOOKED_AT_MAX 4096
 
 /* Finds the next mesh of a side that is the one of instance i; the end: it is not there. */
 static uint64_t find_next(const struct scene *now, uint64_t i, const struct scene *side,
                           uint64_t from)
 {
     const uint64_t count = side->count[SCENE_INSTANCES];
-    for (uint64_t k = from; k < count && k - from < LOOKED_AT_MOST; k++)
+    for (uint64_t k = from; k < count && k - from < LOOKED_AT_MAX; k++)
         if (!is_based(side, k) && is_same_mesh(now, i, side, k)) return k;
     return count;
 }

@@ -14,7 +14,7 @@
 
 /* Runs of one import whose process was killed from outside (SIGKILL: a person, or the kernel short
  * of memory). What it dies of by itself it would die of again. */
-#define RUNS_MOST 5
+#define RUNS_MAX 5
 
 /* Phases follow each other: files on the pool, the child on the loop, the blob on the pool. */
 struct import_process {
@@ -199,7 +199,7 @@ static void closed(uv_handle_t *handle)
 {
     struct import_process *p = handle->data;
     if (--p->handles > 0) return;
-    if (was_killed(p) && p->runs < RUNS_MOST) {
+    if (was_killed(p) && p->runs < RUNS_MAX) {
         run_again(p);
         return;
     }

@@ -8,7 +8,7 @@
 #include "proto/scene/scene.h"
 
 /* Children at a time: an import may take gigabytes. */
-#define RUNNING_MOST 2
+#define RUNNING_MAX 2
 
 struct import_request {
     struct import *import;
@@ -228,7 +228,7 @@ static struct import *first_waiting(const struct imports *s)
 static void start_waiting(struct imports *s)
 {
     struct import *import;
-    while (!s->stopped && s->running < RUNNING_MOST && (import = first_waiting(s))) start(import);
+    while (!s->stopped && s->running < RUNNING_MAX && (import = first_waiting(s))) start(import);
 }
 
 /* Returns whether a blob is there, with what it stands on. */

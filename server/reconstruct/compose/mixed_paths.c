@@ -8,7 +8,7 @@
 #define CHANCE 2.0f
 
 /* Below this weight a surface has no pixel of its own around. */
-#define WEIGHT_LEAST 1e-3f
+#define WEIGHT_MIN 1e-3f
 
 #define SIDE (2 * PATCH_RING_PX + 1)
 
@@ -95,7 +95,7 @@ static bool find_light(const struct mixture *m, const struct shown_surface *surf
         const float alike = surface ? surface_match(&m->view, surface, &q->surface) : 1.0f;
         if (alike > 0.0f) add_light(m, q, alike * q->near, out);
     }
-    if (!(out->weight >= WEIGHT_LEAST)) return false;
+    if (!(out->weight >= WEIGHT_MIN)) return false;
     for (int c = 0; c < 3; c++) {
         out->diffuse[c] /= out->weight;
         out->albedo[c] /= out->weight;
@@ -145,7 +145,7 @@ static bool predict(struct mixture *m, int32_t x, int32_t y, uint32_t e, struct 
     }
     if (!(out->share > 0.0f)) return false;
     const float left = 1.0f - out->share;
-    if (left < WEIGHT_LEAST) return true;
+    if (left < WEIGHT_MIN) return true;
     if (!find_light(m, NULL, &light)) return false;
     add_covered(&light, none, left, out);
     return true;

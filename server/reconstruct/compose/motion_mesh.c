@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define CELLS_MOST 96 /* along an axis */
+#define CELLS_MAX 96 /* along an axis */
 /* Where triangles are so large that they meet more cells than this each, cells are larger. */
 #define CELLS_EACH 32u
 /* Triangles that are looked at for one point. More of them in a cell are soup. */
-#define LOOKED_AT_MOST 4096u
+#define LOOKED_AT_MAX 4096u
 /* Boxes are widened by this share of the mesh's size: depths are floats. */
 #define SLACK 1e-5
 
@@ -47,7 +47,7 @@ static void find_box(struct motion_mesh *m, uint32_t vertex_count)
     if (!(size > 0)) size = 1;
     m->slack = SLACK * size;
     /* About one cell a triangle of the surface along the longest axis. */
-    const double along = fmin(CELLS_MOST, ceil(sqrt((double)m->triangle_count)));
+    const double along = fmin(CELLS_MAX, ceil(sqrt((double)m->triangle_count)));
     for (int c = 0; c < 3; c++) {
         m->cells[c] = (int32_t)fmax(1, ceil(along * (high[c] - m->low[c]) / size));
         m->cell[c] = fmax((high[c] - m->low[c]) / m->cells[c], m->slack);
@@ -247,7 +247,7 @@ void motion_mesh_follow(const struct motion_mesh *m, enum motion_side side, doub
     const size_t cell =
         index_of(m, cell_of(m, 0, at[0]), cell_of(m, 1, at[1]), cell_of(m, 2, at[2]));
     const uint32_t held = m->first[cell + 1] - m->first[cell];
-    const uint32_t looked_at = held < LOOKED_AT_MOST ? held : LOOKED_AT_MOST;
+    const uint32_t looked_at = held < LOOKED_AT_MAX ? held : LOOKED_AT_MAX;
     for (uint32_t i = m->first[cell]; i < m->first[cell] + looked_at; i++) {
         double w[3];
         corners_of(m, m->items[i], m->now, corner);

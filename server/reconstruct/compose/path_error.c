@@ -13,7 +13,7 @@
 #define AROUND_WEIGHT 6.0f
 
 /* Of few samples s may seem to be above 1, and must, for its mean to be right. */
-#define Q_MOST 1.2f
+#define Q_MAX 1.2f
 
 /* How many doublings of the passes are believed to go on as they did. */
 #define BEYOND 2
@@ -49,7 +49,7 @@ static int rounded_log2(float count)
 /* q of H, by bisection: H grows with it. */
 static float decay_of(float halves, int power)
 {
-    float low = 0.0f, high = Q_MOST;
+    float low = 0.0f, high = Q_MAX;
     for (int i = 0; i < 24; i++) {
         const float q = 0.5f * (low + high);
         float h = 2.0f - q;
@@ -82,7 +82,7 @@ struct level {
 
 /* What a cell's pixels tell. */
 struct cell {
-    float n_least, length; /* samples of a pixel, and of its split parts */
+    float n_min, length; /* samples of a pixel, and of its split parts */
     struct level levels[LEVELS];
     float decay[LEVELS];  /* q; below 0: not asked for yet */
     float weight[LEVELS]; /* of what the cell says of a level */
@@ -195,7 +195,7 @@ static uint32_t level_of(const struct field *f, size_t k)
 static void add_to_levels(const struct field *f, struct rect r, struct cell *cell)
 {
     const struct patch *p = f->patch;
-    cell->n_least = 1e9f;
+    cell->n_min = 1e9f;
     for (int32_t y = r.y0; y < r.y1; y++) {
         size_t i = patch_pixel(f->patch, r.x0, y), k = index_in(f->rect, r.x0, y);
         size_t at = index_in(f->wide, r.x0, y);
@@ -206,8 +206,8 @@ static void add_to_levels(const struct field *f, struct rect r, struct cell *cel
             if (p->path_half_difference2 && p->paths.split_spp[i] > 0.0f)
                 level->halves += (double)bounded(p->path_half_difference2[i] /
                                                  p->paths.split_spp[i] / p->paths.spp[i]);
-            if (p->paths.spp[i] >= cell->n_least) continue;
-            cell->n_least = p->paths.spp[i];
+            if (p->paths.spp[i] >= cell->n_min) continue;
+            cell->n_min = p->paths.spp[i];
             cell->length = p->paths.split_length[i];
         }
     }

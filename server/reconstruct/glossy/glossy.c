@@ -3,8 +3,8 @@
 #include "server/reconstruct/glossy/glossy_bandlimit.h"
 #include "server/reconstruct/glossy/glossy_variance.h"
 
-#define WEIGHT_LEAST 1e-6f
-#define SQUARE_MOST  1e36f /* so that sums stay finite */
+#define WEIGHT_MIN 1e-6f
+#define SQUARE_MAX 1e36f /* so that sums stay finite */
 
 /* One call. */
 struct glossy {
@@ -56,7 +56,7 @@ static void copy_pixel(const struct glossy *g, size_t i)
         g->out[c][i] = glossy ? p->glossy[c][i] : 0.0f;
         if (!g->variance) continue;
         const float off = glossy ? p->glossy_half[c][i] - p->glossy[c][i] : 0.0f;
-        g->variance[c][i] = off * off < SQUARE_MOST ? off * off : SQUARE_MOST;
+        g->variance[c][i] = off * off < SQUARE_MAX ? off * off : SQUARE_MAX;
     }
 }
 
@@ -79,7 +79,7 @@ static uint64_t store(const struct glossy *g, const struct glossy_neighbourhood 
         const size_t to = patch_pixel(g->patch, g->inner.x0, y);
         for (size_t i = 0; i < (size_t)rect_width(g->inner); i++) {
             const float weight = channel[3][from + i];
-            if (!around->object[from + i] || !(weight >= WEIGHT_LEAST)) continue;
+            if (!around->object[from + i] || !(weight >= WEIGHT_MIN)) continue;
             for (int c = 0; c < 3; c++) g->out[c][to + i] = channel[c][from + i] / weight;
             filtered++;
         }

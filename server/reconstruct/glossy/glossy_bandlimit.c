@@ -4,7 +4,7 @@
 #include "server/reconstruct/indirect/indirect.h"
 #include "server/reconstruct/indirect/indirect_adaptive.h"
 
-#define NEAR_LEAST 1e-6f /* of length_unit / distance: as good as nothing met */
+#define NEAR_MIN 1e-6f /* of length_unit / distance: as good as nothing met */
 
 /* The plan as the filter of indirect light understands it. */
 static struct plan as_indirect(const struct plan *plan)
@@ -28,7 +28,7 @@ static float reflector_of(const struct plan *plan, const struct patch *patch, si
 {
     const float near = patch->glossy_nearness[i], alpha = patch->glossy_alpha[i];
     if (!patch_is_glossy(patch, i)) return 0.0f;
-    if (!(near * plan->length_unit > NEAR_LEAST)) return BOUNCE_DISTANCE_NONE * plan->length_unit;
+    if (!(near * plan->length_unit > NEAR_MIN)) return BOUNCE_DISTANCE_NONE * plan->length_unit;
     const float exponent = 2.0f / (alpha * alpha) - 2.0f; /* alpha: at least a step of its plane */
     const struct indirect_bandlimit band =
         indirect_bandlimit_blinn_phong(exponent > 0.0f ? exponent : 0.0f);

@@ -5,12 +5,12 @@
 
 #include "server/reconstruct/patch/surface.h"
 
-#define TINY          1e-30f
-#define COSINE_LEAST  0.05f
-#define ALPHA_LEAST   0.002f
-#define SIGMA         0.665190105f /* 1 / sqrt(2.26): of GGX facets over alpha */
-#define OFF_PX        2.0f         /* neighbours may be so far off the tangent plane */
-#define NEARNESS_MOST 1e15f
+#define TINY         1e-30f
+#define COSINE_MIN   0.05f
+#define ALPHA_MIN    0.002f
+#define SIGMA        0.665190105f /* 1 / sqrt(2.26): of GGX facets over alpha */
+#define OFF_PX       2.0f         /* neighbours may be so far off the tangent plane */
+#define NEARNESS_MAX 1e15f
 
 _Static_assert(sizeof(int32_t) == sizeof(float), "objects are carved like numbers");
 
@@ -129,8 +129,8 @@ static bool set_lobe(const struct surface_view *view, float alpha, size_t i, flo
     const float n[3] = {own[NORMAL][i], own[NORMAL + 1][i], own[NORMAL + 2][i]};
     if (!look_back(view, (const float *const *)own, i, v)) return false;
     const float cosine = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
-    if (!(cosine >= COSINE_LEAST)) return false;
-    const float wide = 2.0f * SIGMA * (alpha > ALPHA_LEAST ? alpha : ALPHA_LEAST);
+    if (!(cosine >= COSINE_MIN)) return false;
+    const float wide = 2.0f * SIGMA * (alpha > ALPHA_MIN ? alpha : ALPHA_MIN);
     tangent(n, v, cosine, t);
     const float sine = v[0] * t[0] + v[1] * t[1] + v[2] * t[2];
     const float b[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2],
@@ -165,7 +165,7 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
             for (int k = 0; k < 3; k++) p->channel[4 + k][at] = patch->glossy_half[k][q];
             p->channel[7][at] = patch->glossy_half_weight[q];
         }
-        p->own[NEARNESS][at] = near < NEARNESS_MOST ? near : NEARNESS_MOST;
+        p->own[NEARNESS][at] = near < NEARNESS_MAX ? near : NEARNESS_MAX;
         p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
         if (patch_is_glossy(patch, q) && set_lobe(view, patch->glossy_alpha[q], at, p->own))
             p->object[at] = (int32_t)patch->id[q];

@@ -18,11 +18,11 @@
 #include "server/reconstruct/simd/tap_lanes.h"
 #include "server/reconstruct/simd/vector.h"
 
-#define GLOSSY_LOG_2     0.693147181f
-#define GLOSSY_DET_LEAST 1e-30f
-#define GLOSSY_SLOPE     0.1225f /* squared: neighbours may lie so far off the plane, over distance */
+#define GLOSSY_LOG_2   0.693147181f
+#define GLOSSY_DET_MIN 1e-30f
+#define GLOSSY_SLOPE   0.1225f /* squared: neighbours may lie so far off the plane, over distance */
 
-_Static_assert(TAPS_MOST >= GLOSSY_TAPS, "a line's neighbours");
+_Static_assert(TAPS_MAX >= GLOSSY_TAPS, "a line's neighbours");
 
 /* Sixteen receivers. */
 struct glossy_receivers {
@@ -42,8 +42,7 @@ static inline void glossy_axis(const float *const in[3], size_t p, struct simd u
     for (int v = 0; v < SIMD_VECTORS; v++) {
         const simd_vector a[3] = {unit[0].v[v], unit[1].v[v], unit[2].v[v]};
         const simd_vector squared = simd_dot(a, a);
-        const simd_vector fit =
-            simd_select(squared > GLOSSY_DET_LEAST, squared, simd_all(1.0f).v[v]);
+        const simd_vector fit = simd_select(squared > GLOSSY_DET_MIN, squared, simd_all(1.0f).v[v]);
         float root[SIMD_PER_VECTOR];
         simd_vector length;
         memcpy(root, &fit, sizeof root);
@@ -146,7 +145,7 @@ static inline void glossy_compare(const struct glossy_field *f, const struct glo
     const simd_vector first = simd_fused(h1, s22, -h2 * s12);
     const simd_vector second = simd_fused(h2, s11, -h1 * s12);
     *(simd_stored *)(out->det[t] + lane) =
-        simd_select(raw > GLOSSY_DET_LEAST, raw, simd_same(GLOSSY_DET_LEAST));
+        simd_select(raw > GLOSSY_DET_MIN, raw, simd_same(GLOSSY_DET_MIN));
     *(simd_stored *)(out->apart[t] + lane) = simd_fused(h1, first, h2 * second);
     *(simd_stored *)(out->sharp[t] + lane) =
         a->sharpness.v[v] + simd_load_vector(f->sharpness + at);

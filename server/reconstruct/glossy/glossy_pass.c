@@ -14,8 +14,8 @@
 
 /* Squared errors vary less than light does: lobes may differ, if they are of one surface. */
 #define SMOOTH_PX         8.0f
-#define SMOOTH_LEAST_PX   4.0f
-#define SMOOTH_MOST_PX    12.0f
+#define SMOOTH_MIN_PX     4.0f
+#define SMOOTH_MAX_PX     12.0f
 #define SMOOTH_SIMILARITY 0.1f
 
 static struct glossy_rule filter_rule(const struct plan *plan, float n, float width)
@@ -36,7 +36,7 @@ static struct glossy_rule filter_rule(const struct plan *plan, float n, float wi
 static struct glossy_rule smooth_rule(const struct plan *plan)
 {
     const float asked = SMOOTH_PX * (float)plan->height_px / LINES;
-    const float px = fminf(fmaxf(asked, SMOOTH_LEAST_PX), SMOOTH_MOST_PX);
+    const float px = fminf(fmaxf(asked, SMOOTH_MIN_PX), SMOOTH_MAX_PX);
     return (struct glossy_rule){
         .similarity = SMOOTH_SIMILARITY,
         .distance = 0.5f / (px * px),

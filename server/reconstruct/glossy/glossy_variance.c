@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-#define RATIO        0.5f /* of the widths of F' to those of F */
-#define WEIGHT_LEAST 1e-6f
-#define SQUARE_MOST  1e36f /* so that sums stay finite */
+#define RATIO      0.5f /* of the widths of F' to those of F */
+#define WEIGHT_MIN 1e-6f
+#define SQUARE_MAX 1e36f /* so that sums stay finite */
 
 static struct glossy_pass smoothing(const struct plan *plan, const struct patch *patch)
 {
@@ -21,12 +21,12 @@ int32_t glossy_variance_reach(const struct plan *plan)
 static float quotient(float *const *channels, uint32_t c, size_t i)
 {
     const float weight = channels[3][i];
-    return weight >= WEIGHT_LEAST ? channels[c][i] / weight : 0.0f;
+    return weight >= WEIGHT_MIN ? channels[c][i] / weight : 0.0f;
 }
 
 static float bounded(float v)
 {
-    return fmaxf(fminf(v, SQUARE_MOST), -SQUARE_MOST);
+    return fmaxf(fminf(v, SQUARE_MAX), -SQUARE_MAX);
 }
 
 /* Noise, and what F and F' differ by beyond their noise, both squared, into `between`. */

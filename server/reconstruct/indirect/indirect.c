@@ -45,10 +45,10 @@ static bool has_spikes(const struct plan *plan)
 int32_t indirect_halo_px(const struct plan *plan)
 {
     const struct indirect_rule r = indirect_rule_of(plan);
-    if (!(r.most_px > 0.0f || r.smooth_most_px > 0.0f)) return 0;
+    if (!(r.most_px > 0.0f || r.smooth_max_px > 0.0f)) return 0;
     const int32_t filter = indirect_reach_px(r.most_px) + INDIRECT_NEAR_PX;
     const int32_t spikes = has_spikes(plan) ? indirect_spikes_reach(&r) : 0;
-    return indirect_reach_px(r.smooth_most_px) + (filter > spikes ? filter : spikes);
+    return indirect_reach_px(r.smooth_max_px) + (filter > spikes ? filter : spikes);
 }
 
 static bool can_filter(const struct indirect *f)
@@ -246,7 +246,7 @@ static int run(const struct indirect *f, uint64_t *isolated)
     const struct rect seen = rect_intersect(rect_grow(f->inner, halo), f->patch->rect);
     const struct rect wide = rect_intersect(rect_grow(f->inner, beyond), seen);
     struct indirect_neighbourhood around;
-    const uint32_t spares = spares_of(f) + indirect_spikes_spares(INDIRECT_SPIKES_MOST);
+    const uint32_t spares = spares_of(f) + indirect_spikes_spares(INDIRECT_SPIKES_MAX);
     const int error = indirect_neighbourhood_create(f->plan, f->patch, seen, halo, spares, &around);
     if (error) return error;
     for (uint32_t c = 0; c < channels_of(f); c++) load(f, &around, c, c);

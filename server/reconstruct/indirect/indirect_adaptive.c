@@ -7,10 +7,10 @@
 #define LN_2        0.69314718055994531
 #define HALF_PI     1.57079632679489662
 #define RAYS_BEYOND 1e9f /* more than any pixel gets */
-#define WIDTH_MOST  1e30f
+#define WIDTH_MAX   1e30f
 #define FIT_END     50.0f /* exponent */
 
-#define ALPHA_SQUARED_LEAST 1e-8f
+#define ALPHA_SQUARED_MIN 1e-8f
 
 struct indirect_bandlimit indirect_bandlimit_lambert(void)
 {
@@ -54,7 +54,7 @@ struct indirect_bandlimit indirect_bandlimit_blinn_phong(float exponent)
 
 struct indirect_bandlimit indirect_bandlimit_facets(float alpha)
 {
-    const float m = 2.0f / fmaxf(alpha * alpha, ALPHA_SQUARED_LEAST) - 2.0f;
+    const float m = 2.0f / fmaxf(alpha * alpha, ALPHA_SQUARED_MIN) - 2.0f;
     struct indirect_bandlimit band = indirect_bandlimit_blinn_phong(fminf(fmaxf(m, 0.0f), FIT_END));
     if (!(m > FIT_END)) return band;
     return (struct indirect_bandlimit){band.omega * sqrtf(m / FIT_END), gamma_of(m)};
@@ -65,7 +65,7 @@ float indirect_adaptive_width(const struct indirect_bandlimit *band, float mu,
 {
     const float free = 2.0f * span->near / (mu * band->omega);
     const float least = 2.0f * span->pixel / (mu * INDIRECT_ADAPTIVE_WIDTH_ALPHA);
-    return fminf(fmaxf(free, least), WIDTH_MOST);
+    return fminf(fmaxf(free, least), WIDTH_MAX);
 }
 
 float indirect_adaptive_rays(const struct indirect_bandlimit *band, float mu,
@@ -81,7 +81,7 @@ float indirect_adaptive_width_mu(float mu)
     return mu > 1.0f ? mu : 1.0f;
 }
 
-float indirect_adaptive_least(float mu, uint32_t first)
+float indirect_adaptive_min(float mu, uint32_t first)
 {
     const float by = indirect_adaptive_width_mu(mu);
     return (float)first * (by * by * by);
@@ -92,7 +92,7 @@ uint32_t indirect_adaptive_strata(float rays, uint32_t first, uint32_t most)
     if (!(rays > (float)first) || most <= first) return 0;
     const float asked = fminf(rays, (float)most) - (float)first;
     uint32_t l = (uint32_t)(sqrtf(asked) + 0.5f);
-    while (l > PLAN_STRATA_MOST || l * l > most - first) l--;
+    while (l > PLAN_STRATA_MAX || l * l > most - first) l--;
     return l;
 }
 
@@ -130,8 +130,8 @@ static uint32_t strata_of(const struct adaptive *a, const struct indirect_bandli
     const float least = a->near_px * pixel;
     const struct indirect_span span = {fmaxf(1.0f / near, least), fmaxf(far, least), pixel};
     const float mu = a->plan->adaptive.mu, rays = indirect_adaptive_rays(band, mu, &span);
-    return indirect_adaptive_strata(fmaxf(rays, indirect_adaptive_least(mu, l * l)), l * l,
-                                    a->plan->adaptive.rays_most);
+    return indirect_adaptive_strata(fmaxf(rays, indirect_adaptive_min(mu, l * l)), l * l,
+                                    a->plan->adaptive.rays_max);
 }
 
 static void find_row(const struct adaptive *a, const struct indirect_kernels *kernels, int32_t y,

@@ -4,9 +4,9 @@
 
 #include "server/reconstruct/indirect/indirect.h"
 
-#define LEVELS         4
-#define FOUR_PI        12.5663706f
-#define RELATIVE_LEAST 1e-30f /* darker channels have no say */
+#define LEVELS       4
+#define FOUR_PI      12.5663706f
+#define RELATIVE_MIN 1e-30f /* darker channels have no say */
 
 /* The mean that tells noise: pixels it looks at to both sides, and the share of independent noise's
  * variance in what it takes off a pixel: 1 - 2 a^2 + s^2, of weights w = exp(-d^2 / (2 * 1.25^2))
@@ -100,7 +100,7 @@ static void square_difference(const struct blend *b, struct rect rect, float *co
         for (uint32_t c = 0; c < b->voters; c++) {
             const float *whole = b->level[0][c], *of = one[c], *from = other[c];
             for (size_t i = first; i < end; i++) {
-                const float by = whole[i] > RELATIVE_LEAST ? whole[i] : 0.0f;
+                const float by = whole[i] > RELATIVE_MIN ? whole[i] : 0.0f;
                 const float d = by > 0.0f ? (of[i] - from[i]) / by : 0.0f;
                 out[i] += d * d;
             }
@@ -128,16 +128,15 @@ static void filter_levels(const struct blend *b, struct rect rect)
 /* Smooths the squares over `rect`. */
 static void smooth(const struct blend *b, struct rect rect)
 {
-    const struct indirect_pass pass = {.kernels = b->kernels,
-                                       .reach = indirect_reach_px(b->rule->smooth_most_px),
-                                       .count = LEVELS};
+    const struct indirect_pass pass = {
+        .kernels = b->kernels, .reach = indirect_reach_px(b->rule->smooth_max_px), .count = LEVELS};
     const struct rect tall = indirect_pass_tall(b->around, rect, pass.reach);
     for (int32_t y = tall.y0; y < tall.y1; y++) {
         const size_t first = indirect_neighbourhood_index(b->around, tall.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(tall); i++) {
             const float pixel = b->around->pixel[i];
-            const float least = b->rule->smooth_least_px * pixel;
-            const float most = b->rule->smooth_most_px * pixel;
+            const float least = b->rule->smooth_min_px * pixel;
+            const float most = b->rule->smooth_max_px * pixel;
             b->width[i] = fminf(fmaxf(b->beta[i], least), most);
         }
     }
@@ -201,7 +200,7 @@ void indirect_blend(const struct indirect_rule *rule, const struct indirect_kern
                       .counts = counts,
                       .count = count,
                       .voters = voters};
-    const int32_t reach = indirect_reach_px(rule->smooth_most_px);
+    const int32_t reach = indirect_reach_px(rule->smooth_max_px);
     const struct rect wide = rect_intersect(rect_grow(rect, reach), around->rect);
     const struct steps steps = steps_of(rule->ratio);
     carve(&b);

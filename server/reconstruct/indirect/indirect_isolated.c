@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#define ALIKE_LEAST  2    /* of four neighbours, for a surface that filters follow */
+#define ALIKE_MIN    2    /* of four neighbours, for a surface that filters follow */
 #define COSINE_ABOUT 0.5f /* others face within 60 degrees */
 #define OFF_ABOUT_PX 8.0f /* and are off the plane by less */
 
@@ -42,9 +42,9 @@ static bool is_isolated(const struct indirect_neighbourhood *f, size_t p, bool l
     const size_t at[4] = {p - 1, p + 1, p - (size_t)f->field.stride, p + (size_t)f->field.stride};
     const bool there[4] = {left, right, above, below};
     int alike = 0;
-    for (int k = 0; k < 4 && alike < ALIKE_LEAST; k++)
+    for (int k = 0; k < 4 && alike < ALIKE_MIN; k++)
         if (there[k] && f->pixel[at[k]] > 0.0f) alike += is_alike(f, p, relate(f, p, at[k]));
-    return alike < ALIKE_LEAST;
+    return alike < ALIKE_MIN;
 }
 
 /* Sums of the window: [0] over the pixel's surface, [1] over others, by how alike they are. */

@@ -9,17 +9,17 @@
 #include "server/reconstruct/simd/tap_lanes.h"
 #include "server/reconstruct/simd/vector.h"
 
-#define LINE_WEIGHT_LEAST 3.0f  /* of the neighbours and the pixel itself, for a line */
-#define LINE_SPREAD_LEAST 0.05f /* how far the fit is from one-sided: det / (S0 S2) */
-#define LINE_FLOOR        0.25f /* of the mean */
-#define LINE_TOGETHER     3     /* channels */
+#define LINE_WEIGHT_MIN 3.0f  /* of the neighbours and the pixel itself, for a line */
+#define LINE_SPREAD_MIN 0.05f /* how far the fit is from one-sided: det / (S0 S2) */
+#define LINE_FLOOR      0.25f /* of the mean */
+#define LINE_TOGETHER   3     /* channels */
 
 /* Neighbours, and for rule B signed distances in sqrt 2 beta, then weights times those. */
 struct indirect_taps {
     struct taps taps;
     _Alignas(64) float moment[INDIRECT_TAPS][SIMD_LANES];
 };
-_Static_assert(TAPS_MOST >= INDIRECT_TAPS, "a line's neighbours");
+_Static_assert(TAPS_MAX >= INDIRECT_TAPS, "a line's neighbours");
 
 /* What sixteen pixels ask their neighbours. */
 struct indirect_receivers {
@@ -147,7 +147,7 @@ static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line
     for (int v = 0; v < SIMD_VECTORS; v++) {
         const simd_vector det = simd_fused(s0.v[v], s2.v[v], -s1.v[v] * s1.v[v]);
         const simd_mask fits =
-            (s0.v[v] > LINE_WEIGHT_LEAST) & (det > LINE_SPREAD_LEAST * s0.v[v] * s2.v[v]);
+            (s0.v[v] > LINE_WEIGHT_MIN) & (det > LINE_SPREAD_MIN * s0.v[v] * s2.v[v]);
         const simd_vector by = simd_select(fits, det, simd_all(1.0f).v[v]);
         line->inverse.v[v] = 1.0f / s0.v[v];
         line->first.v[v] = simd_select(fits, s2.v[v] / by, line->inverse.v[v]);

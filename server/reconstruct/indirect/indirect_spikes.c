@@ -10,13 +10,13 @@
 
 /* Half a window's side over beta: as many pixels as a Gaussian's weights come to, squared. */
 #define WINDOW_BETAS 1.77f
-#define WINDOW_MOST  12.0f
+#define WINDOW_MAX   12.0f
 
 /* What is taken out is spread over a Gaussian that ends after so many steps. A step of S pixels is
  * odd; means over S pixels before and after it leave no trace of the steps. */
 #define TAPS       8
-#define STEP_LEAST 5
-#define STEP_MOST  9
+#define STEP_MIN   5
+#define STEP_MAX   9
 #define STEP_BETAS 0.6f /* of the filter's widest: the Gaussian has twice its width */
 
 static float times_of(const struct indirect_rule *rule)
@@ -27,13 +27,13 @@ static float times_of(const struct indirect_rule *rule)
 
 static int32_t window_px(const struct indirect_rule *rule)
 {
-    return (int32_t)fminf(ceilf(WINDOW_BETAS * rule->most_px), WINDOW_MOST);
+    return (int32_t)fminf(ceilf(WINDOW_BETAS * rule->most_px), WINDOW_MAX);
 }
 
 static int32_t step_px(const struct indirect_rule *rule)
 {
     const int32_t px = (int32_t)(STEP_BETAS * fminf(rule->most_px, 64.0f)) | 1;
-    return px < STEP_LEAST ? STEP_LEAST : px < STEP_MOST ? px : STEP_MOST;
+    return px < STEP_MIN ? STEP_MIN : px < STEP_MAX ? px : STEP_MAX;
 }
 
 static int32_t spread_px(const struct indirect_rule *rule)
@@ -161,7 +161,7 @@ static void spread(const struct indirect_rule *rule, const struct indirect_spike
     const struct spike_limits l = limits_of(s);
     const int32_t step = step_px(rule), reach = TAPS * step;
     const struct rect inner = rect_intersect(rect_grow(s->rect, step / 2), a->rect);
-    float *between[INDIRECT_SPIKES_MOST], *taken[INDIRECT_SPIKES_MOST];
+    float *between[INDIRECT_SPIKES_MAX], *taken[INDIRECT_SPIKES_MAX];
     for (uint32_t c = 0; c < s->count; c++) {
         taken[c] = excess(s, c);
         between[c] = excess(s, s->count + c);

@@ -7,16 +7,16 @@
 #include "server/reconstruct/indirect/indirect_width.h"
 #include "server/reconstruct/patch/spike_limits.h"
 
-#define INDIRECT_SPIKES_MOST 6 /* channels: light, and half of the samples' */
+#define INDIRECT_SPIKES_MAX 6 /* channels: light, and half of the samples' */
 
 struct indirect_spikes {
     const struct indirect_kernels *kernels;
     struct indirect_neighbourhood *around;
-    struct rect rect;                     /* whose pixels get what is spread */
-    float *channel[INDIRECT_SPIKES_MOST]; /* arrays of the neighbourhood */
-    uint32_t count;                       /* of them */
-    uint32_t first;                       /* the first of indirect_spikes_spares that are free */
-    bool any;                             /* there are spikes near `rect` */
+    struct rect rect;                    /* whose pixels get what is spread */
+    float *channel[INDIRECT_SPIKES_MAX]; /* arrays of the neighbourhood */
+    uint32_t count;                      /* of them */
+    uint32_t first;                      /* the first of indirect_spikes_spares that are free */
+    bool any;                            /* there are spikes near `rect` */
 };
 
 /* Returns how many pixels around `rect` are read; 0: the rule's filter has no spikes. */

@@ -5,7 +5,7 @@
 
 int32_t indirect_variance_reach(const struct indirect_rule *rule)
 {
-    return indirect_reach_px(rule->smooth_most_px);
+    return indirect_reach_px(rule->smooth_max_px);
 }
 
 static float *spare(const struct indirect_variance *s, uint32_t k)
@@ -74,8 +74,8 @@ static void smooth(const struct indirect_variance *s, struct rect rect)
         const size_t first = indirect_neighbourhood_index(s->around, tall.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(tall); i++) {
             const float pixel = s->around->pixel[i];
-            const float least = s->rule->smooth_least_px * pixel;
-            const float most = s->rule->smooth_most_px * pixel;
+            const float least = s->rule->smooth_min_px * pixel;
+            const float most = s->rule->smooth_max_px * pixel;
             width[i] = fminf(fmaxf(beta[i], least), most);
         }
     }

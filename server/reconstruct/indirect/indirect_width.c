@@ -7,21 +7,21 @@
 #include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/simd/clamp.h"
 
-#define LINES        512.0f /* what pixels below are counted at */
-#define SAMPLES      16.0f
-#define BANDLIMIT    (2.0f / INDIRECT_OMEGA_LAMBERT)
-#define BETA_LEAST   0.6f
-#define FALLOFF_MOST 1e30f
-#define RATE_CAP_PX  7.5f /* at mu = 1, as rule A's at 16 samples */
-#define FAR          1e30f
+#define LINES       512.0f /* what pixels below are counted at */
+#define SAMPLES     16.0f
+#define BANDLIMIT   (2.0f / INDIRECT_OMEGA_LAMBERT)
+#define BETA_MIN    0.6f
+#define FALLOFF_MAX 1e30f
+#define RATE_CAP_PX 7.5f /* at mu = 1, as rule A's at 16 samples */
+#define FAR         1e30f
 
 /* The blend's widths over those of rule B, and what smooths its decisions: the latter at most a
  * third of the reach, the widest what is left of it. */
 #define BLEND_WIDEST  2.0f
 #define BLEND_FINEST  0.5f
 #define BLEND_SPREAD  1.2f /* widest over finest, at least */
-#define SMOOTH_LEAST  6.0f /* pixels, counted at LINES */
-#define SMOOTH_MOST   12.0f
+#define SMOOTH_MIN    6.0f /* pixels, counted at LINES */
+#define SMOOTH_MAX    12.0f
 #define SMOOTH_ERRORS 4.0f /* pixels: squares of single ones tell little */
 
 float indirect_root(float ratio, int degree)
@@ -52,8 +52,8 @@ static void smooth_errors(const struct plan *plan, float lines, struct indirect_
 {
     const float left = fmaxf(most_in_reach() - r->most_px, 0.0f);
     if (!patch_knows_errors(plan) || plan->indirect_filter == INDIRECT_FILTER_BLEND) return;
-    r->smooth_most_px = fminf(fmaxf(SMOOTH_MOST * lines, SMOOTH_ERRORS), left);
-    r->smooth_least_px = fminf(fmaxf(SMOOTH_LEAST * lines, SMOOTH_ERRORS), r->smooth_most_px);
+    r->smooth_max_px = fminf(fmaxf(SMOOTH_MAX * lines, SMOOTH_ERRORS), left);
+    r->smooth_min_px = fminf(fmaxf(SMOOTH_MIN * lines, SMOOTH_ERRORS), r->smooth_max_px);
 }
 
 /* Rule B's widths times `widest` and, three steps on, times `finest`. Where lines are so many that
@@ -61,9 +61,9 @@ static void smooth_errors(const struct plan *plan, float lines, struct indirect_
 static void spread_widths(struct indirect_rule *r, float lines)
 {
     const float all = most_in_reach();
-    r->smooth_most_px = fminf(SMOOTH_MOST * lines, 0.25f * all);
-    r->smooth_least_px = fminf(SMOOTH_LEAST * lines, r->smooth_most_px);
-    const float widest = fminf(BLEND_WIDEST, (all - r->smooth_most_px) / r->most_px);
+    r->smooth_max_px = fminf(SMOOTH_MAX * lines, 0.25f * all);
+    r->smooth_min_px = fminf(SMOOTH_MIN * lines, r->smooth_max_px);
+    const float widest = fminf(BLEND_WIDEST, (all - r->smooth_max_px) / r->most_px);
     const float finest = fminf(BLEND_FINEST, widest / BLEND_SPREAD);
     const float spread = widest / finest;
     r->ratio = 1.0f / indirect_root(spread * spread, 6);
@@ -113,8 +113,8 @@ struct indirect_rule indirect_rule_of(const struct plan *plan)
     }
     r.samples = fmaxf(n, 1.0f);
     r.bandwidth = base / plan->mu;
-    r.least_px = BETA_LEAST * plan->mu;
-    r.most_px = fmaxf(cap * lines, BETA_LEAST) * plan->mu;
+    r.least_px = BETA_MIN * plan->mu;
+    r.most_px = fmaxf(cap * lines, BETA_MIN) * plan->mu;
     r.near_px = 8.0f * lines;
     r.off_px = 2.0f * lines;
     r.most_px = fminf(r.most_px, most_in_reach());
@@ -166,7 +166,7 @@ void indirect_set_widths(const struct indirect_rule *rule, struct indirect_neigh
         float *falloff = around->falloff + first, *off = around->off + first;
         for (size_t i = 0; i < (size_t)rect_width(rect); i++) {
             const float b = width[i] * scale, inverse = b > 0.0f ? 0.5f / b / b : 0.0f;
-            falloff[i] = inverse < FALLOFF_MOST ? inverse : FALLOFF_MOST;
+            falloff[i] = inverse < FALLOFF_MAX ? inverse : FALLOFF_MAX;
             off[i] = 0.5f * b + rule->off_px * pixel[i];
         }
     }

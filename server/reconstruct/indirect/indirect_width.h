@@ -25,7 +25,7 @@ struct indirect_rule {
     float samples;           /* n, by which mu and the cap scale; 0: they do not */
     float off_px;            /* how far neighbours may be off the tangent plane, and beta / 2 */
     /* Of the filter that smooths the blend's decisions and squared errors; 0: neither is needed. */
-    float smooth_least_px, smooth_most_px;
+    float smooth_min_px, smooth_max_px;
 };
 
 /* Returns the plan's rule. The filter's members are 0 for INDIRECT_FILTER_NONE. */

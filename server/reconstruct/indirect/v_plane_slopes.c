@@ -7,14 +7,14 @@
 #include "proto/v_plane.h"
 #include "server/reconstruct/indirect/indirect_width.h"
 
-#define LINES           512.0f /* what pixels below are counted at */
-#define SAMPLES         16.0f
-#define HEIGHT_LEAST_PX 8.0f
-#define BANDWIDTH       3.0f
-#define SIGMA_V         (2.0f / 2.8f)
-#define SIGMA_MOST_PX   8.0f /* half a walk */
-#define DEVIATION_LEAST 1e-6f
-#define FALLOFF_MOST    1e30f
+#define LINES         512.0f /* what pixels below are counted at */
+#define SAMPLES       16.0f
+#define HEIGHT_MIN_PX 8.0f
+#define BANDWIDTH     3.0f
+#define SIGMA_V       (2.0f / 2.8f)
+#define SIGMA_MAX_PX  8.0f /* half a walk */
+#define DEVIATION_MIN 1e-6f
+#define FALLOFF_MAX   1e30f
 
 /* Arrays of the field, in pixels' own sizes. */
 struct slopes {
@@ -51,7 +51,7 @@ static void measure(struct v_plane_neighbourhood *around, const struct slopes *s
     const int32_t reach_px = V_PLANE_REACH_PX + V_PLANE_SLOPES_PX;
     const struct patch *patch = around->patch;
     const struct rect seen = rect_intersect(rect_grow(around->inner, reach_px), patch->rect);
-    const float least_px = HEIGHT_LEAST_PX * (float)around->plan->height_px / LINES;
+    const float least_px = HEIGHT_MIN_PX * (float)around->plan->height_px / LINES;
     for (int32_t y = seen.y0; y < seen.y1; y++) {
         const size_t to = v_plane_index(around, seen.x0, y);
         const size_t from = patch_pixel(patch, seen.x0, y);
@@ -89,9 +89,9 @@ static void set_walk(const struct surface_view *view, const struct v_plane_sourc
     const float px = fabsf(major) * sigma; /* on the screen */
     w->eta = eta;
     if (!(px > 0.0f) || !(fabsf(major) < INFINITY)) return;
-    const float width = px < SIGMA_MOST_PX ? px : SIGMA_MOST_PX, inverse = fabsf(major) / width;
+    const float width = px < SIGMA_MAX_PX ? px : SIGMA_MAX_PX, inverse = fabsf(major) / width;
     const float falloff = 0.5f * inverse * inverse;
-    w->falloff = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
+    w->falloff = falloff < FALLOFF_MAX ? falloff : FALLOFF_MAX;
     w->slant = minor / major;
     w->reach = (int32_t)ceilf(2.0f * width);
 }
@@ -104,7 +104,7 @@ static void set_walks(struct v_plane_neighbourhood *around, const struct slopes 
     struct v_plane_walk *first = &around->walks[0][i], *second = &around->walks[1][i];
     if (!v_plane_is_source(source)) return;
     const float eta = s->eta[i] / source->pixel;
-    const float spread = s->spread[i] > DEVIATION_LEAST ? s->spread[i] : DEVIATION_LEAST;
+    const float spread = s->spread[i] > DEVIATION_MIN ? s->spread[i] : DEVIATION_MIN;
     const float sigma_px = scale / spread;
     const float *n = source->normal;
     v_plane_tangents(n[0], n[1], n[2], first->tangent, second->tangent);

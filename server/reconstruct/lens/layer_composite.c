@@ -5,9 +5,9 @@
 
 #include "server/reconstruct/lens/lens_cells.h"
 
-#define TAPS_MOST 1024 /* a disc of 17 cells' radius */
-#define EVEN      0x88 /* of eight numbers */
-#define ODD       0xdd
+#define TAPS_MAX 1024 /* a disc of 17 cells' radius */
+#define EVEN     0x88 /* of eight numbers */
+#define ODD      0xdd
 
 struct tap {
     struct lens_tap tap;
@@ -19,7 +19,7 @@ struct tap {
 struct view {
     struct lens_field *f;
     const struct lens_cells *c;
-    struct lens_tap taps[TAPS_MOST];
+    struct lens_tap taps[TAPS_MAX];
     struct lens_gather gather;
     struct lens_composite composite;
     float sums[LENS_GROUPS * LENS_SUMS * SIMD_LANES]; /* of some pixels of a row */
@@ -48,7 +48,7 @@ static void find_shares(struct view *view)
 
 /* Cells around that of a pixel, whose centre is px cells to the right and py down of the corner of
  * its first cell, that any slope of the layer takes there. */
-static uint32_t list_taps(const struct view *view, float px, float py, struct tap taps[TAPS_MOST])
+static uint32_t list_taps(const struct view *view, float px, float py, struct tap taps[TAPS_MAX])
 {
     const struct lens_cells *c = view->c;
     const float size = c->scale * view->f->shape.inradius;
@@ -60,7 +60,7 @@ static uint32_t list_taps(const struct view *view, float px, float py, struct ta
         for (int32_t x = -reach; x <= reach; x++) {
             const float dx = sign * ((float)x + 0.5f - px), dy = sign * ((float)y + 0.5f - py);
             const float distance = lens_shape_distance(&view->f->shape, dx, dy);
-            if (distance >= most || n == TAPS_MOST) continue;
+            if (distance >= most || n == TAPS_MAX) continue;
             taps[n].group = lens_shape_group(dx, dy);
             taps[n].inner = distance <= least;
             taps[n].tap.at = y * c->stride + (x & c->phase) * c->columns + (x >> c->fine);
@@ -82,7 +82,7 @@ static uint32_t add_taps(struct view *view, const struct tap *taps, uint32_t cou
 
 static void find_taps(struct view *view, float px, float py)
 {
-    struct tap taps[TAPS_MOST];
+    struct tap taps[TAPS_MAX];
     const uint32_t count = list_taps(view, px, py, taps);
     uint32_t n = 0;
     for (uint32_t g = 0; g < LENS_GROUPS; g++) {

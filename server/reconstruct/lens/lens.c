@@ -9,7 +9,7 @@
 #include "server/reconstruct/lens/lens_residual.h"
 
 /* Cells are largest where strata are few, whatever they are here. */
-static int32_t reach_most_px(void)
+static int32_t reach_max_px(void)
 {
     int32_t most = 0;
     for (uint32_t layer = 0; layer < LENS_LAYERS; layer++) {
@@ -22,7 +22,7 @@ static int32_t reach_most_px(void)
 int32_t lens_halo_px(const struct plan *plan)
 {
     if (plan->lens_filter == LENS_FILTER_SHEARED)
-        return reach_most_px() + lens_residual_reach_px(plan);
+        return reach_max_px() + lens_residual_reach_px(plan);
     return plan->lens_filter == LENS_FILTER_AXIS_ALIGNED ? LENS_AXIS_ALIGNED_REACH_PX : 0;
 }
 

@@ -9,7 +9,7 @@
 #define REACH_SIGMA 2.5f
 #define SIGMA_Y     0.5f /* of the lens, in radii */
 #define MU          2.0f
-#define BETA_LEAST  0.3f /* px; below, the average stands */
+#define BETA_MIN    0.3f /* px; below, the average stands */
 
 /* Arrays of `tall`: the block's columns and those around it. */
 struct axis_aligned {
@@ -53,7 +53,7 @@ static void load_row(struct axis_aligned *a, int32_t y)
             least = size < least ? size : least;
         }
         a->beta[to + x] = least * factor < most ? least * factor : most;
-        if (a->beta[to + x] < BETA_LEAST) a->beta[to + x] = 0.0f;
+        if (a->beta[to + x] < BETA_MIN) a->beta[to + x] = 0.0f;
     }
     for (uint32_t j = 0; j < n; j++)
         for (uint32_t c = 0; c < 3; c++) {

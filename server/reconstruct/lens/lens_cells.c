@@ -6,7 +6,7 @@
 #define SUMS LENS_CELL_SUMS
 #define CLOSE_SHARE                                                                                \
     0.25f /* of a layer's end: slopes that a surface may have that goes on behind it */
-#define FIXED_SHARE 0.5f /* of LENS_SLOPE_MOST: the radius of layers that are not projected */
+#define FIXED_SHARE 0.5f /* of LENS_SLOPE_MAX: the radius of layers that are not projected */
 
 /* Chooses the size of cells, which is finer with more samples. */
 static void find_scale(uint32_t l, struct lens_cells *c)
@@ -24,7 +24,7 @@ static void find_slopes(uint32_t layer, struct lens_cells *c)
     c->layer = layer;
     c->close = c->low - CLOSE_SHARE * fabsf(c->low);
     c->fixed = layer == 0 || layer == LENS_LAYERS - 1;
-    const float size = FIXED_SHARE * LENS_SLOPE_MOST;
+    const float size = FIXED_SHARE * LENS_SLOPE_MAX;
     c->least = c->fixed ? size : fminf(fabsf(c->low), fabsf(c->high));
     c->most = c->fixed ? size : fmaxf(fabsf(c->low), fabsf(c->high));
     c->middle = c->fixed ? 0.0f : 0.5f * (c->low + c->high);

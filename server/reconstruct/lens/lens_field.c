@@ -12,7 +12,7 @@ static float bound(uint32_t k)
 {
     return (k & 1 ? 1.5f : 1.0f) * (float)(1u << k / 2);
 }
-_Static_assert(LENS_BANDS == 9, "bound(9) is LENS_SLOPE_MOST");
+_Static_assert(LENS_BANDS == 9, "bound(9) is LENS_SLOPE_MAX");
 
 void lens_layer_slopes(uint32_t layer, float *low, float *high)
 {

@@ -4,13 +4,13 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Layers come nearest first. The first is farther out of focus than LENS_SLOPE_MOST, before the
+/* Layers come nearest first. The first is farther out of focus than LENS_SLOPE_MAX, before the
  * focus. Then come bands of slopes between powers of two and the numbers half-way between them, the
  * layer in focus, bands behind it, and the rest. */
-#define LENS_BANDS      9 /* to one side of the focus */
-#define LENS_SLOPE_MOST 24.0f
-#define LENS_LAYERS     (2 * LENS_BANDS + 3)
-#define LENS_FOCUS      (LENS_BANDS + 1) /* slopes from -1 to 1 */
+#define LENS_BANDS     9 /* to one side of the focus */
+#define LENS_SLOPE_MAX 24.0f
+#define LENS_LAYERS    (2 * LENS_BANDS + 3)
+#define LENS_FOCUS     (LENS_BANDS + 1) /* slopes from -1 to 1 */
 
 /* How far pixels search for samples that are in focus and hidden from them. */
 #define LENS_FOCUS_REACH_PX 6

@@ -5,7 +5,7 @@
 
 #include "server/reconstruct/lens/lens_residual_kernels.h"
 
-#define STEPS_MOST   2
+#define STEPS_MAX    2
 #define SMOOTH_PX    1    /* what is compared with the noise is smoothed by so much */
 #define NOISE_FACTOR 2.0f /* noise may be that much stronger than it seems */
 #define NOISE_LENS   2.0f /* at 9 samples */
@@ -15,7 +15,7 @@
 
 /* Half the sides of the windows, largest first. */
 struct steps {
-    int32_t radius[STEPS_MOST];
+    int32_t radius[STEPS_MAX];
     int32_t count;
 };
 

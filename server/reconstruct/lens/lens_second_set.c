@@ -4,9 +4,9 @@
 #include <string.h>
 
 #define PI            3.14159265f
-#define LEVEL_LEAST   (2 * (127 - 64)) /* two a power of two: squares from 2^-64 on */
+#define LEVEL_MIN     (2 * (127 - 64)) /* two a power of two: squares from 2^-64 on */
 #define CENTRE_WEIGHT 2.0f
-#define SQUARE_MOST   1e30f /* so that sums are finite */
+#define SQUARE_MAX    1e30f /* so that sums are finite */
 #define LEVEL_PX      1     /* around a pixel, whose errors say whether it gets a second set */
 /* Around a pixel, whose errors say how much of its second set there is in the picture. Of fewer
  * pixels bright ones would seem to err more, and be taken for less than they are. */
@@ -44,7 +44,7 @@ static float square_of(const struct plan *plan, const struct patch *patch, size_
             sum += weight * d * d;
         }
     }
-    return n > 1 ? fminf(sum / (float)(n * (n - 1)), SQUARE_MOST) : 0.0f;
+    return n > 1 ? fminf(sum / (float)(n * (n - 1)), SQUARE_MAX) : 0.0f;
 }
 
 /* The squared error of a second set's mean. */
@@ -117,7 +117,7 @@ static uint8_t level_of(float square)
 {
     uint32_t bits;
     memcpy(&bits, &square, sizeof bits);
-    const int32_t level = (int32_t)(bits >> 22) - LEVEL_LEAST;
+    const int32_t level = (int32_t)(bits >> 22) - LEVEL_MIN;
     if (!(square > 0.0f)) return 0;
     return (uint8_t)(level < 1 ? 1 : level > UINT8_MAX ? UINT8_MAX : level);
 }

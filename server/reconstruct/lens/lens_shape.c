@@ -2,14 +2,14 @@
 
 #include <math.h>
 
-#define LINES      256   /* that quarters' areas are summed over */
-#define EDGE_LEAST 0.05f /* edges are 0.19 long at least; parts of one may be shorter */
+#define LINES    256   /* that quarters' areas are summed over */
+#define EDGE_MIN 0.05f /* edges are 0.19 long at least; parts of one may be shorter */
 
 /* Adds an edge from a to b. The inside lies to its right in the image, whose rows go downwards. */
 static void add_edge(struct lens_shape *s, float ax, float ay, float bx, float by)
 {
     const float dx = bx - ax, dy = by - ay, length = sqrtf(dx * dx + dy * dy);
-    if (length < EDGE_LEAST || s->edges == 2 * LIMIT_LENS_BLADES) return;
+    if (length < EDGE_MIN || s->edges == 2 * LIMIT_LENS_BLADES) return;
     float *n = s->normal[s->edges++];
     n[0] = dy / length;
     n[1] = -dx / length;

@@ -8,7 +8,7 @@
 
 #define RADIUS_PX  3.5f /* at 9 samples a pixel */
 #define ROOM_FIRST 4096
-#define SPOTS_MOST 8 /* surfaces of a cell */
+#define SPOTS_MAX  8 /* surfaces of a cell */
 #define NOWHERE    UINT32_MAX
 
 /* Samples whose mean shows little noise. A pixel's lighting, which is filtered, counts as
@@ -136,7 +136,7 @@ int disocclusion_add(struct disocclusion *d, const struct lens_relight_row *r, u
         const struct disocclusion_spot *s = &d->spots[spot];
         if (is_same(relate(s->point, s->normal, point, normal), r->off[i])) break;
     }
-    if (spot == NOWHERE && count == SPOTS_MOST) return 0;
+    if (spot == NOWHERE && count == SPOTS_MAX) return 0;
     if (spot == NOWHERE) spot = add_spot(d, cell, point, normal, r->off[i], &error);
     void *list = d->list;
     if (!error) error = make_room(d->scratch, &list, d->count, &d->room, sizeof *d->list);

@@ -15,7 +15,7 @@ static void add_layer(struct lens_cull *c, uint32_t layer, uint32_t l)
     lens_layer_slopes(layer, &low, &high);
     const bool focus = layer == LENS_FOCUS;
     const float least = focus ? 0.0f : ROUNDING * fminf(fabsf(low), fabsf(high));
-    const float most = fminf(fmaxf(fabsf(low), fabsf(high)), LENS_SLOPE_MOST);
+    const float most = fminf(fmaxf(fabsf(low), fabsf(high)), LENS_SLOPE_MAX);
     const int32_t around = focus ? LENS_FOCUS_REACH_PX : lens_cells_around_px(layer, l);
     const int32_t reach = around + PLACE_PX + (int32_t)ceilf(most); /* of pixels */
     c->around[layer] = (float)(around + PLACE_PX);

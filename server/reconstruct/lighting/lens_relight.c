@@ -20,7 +20,7 @@ int32_t lens_relight_ring_px(const struct plan *plan)
 {
     if (plan->lens_relight == LENS_RELIGHT_OWN) return 0;
     if (plan->lens_filter == LENS_FILTER_AXIS_ALIGNED)
-        return LENS_AXIS_ALIGNED_REACH_PX + (int32_t)LENS_RELIGHT_SLOPE_MOST + AROUND_PX;
+        return LENS_AXIS_ALIGNED_REACH_PX + (int32_t)LENS_RELIGHT_SLOPE_MAX + AROUND_PX;
     /* Pixels look at points of a layer that lie as far from them as its cells reach. Averages are
      * compared a little around. */
     int32_t most = 0;
@@ -157,7 +157,7 @@ static void light_run(struct lit_lens *f, uint32_t sample, uint32_t begin, uint3
         for (int c = 0; c < 3; c++) f->gloss[c][i] = 0.0f;
         const bool takes = takes_light(albedo[i]) || (lobe && takes_light(lobe[i]));
         if (!(takes || f->shares_rest) || !is_read(f, i, near)) continue;
-        const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_RELIGHT_SLOPE_MOST;
+        const bool known = r->z[i] > 0.0f && fabsf(r->slope[i]) < LENS_RELIGHT_SLOPE_MAX;
         const bool lit = known && takes && light_lookup_at(&f->lookup, r, i, light, gloss);
         for (int c = 0; lit && c < 3; c++) f->light[c][i] = light[c], f->gloss[c][i] = gloss[c];
         const bool sharp =

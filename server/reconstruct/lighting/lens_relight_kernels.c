@@ -108,8 +108,8 @@ static void kernel_add(const uint32_t *restrict albedo, const float *restrict li
     /* Each number comes of those at its own place alone. */
 #pragma GCC ivdep
     for (uint32_t i = 0; i < count; i++) {
-        const int32_t exponent = (int32_t)(albedo[i] >> 3 * SHARED_EXPONENT_9) +
-                                 shared_exponent_least(SHARED_EXPONENT_9);
+        const int32_t exponent =
+            (int32_t)(albedo[i] >> 3 * SHARED_EXPONENT_9) + shared_exponent_min(SHARED_EXPONENT_9);
         const float a =
             (float)(int32_t)(albedo[i] >> shift & full) * shared_exponent_power(exponent);
         const float sum = shine[i] + a * light[i];

@@ -52,7 +52,7 @@ static void sum_line(const struct line *l, size_t first, int32_t width, int32_t 
     }
 }
 
-static int32_t at_most(int32_t v, int32_t most)
+static int32_t at_max(int32_t v, int32_t most)
 {
     return v < most ? v : most;
 }
@@ -69,8 +69,8 @@ static void sum_windows(const struct spike_limits *s, const float *in, struct re
         sum_line(&across, spike_limits_at(s, rect.x0, y), width, reach, reach, s->along,
                  s->along_count);
     for (int32_t y = rect.y0; y < rect.y1; y++)
-        sum_line(&down, spike_limits_at(s, rect.x0, y), width, at_most(reach, y - s->rect.y0),
-                 at_most(reach, s->rect.y1 - 1 - y), s->sum, s->count);
+        sum_line(&down, spike_limits_at(s, rect.x0, y), width, at_max(reach, y - s->rect.y0),
+                 at_max(reach, s->rect.y1 - 1 - y), s->sum, s->count);
 }
 
 static void bound_rows(const struct spike_limits *s, struct rect rect, bool limited)

@@ -23,7 +23,7 @@
  * chance. Where emission is seen, all that they do not say is emission's. */
 #define CHANCE 8.0f
 
-#define VARIANCE_MOST 1e30f
+#define VARIANCE_MAX 1e30f
 
 /* Half the sides of boxes. In the first, squares are averaged, too. */
 static const int32_t radii[] = {2, RESIDUAL_ERROR_REACH_PX};
@@ -228,7 +228,7 @@ static void put_pixel(const struct planes *p, int32_t x, int32_t y, float *const
     for (int c = 0; c < 3; c++) {
         const float share = plain > 0.0f ? variance[c][i] / plain : 1.0f;
         const float sum = share * noise + p->bias[i] + changed / LAST_PASS_SHARE;
-        variance[c][i] = sum < VARIANCE_MOST ? sum : VARIANCE_MOST;
+        variance[c][i] = sum < VARIANCE_MAX ? sum : VARIANCE_MAX;
     }
 }
 

@@ -9,10 +9,10 @@
 #define BARRED 1e4f
 
 /* Sums may have overflowed; no comparison holds for NaN. */
-#define LIGHT_MOST 1e30f
+#define LIGHT_MAX 1e30f
 
 /* The rest is divided by its colour and this: it has more than lobes, too. */
-#define TINT_LEAST 0.3f
+#define TINT_MIN 0.3f
 
 /* Smooth surfaces mirror more of their surroundings on the same turn: of the rest, normals count by
  * this over a roughness's square and a least one. */
@@ -112,7 +112,7 @@ static void read_features(const struct run *r, struct residual_features *f)
         for (size_t c = 0; c < 3; c++) {
             f->normal[c * plane + k] = p->path_normal[c][i] * part;
             f->albedo[c * plane + k] = p->path_albedo[c][i] / p->paths.spp[i];
-            f->tint[c * plane + k] = TINT_LEAST + p->path_tint[c][i] * part;
+            f->tint[c * plane + k] = TINT_MIN + p->path_tint[c][i] * part;
         }
         f->depth[k] = p->path_distance[i] * part;
         f->alpha[k] = p->path_alpha[i] * part;
@@ -126,7 +126,7 @@ static float mean_of_half(int h, float sum, float sum_a, float spp, float half)
 {
     float mean = sum / spp;
     if (half >= 0.5f) mean = h == 0 ? sum_a / half : (sum - sum_a) / (spp - half);
-    return mean < LIGHT_MOST ? (mean > -LIGHT_MOST ? mean : -LIGHT_MOST) : LIGHT_MOST;
+    return mean < LIGHT_MAX ? (mean > -LIGHT_MAX ? mean : -LIGHT_MAX) : LIGHT_MAX;
 }
 
 static void read_light(const struct run *r, struct residual_field *f)

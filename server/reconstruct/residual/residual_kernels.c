@@ -17,16 +17,16 @@
 #define SLOPE_SHARE        1.0f
 
 /* Patches are summed over many pixels: one must not drown the others by more than this. */
-#define DISTANCE_MOST 1e4f
+#define DISTANCE_MAX 1e4f
 
 /* What is below is no noise but rounding. */
-#define VARIANCE_LEAST 1e-30f
+#define VARIANCE_MIN 1e-30f
 
 /* Pixels of a row whose variances are found at a time. */
 #define VARIANCE_RUN 256
 
 /* Light above counts as much to guides: squares of differences stay finite. */
-#define GUIDE_MOST 1e15f
+#define GUIDE_MAX 1e15f
 
 /* Channels of a guide have weights of their own, or pure colours of one brightness would be alike.
  */
@@ -36,17 +36,17 @@
 
 /* An exponent is in units of a float's last bit, so that whole numbers take one from another. */
 #define EXPONENT_UNIT 8388608.0f /* 2^23 */
-#define EXPONENT_MOST (30.0f * EXPONENT_UNIT)
+#define EXPONENT_MAX  (30.0f * EXPONENT_UNIT)
 #define LOG2_E        1.442695f
 
-#define WEIGHT_LEAST 9.313225746154785e-10f /* 2^-30 */
+#define WEIGHT_MIN 9.313225746154785e-10f /* 2^-30 */
 
 /* 2^-x by straight lines between whole x, less what is left at 30: there and farther on 0. */
 static inline simd_vector power_of_half(simd_vector units)
 {
     const simd_mask below =
-        __builtin_convertvector(simd_min(units, simd_same(EXPONENT_MOST)), simd_mask);
-    return (simd_vector)((127 << 23) - below) - WEIGHT_LEAST;
+        __builtin_convertvector(simd_min(units, simd_same(EXPONENT_MAX)), simd_mask);
+    return (simd_vector)((127 << 23) - below) - WEIGHT_MIN;
 }
 
 static void compare_row(const struct residual_features *f, struct residual_tap tap, size_t at,
@@ -97,8 +97,8 @@ static inline void compare_guides(const float *restrict g, const float *restrict
         const simd_vector d = simd_load_vector(g + x) - simd_load_vector(g + x + o);
         const simd_vector here = simd_load_vector(v + x), there = simd_load_vector(v + x + o);
         const simd_vector excess = d * d - here - simd_min(here, there);
-        const simd_vector distance = excess * sharpness / (here + there + VARIANCE_LEAST);
-        *(simd_vector *)(out + x) = simd_min(distance, simd_same(DISTANCE_MOST));
+        const simd_vector distance = excess * sharpness / (here + there + VARIANCE_MIN);
+        *(simd_vector *)(out + x) = simd_min(distance, simd_same(DISTANCE_MAX));
     }
 }
 
@@ -300,7 +300,7 @@ static void sum_channels(const float *restrict rgb, size_t plane, size_t count, 
     for (size_t i = 0; i < count; i++) {
         const float sum =
             GUIDE_RED * rgb[i] + GUIDE_GREEN * rgb[plane + i] + GUIDE_BLUE * rgb[2 * plane + i];
-        out[i] = sum < GUIDE_MOST ? (sum > -GUIDE_MOST ? sum : -GUIDE_MOST) : GUIDE_MOST;
+        out[i] = sum < GUIDE_MAX ? (sum > -GUIDE_MAX ? sum : -GUIDE_MAX) : GUIDE_MAX;
     }
 }
 

@@ -5,9 +5,9 @@
 #include "proto/runtime/kernels.h"
 #include "server/reconstruct/residual/residual_field.h"
 
-#define RESIDUAL_TAPS_MOST  64 /* of a pass */
+#define RESIDUAL_TAPS_MAX   64 /* of a pass */
 #define RESIDUAL_TAPS_CHUNK 4  /* that are added at a time */
-#define RESIDUAL_PATCH_MOST 3
+#define RESIDUAL_PATCH_MAX  3
 
 struct residual_tap {
     int32_t x, y;
@@ -23,7 +23,7 @@ enum residual_kind {
 struct residual_pass {
     enum residual_kind kind;
     uint32_t tap_count;
-    struct residual_tap taps[RESIDUAL_TAPS_MOST]; /* without (0, 0), which counts in full */
+    struct residual_tap taps[RESIDUAL_TAPS_MAX]; /* without (0, 0), which counts in full */
     int32_t patch_px[RESIDUAL_COMPONENTS]; /* a patch has 2 patch_px + 1 pixels a side: 1 or 3 */
     float sharpness[RESIDUAL_COMPONENTS];  /* 1 / k^2 */
     uint32_t probes;                       /* that it filters, if there are any */
@@ -32,7 +32,7 @@ struct residual_pass {
 #define RESIDUAL_TILE (RESIDUAL_TILE_X * RESIDUAL_TILE_Y)
 
 /* Rows and columns that patches of a tile's pixels reach, in whole vectors. */
-#define RESIDUAL_ROWS    (RESIDUAL_TILE_Y + 2 * RESIDUAL_PATCH_MOST)
+#define RESIDUAL_ROWS    (RESIDUAL_TILE_Y + 2 * RESIDUAL_PATCH_MAX)
 #define RESIDUAL_COLUMNS (RESIDUAL_TILE_X + 16)
 
 /* Scratch of one thread. A row of the tile has RESIDUAL_TILE_X numbers, whatever its width. */

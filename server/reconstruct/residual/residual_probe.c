@@ -6,7 +6,7 @@
 #include "proto/error.h"
 
 /* Squares of what is larger would not be finite, nor would their sums. */
-#define NOISE_MOST 1e15f
+#define NOISE_MAX 1e15f
 
 /* Of a component: probes of both halves, before and after a pass. */
 enum { PLANES_PROBES = 4 * RESIDUAL_PROBES };
@@ -41,7 +41,7 @@ static void hand_out(struct residual_field *f, struct residual_probes *p)
 
 static float bounded(float v)
 {
-    return v < NOISE_MOST ? (v > -NOISE_MOST ? v : -NOISE_MOST) : NOISE_MOST;
+    return v < NOISE_MAX ? (v > -NOISE_MAX ? v : -NOISE_MAX) : NOISE_MAX;
 }
 
 /* Of a pixel's component: the RMS over R, G and B of how far the mean of the halves is off, with

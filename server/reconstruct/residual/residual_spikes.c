@@ -17,7 +17,7 @@
 #define ONE_STEP 0.952344799 /* exp(-x^2 / 2) for x = 2.5 / TAPS */
 
 /* Differences at which features have nothing in common. */
-#define TURN_MOST   0.3f  /* square of the way from a normal to another */
+#define TURN_MAX    0.3f  /* square of the way from a normal to another */
 #define DEPTH_SHARE 0.06f /* of the depth, beyond what slopes tell */
 
 _Static_assert(RESIDUAL_SPIKES_SPREAD_PX >= STEP * TAPS + STEP / 2 * 2, "the spread's reach");
@@ -48,7 +48,7 @@ static float alike(const struct residual_features *f, const float *slope, size_t
     const float a = x[i] - x[j], b = y[i] - y[j], c = z[i] - z[j];
     const float turn = a * a + b * b + c * c, along = slope[i] * way;
     const float off = (d[j] - d[i] - along) / (DEPTH_SHARE * d[i] + fabsf(along) + 1e-30f);
-    const float left = 1.0f - turn / TURN_MOST - off * off - f->barred[i] - f->barred[j];
+    const float left = 1.0f - turn / TURN_MAX - off * off - f->barred[i] - f->barred[j];
     return left > 0.0f ? left : 0.0f;
 }
 

@@ -7,8 +7,8 @@
 
 #define WIDTHS          3.0f /* k */
 #define REFUSED_BY_NONE 3e38f
-#define FALLOFF_MOST    1e30f
-#define SPACING_LEAST   0.5f  /* of a pixel's size, between neighbours, whatever follows */
+#define FALLOFF_MAX     1e30f
+#define SPACING_MIN     0.5f  /* of a pixel's size, between neighbours, whatever follows */
 #define SPACING_SHARE   0.95f /* of the first step's; a walk's last may be shorter */
 
 /* Returns the least distance between neighbouring pixels, in pixel sizes. A point on the next
@@ -20,7 +20,7 @@ static float spacing(const struct surface_view *view, const struct shadow_pixels
     const float x = p->point[0][i], y = p->point[1][i], z = p->point[2][i];
     const float along = x * f[0] + y * f[1] + z * f[2], squared = x * x + y * y + z * z;
     const float least = view->orthographic ? 1.0f : along * along / squared; /* it has a depth */
-    return least * SPACING_SHARE > SPACING_LEAST ? least * SPACING_SHARE : SPACING_LEAST;
+    return least * SPACING_SHARE > SPACING_MIN ? least * SPACING_SHARE : SPACING_MIN;
 }
 
 /* The planes of struct shadow_blur while they are filled, and that of the first pass's result. */
@@ -53,20 +53,20 @@ static int create_planes(struct axis_aligned *a)
     return 0;
 }
 
-/* Sets the pixel's width, beta = (m mu / k) max(sigma_y / kappa_most, px), and what follows. */
-static void set_width(const struct axis_aligned *a, size_t i, float kappa_most)
+/* Sets the pixel's width, beta = (m mu / k) max(sigma_y / kappa_max, px), and what follows. */
+static void set_width(const struct axis_aligned *a, size_t i, float kappa_max)
 {
     const struct receiver_light *light = a->light;
     const struct shadow_pixels *pixels = &a->receivers->pixels;
     const float pixel = receiver_pixel(pixels, i);
     const float sigma_y =
         light->sigma_y[0] < light->sigma_y[1] ? light->sigma_y[0] : light->sigma_y[1];
-    const float penumbra = sigma_y / (kappa_most > 1e-6f ? kappa_most : 1e-6f);
+    const float penumbra = sigma_y / (kappa_max > 1e-6f ? kappa_max : 1e-6f);
     const float beta = a->scale / WIDTHS * (penumbra > pixel ? penumbra : pixel);
     const float falloff = 0.5f / beta / beta;
     const float taps = ceilf(3.0f * beta / (spacing(&light->view, pixels, i) * pixel));
     a->refusal[i] = penumbra * penumbra;
-    a->falloff[i] = falloff < FALLOFF_MOST ? falloff : FALLOFF_MOST;
+    a->falloff[i] = falloff < FALLOFF_MAX ? falloff : FALLOFF_MAX;
     a->reach[i] = taps < AXIS_ALIGNED_REACH_PX ? (int32_t)taps : AXIS_ALIGNED_REACH_PX;
 }
 

@@ -17,14 +17,14 @@ SIMD_INLINE void blur_meet(const struct shadow_blur *f, int32_t step, size_t at,
     const struct shadow_pixels *pixels = f->pixels;
     const float *px = pixels->point[0], *py = pixels->point[1], *pz = pixels->point[2];
     const float *nx = pixels->normal[0], *ny = pixels->normal[1], *nz = pixels->normal[2];
-    const float *plane_least = pixels->plane_least, *distance_most2 = pixels->distance_most2;
+    const float *plane_min = pixels->plane_min, *distance_most2 = pixels->distance_most2;
     const float *falloff = f->falloff, *refusal = f->refusal;
     const int32_t *reach = f->reach, beyond = (k < 0 ? -k : k) - 1;
     const size_t to = (size_t)((ptrdiff_t)at + (ptrdiff_t)k * step);
     for (size_t lane = 0; lane < SIMD_LANES; lane++) {
         const size_t p = at + lane, q = to + lane;
         const struct compatible_receiver receiver = {
-            {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_least[p], distance_most2[p]};
+            {px[p], py[p], pz[p]}, {nx[p], ny[p], nz[p]}, plane_min[p], distance_most2[p]};
         float squared;
         const int32_t same =
             compatible_point(&receiver, px[q], py[q], pz[q], nx[q], ny[q], nz[q], &squared);

@@ -11,7 +11,7 @@
 /* A receiving pixel's numbers for the test. */
 struct compatible_receiver {
     float point[3], normal[3];
-    float plane_least, distance_most2;
+    float plane_min, distance_most2;
 };
 
 static inline struct compatible_receiver compatible_receiver_of(const struct shadow_pixels *p,
@@ -19,7 +19,7 @@ static inline struct compatible_receiver compatible_receiver_of(const struct sha
 {
     return (struct compatible_receiver){{p->point[0][i], p->point[1][i], p->point[2][i]},
                                         {p->normal[0][i], p->normal[1][i], p->normal[2][i]},
-                                        p->plane_least[i],
+                                        p->plane_min[i],
                                         p->distance_most2[i]};
 }
 
@@ -36,13 +36,13 @@ SIMD_INLINE int32_t compatible_point(const struct compatible_receiver *p, float 
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
     *squared = d2;
     return (alike >= SHADOW_COS_NORMALS) & (d2 <= p->distance_most2) &
-           ((off <= p->plane_least) | (off * off <= share * d2));
+           ((off <= p->plane_min) | (off * off <= share * d2));
 }
 
 /* The receiving pixels of one vector. */
 struct compatible_receivers {
     simd_vector point[3], normal[3];
-    simd_vector plane_least, distance_most2;
+    simd_vector plane_min, distance_most2;
 };
 
 static inline struct compatible_receivers compatible_receivers_of(const struct shadow_pixels *p,
@@ -53,7 +53,7 @@ static inline struct compatible_receivers compatible_receivers_of(const struct s
         a.point[k] = simd_load_vector(p->point[k] + first);
         a.normal[k] = simd_load_vector(p->normal[k] + first);
     }
-    a.plane_least = simd_load_vector(p->plane_least + first);
+    a.plane_min = simd_load_vector(p->plane_min + first);
     a.distance_most2 = simd_load_vector(p->distance_most2 + first);
     return a;
 }
@@ -68,5 +68,5 @@ SIMD_INLINE simd_chosen compatible_chosen(const struct compatible_receivers *p,
     const float share = SHADOW_PLANE_SHARE * SHADOW_PLANE_SHARE;
     return simd_up_to(simd_same(SHADOW_COS_NORMALS), simd_dot(p->normal, normal)) &
            simd_up_to(d2, p->distance_most2) &
-           (simd_up_to(off, p->plane_least) | simd_up_to(off * off, share * d2));
+           (simd_up_to(off, p->plane_min) | simd_up_to(off * off, share * d2));
 }

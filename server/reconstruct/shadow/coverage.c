@@ -21,13 +21,13 @@ uint32_t coverage_scale(uint32_t strata)
     return scale;
 }
 
-int coverage_create(uint32_t strata, uint32_t profile, float rho_most, struct coverage *out)
+int coverage_create(uint32_t strata, uint32_t profile, float rho_max, struct coverage *out)
 {
     memset(out, 0, sizeof *out);
     out->scale = coverage_scale(strata);
     out->window = (out->scale + WINDOW_ALIGN - 1) / WINDOW_ALIGN * WINDOW_ALIGN;
     out->profile = profile;
-    out->rho_most = rho_most;
+    out->rho_max = rho_max;
     size_t bytes = sizeof(float) * COVERAGE_ROWS * (SHADOW_PHASES + 1) * out->window;
     bytes = (bytes + WEIGHTS_BYTES - 1) / WEIGHTS_BYTES * WEIGHTS_BYTES;
     out->weights = aligned_alloc(WEIGHTS_BYTES, bytes);
@@ -71,6 +71,6 @@ void coverage_need(struct coverage *c, int32_t row)
     if (c->ready[row]) return;
     const int32_t i = row / COVERAGE_STEPS, j = row % COVERAGE_STEPS;
     const float steps = COVERAGE_STEPS - 1, rho = (float)i / steps, root = (float)j / steps;
-    fill_row(c, (uint32_t)row, c->rho_most * rho, COVERAGE_DELTA_MOST * root * root);
+    fill_row(c, (uint32_t)row, c->rho_max * rho, COVERAGE_DELTA_MAX * root * root);
     c->ready[row] = true;
 }

@@ -8,9 +8,9 @@
 #include "server/reconstruct/simd/gaussian_lanes.h"
 #include "server/reconstruct/simd/inline.h"
 
-#define EDGE_TOGETHER      4    /* pixels whose neighbours are loaded before any are summed */
-#define EDGE_PARTS         2    /* parts of a sum, to which neighbours are added in turn */
-#define EDGE_EXPONENT_MOST 3.0f /* 2.4 sigma */
+#define EDGE_TOGETHER     4    /* pixels whose neighbours are loaded before any are summed */
+#define EDGE_PARTS        2    /* parts of a sum, to which neighbours are added in turn */
+#define EDGE_EXPONENT_MAX 3.0f /* 2.4 sigma */
 
 /* I / cov along an axis of the light: at all nodes but the last, and the rise to the next node. */
 struct edge_weights {
@@ -71,7 +71,7 @@ static inline void edge_choose(const struct edge_fixed *fixed, const struct edge
             const float exponent =
                 fused(across * across, across_falloff, along * along * along_falloff);
             out->exponents[row + i] = exponent;
-            out->near[row + i] = told & same[i] & opposite[-i] & (exponent <= EDGE_EXPONENT_MOST);
+            out->near[row + i] = told & same[i] & opposite[-i] & (exponent <= EDGE_EXPONENT_MAX);
         }
     }
 }

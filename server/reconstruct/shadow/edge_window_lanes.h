@@ -191,7 +191,7 @@ static inline void edge_shear(const struct edge_field *f, const struct edge_fixe
         const float normal = w->normal[axis][i] / length[i];
         const float shear = w->eta[i] * fabsf(normal) / (length[i] * half), delta = 0.5f * shear;
         const struct coverage_shear s = coverage_shear_of(
-            shear * w->sigma_px[i], delta < COVERAGE_DELTA_MOST ? delta : COVERAGE_DELTA_MOST);
+            shear * w->sigma_px[i], delta < COVERAGE_DELTA_MAX ? delta : COVERAGE_DELTA_MAX);
         w->normal[axis][i] = normal;
         w->reach[axis][i] = s.reach;
         w->inverse[axis][i] = s.inverse;

@@ -6,7 +6,7 @@
 #include "server/reconstruct/simd/gaussian_lanes.h"
 #include "server/reconstruct/simd/inline.h"
 
-#define ESTIMATE_NEAR_MOST 1e9f /* (size / distance)^2 */
+#define ESTIMATE_NEAR_MAX 1e9f /* (size / distance)^2 */
 
 /* Adjacent receivers, as they were given. SIMD_LANES elements of each array may be read. */
 struct estimate_receivers {
@@ -96,7 +96,7 @@ SIMD_INLINE void estimate_add(const struct shadow_rectangle *light, bool gaussia
 {
     const float hu = light->half[0], hv = light->half[1], size2 = hu * hu + hv * hv;
     const float *a = light->axis[0], *b = light->axis[1];
-    const simd_vector one = simd_all(1.0f).v[0], most = simd_all(ESTIMATE_NEAR_MOST).v[0];
+    const simd_vector one = simd_all(1.0f).v[0], most = simd_all(ESTIMATE_NEAR_MAX).v[0];
     const simd_vector along = u->at * hu, aside = v->at * hv;
     simd_vector to[3];
     for (int k = 0; k < 3; k++)

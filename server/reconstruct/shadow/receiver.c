@@ -86,12 +86,11 @@ void receiver_steps(const struct receiver_light *light, const struct shadow_pixe
 static void lay_out(struct shadow_pixels *p, float *memory, size_t stride)
 {
     struct shadow_walk *a = &p->walk[0], *b = &p->walk[1];
-    float **const numbers[] = {&p->point[0],  &p->point[1],    &p->point[2],       &p->normal[0],
-                               &p->normal[1], &p->normal[2],   &p->u[0],           &p->u[1],
-                               &p->distance,  &p->plane_least, &p->distance_most2, &p->gamma[0],
-                               &p->gamma[1],  &p->eta,         &p->spread,         &a->step[0],
-                               &a->step[1],   &a->falloff,     &b->step[0],        &b->step[1],
-                               &b->falloff,   &p->width_px};
+    float **const numbers[] = {
+        &p->point[0], &p->point[1], &p->point[2], &p->normal[0], &p->normal[1],      &p->normal[2],
+        &p->u[0],     &p->u[1],     &p->distance, &p->plane_min, &p->distance_most2, &p->gamma[0],
+        &p->gamma[1], &p->eta,      &p->spread,   &a->step[0],   &a->step[1],        &a->falloff,
+        &b->step[0],  &b->step[1],  &b->falloff,  &p->width_px};
     int32_t **const whole[] = {&p->slot,       &p->phase, &p->weights[0],
                                &p->weights[1], &a->reach, &b->reach};
     _Static_assert(sizeof numbers == (PLACED + SHEARED) * sizeof *numbers, "a plane each");

@@ -56,14 +56,14 @@ void receiver_steps(const struct receiver_light *light, const struct shadow_pixe
                     size_t i, float steps[2][2]);
 
 /* Returns the world size of a pixel at a receiver. */
-static inline float receiver_size(float plane_least)
+static inline float receiver_size(float plane_min)
 {
-    return 0.5f * plane_least;
+    return 0.5f * plane_min;
 }
 
 static inline float receiver_pixel(const struct shadow_pixels *pixels, size_t i)
 {
-    return receiver_size(pixels->plane_least[i]);
+    return receiver_size(pixels->plane_min[i]);
 }
 
 static inline bool receiver_is_lit(const struct shadow_pixels *pixels, size_t i)

@@ -10,12 +10,12 @@
 #include "server/reconstruct/simd/clamp.h"
 #include "server/reconstruct/simd/inline.h"
 
-#define RECEIVER_PLANE_PX  2.0f
-#define RECEIVER_FAR_PX    120.0f
-#define RECEIVER_GRAZING   0.02f /* least cosine towards the light that directions are taken at */
-#define RECEIVER_GAMMA     0.95f /* a half-side */
-#define RECEIVER_FRONT     1e-4f /* of distance and size; nearer the light's plane u is undefined */
-#define RECEIVER_STEP_MOST 1e30f
+#define RECEIVER_PLANE_PX 2.0f
+#define RECEIVER_FAR_PX   120.0f
+#define RECEIVER_GRAZING  0.02f /* least cosine towards the light that directions are taken at */
+#define RECEIVER_GAMMA    0.95f /* a half-side */
+#define RECEIVER_FRONT    1e-4f /* of distance and size; nearer the light's plane u is undefined */
+#define RECEIVER_STEP_MAX 1e30f
 
 static inline float receiver_along(float x, float y, float z, const float axis[3])
 {
@@ -25,13 +25,13 @@ static inline float receiver_along(float x, float y, float z, const float axis[3
 /* Planes of pixels, from one of them on. */
 struct receiver_planes {
     float *point[3], *normal[3], *u[2], *gamma[2];
-    float *distance, *plane_least, *distance_most2;
+    float *distance, *plane_min, *distance_most2;
 };
 
 static inline struct receiver_planes receiver_planes_at(const struct shadow_pixels *p, size_t at)
 {
     struct receiver_planes out = {.distance = p->distance + at,
-                                  .plane_least = p->plane_least + at,
+                                  .plane_min = p->plane_min + at,
                                   .distance_most2 = p->distance_most2 + at};
     for (int k = 0; k < 3; k++) out.point[k] = p->point[k] + at, out.normal[k] = p->normal[k] + at;
     for (int k = 0; k < 2; k++) out.u[k] = p->u[k] + at, out.gamma[k] = p->gamma[k] + at;
@@ -75,7 +75,7 @@ static inline void kernel_place_receivers(const struct receiver_light *light, ui
         to.u[0][i] = lit ? -aside_u * inverse_front : 0.0f;
         to.u[1][i] = lit ? -aside_v * inverse_front : 0.0f;
         to.distance[i] = lit ? front : 0.0f;
-        to.plane_least[i] = lit ? RECEIVER_PLANE_PX * pixel : 0.0f;
+        to.plane_min[i] = lit ? RECEIVER_PLANE_PX * pixel : 0.0f;
         to.distance_most2[i] = lit ? RECEIVER_FAR_PX * pixel * RECEIVER_FAR_PX * pixel : 0.0f;
         to.gamma[0][i] = lit ? within_u : 0.0f;
         to.gamma[1][i] = lit ? within_v : 0.0f;
@@ -113,7 +113,7 @@ static inline float receiver_screen(float perspective, float at, float moved, fl
 {
     const float near = (moved - at * inverse_along * moved_along) * inverse_along;
     const float e = (perspective > 0.0f ? near : moved) * per_step;
-    return fabsf(e) < RECEIVER_STEP_MOST ? e : 0.0f;
+    return fabsf(e) < RECEIVER_STEP_MAX ? e : 0.0f;
 }
 
 /* What steps along both light axes of a lit receiver share. */

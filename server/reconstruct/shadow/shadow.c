@@ -6,7 +6,7 @@
 
 /* The part of the light below the horizon (receiver_sunk) from which on the sheared filter's answer
  * has no weight (shadow_answer.h). */
-#define SUNK_MOST 0.25f
+#define SUNK_MAX 0.25f
 
 int32_t shadow_halo_px(enum shadow_filter filter)
 {
@@ -31,7 +31,7 @@ static void fill_unoccluded(const struct shadow_block *s)
             float *sunk = s->sunk + shadow_block_pixel(s, x, y);
             receiver_sunk(&s->light, p, n, count, sunk);
             for (uint32_t i = 0; i < count; i++)
-                sunk[i] = sunk[i] < SUNK_MOST ? sunk[i] / SUNK_MOST : 1.0f;
+                sunk[i] = sunk[i] < SUNK_MAX ? sunk[i] / SUNK_MAX : 1.0f;
         }
     }
 }

@@ -80,12 +80,12 @@ static int run_sheared(const struct shadow_block *s, struct receivers *r,
 {
     struct coverage coverage;
     struct scratch *scratch = s->patch->scratch;
-    const float rho_most =
+    const float rho_max =
         wedge_scale(s->plan, s->light.strata) * s->light.sigma_y[0] / s->light.rectangle.half[0];
     float *seen = scratch_take(scratch, count * sizeof *seen);
     uint32_t *rest = scratch_take(scratch, count * sizeof *rest);
     struct edge_answer *edges = scratch_take(scratch, count * sizeof *edges);
-    int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_most, &coverage);
+    int error = coverage_create(s->light.strata, s->light.rectangle.profile, rho_max, &coverage);
     if (!seen || !rest || !edges) error = ERR_MEMORY;
     if (!error) error = wedges_shear(&s->light, wedges, s->kernels, &coverage, r);
     if (!error) error = run_both(s, r, &coverage, pixels, count, edges, rest, seen);

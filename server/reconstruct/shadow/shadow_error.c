@@ -6,8 +6,8 @@
 #include "server/reconstruct/shadow/shadow.h"
 
 /* Neighbours of one surface: the cosine between their normals, the difference of their depths. */
-#define COSINE_LEAST 0.9f
-#define DEPTH_SHARE  0.05f
+#define COSINE_MIN  0.9f
+#define DEPTH_SHARE 0.05f
 
 /* Walsh functions of x and y, which know nothing of each other: where one is odd, samples come from
  * the next pixel along an axis, where it is even. */
@@ -25,7 +25,7 @@ static bool same_surface(const struct patch *p, size_t i, size_t k)
 {
     const float cosine = p->normal[0][i] * p->normal[0][k] + p->normal[1][i] * p->normal[1][k] +
                          p->normal[2][i] * p->normal[2][k];
-    return cosine > COSINE_LEAST && fabsf(p->depth[i] - p->depth[k]) < DEPTH_SHARE * p->depth[i];
+    return cosine > COSINE_MIN && fabsf(p->depth[i] - p->depth[k]) < DEPTH_SHARE * p->depth[i];
 }
 
 /* Where pixel (x, y) takes its samples from. */

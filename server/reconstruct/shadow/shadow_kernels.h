@@ -49,7 +49,7 @@ struct shadow_pixels {
 
     /* What the pixel reads its neighbours with: */
     float *distance;       /* d1: from the light's plane */
-    float *plane_least;    /* least distance off the tangent plane that a neighbour may have */
+    float *plane_min;      /* least distance off the tangent plane that a neighbour may have */
     float *distance_most2; /* square of the world distance of the farthest neighbour */
     float *gamma[2];       /* change of G along axis i, per half-side */
     int32_t *weights[2];   /* row of field->weights along axis i */

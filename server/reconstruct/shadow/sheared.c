@@ -7,10 +7,10 @@
 
 #include "server/reconstruct/shadow/strata.h"
 
-#define REFUSAL     1.5f  /* sigma_y that a neighbour's own wedge may be mis-sheared by */
-#define WHOLE_LEAST 1e-9f /* of denominators; below, nothing was seen */
-#define BATCH       64u
-#define SUMS_BYTES  64
+#define REFUSAL    1.5f  /* sigma_y that a neighbour's own wedge may be mis-sheared by */
+#define WHOLE_MIN  1e-9f /* of denominators; below, nothing was seen */
+#define BATCH      64u
+#define SUMS_BYTES 64
 
 /* Rows of pixels by which each pass advances before the next pass does. Results of a pass are read
  * from SHADOW_REACH_PX rows above to as many below, and kept for KEPT_PX rows: those of a whole
@@ -163,7 +163,7 @@ static void walk_rows(struct sheared *s, const uint32_t *pixels, uint32_t count,
         /* Weights of a walk may be negative. */
         const float whole = sums[2 * i + 1], share = sums[2 * i] / whole;
         const float within = share < 1.0f ? share > 0.0f ? share : 0.0f : 1.0f;
-        seen[i] = whole > WHOLE_LEAST ? within : -1.0f;
+        seen[i] = whole > WHOLE_MIN ? within : -1.0f;
     }
 }
 

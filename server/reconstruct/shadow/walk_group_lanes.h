@@ -6,8 +6,8 @@
 #include "server/reconstruct/shadow/shadow_lanes.h"
 
 struct walk_group {
-    uint32_t count;     /* pixels; lanes past the end repeat the last */
-    int32_t reach_most; /* of all lanes */
+    uint32_t count;    /* pixels; lanes past the end repeat the last */
+    int32_t reach_max; /* of all lanes */
     _Alignas(64) int32_t pixel[SIMD_LANES], reach[SIMD_LANES];
     int32_t forward[SIMD_LANES], minor[SIMD_LANES]; /* pixels on, a step and aside */
     float slant[SIMD_LANES];                        /* steps aside, a step */
@@ -31,7 +31,7 @@ static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
     simd_list(pixels, g->count, g->pixel);
     simd_take(steps, 3, g->pixel, own);
     memcpy(g->reach, own[2], sizeof g->reach);
-    g->reach_most = 0;
+    g->reach_max = 0;
     for (uint32_t i = 0; i < SIMD_LANES; i++) {
         const int32_t along_x = fabsf(own[0][i]) >= fabsf(own[1][i]);
         const int32_t major = along_x ? 1 : row;
@@ -39,16 +39,16 @@ static inline void walk_group_load(const struct shadow_field *f, uint32_t axis,
         g->forward[i] = main < 0.0f ? -major : major;
         g->minor[i] = along_x ? row : 1;
         g->slant[i] = along_x ? own[1][i] : own[0][i];
-        g->reach_most = g->reach[i] > g->reach_most ? g->reach[i] : g->reach_most;
+        g->reach_max = g->reach[i] > g->reach_max ? g->reach[i] : g->reach_max;
     }
 }
 
 static inline int32_t walk_group_taps(const struct walk_group *g)
 {
-    return 2 * (2 * g->reach_most + 1);
+    return 2 * (2 * g->reach_max + 1);
 }
 
-/* Places the two taps of step k, from -reach_most to reach_most. The walk passes between two
+/* Places the two taps of step k, from -reach_max to reach_max. The walk passes between two
  * pixels, which share its weight. */
 static inline void walk_place(const struct walk_group *g, int32_t k, struct walk_tap out[2])
 {

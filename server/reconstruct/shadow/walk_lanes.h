@@ -30,7 +30,7 @@ static void kernel_mark_walks(const struct shadow_field *f, uint32_t axis, const
     struct walk_tap tap[2];
     for (uint32_t first = 0; first < count; first += SIMD_LANES) {
         walk_group_load(f, axis, pixels + first, count - first, &group);
-        for (int32_t k = -group.reach_most; k <= group.reach_most; k++) {
+        for (int32_t k = -group.reach_max; k <= group.reach_max; k++) {
             walk_place(&group, k, tap);
             walk_mark(tap[0].to, marks);
             walk_mark(tap[1].to, marks);

@@ -26,7 +26,7 @@ enum walk_number {
 
 /* What a walk reads of the receiving pixel: the same up to eta, then these. */
 enum walk_asked {
-    WALK_PLANE_LEAST = WALK_SPREAD,
+    WALK_PLANE_MIN = WALK_SPREAD,
     WALK_DISTANCE_MOST2,
     WALK_DISTANCE,
     WALK_FALLOFF,
@@ -86,7 +86,7 @@ static inline struct walk_receivers walk_receivers_of(float own[WALK_ASKED][SIMD
         a.receivers.point[k] = simd_load_vector(own[WALK_POINT + k] + first);
         a.receivers.normal[k] = simd_load_vector(own[WALK_NORMAL + k] + first);
     }
-    a.receivers.plane_least = simd_load_vector(own[WALK_PLANE_LEAST] + first);
+    a.receivers.plane_min = simd_load_vector(own[WALK_PLANE_MIN] + first);
     a.receivers.distance_most2 = simd_load_vector(own[WALK_DISTANCE_MOST2] + first);
     a.u = simd_load_vector(own[WALK_U] + first);
     a.eta = simd_load_vector(own[WALK_ETA] + first);
@@ -177,7 +177,7 @@ SIMD_INLINE bool walk_look(const struct walk_rule *rule, uint32_t axis,
 
 static inline float walk_step(const struct walk_group *g, uint32_t n)
 {
-    return (float)((int32_t)(n >> 1) - g->reach_most);
+    return (float)((int32_t)(n >> 1) - g->reach_max);
 }
 
 /* Returns the weight of tap n before it is balanced. */
@@ -245,7 +245,7 @@ SIMD_INLINE void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t
                                              p->spread,    p->slot,      p->phase};
     const void *const asked[WALK_ASKED] = {p->point[0],       p->point[1],  p->point[2],
                                            p->normal[0],      p->normal[1], p->normal[2],
-                                           p->u[axis],        p->eta,       p->plane_least,
+                                           p->u[axis],        p->eta,       p->plane_min,
                                            p->distance_most2, p->distance,  p->walk[axis].falloff};
     const struct walk_rule rule = walk_rule_of(f, axis, stride);
     _Alignas(64) float numbers[WALK_ASKED][SIMD_LANES];
@@ -254,7 +254,7 @@ SIMD_INLINE void walk_take(const struct shadow_field *f, uint32_t axis, uint32_t
     simd_take(asked, WALK_ASKED, taps->group.pixel, numbers);
     for (uint32_t v = 0; v < SIMD_VECTORS; v++)
         own[v] = walk_receivers_of(numbers, v * SIMD_PER_VECTOR, f->phases * walk_phase_sums(f));
-    const int32_t reach = taps->group.reach_most;
+    const int32_t reach = taps->group.reach_max;
     for (int32_t k = -reach; k <= reach; k++)
         walk_place(&taps->group, k, &taps->tap[2 * (k + reach)]);
     taps->steps = 0;

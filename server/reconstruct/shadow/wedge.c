@@ -3,17 +3,17 @@
 #include <math.h>
 #include <string.h>
 
-#define SLOPE_LEAST 6e-5f /* what a half float and the tracer's clamp leave */
-#define SLOPE_MOST  65504.0f
-#define KAPPA_MOST  1e4f /* of slopes that are handed on */
+#define SLOPE_MIN 6e-5f /* what a half float and the tracer's clamp leave */
+#define SLOPE_MAX 65504.0f
+#define KAPPA_MAX 1e4f /* of slopes that are handed on */
 /* With random jitter 8 px would be best. With the pattern's lattices a few pixels together cover
  * the light evenly. From 3 px on the noise hardly falls, and wider filters only add the change of
  * slopes over the window. The width shrinks with the fourth root of m(N) only, because the lattice
  * needs its few pixels at 256 spp, too. */
-#define WIDTH_MOST_PX 3.5f
-#define FILL_PASSES   3
-#define FILL_REACH    (WEDGE_FILL_PX / FILL_PASSES)
-#define RUN           64
+#define WIDTH_MAX_PX 3.5f
+#define FILL_PASSES  3
+#define FILL_REACH   (WEDGE_FILL_PX / FILL_PASSES)
+#define RUN          64
 
 bool wedge_is_occluded(const struct receiver_light *light, const struct patch *patch, size_t i)
 {
@@ -22,7 +22,7 @@ bool wedge_is_occluded(const struct receiver_light *light, const struct patch *p
 
 static float slope_within(float s)
 {
-    return s > SLOPE_LEAST ? s < SLOPE_MOST ? s : SLOPE_MOST : SLOPE_LEAST; /* NaN: the least */
+    return s > SLOPE_MIN ? s < SLOPE_MAX ? s : SLOPE_MAX : SLOPE_MIN; /* NaN: the least */
 }
 
 /* Loads slopes as they were measured. */
@@ -111,8 +111,8 @@ static void invert(size_t area, struct wedges *w)
 {
     for (size_t i = 0; i < area; i++) {
         const float s = w->least[i], t = w->most[i];
-        const float most = s > 1.0f / KAPPA_MOST ? 1.0f / s : KAPPA_MOST;
-        const float least = t > 1.0f / KAPPA_MOST ? 1.0f / t : KAPPA_MOST;
+        const float most = s > 1.0f / KAPPA_MAX ? 1.0f / s : KAPPA_MAX;
+        const float least = t > 1.0f / KAPPA_MAX ? 1.0f / t : KAPPA_MAX;
         w->most[i] = s >= 0.0f ? most : -1.0f;
         w->least[i] = s >= 0.0f ? least : -1.0f;
     }
@@ -163,10 +163,10 @@ float wedge_scale(const struct plan *plan, uint32_t strata)
     return plan->mu * cbrtf(9.0f / (float)(strata * strata));
 }
 
-/* Returns the widest filter, in pixels: WIDTH_MOST_PX mu m(N)^(1/4). */
-static float width_most_px(const struct plan *plan, uint32_t strata)
+/* Returns the widest filter, in pixels: WIDTH_MAX_PX mu m(N)^(1/4). */
+static float width_max_px(const struct plan *plan, uint32_t strata)
 {
-    return plan->mu * WIDTH_MOST_PX * sqrtf(sqrtf(cbrtf(9.0f / (float)(strata * strata))));
+    return plan->mu * WIDTH_MAX_PX * sqrtf(sqrtf(cbrtf(9.0f / (float)(strata * strata))));
 }
 
 static size_t list_wedges(const struct wedges *wedges, size_t area, uint32_t *pixels)
@@ -201,8 +201,7 @@ int wedges_shear(const struct receiver_light *light, const struct wedges *wedges
 {
     const size_t area = (size_t)rect_area(receivers->rect);
     const struct wedge_shear shear = {light, wedge_scale(light->plan, light->strata),
-                                      width_most_px(light->plan, light->strata),
-                                      coverage->rho_most};
+                                      width_max_px(light->plan, light->strata), coverage->rho_max};
     uint32_t *pixels = scratch_take(receivers->scratch, (area + 1) * sizeof *pixels);
     if (!pixels) return ERR_MEMORY;
     const size_t count = list_wedges(wedges, area, pixels);

@@ -31,9 +31,9 @@ float wedge_scale(const struct plan *plan, uint32_t strata);
 /* What shearing needs beside a receiver. */
 struct wedge_shear {
     const struct receiver_light *light;
-    float scale;         /* wedge_scale */
-    float width_most_px; /* the widest filter */
-    float rho_most;      /* of the coverage table */
+    float scale;        /* wedge_scale */
+    float width_max_px; /* the widest filter */
+    float rho_max;      /* of the coverage table */
 };
 
 /* Sets eta, spread, walks, widths and weight rows of all lit receivers with a wedge. ERR_MEMORY. */

@@ -8,11 +8,11 @@
 #include "server/reconstruct/shadow/wedge.h"
 #include "server/reconstruct/simd/inline.h"
 
-#define WEDGE_FLOOR_PX     0.25f /* slopes are at least this many pixels over L */
-#define WEDGE_RANGE_LEAST  1e-6f
-#define WEDGE_FALLOFF_MOST 1e30f
-#define WEDGE_SIGMA_LEAST  7.07e-16f /* (2 WEDGE_FALLOFF_MOST)^-1/2 */
-#define WEDGE_MAJOR_LEAST  1e-30f
+#define WEDGE_FLOOR_PX    0.25f /* slopes are at least this many pixels over L */
+#define WEDGE_RANGE_MIN   1e-6f
+#define WEDGE_FALLOFF_MAX 1e30f
+#define WEDGE_SIGMA_MIN   7.07e-16f /* (2 WEDGE_FALLOFF_MAX)^-1/2 */
+#define WEDGE_MAJOR_MIN   1e-30f
 #define WEDGE_SIGMAS                                                                               \
     2.0f /* of a walk's reach; 2.5 has the same error, with walks a quarter longer */
 
@@ -20,9 +20,9 @@
 enum wedge_read {
     WEDGE_POINT = 0,
     WEDGE_NORMAL = 3,
-    WEDGE_PLANE_LEAST = 6,
-    WEDGE_MOST,
-    WEDGE_LEAST,
+    WEDGE_PLANE_MIN = 6,
+    WEDGE_MAX,
+    WEDGE_MIN,
     WEDGE_READ,
 };
 
@@ -58,13 +58,13 @@ struct wedge_chunk {
 /* Computes eta, the middle of the wedge, and wide = max(its range, eta), by which widths shrink. */
 static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 {
-    const float *least = c->in[WEDGE_LEAST], *most = c->in[WEDGE_MOST];
+    const float *least = c->in[WEDGE_MIN], *most = c->in[WEDGE_MAX];
     for (int i = 0; i < SIMD_LANES; i++) {
-        const float pixel = receiver_size(c->in[WEDGE_PLANE_LEAST][i]), inverse = 1.0f / pixel;
+        const float pixel = receiver_size(c->in[WEDGE_PLANE_MIN][i]), inverse = 1.0f / pixel;
         const float top = longer_half / WEDGE_FLOOR_PX * inverse;
         const float upper = most[i] < top ? most[i] : top;
         const float lower = least[i] < upper ? least[i] : upper, eta = 0.5f * (upper + lower);
-        const float range = upper - lower > WEDGE_RANGE_LEAST ? upper - lower : WEDGE_RANGE_LEAST;
+        const float range = upper - lower > WEDGE_RANGE_MIN ? upper - lower : WEDGE_RANGE_MIN;
         const float wide = range > eta ? range : eta;
         c->out[WEDGE_ETA][i] = eta;
         c->out[WEDGE_SPREAD][i] = 0.5f * (upper - lower);
@@ -78,7 +78,7 @@ static inline void wedge_range(float longer_half, struct wedge_chunk *c)
 /* Constants of widths and walks, with inverses of widths and of the table's rho. */
 struct wedge_rule {
     float per_half[2], own[2], per_own[2]; /* own: m mu sigma_y, sigma where wide is 1 */
-    float longer_half, most_px, per_most, per_rho;
+    float longer_half, most_px, per_max, per_rho;
     struct receiver_stepper stepper[2];
 };
 
@@ -87,9 +87,9 @@ static inline struct wedge_rule wedge_rule_of(const struct wedge_shear *shear)
     const struct receiver_light *light = shear->light;
     const float *half = light->rectangle.half;
     struct wedge_rule r = {.longer_half = half[0] > half[1] ? half[0] : half[1],
-                           .most_px = shear->width_most_px,
-                           .per_most = 1.0f / shear->width_most_px,
-                           .per_rho = 1.0f / shear->rho_most};
+                           .most_px = shear->width_max_px,
+                           .per_max = 1.0f / shear->width_max_px,
+                           .per_rho = 1.0f / shear->rho_max};
     for (int axis = 0; axis < 2; axis++) {
         r.per_half[axis] = 1.0f / half[axis];
         r.own[axis] = shear->scale * light->sigma_y[axis];
@@ -115,14 +115,14 @@ static inline void wedge_aim(const struct receiver_stepper *stepper, struct wedg
 
 /* Computes the walk along an axis, whose width in scene units is
  *
- *     sigma = min(wedge_scale sigma_y / wide, width_most_px px).
+ *     sigma = min(wedge_scale sigma_y / wide, width_max_px px).
  *
  * A scene unit has `major` taps, each one pixel of the longer screen axis. */
 SIMD_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedge_chunk *c)
 {
     const float per_half = rule->per_half[axis];
     const float all_own = rule->own[axis], per_own = rule->per_own[axis];
-    const float most_px = rule->most_px, per_most = rule->per_most;
+    const float most_px = rule->most_px, per_max = rule->per_max;
     const struct receiver_stepper stepper = rule->stepper[axis];
     const float(*n)[SIMD_LANES] = (const float(*)[SIMD_LANES])c->in + WEDGE_NORMAL;
     const float(*s)[SIMD_LANES] = (const float(*)[SIMD_LANES])c->shared;
@@ -134,9 +134,9 @@ SIMD_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedg
         const float cap = most_px * s[WEDGE_PIXEL][i], own = all_own * s[WEDGE_INVERSE_WIDE][i];
         const float sigma = own < cap ? own : cap, eta = c->out[WEDGE_ETA][i];
         const float per_sigma =
-            own < cap ? per_own * s[WEDGE_WIDE][i] : per_most * s[WEDGE_INVERSE_PIXEL][i];
+            own < cap ? per_own * s[WEDGE_WIDE][i] : per_max * s[WEDGE_INVERSE_PIXEL][i];
         const float x = fabsf(step_x), y = fabsf(step_y), major = x > y ? x : y;
-        const float per_major = 1.0f / (major > WEDGE_MAJOR_LEAST ? major : WEDGE_MAJOR_LEAST);
+        const float per_major = 1.0f / (major > WEDGE_MAJOR_MIN ? major : WEDGE_MAJOR_MIN);
         const float falloff = 0.5f * per_sigma * per_sigma;
         const float reach = ceilf(WEDGE_SIGMAS * sigma * major);
         /* half a tap in half-sides of the light: how far beyond it taps still reach */
@@ -144,8 +144,7 @@ SIMD_INLINE void wedge_walk(const struct wedge_rule *rule, int axis, struct wedg
         c->sigma[axis][i] = sigma;
         c->rho[axis][i] = eta * sigma * per_half;
         c->delta[axis][i] = delta;
-        c->out[WEDGE_FALLOFF + axis][i] =
-            falloff < WEDGE_FALLOFF_MOST ? falloff : WEDGE_FALLOFF_MOST;
+        c->out[WEDGE_FALLOFF + axis][i] = falloff < WEDGE_FALLOFF_MAX ? falloff : WEDGE_FALLOFF_MAX;
         c->whole[WEDGE_REACH + axis][i] =
             (int32_t)(reach < SHADOW_REACH_PX ? reach : SHADOW_REACH_PX);
         /* exactly 1 or -1 along the longer axis */
@@ -171,8 +170,8 @@ static inline void wedge_widths(struct wedge_chunk *c)
 {
     const float *a = c->out[WEDGE_FALLOFF], *b = c->out[WEDGE_FALLOFF + 1];
     for (int i = 0; i < SIMD_LANES; i++) {
-        const float u = c->sigma[0][i] > WEDGE_SIGMA_LEAST ? c->sigma[0][i] : WEDGE_SIGMA_LEAST;
-        const float v = c->sigma[1][i] > WEDGE_SIGMA_LEAST ? c->sigma[1][i] : WEDGE_SIGMA_LEAST;
+        const float u = c->sigma[0][i] > WEDGE_SIGMA_MIN ? c->sigma[0][i] : WEDGE_SIGMA_MIN;
+        const float v = c->sigma[1][i] > WEDGE_SIGMA_MIN ? c->sigma[1][i] : WEDGE_SIGMA_MIN;
         const float width = sqrtf(u) * sqrtf(v) * c->shared[WEDGE_INVERSE_PIXEL][i];
         const int32_t walks = (a[i] > 0.0f) & (b[i] > 0.0f);
         c->out[WEDGE_WIDTH][i] = walks ? width : 0.0f;
@@ -185,9 +184,9 @@ static void kernel_shear_receivers(const struct wedge_shear *shear, const uint32
 {
     const struct wedge_rule rule = wedge_rule_of(shear);
     const struct shadow_walk *a = &out->walk[0], *b = &out->walk[1];
-    const void *const read[WEDGE_READ] = {out->point[0],    out->point[1],  out->point[2],
-                                          out->normal[0],   out->normal[1], out->normal[2],
-                                          out->plane_least, most,           least};
+    const void *const read[WEDGE_READ] = {out->point[0],  out->point[1],  out->point[2],
+                                          out->normal[0], out->normal[1], out->normal[2],
+                                          out->plane_min, most,           least};
     void *const written[WEDGE_WRITTEN] = {out->eta,   out->spread, a->step[0],
                                           b->step[0], a->step[1],  b->step[1],
                                           a->falloff, b->falloff,  out->width_px};

@@ -7,12 +7,12 @@
 #include "server/reconstruct/simd/inline.h"
 #include "server/reconstruct/simd/vector.h"
 
-#define TAPS_MOST     128
+#define TAPS_MAX      128
 #define TAPS_CHANNELS 4 /* that go together, at most */
 
 struct taps {
-    _Alignas(64) float weight[TAPS_MOST][SIMD_LANES];
-    ptrdiff_t at[TAPS_MOST]; /* of the neighbours' first */
+    _Alignas(64) float weight[TAPS_MAX][SIMD_LANES];
+    ptrdiff_t at[TAPS_MAX]; /* of the neighbours' first */
     uint32_t count;
 };
 

@@ -11,7 +11,7 @@ const medians = over(median), leasts = over((values) => Math.min(...values));
 // Medians of times, and of CPU times the least, which other work moves least; counts and bytes, which are the same every time, of the first run.
 export function summary(runs) {
   const { rays, skipped, shadow, indirect, glossy, lens, pixels, peak_rss_bytes } = runs[0].statistics;
-  return { runs: runs.length, cpu_s: medians(runs.map((r) => r.statistics.cpu_s)), cpu_least_s: leasts(runs.map((r) => r.statistics.cpu_s)), wall: medians(runs.map((r) => r.wall)), rays, skipped,
+  return { runs: runs.length, cpu_s: medians(runs.map((r) => r.statistics.cpu_s)), cpu_min_s: leasts(runs.map((r) => r.statistics.cpu_s)), wall: medians(runs.map((r) => r.wall)), rays, skipped,
     filters: { shadow, indirect, glossy, lens }, pixels, bytes_received: runs[0].statistics.bytes_received, link: runs[0].link,
     peak_rss_bytes: { server: Math.max(peak_rss_bytes.server, ...runs.map((r) => r.statistics.peak_rss_bytes.server)),
       worker: Math.max(peak_rss_bytes.worker, ...runs.map((r) => r.statistics.peak_rss_bytes.worker)) } };

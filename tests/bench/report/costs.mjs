@@ -66,7 +66,7 @@ function wires(all) {
   if (found.length === 0) return "";
   return `<h3>Links</h3><p>The same frames, ${found[0].width}×${found[0].height}, by workers on this machine over three kinds of links, in turn. CPU times are the least of ${found[0].runs} frames; the coordinator's loop reads and writes the links.</p>
 ${table("Cost of links", ["kind", "link", "bytes", "CPU s", "of it the coordinator's loop", "CPU over Unix", "loop over Unix", "wall over Unix"],
-    found.map((l) => [escape(l.kind), LINK_NAMES[l.link_kind], bytes(l.link.received_bytes + l.link.sent_bytes), number(l.cpu_least_s.total), number(l.cpu_least_s.coordinate), times(l.over_unix.cpu), times(l.over_unix.coordinate), times(l.over_unix.wall)]))}`;
+    found.map((l) => [escape(l.kind), LINK_NAMES[l.link_kind], bytes(l.link.received_bytes + l.link.sent_bytes), number(l.cpu_min_s.total), number(l.cpu_min_s.coordinate), times(l.over_unix.cpu), times(l.over_unix.coordinate), times(l.over_unix.wall)]))}`;
 }
 
 export function costSection(o, all) {

@@ -57,10 +57,10 @@ const judged = (words, b) => b ? `${words} ${verdict(b.ok, `${b.relation === ">=
 const boundOf = (bounds, row, unit) => row.method === "auto" ? bounds.find((b) => b.scene === row.scene && b.spp === row.spp && b.unit === unit) : undefined;
 
 function figures(rows, bounds) {
-  const cost = (r, of) => r.cpu_least_s ? number(of(r)) : "–", scaled = (r) => r.denoiser_s ? `${number(r.denoiser_s)} (scaled)` : "–";
+  const cost = (r, of) => r.cpu_min_s ? number(of(r)) : "–", scaled = (r) => r.denoiser_s ? `${number(r.denoiser_s)} (scaled)` : "–";
   return table("Errors without the references' own noise, and the least CPU seconds of the runs", ["method, samples", "psnr_db", "rmse01", "relmse999", "FLIP", "CPU s: tracing", "filters", "from samples to picture", "tracing over none's", "filters, s a megapixel"],
     rows.map((r) => [`${escape(rowName(r))}, ${r.spp} spp`, judged(decibels(r.psnr_db), boundOf(bounds, r, "dB")), number(r.rmse01), number(r.relmse999), number(r.flip),
-      cost(r, () => r.cpu_least_s.trace), r.method === "oidn" ? scaled(r) : cost(r, () => r.filters_s_per_megapixel * r.megapixels), number(r.picture_s),
+      cost(r, () => r.cpu_min_s.trace), r.method === "oidn" ? scaled(r) : cost(r, () => r.filters_s_per_megapixel * r.megapixels), number(r.picture_s),
       judged(times(r.trace_over_none), boundOf(bounds, r, "times")), judged(cost(r, () => r.filters_s_per_megapixel), boundOf(bounds, r, "s"))]));
 }
 
@@ -90,9 +90,9 @@ function denoiserWords(rows) {
 }
 
 function stageTable(rows) {
-  const measured = rows.filter((r) => r.cpu_least_s), stages = Object.keys(measured[0]?.cpu_least_s ?? {});
+  const measured = rows.filter((r) => r.cpu_min_s), stages = Object.keys(measured[0]?.cpu_min_s ?? {});
   return details("CPU seconds by stage", table("The least of the runs, CPU seconds by stage", ["method, samples", ...stages],
-    measured.map((r) => [`${escape(nameOf(r.method))}, ${r.spp} spp`, ...stages.map((stage) => number(r.cpu_least_s[stage]))])));
+    measured.map((r) => [`${escape(nameOf(r.method))}, ${r.spp} spp`, ...stages.map((stage) => number(r.cpu_min_s[stage]))])));
 }
 
 function article(o, tools, scene, rows, bounds) {

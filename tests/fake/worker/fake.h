@@ -29,7 +29,7 @@ struct fake {
     const char *address, *embree, *name;
     uint32_t threads;
     double seconds;
-    uint64_t tiles_most, reconnects;
+    uint64_t tiles_max, reconnects;
     int fd; /* -1: there is no link */
     bool refused;
     struct wire_frame_inbox inbox;
@@ -52,6 +52,6 @@ static inline uint64_t fake_now_ms(void)
 
 static inline bool fake_is_over(const struct fake *f)
 {
-    return f->refused || (f->tiles_most > 0 && f->answers >= f->tiles_most) ||
+    return f->refused || (f->tiles_max > 0 && f->answers >= f->tiles_max) ||
            (double)(fake_now_ms() - f->started_ms) >= 1000.0 * f->seconds;
 }

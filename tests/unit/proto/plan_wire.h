@@ -32,6 +32,6 @@ void without_lens(struct plan *plan);
 
 #define ADAPTIVE                                                                                   \
     (plan.indirect_filter = INDIRECT_FILTER_ADAPTIVE, plan.adaptive.mu = 1.5f,                     \
-     plan.adaptive.rays_most = 100,                                                                \
+     plan.adaptive.rays_max = 100,                                                                 \
      plan.planes &=                                                                                \
      ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF)))

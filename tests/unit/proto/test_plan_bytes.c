@@ -13,7 +13,7 @@ TEST(plans_round_trip)
         sent.light_count = lights;
         if (lights == 2) {
             sent.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
-            sent.adaptive = (struct plan_adaptive){.mu = 2.5f, .rays_most = 4711};
+            sent.adaptive = (struct plan_adaptive){.mu = 2.5f, .rays_max = 4711};
             sent.planes &=
                 ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
         }
@@ -32,7 +32,7 @@ TEST(plans_round_trip)
         assert_int_equal(sent.residual_filter, got.residual_filter);
         assert_true(sent.mu == got.mu);
         assert_true(sent.adaptive.mu == got.adaptive.mu &&
-                    sent.adaptive.rays_most == got.adaptive.rays_most);
+                    sent.adaptive.rays_max == got.adaptive.rays_max);
         assert_memory_equal(sent.lights, got.lights, lights * sizeof sent.lights[0]);
         assert_int_equal(sent.pattern.seed, got.pattern.seed);
         bytes_writer_fini(&w);

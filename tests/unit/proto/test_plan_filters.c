@@ -64,19 +64,19 @@ TEST(rates_are_checked)
     EXPECT((ADAPTIVE, plan.adaptive.mu = LIMIT_FILTER_MU), ERR_OK, "");
     EXPECT((ADAPTIVE, plan.adaptive.mu = LIMIT_FILTER_MU + 1), ERR_RANGE, "adaptive.mu");
     EXPECT((ADAPTIVE, plan.adaptive.mu = NAN), ERR_NOT_FINITE, "adaptive.mu");
-    EXPECT((ADAPTIVE, plan.adaptive.rays_most = 0), ERR_RANGE, "adaptive.mu");
-    EXPECT((ADAPTIVE, plan.adaptive.rays_most = 8), ERR_RANGE,
-           "adaptive.rays_most"); /* the first are nine */
-    EXPECT((ADAPTIVE, plan.adaptive.rays_most = 9), ERR_OK, "");
-    EXPECT((ADAPTIVE, plan.adaptive.rays_most = LIMIT_SPP), ERR_OK, "");
-    EXPECT((ADAPTIVE, plan.adaptive.rays_most = LIMIT_SPP + 1), ERR_LIMIT, "adaptive.rays_most");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_max = 0), ERR_RANGE, "adaptive.mu");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_max = 8), ERR_RANGE,
+           "adaptive.rays_max"); /* the first are nine */
+    EXPECT((ADAPTIVE, plan.adaptive.rays_max = 9), ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_max = LIMIT_SPP), ERR_OK, "");
+    EXPECT((ADAPTIVE, plan.adaptive.rays_max = LIMIT_SPP + 1), ERR_LIMIT, "adaptive.rays_max");
     EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MAX)), ERR_RANGE, "planes");
     EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(BOUNCE_DISTANCE_MIN)), ERR_RANGE, "planes");
     EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(INDIRECT_HALVES)), ERR_RANGE, "indirect_filter");
     EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "indirect_filter");
     EXPECT((ADAPTIVE, plan.planes |= PLANE_BIT(GLOSSY_HALF)), ERR_RANGE, "indirect_filter");
     EXPECT((ADAPTIVE, plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANES_GLOSSY),
-            plan.target_error = 0.1f, plan.spp_most = 200),
+            plan.target_error = 0.1f, plan.spp_max = 200),
            ERR_RANGE, "indirect_filter");
     EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(INDIRECT_MEAN)), ERR_OK, ""); /* occlusion alone */
     EXPECT((ADAPTIVE, plan.planes &= ~PLANE_BIT(GLOSSY_NEARNESS), plan.glossy_filter = 0,

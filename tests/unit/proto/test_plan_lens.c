@@ -43,7 +43,7 @@ TEST(lens_samples_are_checked)
     EXPECT(plan.lens_filter = LENS_FILTER_SHEARED, ERR_OK, "");
     EXPECT(plan.lens_filter = LENS_FILTER_SHEARED + 1, ERR_RANGE, "lens_filter");
     EXPECT((plan.lens_filter = LENS_FILTER_SHEARED, plan.planes &= ~slope), ERR_RANGE, "planes");
-    EXPECT((plan.target_error = 1, plan.spp_most = 256,
+    EXPECT((plan.target_error = 1, plan.spp_max = 256,
             plan.planes &= ~(PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA))),
            ERR_RANGE, "target_error");
 }

@@ -37,9 +37,9 @@ TEST(second_sets_are_checked)
     SECOND(pass.first = 1, ERR_RANGE);
     SECOND(pass.strata_map = NULL, ERR_RANGE);
     SECOND(pass.lobes = strata_map, ERR_RANGE); /* the plan does not ask how far they see */
-    plan.adaptive.rays_most = LIMIT_SPP;
-    SECOND(pass.strata = PLAN_STRATA_MOST, 0);
-    SECOND(pass.strata = PLAN_STRATA_MOST + 1, ERR_LIMIT);
+    plan.adaptive.rays_max = LIMIT_SPP;
+    SECOND(pass.strata = PLAN_STRATA_MAX, 0);
+    SECOND(pass.strata = PLAN_STRATA_MAX + 1, ERR_LIMIT);
     SECOND(pass.strata = UINT32_MAX, ERR_LIMIT);
     SECOND((void)0, 0);
     assert_int_equal(plan_strata_map_check(&pass, 4), 0);
@@ -192,13 +192,13 @@ TEST(targets_are_checked)
 {
     const uint64_t other = PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_STRATA) | PLANES_GLOSSY;
 #define TARGET(change, code, place)                                                                \
-    EXPECT((plan.target_error = 0.02f, plan.spp_most = 256, plan.planes &= ~other,                 \
+    EXPECT((plan.target_error = 0.02f, plan.spp_max = 256, plan.planes &= ~other,                  \
             without_lens(&plan), change),                                                          \
            code, place)
-    TARGET(plan.spp_most = LIMIT_SPP, ERR_OK, "");
-    TARGET(plan.spp_most = LIMIT_SPP + 1, ERR_LIMIT, "spp_most");
-    TARGET(plan.spp_most = 0, ERR_RANGE, "spp_most");
-    TARGET(plan.target_error = 0, ERR_RANGE, "spp_most");
+    TARGET(plan.spp_max = LIMIT_SPP, ERR_OK, "");
+    TARGET(plan.spp_max = LIMIT_SPP + 1, ERR_LIMIT, "spp_max");
+    TARGET(plan.spp_max = 0, ERR_RANGE, "spp_max");
+    TARGET(plan.target_error = 0, ERR_RANGE, "spp_max");
     TARGET(plan.target_error = -1, ERR_RANGE, "target_error");
     TARGET(plan.target_error = NAN, ERR_NOT_FINITE, "target_error");
     TARGET(plan.planes &= ~PLANE_BIT(PATH_M2), ERR_RANGE, "target_error");

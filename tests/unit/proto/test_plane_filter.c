@@ -7,7 +7,7 @@
 #include "tests/random.h"
 #include "tests/unit/unit.h"
 
-enum { SIDE_MOST = 40 };
+enum { SIDE_MAX = 40 };
 
 static const int32_t sides[][2] = {{1, 1}, {1, 17}, {17, 1}, {2, 2}, {7, 3}, {40, 40}, {16, 33}};
 #define SIDES (sizeof sides / sizeof sides[0])
@@ -35,7 +35,7 @@ static void fill(int kind, uint32_t element_bytes, int32_t width, int32_t height
 
 TEST(everything_comes_back)
 {
-    uint8_t numbers[4 * SIDE_MOST * SIDE_MOST], filtered[sizeof numbers];
+    uint8_t numbers[4 * SIDE_MAX * SIDE_MAX], filtered[sizeof numbers];
     struct random random = {5};
     for (uint32_t bytes = 1; bytes <= 4; bytes *= 2)
         for (size_t s = 0; s < SIDES; s++)
@@ -75,24 +75,24 @@ static enum plane_filter chosen(const uint16_t *numbers, int32_t width, int32_t 
 
 TEST(each_is_chosen_where_it_pays)
 {
-    static uint16_t numbers[SIDE_MOST * SIDE_MOST];
+    static uint16_t numbers[SIDE_MAX * SIDE_MAX];
     struct random random = {9};
-    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++) numbers[i] = (uint16_t)random_bits(&random);
-    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_NONE);
-    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++)
-        numbers[i] = (uint16_t)(20000 + 37 * (i % SIDE_MOST) + 211 * (i / SIDE_MOST));
-    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_GRADIENT);
-    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++)
+    for (int i = 0; i < SIDE_MAX * SIDE_MAX; i++) numbers[i] = (uint16_t)random_bits(&random);
+    assert_int_equal(chosen(numbers, SIDE_MAX, SIDE_MAX), PLANE_FILTER_NONE);
+    for (int i = 0; i < SIDE_MAX * SIDE_MAX; i++)
+        numbers[i] = (uint16_t)(20000 + 37 * (i % SIDE_MAX) + 211 * (i / SIDE_MAX));
+    assert_int_equal(chosen(numbers, SIDE_MAX, SIDE_MAX), PLANE_FILTER_GRADIENT);
+    for (int i = 0; i < SIDE_MAX * SIDE_MAX; i++)
         numbers[i] =
-            (uint16_t)(30000 + (int)(random_bits(&random) % 4) + 5000 * (i / SIDE_MOST % 2));
-    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_XOR);
-    for (int i = 0; i < SIDE_MOST * SIDE_MOST; i++) {
-        const int steep = i / SIDE_MOST % 2 ? 1 : 3;
-        numbers[i] = (uint16_t)(20000 + i % SIDE_MOST * 17 * steep);
+            (uint16_t)(30000 + (int)(random_bits(&random) % 4) + 5000 * (i / SIDE_MAX % 2));
+    assert_int_equal(chosen(numbers, SIDE_MAX, SIDE_MAX), PLANE_FILTER_XOR);
+    for (int i = 0; i < SIDE_MAX * SIDE_MAX; i++) {
+        const int steep = i / SIDE_MAX % 2 ? 1 : 3;
+        numbers[i] = (uint16_t)(20000 + i % SIDE_MAX * 17 * steep);
     }
-    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_LEFT);
+    assert_int_equal(chosen(numbers, SIDE_MAX, SIDE_MAX), PLANE_FILTER_LEFT);
     memset(numbers, 0, sizeof numbers);
-    assert_int_equal(chosen(numbers, SIDE_MOST, SIDE_MOST), PLANE_FILTER_NONE);
+    assert_int_equal(chosen(numbers, SIDE_MAX, SIDE_MAX), PLANE_FILTER_NONE);
 }
 
 /* A row has no row above. */

@@ -25,7 +25,7 @@ TEST(errors_are_half_a_step)
             largest = fmaxf(largest, in[c]);
         }
         shared_exponent_unpack(shared_exponent_pack(in, m), m, out);
-        const float least = ldexpf(1.0f, shared_exponent_least(m));
+        const float least = ldexpf(1.0f, shared_exponent_min(m));
         const float half = fmaxf(largest * ldexpf(1.0f, -m), 0.5f * least);
         for (int c = 0; c < 3; c++)
             assert_true(fabsf(out[c] - in[c]) <= 1.004f * half); /* full ones are rounded up */
@@ -54,7 +54,7 @@ TEST(odd_numbers_are_bounded)
             const float in[3] = {odd[k], odd[(k + 1) % 8], 0};
             float out[3];
             const uint32_t packed = shared_exponent_pack(in, m);
-            assert_true(packed >> 3 * m <= shared_exponent_most(m));
+            assert_true(packed >> 3 * m <= shared_exponent_max(m));
             shared_exponent_unpack(packed, m, out);
             for (int c = 0; c < 3; c++) assert_true(out[c] >= 0.0f && out[c] <= FLT_MAX);
         }

@@ -11,10 +11,10 @@
 #include "worker/trace/path/path_kernels.h"
 
 /* Darker lobes' light would not fit halves when divided by their reflectance. */
-#define REFLECTANCE_LEAST 1e-4f
+#define REFLECTANCE_MIN 1e-4f
 
 /* Half floats end a little above; a mean of nearness may be anything. */
-#define NEARNESS_MOST 65000.0f
+#define NEARNESS_MAX 65000.0f
 
 /* Half of what floats hold. */
 #define MOST 1e38f
@@ -68,7 +68,7 @@ void glossy_store_sub(const struct path_context *c, const struct block *b, uint3
 
 static float inverse(float reflectance)
 {
-    return 1.0f / (reflectance > REFLECTANCE_LEAST ? reflectance : REFLECTANCE_LEAST);
+    return 1.0f / (reflectance > REFLECTANCE_MIN ? reflectance : REFLECTANCE_MIN);
 }
 
 static uint32_t rays_of(const struct path_context *c, const struct block *block, int i)
@@ -156,7 +156,7 @@ static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
 }
 
 /* Samples that are not finite count as black. Nothing is negative. */
-static void add_sample(const struct gloss *g, const struct path_harvest *h, size_t first,
+static void add_sample(const struct gloss *g, const struct path_radiance *h, size_t first,
                        uint32_t sample, struct glossy_sums *sums)
 {
     uint64_t *rejected = &g->context->counters->value[COUNTER_REJECTED_NOT_FINITE];
@@ -185,12 +185,12 @@ static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
 {
     struct path_pool *pool = &paths->pools[0];
     pool->count = 0;
-    path_harvest_clear_field(&paths->harvest, count);
-    if (g->context->mirrors) path_harvest_mirrors(&paths->harvest, count, g->from);
+    path_radiance_clear_field(&paths->radiance, count);
+    if (g->context->mirrors) path_radiance_mirrors(&paths->radiance, count, g->from);
     for (uint32_t k = 0; k < count; k++) begin_sample(g, first + k, k * LANES, sums, pool);
     path_trace_field(g->context, paths);
     for (uint32_t k = 0; k < count; k++)
-        add_sample(g, &paths->harvest, (size_t)k * LANES, first + k, sums);
+        add_sample(g, &paths->radiance, (size_t)k * LANES, first + k, sums);
 }
 
 /* Means over the pixels' halves. */
@@ -226,7 +226,7 @@ static void store(const struct gloss *g, const struct glossy_sums *sums, struct 
     block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_MEAN, 3));
     for (int i = 0; i < LANES; i++) {
         const float mean = sums->traced[i] > 0.0f ? sums->nearness[i] / sums->traced[i] : 0.0f;
-        v[i] = fminf(mean * plan->length_unit, NEARNESS_MOST);
+        v[i] = fminf(mean * plan->length_unit, NEARNESS_MAX);
     }
     block_store_half(g->block, v, 1.0f, samples_u16(samples, PLANE_GLOSSY_NEARNESS, 0));
     store_half(g, sums, samples);

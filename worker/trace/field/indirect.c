@@ -156,7 +156,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
 }
 
 /* Rays that only look whether anything is near. */
-static void look_around(const struct bounce *b, struct path_pool *pool, struct path_harvest *h)
+static void look_around(const struct bounce *b, struct path_pool *pool, struct path_radiance *h)
 {
     const struct path_context *c = b->context;
     for (uint32_t k = 0; k < path_pool_packets(pool); k++) {
@@ -194,7 +194,7 @@ static uint32_t field_of(uint32_t l, uint32_t sample)
     return l > 0 ? sample % l + sample / l : sample;
 }
 
-static void add_sample(const struct path_harvest *h, size_t first, float distance, uint32_t field,
+static void add_sample(const struct path_radiance *h, size_t first, float distance, uint32_t field,
                        struct indirect_sums *sums)
 {
     struct lanes3 *half = &sums->half[field & 1];
@@ -211,7 +211,7 @@ static void add_sample(const struct path_harvest *h, size_t first, float distanc
     }
 }
 
-static void store_sample(const struct bounce *b, const struct path_harvest *h, size_t first,
+static void store_sample(const struct bounce *b, const struct path_radiance *h, size_t first,
                          uint32_t sample, struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float distance[LANES];
@@ -331,12 +331,12 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
                         struct samples *samples)
 {
     const struct plan *plan = b->context->plan;
-    struct path_harvest *h = &paths->harvest;
+    struct path_radiance *h = &paths->radiance;
     struct path_pool *pool = &paths->pools[0];
     const bool per_stratum = plan->planes >> PLANE_INDIRECT_STRATA & 1;
     pool->count = 0;
-    path_harvest_clear_field(h, count);
-    if (b->context->mirrors) path_harvest_mirrors(h, count, b->from);
+    path_radiance_clear_field(h, count);
+    if (b->context->mirrors) path_radiance_mirrors(h, count, b->from);
     for (uint32_t k = 0; k < count; k++) begin_sample(b, s, first + k, k * LANES, pool);
     if (b->light)
         path_trace_field(b->context, paths);

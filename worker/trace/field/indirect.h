@@ -42,7 +42,7 @@ struct indirect_scratch {
 
 /* Traces the lanes of *lit, which have a surface in *from (path_resolve), into the planes of bounce
  * rays in `samples`. Without a plane of radiance, only the first rays are traced, up to the plan's
- * occlusion_distance. c->field must hold; paths->harvest is overwritten. */
+ * occlusion_distance. c->field must hold; paths->radiance is overwritten. */
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
                     struct indirect_scratch *scratch, struct path_scratch *paths,

@@ -82,7 +82,7 @@ void lens_begin(const struct path_context *c, const struct block *b, uint32_t sa
 
 /* Samples that are not finite count as black. */
 static void store_radiance(const struct path_context *c, const struct block *b,
-                           const struct path_harvest *h, size_t first, uint32_t sample,
+                           const struct path_radiance *h, size_t first, uint32_t sample,
                            struct samples *samples)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
@@ -123,7 +123,7 @@ static void store_slope(const struct plan *plan, const struct block *b, const fl
 }
 
 static void store_batch(const struct path_context *c, const struct block *b, uint32_t first,
-                        uint32_t count, struct path_harvest *h, struct lens_scratch *s,
+                        uint32_t count, struct path_radiance *h, struct lens_scratch *s,
                         struct samples *samples)
 {
     for (uint32_t k = 0; k < count; k++) {
@@ -150,7 +150,7 @@ void lens_trace(const struct path_context *c, const struct block *block, struct 
         if (done > 0 && !path_goes_on(c)) return;
         begin(c, block, done, n, s, &paths->pools[0]);
         path_trace_camera(c, paths);
-        store_batch(c, block, done, n, &paths->harvest, s, samples);
+        store_batch(c, block, done, n, &paths->radiance, s, samples);
         done += n;
     }
     block_store_half(block, s->seen, 1.0f / (float)count,

@@ -25,6 +25,6 @@ void lens_begin(const struct path_context *c, const struct block *b, uint32_t sa
                 struct lens_scratch *s, struct path_pool *pool);
 
 /* Traces all lens samples of the block's kept pixels into the planes of lens samples that `samples`
- * has. c->lens must hold; paths->harvest is overwritten. */
+ * has. c->lens must hold; paths->radiance is overwritten. */
 void lens_trace(const struct path_context *c, const struct block *block, struct lens_scratch *s,
                 struct path_scratch *paths, struct samples *samples);

@@ -21,7 +21,7 @@ static bool choose(const struct path_context *c, const struct block *block,
 }
 
 /* Samples that are not finite count as black. */
-static void add(const struct path_context *c, const struct path_harvest *h, uint32_t count,
+static void add(const struct path_context *c, const struct path_radiance *h, uint32_t count,
                 struct lens_second_set *m)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
@@ -69,7 +69,7 @@ void lens_second_set_trace(const struct path_context *c, const struct block *blo
         const uint32_t left = count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;
         path_trace(c, &m->block, LENS_SECOND_SET_FIRST + done, n, paths);
-        add(c, &paths->harvest, n, m);
+        add(c, &paths->radiance, n, m);
         done += n;
     }
     store(m, samples);

@@ -16,7 +16,7 @@ struct lens_second_set {
 };
 
 /* Traces the pixels of the block to which the tile's `strata_map` gives PLAN_LENS_EXTRA_STRATA,
- * into PLANES_LENS_SECOND_SET as far as `samples` has them. paths->harvest is overwritten. */
+ * into PLANES_LENS_SECOND_SET as far as `samples` has them. paths->radiance is overwritten. */
 void lens_second_set_trace(const struct path_context *c, const struct block *block,
                            const uint8_t *strata_map, struct lens_second_set *m,
                            struct path_scratch *paths, struct samples *samples);

@@ -12,7 +12,7 @@
 #define LOBE_BITS 0x5bd1e995u
 
 /* The light that fields bring, as the sample's own path has found it: albedo taken out. */
-static void find_light(const struct path_context *c, const struct path_harvest *h, size_t slot,
+static void find_light(const struct path_context *c, const struct path_radiance *h, size_t slot,
                        float out[3])
 {
     const struct path_rgb *direct = &h->diffuse_direct, *indirect = &h->diffuse_indirect;
@@ -26,7 +26,7 @@ static void find_light(const struct path_context *c, const struct path_harvest *
 /* Leaves nothing of pure Lambert surfaces, and the radiance of the other lobes on others. Values
  * that are not finite stay so, and are counted later. The exact albedo is used although the plane's
  * is rounded: the rounding is random, so its mean is right, and no remainder is clamped at 0. */
-void lens_surface_take_out(const struct path_context *c, size_t slot, struct path_harvest *h)
+void lens_surface_take_out(const struct path_context *c, size_t slot, struct path_radiance *h)
 {
     struct path_rgb *left = &h->indirect;
     const struct path_rgb *albedo = &h->albedo, *brought = &h->diffuse_indirect;
@@ -68,7 +68,7 @@ static void lanes_of(const struct path_rgb *in, size_t first, struct lanes3 *out
 }
 
 void lens_surface_store(const struct path_context *c, const struct block *b, size_t first,
-                        uint32_t sample, struct path_harvest *h, struct samples *samples)
+                        uint32_t sample, struct path_radiance *h, struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float depth[LANES];
     _Alignas(LANES_ALIGN) uint32_t packed[LANES];

@@ -29,7 +29,7 @@ struct mixed_shares {
 /* Sums over a pixel's samples, lane by lane. */
 struct mixed_sums {
     uint32_t lenders;
-    _Alignas(LANES_ALIGN) float value[MIXED_SLOTS][MIXED_VALUES_MOST][LANES];
+    _Alignas(LANES_ALIGN) float value[MIXED_SLOTS][MIXED_VALUES_MAX][LANES];
     bool lone;
 };
 
@@ -41,7 +41,7 @@ struct mixed_glow {
 
 struct mixed_found {
     uint32_t place;
-    float value[MIXED_VALUES_MOST];
+    float value[MIXED_VALUES_MAX];
 };
 
 struct mixed_scratch {

@@ -46,12 +46,12 @@ void block_store_positive_half(const struct block *b, const float v[LANES], floa
                                uint16_t *plane);
 
 /* The half below BOUNCE_DISTANCE_NONE. */
-#define BLOCK_DISTANCE_MOST 65472.0f
+#define BLOCK_DISTANCE_MAX 65472.0f
 
 /* A hit's distance over the length unit as planes hold it: 0 would say that there was none, and
  * BOUNCE_DISTANCE_NONE that nothing was met. */
 static inline float block_distance(float scaled)
 {
     const float positive = scaled > FLT_MIN ? scaled : FLT_MIN;
-    return positive < BLOCK_DISTANCE_MOST ? positive : BLOCK_DISTANCE_MOST;
+    return positive < BLOCK_DISTANCE_MAX ? positive : BLOCK_DISTANCE_MAX;
 }

@@ -13,12 +13,12 @@
 
 /* Two points match if their normals are up to about 8 degrees apart and if they are off each
  * other's tangent planes by three quarters of a pixel and SLACK of their distance at most. */
-#define COSINE_LEAST 0.99f
-#define PLANE_PX     0.75f
-#define SLACK        0.015f
+#define COSINE_MIN 0.99f
+#define PLANE_PX   0.75f
+#define SLACK      0.015f
 
 /* Bounce rays leave surfaces that reflect this much of some colour (ALBEDO_BLACK), by a margin. */
-#define ALBEDO_LEAST (1.0f / 65535.0f)
+#define ALBEDO_MIN (1.0f / 65535.0f)
 
 /* The lens as the surface sees it may take this part of the spread of what a lobe reflects. */
 #define LOBE_SHARE 0.5f
@@ -38,7 +38,7 @@ static int32_t cell_of(int32_t pixel)
 int centre_gbuffer_init(struct centre_gbuffer *out, const struct path_context *c, struct rect tile)
 {
     const struct rect image = {0, 0, c->plan->width_px, c->plan->height_px};
-    const int32_t reach = (int32_t)LENS_RELIGHT_SLOPE_MOST + 1;
+    const int32_t reach = (int32_t)LENS_RELIGHT_SLOPE_MAX + 1;
     const struct rect r = rect_intersect(rect_grow(tile, reach), image);
     out->cells =
         (struct rect){cell_of(r.x0), cell_of(r.y0), cell_of(r.x1 - 1) + 1, cell_of(r.y1 - 1) + 1};
@@ -63,9 +63,9 @@ void centre_gbuffer_fini(struct centre_gbuffer *centres)
 static bool is_lit(const struct plan *plan, const struct surface *s, int i)
 {
     if (!s->hit.on[i]) return false;
-    return plan->lens_relight == LENS_RELIGHT_DIFFUSE || (s->albedo.x[i] >= ALBEDO_LEAST) |
-                                                             (s->albedo.y[i] >= ALBEDO_LEAST) |
-                                                             (s->albedo.z[i] >= ALBEDO_LEAST);
+    return plan->lens_relight == LENS_RELIGHT_DIFFUSE || (s->albedo.x[i] >= ALBEDO_MIN) |
+                                                             (s->albedo.y[i] >= ALBEDO_MIN) |
+                                                             (s->albedo.z[i] >= ALBEDO_MIN);
 }
 
 static void trace_cell(struct centre_gbuffer *l, int32_t column, int32_t row, size_t cell)
@@ -127,15 +127,15 @@ static bool is_same(const struct plan *plan, const float point[3], const float n
     const float d[3] = {point[0] - centre->point[0], point[1] - centre->point[1],
                         point[2] - centre->point[2]};
     const float allowed = PLANE_PX * plan_pixel_size(plan, distance) + SLACK * sqrtf(dot(d, d));
-    return dot(normal, centre->normal) >= COSINE_LEAST &&
-           fabsf(dot(d, centre->normal)) <= allowed && fabsf(dot(d, normal)) <= allowed;
+    return dot(normal, centre->normal) >= COSINE_MIN && fabsf(dot(d, centre->normal)) <= allowed &&
+           fabsf(dot(d, normal)) <= allowed;
 }
 
 /* Returns whether fields light a sample that far ahead. Its slope as it is sent decides. */
 static bool is_near_focus(const struct plan *plan, float ahead)
 {
     const float slope = half_to_float(half_from_float(lens_slope(lens_sloper_of(plan), ahead)));
-    return fabsf(slope) < LENS_RELIGHT_SLOPE_MOST;
+    return fabsf(slope) < LENS_RELIGHT_SLOPE_MAX;
 }
 
 /* Returns the centre that shows lane i's point, or NULL. */

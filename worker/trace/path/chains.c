@@ -18,7 +18,7 @@ static void throughput_of(const struct path_packet *p, uint32_t i, float out[3])
 }
 
 static void note_lane(const struct path_packet *p, const struct path_vertex *v, uint32_t i,
-                      struct path_harvest *h)
+                      struct path_radiance *h)
 {
     const struct surface *s = &v->surface;
     const uint32_t slot = p->slot[i];
@@ -38,7 +38,7 @@ static void note_lane(const struct path_packet *p, const struct path_vertex *v, 
 }
 
 void chains_note(const struct path_context *c, const struct path_packet *p,
-                 const struct path_vertex *v, struct path_harvest *h)
+                 const struct path_vertex *v, struct path_radiance *h)
 {
     for (uint32_t i = 0; i < p->count; i++)
         if (chains_has(c, p, v, h, i) && v->surface.hit.on[i]) note_lane(p, v, i, h);
@@ -46,7 +46,7 @@ void chains_note(const struct path_context *c, const struct path_packet *p,
 
 void chains_gather(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct lanes_mask *lit,
-                   const struct lanes3 *diffuse, struct path_harvest *h)
+                   const struct lanes3 *diffuse, struct path_radiance *h)
 {
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
@@ -64,7 +64,7 @@ static float over(float part, float all)
 
 /* Of Lambert surfaces all is diffuse. */
 static void keep_share(const struct path_packet *p, const struct path_vertex *v,
-                       const struct path_scattering *s, uint32_t i, struct path_harvest *h)
+                       const struct path_scattering *s, uint32_t i, struct path_radiance *h)
 {
     const float diffuse = v->lambert.on[i] ? 1.0f : s->diffuse[i];
     float t[3];
@@ -77,10 +77,10 @@ static void keep_share(const struct path_packet *p, const struct path_vertex *v,
 /* A path that reflects where most is transmitted, or the other way round, tells filters nothing of
  * what most paths of its pixel see: it leaves the chain. */
 static void go_on(const struct path_vertex *v, const struct path_scattering *s, uint32_t i,
-                  uint32_t slot, struct path_harvest *h)
+                  uint32_t slot, struct path_radiance *h)
 {
     const bool through = s->through.on[i];
-    if (through == bsdf_reflects_most(&v->bsdf[i], v->back.z[i]))
+    if (through == bsdf_reflects_max(&v->bsdf[i], v->back.z[i]))
         h->strayed[slot] = true;
     else
         h->chain[slot]++;
@@ -89,7 +89,7 @@ static void go_on(const struct path_vertex *v, const struct path_scattering *s, 
 /* One colour of dispersed glass would tell little of what all show: there chains end. */
 void chains_scatter(const struct path_context *c, const struct path_packet *p,
                     const struct path_vertex *v, const struct path_scattering *s,
-                    struct path_harvest *h)
+                    struct path_radiance *h)
 {
     if (!c->chains) return;
     for (uint32_t i = 0; i < p->count; i++) {

@@ -9,22 +9,23 @@
 
 /* Returns whether lane i's surface ends a chain, or goes on with it. */
 static inline bool chains_has(const struct path_context *c, const struct path_packet *p,
-                              const struct path_vertex *v, const struct path_harvest *h, uint32_t i)
+                              const struct path_vertex *v, const struct path_radiance *h,
+                              uint32_t i)
 {
     return c->chains && v->depth > 0 && h->chain[p->slot[i]] == v->depth;
 }
 
 /* Notes features of surfaces after chains in place of those before. */
 void chains_note(const struct path_context *c, const struct path_packet *p,
-                 const struct path_vertex *v, struct path_harvest *h);
+                 const struct path_vertex *v, struct path_radiance *h);
 
 /* Adds the diffuse part of light samples, albedo taken out, of the lanes in *lit. */
 void chains_gather(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct lanes_mask *lit,
-                   const struct lanes3 *diffuse, struct path_harvest *h);
+                   const struct lanes3 *diffuse, struct path_radiance *h);
 
 /* Keeps the diffuse shares of what comes after a chain's last surface, and goes on with chains that
  * have not ended. */
 void chains_scatter(const struct path_context *c, const struct path_packet *p,
                     const struct path_vertex *v, const struct path_scattering *s,
-                    struct path_harvest *h);
+                    struct path_radiance *h);

@@ -7,14 +7,14 @@
 #include "worker/trace/path/path.h"
 
 /* Larger ones would not add up. */
-#define LIGHT_WEIGHT_MOST 1e30f
+#define LIGHT_WEIGHT_MAX 1e30f
 
 LANE_INLINE float positive(float x)
 {
     return x > 0.0f ? x : 0.0f;
 }
 
-LANE_INLINE float at_most(float x, float most)
+LANE_INLINE float at_max(float x, float most)
 {
     return x < most ? x : most;
 }
@@ -41,10 +41,9 @@ LANE_INLINE float bound_irradiance(struct emitting e, float normal_x, float norm
     const float sine = sqrtf(positive(1.0f - away * away));
     const float beside = away * e.cosine + sine * e.sine;
     const float out_of_cone = away >= e.cosine ? 1.0f : beside;
-    const float receives = at_most(facing + fills, 1.0f),
-                sends = at_most(out_of_cone + fills, 1.0f);
+    const float receives = at_max(facing + fills, 1.0f), sends = at_max(out_of_cone + fills, 1.0f);
     const float both = positive(receives) * positive(sends) * over;
-    return at_most(e.power * (squared > least ? both : over) * over, LIGHT_WEIGHT_MOST);
+    return at_max(e.power * (squared > least ? both : over) * over, LIGHT_WEIGHT_MAX);
 }
 
 /* Adds what each group may send to sixteen surfaces. */

@@ -20,7 +20,7 @@ LANE_INLINE float vector_mean(struct vector c)
     return lobe_mean(color);
 }
 
-LANE_INLINE float vector_most(struct vector c)
+LANE_INLINE float vector_max(struct vector c)
 {
     const float m = c.x > c.y ? c.x : c.y;
     return m > c.z ? m : c.z;
@@ -62,7 +62,7 @@ LANE_INLINE float layer_span(const struct layers *l, int i, struct vector w)
 LANE_INLINE void choose_lobe(int i, struct vector reflected, struct layers *l)
 {
     const float diffuse = vector_mean(lane_get(&l->albedo, i)) * l->kept[i];
-    const float least = LOBE_LEAST * diffuse, mean = vector_mean(reflected);
+    const float least = LOBE_MIN * diffuse, mean = vector_mean(reflected);
     const int has = (l->metallic[i] > 0.0f) | (l->coat[i] > 0.0f);
     const float facet = has & (mean < least) ? least : mean;
     const float sum = diffuse + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
@@ -76,7 +76,7 @@ static void kernel_layers_see(const struct lanes3 *restrict back, struct layers 
     for (int i = 0; i < LANES; i++) {
         const struct vector wo = lane_get(back, i);
         l->coat[i] = (1.0f - l->metallic[i]) * l->specular[i];
-        l->most_f0[i] = vector_most(lane_get(&l->f0, i));
+        l->most_f0[i] = vector_max(lane_get(&l->f0, i));
         l->span[i] = layer_span(l, i, wo);
         l->passed[i] = layer_passes(l, i, coupling_average(sqrtf(l->alpha_u[i] * l->alpha_v[i])));
         const float grazing = layer_grazing(l, i, wo), kept = layer_passes(l, i, grazing);
@@ -209,11 +209,11 @@ static void kernel_layers_scatter(const struct path_vertex *restrict v,
         const struct vector wi = lane_get(&local, i), wo = lane_get(&v->back, i);
         const struct vector a = lane_get(&l->albedo, i), d = from_frame(v, i, wi);
         const struct layer_value f = layer_evaluate(l, i, wo, wi);
-        const int dense = f.pdf > BSDF_PDF_LEAST;
+        const int dense = f.pdf > BSDF_PDF_MIN;
         const float scale = wi.z / (dense ? f.pdf : 1.0f), diffuse = f.diffuse * scale;
         const struct vector rest = {f.specular.x * scale, f.specular.y * scale,
                                     f.specular.z * scale};
-        const float lit = f.diffuse > 0.0f ? vector_most(a) : 0.0f, most = vector_most(rest);
+        const float lit = f.diffuse > 0.0f ? vector_max(a) : 0.0f, most = vector_max(rest);
         const int bright = (most > lit ? most : lit) > 0.0f;
         const int leaves = dot(d, lane_get(&v->surface.facet, i)) > 0.0f;
         const int above = wi.z >= DIRECTION_GRAZING, on = l->on.on[i];

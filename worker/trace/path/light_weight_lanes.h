@@ -4,7 +4,7 @@
 
 /* Directional lights, which are often out of sight, weigh so many times as much as all others at
  * most. */
-#define SUNS_MOST 15.0f
+#define SUNS_MAX 15.0f
 
 /* Where the others weigh less than this part of them, there is no such bound. */
 #define SUNS_FAINTEST 1e-20f
@@ -29,8 +29,8 @@ static void weigh_point(const struct light *light, const struct lanes3 *restrict
         const float cone = has_cone & (inside < 1.0f) ? inside : 1.0f;
         const float ratio2 = squared * inverse_range * inverse_range;
         const float window = positive(1.0f - ratio2 * ratio2);
-        weight[i] = at_most(power * cone * cone * window * positive(facing) * over * over,
-                            LIGHT_WEIGHT_MOST);
+        weight[i] =
+            at_max(power * cone * cone * window * positive(facing) * over * over, LIGHT_WEIGHT_MAX);
     }
 }
 
@@ -74,7 +74,7 @@ static void bound_suns(const struct light_table *t, const float *restrict suns,
 {
     _Alignas(LANES_ALIGN) float scale[LANES];
     for (int i = 0; i < LANES; i++) {
-        const float most = SUNS_MOST * out->total[i];
+        const float most = SUNS_MAX * out->total[i];
         const bool bound = (suns[i] > most) & (out->total[i] > SUNS_FAINTEST * suns[i]);
         scale[i] = bound ? most / suns[i] : 1.0f;
         out->total[i] += suns[i] * scale[i];

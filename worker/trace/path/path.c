@@ -76,7 +76,7 @@ static void prepare(const struct path_context *c, const struct path_packet *p,
 /* Cosine-distributed rays that look for anything nearer than the plan's distance. */
 static void trace_occlusion(const struct path_context *c, const struct path_packet *p,
                             const struct path_vertex *v, struct RTCRayHit16 *rays,
-                            struct path_harvest *h)
+                            struct path_radiance *h)
 {
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES], pdf[LANES];
     struct lanes_mask valid = v->surface.hit;
@@ -107,7 +107,7 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
 }
 
 void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
-                     struct path_harvest *h)
+                     struct path_radiance *h)
 {
     const struct RTCRayHit16 *r = &p->rays;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -119,7 +119,7 @@ void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid
 
 /* Reflections have been scatterings, too. */
 static void end_mirrored(const struct path_context *c, const struct path_packet *p,
-                         struct path_vertex *v, const struct path_harvest *h)
+                         struct path_vertex *v, const struct path_radiance *h)
 {
     struct lanes_mask ended = {{0}};
     for (uint32_t i = 0; i < p->count; i++)
@@ -130,7 +130,7 @@ static void end_mirrored(const struct path_context *c, const struct path_packet 
 /* Where light fields are sure to light what paths of the lens see, these need not: they end, or
  * leave the indirect light of diffuse lobes out. */
 static void leave_to_fields(const struct path_context *c, const struct path_packet *p,
-                            struct path_vertex *v, struct path_harvest *h)
+                            struct path_vertex *v, struct path_radiance *h)
 {
     struct lanes_mask lit;
     struct glossy_lobes lobes = {.on = {{0}}};
@@ -187,7 +187,7 @@ static void end_last(const struct path_context *c, struct path_vertex *v)
 
 /* Traces the packet's rays and adds what they meet; v has the surfaces that light up. */
 static void follow(const struct path_context *c, struct path_packet *p, struct path_vertex *v,
-                   struct path_harvest *h)
+                   struct path_radiance *h)
 {
     struct lanes_mask valid;
     const bool camera = v->depth == 0;
@@ -215,30 +215,30 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     v->depth = depth;
     v->far = NULL;
     v->is_far = false;
-    follow(c, p, v, &s->harvest);
-    if (depth == 0) path_note(c, p, v, &s->harvest);
+    follow(c, p, v, &s->radiance);
+    if (depth == 0) path_note(c, p, v, &s->radiance);
     if (c->seen_only) return;
-    if (depth > 0 && c->chains) chains_note(c, p, v, &s->harvest);
-    if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->harvest);
+    if (depth > 0 && c->chains) chains_note(c, p, v, &s->radiance);
+    if (depth == 0 && c->centres) leave_to_fields(c, p, v, &s->radiance);
     if (depth == 0 && !c->lens && (c->plan->planes >> PLANE_PATH_VISIBILITY & 1u))
-        trace_occlusion(c, p, v, &s->occlusion, &s->harvest);
-    if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_leave_surface(c, p, v, &s->harvest);
+        trace_occlusion(c, p, v, &s->occlusion, &s->radiance);
+    if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_leave_surface(c, p, v, &s->radiance);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
-    if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->harvest);
-    if (depth == 1 && (c->skip & SKIP_DIFFUSE_INDIRECT)) path_leave_diffuse(c, p, v, &s->harvest);
+    if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->radiance);
+    if (depth == 1 && (c->skip & SKIP_DIFFUSE_INDIRECT)) path_leave_diffuse(c, p, v, &s->radiance);
     if (!(v->any_lambert || v->any_general)) return;
     find_last(c, v);
     if (v->any_general) layers_see(c->kernels, v, &v->layers);
     if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_thin_lobes(c, p, v);
-    if (depth == 0 && (c->skip & SKIP_LISTED)) path_leave_listed(p, v, &s->harvest);
-    if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->harvest);
+    if (depth == 0 && (c->skip & SKIP_LISTED)) path_leave_listed(p, v, &s->radiance);
+    if (!light_table_is_empty(c->lights)) path_nee_add(c, p, v, s->light, &s->radiance);
     if (!light_table_is_empty(c->lights) && path_far_find(v, &s->far)) {
-        path_nee_add(c, p, &s->far, s->light, &s->harvest);
+        path_nee_add(c, p, &s->far, s->light, &s->radiance);
         v->far = &s->far;
     }
     if (depth == c->plan->bounces && !c->has_emission) v->last = v->active;
     end_last(c, v);
-    if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->harvest, next);
+    if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->radiance, next);
 }
 
 /* Traces the paths in pools[0] to their ends. */
@@ -264,7 +264,7 @@ void path_trace(const struct path_context *c, const struct block *b, uint32_t fi
 
 void path_trace_camera(const struct path_context *c, struct path_scratch *s)
 {
-    memset(&s->harvest, 0, sizeof s->harvest);
+    memset(&s->radiance, 0, sizeof s->radiance);
     trace_on(c, 0, s);
 }
 

@@ -33,7 +33,7 @@ enum path_skip {
     SKIP_DIFFUSE = 1,          /* what diffuse lobes send on, and emission that the camera sees */
     SKIP_DIFFUSE_INDIRECT = 2, /* indirect light of diffuse lobes */
     SKIP_GLOSSY_INDIRECT = 4,  /* that of glossy lobes; beside SKIP_DIFFUSE_INDIRECT */
-    SKIP_GLOSSY_OF_LENS = 8,   /* that of glossy lobes whose reflectance is path_harvest.lobe */
+    SKIP_GLOSSY_OF_LENS = 8,   /* that of glossy lobes whose reflectance is path_radiance.lobe */
     SKIP_SOFT_SKY = 16,        /* the soft share of the sky; beside SKIP_DIFFUSE_INDIRECT */
     SKIP_LISTED = 32 /* direct light of the plan's lights on diffuse lobes, and surfaces that
                         the camera sees shine */
@@ -153,7 +153,7 @@ struct nee_sample {
 /* Scratch of one thread. */
 struct path_scratch {
     struct path_pool pools[2];
-    struct path_harvest harvest;
+    struct path_radiance radiance;
     struct path_vertex vertex, far;
     struct nee_sample light[2];
     struct RTCRayHit16 occlusion;
@@ -165,29 +165,29 @@ void path_scratch_init(struct path_scratch *s);
 #define PATH_FIELD_DEPTH 1
 
 /* Traces samples first .. first + count - 1, count <= PATH_SAMPLES, of the block's kept pixels into
- * s->harvest. Slots of other pixels are zero. */
+ * s->radiance. Slots of other pixels are zero. */
 void path_trace(const struct path_context *c, const struct block *b, uint32_t first, uint32_t count,
                 struct path_scratch *s);
 
-/* Traces the camera paths in s->pools[0] to their ends, into s->harvest, which begins empty. Those
+/* Traces the camera paths in s->pools[0] to their ends, into s->radiance, which begins empty. Those
  * of the lens's light field set `distance`: of the first hit, along the camera's forward. */
 void path_trace_camera(const struct path_context *c, struct path_scratch *s);
 
 /* Forgets the light field's first `count` samples: `indirect` and `distance`. */
-void path_harvest_clear_field(struct path_harvest *h, uint32_t count);
+void path_radiance_clear_field(struct path_radiance *h, uint32_t count);
 
 /* Notes how often the surfaces are mirrored that the field's first `count` samples leave. */
-void path_harvest_mirrors(struct path_harvest *h, uint32_t count, const struct path_vertex *from);
+void path_radiance_mirrors(struct path_radiance *h, uint32_t count, const struct path_vertex *from);
 
 /* Traces the paths in s->pools[0], which have been scattered PATH_FIELD_DEPTH times, to their ends;
- * c->field holds. Adds what they bring to `indirect` of the harvest and sets `distance`. What
+ * c->field holds. Adds what they bring to `indirect` of the radiance and sets `distance`. What
  * shines by itself at the first hit is scattered once only, no indirect light; it counts where
  * nothing else would bring it: of surfaces that no light stands for, under a plan without paths. */
 void path_trace_field(const struct path_context *c, struct path_scratch *s);
 
 /* Sets `distance` of the light field's first rays, which have come back. */
 void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
-                     struct path_harvest *h);
+                     struct path_radiance *h);
 
 /* What the surfaces in the lanes of v->active do to light: which are pure Lambert, the others' BSDF
  * and shading frame, and their diffuse albedo into v->surface. `rays` met the surface. */
@@ -207,7 +207,7 @@ static inline bool path_is_dispersed(const struct path_vertex *v, int i)
 bool path_far_find(const struct path_vertex *v, struct path_vertex *far);
 
 /* Even a path through white surfaces ends at last. */
-#define PATH_ROULETTE_MOST 0.98f
+#define PATH_ROULETTE_MAX 0.98f
 
 /* Between batches of a block's samples, which may be many seconds' work: tells of progress. False:
  * stop. */
@@ -237,24 +237,24 @@ float path_ahead(const struct path_context *c, const struct path_packet *p,
 
 /* Adds what the rays met shines: environment, rectangles, surfaces. */
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
-                       const struct path_vertex *v, struct path_harvest *h);
+                       const struct path_vertex *v, struct path_radiance *h);
 
 /* Adds one light sample of every active path, and sets v->sky_table, weights and sky_share. Camera
  * paths' first surfaces choose it among several. */
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
-                  struct nee_sample light[2], struct path_harvest *h);
+                  struct nee_sample light[2], struct path_radiance *h);
 
 /* The active paths' next segments go to `next`. */
 void path_scatter(const struct path_context *c, const struct path_packet *p,
-                  const struct path_vertex *v, struct path_harvest *h, struct path_pool *next);
+                  const struct path_vertex *v, struct path_radiance *h, struct path_pool *next);
 
 /* Adds a contribution to direct or indirect light, by the number of its scatterings (> 0), and the
  * share of it that the first scattering sent on diffusely. Light samples of the first surface,
  * which no scattering precedes, bring their own diffuse part: their share is still zero. */
-void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
-                      uint32_t slot, const float value[3]);
+void path_radiance_add(const struct path_context *c, struct path_radiance *h, uint32_t scatterings,
+                       uint32_t slot, const float value[3]);
 
 /* The same of the packet's lanes in *on. */
-void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h,
-                            uint32_t scatterings, const struct path_packet *p,
-                            const struct lanes_mask *on, const struct lanes3 *value);
+void path_radiance_add_lanes(const struct path_context *c, struct path_radiance *h,
+                             uint32_t scatterings, const struct path_packet *p,
+                             const struct lanes_mask *on, const struct lanes3 *value);

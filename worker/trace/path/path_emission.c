@@ -8,14 +8,14 @@
 #include "worker/trace/path/path_record.h"
 
 static void add(const struct path_context *c, const struct path_packet *p, uint32_t depth,
-                uint32_t i, const float radiance[3], float weight, struct path_harvest *h)
+                uint32_t i, const float radiance[3], float weight, struct path_radiance *h)
 {
     const struct lanes3 *t = &p->throughput;
     float value[3] = {radiance[0] * weight * t->x[i], radiance[1] * weight * t->y[i],
                       radiance[2] * weight * t->z[i]};
     uint32_t slot = p->slot[i];
     if (depth > 0) {
-        path_harvest_add(c, h, depth, slot, value);
+        path_radiance_add(c, h, depth, slot, value);
         return;
     }
     h->emission.r[slot] += value[0];
@@ -26,7 +26,7 @@ static void add(const struct path_context *c, const struct path_packet *p, uint3
 /* Leaves the soft share of the sky, as the diffuse lobe reflects it, to the fields that light the
  * camera path's first surface. On other surfaces that share is noted, over the albedo. */
 static void leave_soft(const struct path_packet *p, uint32_t i, float soft, float weight,
-                       float radiance[3], struct path_harvest *h)
+                       float radiance[3], struct path_radiance *h)
 {
     const struct lanes3 *t = &p->throughput;
     const uint32_t slot = p->slot[i];
@@ -62,7 +62,7 @@ static void find_missed(const struct path_context *c, const struct path_packet *
 }
 
 static void meet_sky(const struct path_context *c, const struct path_packet *p,
-                     const struct path_vertex *v, struct path_harvest *h)
+                     const struct path_vertex *v, struct path_radiance *h)
 {
     struct missed missed;
     find_missed(c, p, v, &missed);
@@ -109,7 +109,7 @@ static void find_reach(const struct path_context *c, const struct path_packet *p
 
 /* Weighs what rays that have met a rectangle bring, which light samples may find, too. */
 static void weigh_rectangle(const struct path_context *c, const struct path_packet *p,
-                            const struct path_vertex *v, const struct path_harvest *h,
+                            const struct path_vertex *v, const struct path_radiance *h,
                             const struct light *light, const float *density, float *factor)
 {
     const bool listed = (c->skip & SKIP_LISTED) && v->depth == 1;
@@ -132,7 +132,7 @@ static void weigh_rectangle(const struct path_context *c, const struct path_pack
  * diffuse lobe's part. */
 static void add_rectangle(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, uint32_t i, uint32_t light, float factor,
-                          struct path_harvest *h)
+                          struct path_radiance *h)
 {
     const float *color = c->lights->lights[light].plan->color;
     const struct lanes3 *t = &p->throughput;
@@ -150,7 +150,7 @@ static void add_rectangle(const struct path_context *c, const struct path_packet
 }
 
 static void meet_rectangles(const struct path_context *c, const struct path_packet *p,
-                            const struct path_vertex *v, struct path_harvest *h)
+                            const struct path_vertex *v, struct path_radiance *h)
 {
     _Alignas(LANES_ALIGN) float reach[LANES], factor[LANES], density[LANES];
     bool ready = false;
@@ -187,7 +187,7 @@ static float emitter_density(const struct path_context *c, const struct path_pac
 }
 
 static void meet_surfaces(const struct path_context *c, const struct path_packet *p,
-                          const struct path_vertex *v, struct path_harvest *h)
+                          const struct path_vertex *v, struct path_radiance *h)
 {
     const struct surface *s = &v->surface;
     if (!s->any_emission) return;
@@ -205,7 +205,7 @@ static void meet_surfaces(const struct path_context *c, const struct path_packet
 
 /* Adds the part of the sky that the light field's first rays meet and fields are to bring. */
 static void meet_soft_sky(const struct path_context *c, const struct path_packet *p,
-                          const struct path_vertex *v, struct path_harvest *h)
+                          const struct path_vertex *v, struct path_radiance *h)
 {
     const struct lanes3 *t = &p->throughput;
     struct missed missed;
@@ -235,7 +235,7 @@ PATH_RECORD_COLD static void record_emission(const struct path_context *c,
  * the light field's first rays meet is direct light, which the plan's lights or its paths bring,
  * those of the lens, too. */
 static void meet_unlisted(const struct path_context *c, const struct path_packet *p,
-                          const struct path_vertex *v, struct path_harvest *h)
+                          const struct path_vertex *v, struct path_radiance *h)
 {
     const struct surface *s = &v->surface;
     const uint32_t lens = c->plan->lens_relight;
@@ -254,7 +254,7 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
 }
 
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
-                       const struct path_vertex *v, struct path_harvest *h)
+                       const struct path_vertex *v, struct path_radiance *h)
 {
     if (c->field && v->depth == PATH_FIELD_DEPTH) {
         meet_unlisted(c, p, v, h);

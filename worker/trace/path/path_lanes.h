@@ -101,7 +101,7 @@ LANE_INLINE void play_roulette(float chance, int i, struct lanes3 *t, struct lan
 {
     float most = t->x[i] > t->y[i] ? t->x[i] : t->y[i];
     most = most > t->z[i] ? most : t->z[i];
-    const float stay = most < PATH_ROULETTE_MOST ? most : PATH_ROULETTE_MOST;
+    const float stay = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
     const float over = stay > 0.0f ? stay : 1.0f; /* else none stays */
     stays->on[i] = -!(chance >= stay);
     t->x[i] /= over;

@@ -9,7 +9,7 @@
 /* Beyond what it has met a path carries only what no light field brings of the first surface's
  * lobes; by chance, in proportion to that share. */
 void path_leave_diffuse(const struct path_context *c, struct path_packet *p, struct path_vertex *v,
-                        struct path_harvest *h)
+                        struct path_radiance *h)
 {
     _Alignas(LANES_ALIGN) float chance[LANES], unused[LANES];
     uint64_t *counters = c->counters->value;
@@ -67,7 +67,7 @@ void path_hide_from_fields(struct surface *s)
 /* Paths that bring nothing are as if they had never been traced, as those of pixels that show no
  * other lobes are not: what they have seen does not count. */
 static void forget_surface(const struct path_packet *p, const struct path_vertex *v,
-                           struct path_harvest *h)
+                           struct path_radiance *h)
 {
     struct path_rgb *const noted[] = {&h->albedo, &h->normal};
     for (uint32_t i = 0; i < p->count; i++) {
@@ -81,7 +81,7 @@ static void forget_surface(const struct path_packet *p, const struct path_vertex
 
 /* Light fields bring what diffuse lobes send on: none is left. */
 void path_leave_surface(const struct path_context *c, const struct path_packet *p,
-                        struct path_vertex *v, struct path_harvest *h)
+                        struct path_vertex *v, struct path_radiance *h)
 {
     struct lanes_mask ended = v->lambert;
     for (int i = 0; i < LANES; i++) {
@@ -122,7 +122,7 @@ static float listed_share(const struct path_vertex *v, int i)
     return l->on.on[i] ? fminf(lobe_chance(l, i), 1.0f) : 1.0f;
 }
 
-void path_leave_listed(const struct path_packet *p, struct path_vertex *v, struct path_harvest *h)
+void path_leave_listed(const struct path_packet *p, struct path_vertex *v, struct path_radiance *h)
 {
     for (int i = 0; i < LANES; i++) {
         v->left.on[i] = v->active.on[i] && path_leaves_to_fields(&v->surface, i) ? -1 : 0;

@@ -6,16 +6,16 @@
 /* Leaves out indirect light of the first surface's diffuse lobe: where paths have gone one segment
  * on, they end or lose what fields bring. */
 void path_leave_diffuse(const struct path_context *context, struct path_packet *packet,
-                        struct path_vertex *vertex, struct path_harvest *harvest);
+                        struct path_vertex *vertex, struct path_radiance *radiance);
 
 /* Leaves out all that diffuse lobes of first surfaces send on. */
 void path_leave_surface(const struct path_context *context, const struct path_packet *packet,
-                        struct path_vertex *vertex, struct path_harvest *harvest);
+                        struct path_vertex *vertex, struct path_radiance *radiance);
 
 /* Leaves out what diffuse lobes of first surfaces send on of the plan's lights directly. Marks
  * these surfaces, whose layers are set, and the paths. */
 void path_leave_listed(const struct path_packet *packet, struct path_vertex *vertex,
-                       struct path_harvest *harvest);
+                       struct path_radiance *radiance);
 
 /* Returns whether fields bring the diffuse light of lane i's surface, which is there. A normal
  * map's light is that of many normals a pixel, of which a field of pixel centres knows one. */

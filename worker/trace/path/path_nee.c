@@ -80,7 +80,7 @@ static void reflect(const struct path_context *c, const struct path_vertex *v,
  * diffuse lobe's, and the glossy lobe's if they light that, too. On other surfaces that share
  * becomes the diffuse part. */
 static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
-                       const struct light_selection *selection, const struct path_harvest *h,
+                       const struct light_selection *selection, const struct path_radiance *h,
                        struct reflected *f)
 {
     const struct lanes3 *a = &v->surface.albedo;
@@ -143,7 +143,7 @@ static void drop_dim(const struct path_context *c, const struct reflected *f,
 
 static void gather(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct light_packet *l,
-                   const struct reflected *f, struct path_harvest *h)
+                   const struct reflected *f, struct path_radiance *h)
 {
     const struct lanes3 *t = &p->throughput;
     struct lanes_mask lit;
@@ -154,7 +154,7 @@ static void gather(const struct path_context *c, const struct path_packet *p,
         value.y[i] = f->all.y[i] * t->y[i];
         value.z[i] = f->all.z[i] * t->z[i];
     }
-    path_harvest_add_lanes(c, h, v->depth + 1, p, &lit, &value);
+    path_radiance_add_lanes(c, h, v->depth + 1, p, &lit, &value);
     for (uint32_t i = 0; c->demodulate && v->depth == 0 && i < p->count; i++) {
         const uint32_t slot = p->slot[i];
         if (!lit.on[i]) continue;
@@ -275,7 +275,7 @@ static void try_several(const struct path_context *c, const struct path_packet *
 static void trace_sample(const struct path_context *c, const struct path_packet *p,
                          const struct path_vertex *v, const struct light_selection *selection,
                          struct nee_sample *light, struct reflected *reflected,
-                         struct path_harvest *h)
+                         struct path_radiance *h)
 {
     struct light_packet *packet = &light->packet;
     const bool camera = v->depth == 0;
@@ -295,7 +295,7 @@ static void trace_sample(const struct path_context *c, const struct path_packet 
 /* Adds a sample of each light without extent. */
 static void add_points(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct nee_sample *light,
-                       struct path_harvest *h)
+                       struct path_radiance *h)
 {
     struct light_selection selection;
     struct reflected reflected;
@@ -311,7 +311,7 @@ static void add_points(const struct path_context *c, const struct path_packet *p
 }
 
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
-                  struct nee_sample light[2], struct path_harvest *h)
+                  struct nee_sample light[2], struct path_radiance *h)
 {
     struct light_selection selection;
     struct reflected reflected;

@@ -7,7 +7,7 @@
 #include "worker/trace/path/path_kernels.h"
 
 static void note_camera_surface(const struct path_packet *p, const struct path_vertex *v,
-                                struct path_harvest *h)
+                                struct path_radiance *h)
 {
     const struct surface *s = &v->surface;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -30,7 +30,7 @@ void path_dim(struct path_rgb *color, uint32_t slot, const struct lanes3 *tint, 
 
 /* What mirrors show is no light of theirs, but covers the pixel as they do. */
 static void note_mirrors(const struct path_packet *p, const struct path_vertex *v,
-                         struct path_harvest *h)
+                         struct path_radiance *h)
 {
     const struct mirrors *m = &v->mirrors;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -60,7 +60,7 @@ float path_ahead(const struct path_context *c, const struct path_packet *p,
 
 /* What paths of the lens see lies this far ahead of it. */
 static void note_depth(const struct path_context *c, const struct path_packet *p,
-                       const struct path_vertex *v, struct path_harvest *h)
+                       const struct path_vertex *v, struct path_radiance *h)
 {
     for (uint32_t i = 0; i < p->count; i++) {
         const float z = path_ahead(c, p, v, i);
@@ -70,7 +70,7 @@ static void note_depth(const struct path_context *c, const struct path_packet *p
 
 /* And faces this way. */
 static void note_normal(const struct path_packet *p, const struct path_vertex *v,
-                        struct path_harvest *h)
+                        struct path_radiance *h)
 {
     struct surface copy;
     const struct lanes3 *n = &mirrors_seen(v, &copy)->normal;
@@ -85,7 +85,7 @@ static void note_normal(const struct path_packet *p, const struct path_vertex *v
 
 /* What surfaces do to light besides scattering it diffusely, roughly. */
 static void note_tint(const struct path_packet *p, const struct path_vertex *v,
-                      struct path_harvest *h)
+                      struct path_radiance *h)
 {
     for (uint32_t i = 0; v->any_general && i < p->count; i++) {
         float tint[3];
@@ -101,14 +101,14 @@ static void note_tint(const struct path_packet *p, const struct path_vertex *v,
 
 /* What camera rays meet without a lens is so far away. */
 static void note_distance(const struct path_packet *p, const struct path_vertex *v,
-                          struct path_harvest *h)
+                          struct path_radiance *h)
 {
     for (uint32_t i = 0; i < p->count; i++)
         h->distance[p->slot[i]] = v->surface.hit.on[i] ? v->surface.distance[i] : 0.0f;
 }
 
 void path_note(const struct path_context *c, const struct path_packet *p,
-               const struct path_vertex *v, struct path_harvest *h)
+               const struct path_vertex *v, struct path_radiance *h)
 {
     note_camera_surface(p, v, h);
     if (v->mirrors.any) note_mirrors(p, v, h);

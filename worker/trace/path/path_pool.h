@@ -41,7 +41,7 @@ struct path_rgb {
 };
 
 /* The radiance that the batch's paths have collected, by slot. */
-struct path_harvest {
+struct path_radiance {
     struct path_rgb emission, direct, indirect;
     struct path_rgb diffuse_direct, diffuse_indirect; /* only when demodulated */
     struct path_rgb share; /* of what comes after the first scattering: its diffuse part over

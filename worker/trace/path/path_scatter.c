@@ -31,7 +31,7 @@ static bool leaves(const struct surface *s, int i, const float d[3], bool throug
 /* Keeps the shares of weights that are diffuse lobes', over their albedo. They turn all that comes
  * along the new directions into demodulated light. */
 static void keep_shares(const struct path_packet *p, const struct path_vertex *v,
-                        const struct path_scattering *s, struct path_harvest *h)
+                        const struct path_scattering *s, struct path_radiance *h)
 {
     const struct lanes3 *w = &s->weight;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -47,7 +47,7 @@ static void keep_shares(const struct path_packet *p, const struct path_vertex *v
  * the glossy lobe's, beside which such a surface has no other. Lambert surfaces keep nothing. */
 static void keep_rest(const struct path_context *c, const struct path_packet *p,
                       const struct path_vertex *v, const struct path_scattering *s,
-                      struct path_harvest *h)
+                      struct path_radiance *h)
 {
     const struct lanes3 *w = &s->weight, *rest = &s->specular;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -95,7 +95,7 @@ static void scatter_general(const struct path_vertex *v, int i, float choice, co
 
 /* Keeps the shares of pure Lambert surfaces, after which all that comes is diffuse. */
 static void keep_lambert_shares(const struct path_packet *p, const struct path_vertex *v,
-                                struct path_harvest *h)
+                                struct path_radiance *h)
 {
     const struct lanes3 *a = &v->surface.albedo;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -114,7 +114,7 @@ static float over(float share, float tint)
 
 /* Takes the tint of mirrors out of shares, as albedo is. */
 static void untint_shares(const struct path_packet *p, const struct path_vertex *v,
-                          struct path_harvest *h)
+                          struct path_radiance *h)
 {
     const struct lanes3 *tint = &v->mirrors.tint;
     for (uint32_t i = 0; i < p->count; i++) {
@@ -165,7 +165,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
 /* Returns whether all that the path could bring is the light field's, since nothing can send it
  * direct light. */
 static bool is_left_out(const struct path_context *c, const struct path_vertex *v, uint32_t slot,
-                        const struct path_harvest *h)
+                        const struct path_radiance *h)
 {
     if (!(c->skip & SKIP_DIFFUSE_INDIRECT) || v->depth > 0 || c->has_other_emission ||
         h->own[slot] > 0.0f)
@@ -175,7 +175,7 @@ static bool is_left_out(const struct path_context *c, const struct path_vertex *
 
 /* Ends the lanes of *on that light fields stand for. */
 static void leave_out(const struct path_context *c, const struct path_packet *p,
-                      const struct path_vertex *v, const struct path_harvest *h,
+                      const struct path_vertex *v, const struct path_radiance *h,
                       struct lanes_mask *on)
 {
     for (uint32_t i = 0; i < p->count; i++) {
@@ -188,7 +188,7 @@ static void leave_out(const struct path_context *c, const struct path_packet *p,
 /* Finds the lanes whose segments are traced, and their throughputs. */
 static void find_segments(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, const struct path_scattering *s,
-                          const struct path_harvest *h, struct lanes_mask *on,
+                          const struct path_radiance *h, struct lanes_mask *on,
                           struct lanes3 *throughput)
 {
     const struct path_kernels *kernels = c->kernels;
@@ -209,7 +209,7 @@ static void find_segments(const struct path_context *c, const struct path_packet
 
 static void append(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct path_scattering *s,
-                   const struct path_harvest *h, struct path_pool *pool)
+                   const struct path_radiance *h, struct path_pool *pool)
 {
     struct lanes_mask on;
     struct lanes3 throughput;
@@ -232,7 +232,7 @@ static void append(const struct path_context *c, const struct path_packet *p,
 /* Records the only path's next segment. */
 PATH_RECORD_COLD static void record(const struct path_context *c, const struct path_packet *p,
                                     const struct path_vertex *v, const struct path_scattering *s,
-                                    const struct path_harvest *h, const struct path_pool *next)
+                                    const struct path_radiance *h, const struct path_pool *next)
 {
     struct path_record_scatter to = {
         .on = s->on.on[0],
@@ -246,7 +246,7 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     const float most =
         fmaxf(t->x[0] * to.weight[0], fmaxf(t->y[0] * to.weight[1], t->z[0] * to.weight[2]));
     to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH;
-    to.survival = most < PATH_ROULETTE_MOST ? most : PATH_ROULETTE_MOST;
+    to.survival = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
     path_record_scatter(c, p, v, &to);
 }
 
@@ -268,7 +268,7 @@ static void scatter_generals(const struct path_context *c, const struct path_pac
 }
 
 void path_scatter(const struct path_context *c, const struct path_packet *p,
-                  const struct path_vertex *v, struct path_harvest *h, struct path_pool *next)
+                  const struct path_vertex *v, struct path_radiance *h, struct path_pool *next)
 {
     const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_DIRECTION;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES];

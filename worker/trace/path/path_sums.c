@@ -34,7 +34,7 @@ static void mark_odd(const struct path_rgb *c, size_t first, uint32_t odd[LANES]
 
 /* Sets samples that are not finite to black. None is negative, since lights, albedos and weights
  * are not. */
-static void reject(struct path_harvest *h, size_t first, struct counters *counters)
+static void reject(struct path_radiance *h, size_t first, struct counters *counters)
 {
     struct path_rgb *const all[] = {&h->emission, &h->direct, &h->indirect, &h->diffuse_direct,
                                     &h->diffuse_indirect};
@@ -66,7 +66,7 @@ static inline void update(float value, float share, float *sum, float *mean, flo
     *spread += off * (value - *mean);
 }
 
-static void add_radiance(const struct path_harvest *h, size_t first, struct path_sums *s)
+static void add_radiance(const struct path_radiance *h, size_t first, struct path_sums *s)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
     const float share = 1.0f / (float)s->count;
@@ -98,7 +98,7 @@ static void end_part(struct path_sums *s)
     memset(&s->split, 0, sizeof s->split);
 }
 
-static void add_split(const struct path_harvest *h, size_t first, struct path_sums *s)
+static void add_split(const struct path_radiance *h, size_t first, struct path_sums *s)
 {
     const struct path_rgb *e = &h->emission, *d = &h->direct, *n = &h->indirect;
     uint32_t at;
@@ -115,7 +115,7 @@ static void add_split(const struct path_harvest *h, size_t first, struct path_su
 
 /* Adds what the residual filter reads: features of the first surface, and sums over half the
  * samples. */
-static void add_halves(const struct path_harvest *h, size_t first, struct path_sums *s)
+static void add_halves(const struct path_radiance *h, size_t first, struct path_sums *s)
 {
     uint32_t at;
     add(&h->normal, first, &s->normal);
@@ -139,7 +139,7 @@ static void scale_slot(struct path_rgb *c, size_t slot, float by)
     c->b[slot] *= by;
 }
 
-static void weigh_features(struct path_harvest *h, size_t first, struct path_sums *s)
+static void weigh_features(struct path_radiance *h, size_t first, struct path_sums *s)
 {
     for (size_t i = 0; i < LANES; i++) {
         const size_t slot = first + i;
@@ -155,13 +155,13 @@ static void weigh_features(struct path_harvest *h, size_t first, struct path_sum
 
 /* Adds the diffuse part of what came after the first scattering, without albedo: direct light that
  * was found by scattering, and all indirect light. */
-static void add_demodulated(const struct path_harvest *h, size_t first, struct path_sums *s)
+static void add_demodulated(const struct path_radiance *h, size_t first, struct path_sums *s)
 {
     add(&h->diffuse_direct, first, &s->diffuse_direct);
     add(&h->diffuse_indirect, first, &s->diffuse_indirect);
 }
 
-void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
+void path_sums_add(struct path_sums *s, struct path_radiance *h, uint32_t count, bool demodulate,
                    struct counters *counters)
 {
     for (uint32_t k = 0; k < count; k++) {

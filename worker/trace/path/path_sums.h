@@ -32,7 +32,7 @@ void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint32_t 
 
 /* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and
  * are counted in `counters`; `demodulate` as in struct path_context. */
-void path_sums_add(struct path_sums *s, struct path_harvest *h, uint32_t count, bool demodulate,
+void path_sums_add(struct path_sums *s, struct path_radiance *h, uint32_t count, bool demodulate,
                    struct counters *counters);
 
 /* Takes emission and coverage from `count` samples more, of which these are sums over lanes that

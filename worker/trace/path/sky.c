@@ -9,14 +9,14 @@ void sky_init(struct sky *sky, const struct plan_environment *plan, const struct
               const struct sky_guide *guide)
 {
     *sky = (struct sky){
-        .kind = plan->kind, .map = map, .guide = guide, .cosine = 1.0f, .soft_most = INFINITY};
+        .kind = plan->kind, .map = map, .guide = guide, .cosine = 1.0f, .soft_max = INFINITY};
     memcpy(sky->radiance, plan->radiance, sizeof sky->radiance);
     if (plan->kind != ENVIRONMENT_MAP) return;
     sky->cosine = elementary_cos(plan->rotation_rad);
     sky->sine = elementary_sin(plan->rotation_rad);
     environment_size(map, &sky->width, &sky->height);
-    sky->soft_most = SKY_SOFT_TIMES * environment_mean(map);
-    sky->hard = environment_most(map) > sky->soft_most;
+    sky->soft_max = SKY_SOFT_TIMES * environment_mean(map);
+    sky->hard = environment_max(map) > sky->soft_max;
 }
 
 static struct environment_spot spot_of(const struct sky_view *view, int lane)
@@ -36,7 +36,7 @@ float sky_radiance(const struct sky *sky, const struct sky_view *view, int lane,
     environment_read(sky->map, spot_of(view, lane), radiance);
     const float bright = 0.2126f * radiance[0] + 0.7152f * radiance[1] + 0.0722f * radiance[2];
     for (int c = 0; c < 3; c++) radiance[c] *= sky->radiance[c];
-    return bright > sky->soft_most ? sky->soft_most / bright : 1.0f;
+    return bright > sky->soft_max ? sky->soft_max / bright : 1.0f;
 }
 
 float sky_pdf(const struct sky *sky, const struct sky_view *view, int lane, uint32_t table)

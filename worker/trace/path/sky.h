@@ -15,8 +15,8 @@ struct sky {
     float radiance[3];             /* or the map's factor */
     float cosine, sine;            /* of the map's rotation */
     float width, height;           /* of the map, in texels */
-    float soft_most; /* luminance of the map's lookups above which light is not soft */
-    bool hard;       /* some lookup is above */
+    float soft_max; /* luminance of the map's lookups above which light is not soft */
+    bool hard;      /* some lookup is above */
 };
 
 /* Sets the sky of a plan. `map` is the plan's, with a guide of it, borrowed; NULL when it has

@@ -63,7 +63,7 @@ TEST(a_token_pushes_out_its_own_oldest)
     for (int i = 0; i <= SIGN_INS_OF_TOKEN; i++) add(2, own[i]);
     assert_null(find(own[0], 2));
     for (int i = 1; i <= SIGN_INS_OF_TOKEN; i++) assert_non_null(find(own[i], 2));
-    for (int i = 0; i < 2 * SIGN_INS_MOST; i++) add(2, own[0]);
+    for (int i = 0; i < 2 * SIGN_INS_MAX; i++) add(2, own[0]);
     assert_non_null(find(own[0], 2));
     assert_non_null(find(other, 2));
 }
@@ -74,7 +74,7 @@ TEST(whoever_has_most_makes_room)
     char lone[SIGN_IN_TEXT_BYTES], many[2][3][SIGN_IN_TEXT_BYTES], last[SIGN_IN_TEXT_BYTES];
     add(1, lone);
     for (unsigned i = 0; i < 6; i++) add(2 + i % 2, many[i % 2][i / 2]);
-    for (unsigned i = 8; i <= SIGN_INS_MOST; i++) add(1000 + i, last);
+    for (unsigned i = 8; i <= SIGN_INS_MAX; i++) add(1000 + i, last);
     add(5, last); /* the oldest of the two that have three goes */
     assert_null(find(many[0][0], 2));
     assert_non_null(find(many[1][0], 2));
@@ -92,12 +92,12 @@ TEST(places_of_the_past_are_free)
 {
     char a[SIGN_IN_TEXT_BYTES], b[SIGN_IN_TEXT_BYTES];
     const struct digest late = token_of(1);
-    for (unsigned i = 0; i < SIGN_INS_MOST; i++) add(10 + i, a);
+    for (unsigned i = 0; i < SIGN_INS_MAX; i++) add(10 + i, a);
     assert_int_equal(sign_ins_add(&all, &late, 1 + SIGN_IN_S, b), 0);
     assert_int_equal(sign_ins_add(&all, &late, 1 + SIGN_IN_S, a), 0);
     assert_non_null(find(b, 1 + SIGN_IN_S));
     unsigned taken = 0;
-    for (unsigned i = 0; i < SIGN_INS_MOST; i++) taken += all.list[i].number != 0;
+    for (unsigned i = 0; i < SIGN_INS_MAX; i++) taken += all.list[i].number != 0;
     assert_int_equal(taken, 2);
 }
 
@@ -115,7 +115,7 @@ TEST(a_reference_ends_with_its_sign_in)
     assert_false(sign_ins_holds(&all, &ref, 1));
     assert_null(sign_ins_find(&all, a, 1, &none));
     assert_int_equal(none.number, 0);
-    for (unsigned i = 0; i < SIGN_INS_MOST; i++) add(10 + i, b);
+    for (unsigned i = 0; i < SIGN_INS_MAX; i++) add(10 + i, b);
     assert_false(sign_ins_holds(&all, &ref, 1));
 }
 

@@ -49,7 +49,7 @@ TEST(levels_become_finer)
     for (int32_t side = 1; side <= 11585; side += 97) {
         struct job job = job_of(side, side);
         const unsigned last = view_levels(&job) - 1;
-        assert_true(last < VIEW_LEVELS_MOST);
+        assert_true(last < VIEW_LEVELS_MAX);
         for (unsigned i = 0; i < last; i++)
             assert_true(view_level_scale(&job, i) > view_level_scale(&job, i + 1));
         assert_int_equal(view_level_scale(&job, last), 1);

@@ -200,7 +200,7 @@ void synthetic_target_plan(struct plan *plan, int32_t width, int32_t height, int
         PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(PATH_M2) | PLANE_BIT(PATH_HALF_DIFFERENCE2);
     plan->indirect_filter = INDIRECT_FILTER_CONSTANT;
     plan->target_error = target;
-    plan->spp_most = 256;
+    plan->spp_max = 256;
 }
 
 void synthetic_rate_plan(struct plan *plan, int32_t width, int32_t height, int32_t tile_px,
@@ -213,7 +213,7 @@ void synthetic_rate_plan(struct plan *plan, int32_t width, int32_t height, int32
     plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(BOUNCE_DISTANCE_MAX);
     plan->indirect_strata_per_axis = 4;
     plan->indirect_filter = INDIRECT_FILTER_ADAPTIVE;
-    plan->adaptive = (struct plan_adaptive){.mu = 1.0f, .rays_most = 100};
+    plan->adaptive = (struct plan_adaptive){.mu = 1.0f, .rays_max = 100};
 }
 
 struct samples *synthetic_pass(const struct plan *plan, uint32_t tile, uint32_t pass)

@@ -186,7 +186,7 @@ TEST(a_start_goes_on_with_what_is_noted)
     assert_false(is_noted(f, &asset) || is_noted(f, &blob));
 }
 
-static int set_most_pages(struct fixture *f, int count)
+static int set_max_pages(struct fixture *f, int count)
 {
     char text[64];
     snprintf(text, sizeof text, "PRAGMA max_page_count = %d", count);
@@ -197,7 +197,7 @@ static int set_most_pages(struct fixture *f, int count)
 static void fill_database(struct fixture *f)
 {
     struct digest d;
-    int error = set_most_pages(f, 1); /* none beyond those that there are */
+    int error = set_max_pages(f, 1); /* none beyond those that there are */
     for (int i = 0; i < 1000 && !error; i++) {
         digest_of(&i, sizeof i, &d);
         error = asset_removals_add(f->db, &d);
@@ -219,7 +219,7 @@ TEST(a_full_disk_keeps_no_file_that_need_not_wait)
     assert_int_equal(asset_removal_run(f->db, &f->room, &claim, &users), ERR_NO_SPACE);
     assert_false(is_there(f, &d));
     assert_int_equal(asset_room_find(f->db, &f->room, &claim), ERR_NOT_FOUND);
-    assert_int_equal(set_most_pages(f, 1000000), SQLITE_OK);
+    assert_int_equal(set_max_pages(f, 1000000), SQLITE_OK);
     assert_int_equal(asset_removal_run(f->db, &f->room, &claim, &users), 0);
     assert_false(has(f, "a", &d) || is_noted(f, &d));
     objects_release(&f->objects, &held);

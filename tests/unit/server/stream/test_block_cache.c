@@ -57,7 +57,7 @@ static void ask(struct block_cache *cache, struct rect rect)
 
 TEST(beyond_the_budget_each_reader_makes_its_own)
 {
-    struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
+    struct pixel_budget budget = {.shared_max_bytes = whole_bytes, .most_bytes = whole_bytes};
     struct block_cache *list = NULL, *cache = cache_of_two(&list, &budget);
     for (int i = 0; i < 2; i++) ask(cache, first);
     assert_int_equal(cache->made, 1);
@@ -80,7 +80,7 @@ TEST(beyond_the_budget_each_reader_makes_its_own)
 
 TEST(caches_share_the_budget)
 {
-    struct pixel_budget budget = {.shared_most_bytes = whole_bytes, .most_bytes = whole_bytes};
+    struct pixel_budget budget = {.shared_max_bytes = whole_bytes, .most_bytes = whole_bytes};
     struct block_cache *lists[2] = {NULL}, *caches[2];
     for (int i = 0; i < 2; i++) caches[i] = cache_of_two(&lists[i], &budget);
     ask(caches[0], first);

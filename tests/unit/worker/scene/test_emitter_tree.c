@@ -77,7 +77,7 @@ TEST(trees_hold_what_they_say)
         }
         memcpy(before, shapes, sizeof before);
         assert_int_equal(emitter_tree_init(&t, shapes, counts[n], order), 0);
-        assert_true(t.root_groups <= EMITTER_GROUPS_MOST && t.root_groups <= counts[n]);
+        assert_true(t.root_groups <= EMITTER_GROUPS_MAX && t.root_groups <= counts[n]);
         check_tree(&t, shapes, counts[n]);
         for (uint32_t i = 0; i < counts[n]; i++)
             assert_memory_equal(&shapes[i], &before[order[i]], sizeof *shapes);
@@ -97,7 +97,7 @@ TEST(spheres_are_told_apart)
         shapes[i] = shape_at(at, normal, 0.05f, 1.0);
     }
     assert_int_equal(emitter_tree_init(&t, shapes, 1000, order), 0);
-    assert_int_equal(t.root_groups, EMITTER_GROUPS_MOST);
+    assert_int_equal(t.root_groups, EMITTER_GROUPS_MAX);
     check_tree(&t, shapes, 1000);
     for (uint32_t n = 0; n < t.root_nodes; n++)
         for (uint32_t g = 0; g < t.nodes[n].groups.count; g++) {

@@ -12,7 +12,7 @@ static void build(void)
 {
     room_fixture_build(&r);
     openness_grid_init(&g, r.scene);
-    assert_true(g.cells >= 1 && g.cells <= OPENNESS_CELLS_MOST);
+    assert_true(g.cells >= 1 && g.cells <= OPENNESS_CELLS_MAX);
 }
 
 static uint32_t cell(float x, float y, float z)

@@ -87,7 +87,7 @@ TEST(test_decoding)
     expect(out[0], pow((170.0 / 255 + 0.055) / 1.055, 2.4));
     expect(out[3], 85.0 / 255); /* alpha is never encoded */
     expect(d.srgb[5], 5.0 / 255 / 12.92);
-    expect(texture_least_alpha(&t), 0);
+    expect(texture_min_alpha(&t), 0);
     float mean[3], sum = d.srgb[0] + d.srgb[85] + d.srgb[170] + d.srgb[255];
     texture_mean(&t, mean);
     expect(mean[1], (double)sum / 4);

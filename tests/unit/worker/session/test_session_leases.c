@@ -139,7 +139,7 @@ static void send_strata_maps(struct world *w, uint64_t frame_id, uint32_t index,
 static void rate_plan(struct world *w)
 {
     w->plan.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
-    w->plan.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 100};
+    w->plan.adaptive = (struct plan_adaptive){.mu = 1, .rays_max = 100};
     w->plan.planes &=
         ~(PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA) | PLANE_BIT(GLOSSY_HALF));
 }

@@ -83,7 +83,7 @@ TEST(reflectance_is_the_mean_weight)
 
 TEST(who_has_one)
 {
-    struct bsdf b = surface(GLOSSY_ALPHA_LEAST, 0.0f);
+    struct bsdf b = surface(GLOSSY_ALPHA_MIN, 0.0f);
     assert_true(glossy_has(&b));
     b.alpha_u = b.alpha_v = 0.0099f;
     assert_false(glossy_has(&b));

@@ -39,7 +39,7 @@ TEST(boxes_are_around_instances)
 TEST(many_instances_share_boxes)
 {
     struct scene_fixture *f = fixture_new();
-    const uint32_t other = coated(f), count = 2 * LOBE_BOXES_MOST + 1;
+    const uint32_t other = coated(f), count = 2 * LOBE_BOXES_MAX + 1;
     struct scene_instance *many = calloc(count, sizeof *many);
     assert_non_null(many);
     fixture_panel(f, other, (float[]){0, 0, 0}, (float[]){0.5f, 0, 0}, (float[]){0, 0.5f, 0});

@@ -26,7 +26,7 @@ static void begin(struct world *w, float target, uint32_t most)
 {
     *w = (struct world){.luminance = 0.5};
     synthetic_target_plan(&w->plan, 256, 256, 32, target);
-    w->plan.spp_most = most;
+    w->plan.spp_max = most;
     assert_int_equal(rounds_create(&w->plan, &w->rounds), 0);
     for (uint32_t t = 0; t < TILES; t++) {
         w->n[t][0] = w->n[t][1] = 9;
@@ -77,7 +77,7 @@ static void trace(struct world *w)
         w->n[t][0] += paths;
         w->n[t][1] += bounces;
         w->passes[t] += w->more[t];
-        assert_true(w->n[t][0] <= w->plan.spp_most && w->n[t][1] <= w->plan.spp_most);
+        assert_true(w->n[t][0] <= w->plan.spp_max && w->n[t][1] <= w->plan.spp_max);
     }
 }
 

@@ -84,7 +84,7 @@ TEST(rates_follow_mu)
         assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_ADAPTIVE);
         assert_int_equal(s->plan.indirect_strata_per_axis, 4);
         assert_true(s->plan.adaptive.mu == cases[i].mu && s->plan.mu == 1.0f);
-        assert_int_equal(s->plan.adaptive.rays_most, cases[i].most);
+        assert_int_equal(s->plan.adaptive.rays_max, cases[i].most);
         assert_int_equal(s->plan.planes, PLANES_ALONE | BIT(INDIRECT_MEAN) |
                                              BIT(BOUNCE_DISTANCE_MIN) | BIT(BOUNCE_DISTANCE_MAX));
         assert_true(s->plan.capabilities & CAPABILITY_STRATA_MAPS);
@@ -108,7 +108,7 @@ TEST(rates_follow_mu)
     assert_int_equal(s->plan.paths.spp, 9);
     s->job.indirect = INDIRECT_AUTO;
     must_make(s);
-    assert_true(s->plan.adaptive.mu == 0 && s->plan.adaptive.rays_most == 0);
+    assert_true(s->plan.adaptive.mu == 0 && s->plan.adaptive.rays_max == 0);
     assert_string_equal(why(s, "plane bounce_distance_max"), "no filter of this plan reads it");
 }
 

@@ -5,13 +5,13 @@
 #include "server/job/prepare/frame_motion.h"
 #include "tests/unit/unit.h"
 
-#define INSTANCES_MOST 8
+#define INSTANCES_MAX 8
 
 /* A scene of triangles: meshes 0 and 1 are the base's, 2 and 3 the frame's own. */
 struct stage {
     struct scene scene;
     struct scene_mesh meshes[4];
-    struct scene_instance instances[INSTANCES_MOST];
+    struct scene_instance instances[INSTANCES_MAX];
     float positions[18];
 };
 

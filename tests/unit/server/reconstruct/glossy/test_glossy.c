@@ -244,7 +244,7 @@ TEST(errors_of_blocks_are_those_of_the_whole)
                        PLANE_BIT(BOUNCE_DISTANCE_MIN)) &
                       ~PLANE_BIT(INDIRECT_MEAN);
         plan.target_error = 0.1f;
-        plan.spp_most = 4096;
+        plan.spp_max = 4096;
         const struct rect inner = {FIRST + 20, FIRST + 18, FIRST + 31, FIRST + 29};
         const struct rect seen = rect_intersect(rect_grow(inner, glossy_halo_px(&plan)), all);
         const struct rect rects[2] = {all, seen}, inners[2] = {all, inner};
@@ -279,7 +279,7 @@ TEST(rays_make_filters_narrower)
                    PLANE_BIT(BOUNCE_DISTANCE_MIN)) &
                   ~PLANE_BIT(INDIRECT_MEAN);
     plan.target_error = 0.1f;
-    plan.spp_most = 65536;
+    plan.spp_max = 65536;
     struct patch *patch = floor_patch(&plan, all, 0.2f, 0.2f, 4);
     for (size_t i = 0; i < AREA; i++) patch->glossy_rays[i] = 4.0f;
     struct floor_picture few = floor_filter(&plan, patch, all);

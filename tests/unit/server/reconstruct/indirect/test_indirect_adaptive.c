@@ -128,7 +128,7 @@ static void floor_plan(struct plan *plan, float unit)
     plan->bounces = 1;
     plan->indirect_filter = INDIRECT_FILTER_ADAPTIVE;
     plan->indirect_strata_per_axis = 4;
-    plan->adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 100};
+    plan->adaptive = (struct plan_adaptive){.mu = 1, .rays_max = 100};
     plan->mu = 1;
     plan->length_unit = unit;
 }
@@ -196,7 +196,7 @@ TEST(lobes_ask_for_rays)
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     plan.planes |= PLANES_GLOSSY_LIGHT | PLANE_BIT(GLOSSY_SPAN);
-    plan.adaptive.rays_most = 4096;
+    plan.adaptive.rays_max = 4096;
     floor_patch(&plan, 0.01f, 100.0f, &patch);
     for (int i = 0; i < SIDE * SIDE; i++) {
         const int x = i % SIDE;
@@ -244,7 +244,7 @@ TEST(rays_grow_with_mu_everywhere)
     const struct rect all = {0, 0, SIDE, SIDE};
     floor_plan(&plan, 1.0f);
     floor_patch(&plan, 1e4f, 1e4f, &patch);
-    plan.adaptive.rays_most = 4096;
+    plan.adaptive.rays_max = 4096;
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         plan.adaptive.mu = cases[k].mu; /* 16 mu^3: 54, 128, 432 */
         assert_int_equal(indirect_adaptive_find(&plan, patch, all, strata_map), 0);

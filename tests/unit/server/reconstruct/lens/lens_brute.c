@@ -61,7 +61,7 @@ static struct brute_layer brute_layer_of(const struct lens_field *f, uint32_t la
     lens_layer_slopes(layer, &b.low, &b.high);
     b.close = b.low - 0.25f * fabsf(b.low);
     b.middle = b.fixed ? 0.0f : 0.5f * (b.low + b.high);
-    b.most = b.fixed ? 0.5f * LENS_SLOPE_MOST : fmaxf(fabsf(b.low), fabsf(b.high));
+    b.most = b.fixed ? 0.5f * LENS_SLOPE_MAX : fmaxf(fabsf(b.low), fabsf(b.high));
     brute_find_pass(f, &b);
     return b;
 }

@@ -7,7 +7,7 @@
 #define STEPS  64 /* an axis: jitters, both ends among them */
 #define BEYOND 0.003f
 #define NEARBY 0.1f /* so near to a span's end some point comes */
-#define L_MOST 5
+#define L_MAX  5
 #define TURNS  7
 
 /* Spans that these jitters make of one line of the lens. */
@@ -41,7 +41,7 @@ static void check_axis(float low, float high, float met_low, float met_high)
 
 static void check(const struct plan_camera *camera, uint32_t l)
 {
-    struct lens_span spans[L_MOST * L_MOST], met[L_MOST * L_MOST];
+    struct lens_span spans[L_MAX * L_MAX], met[L_MAX * L_MAX];
     struct lens_aperture aperture;
     lens_aperture_init(camera, &aperture);
     lens_spans(&aperture, l, spans);
@@ -61,7 +61,7 @@ TEST(spans_hold_all_points)
     static const uint32_t blades[] = {0, 3, 4, 5, 6, 9, LIMIT_LENS_BLADES};
     for (size_t b = 0; b < sizeof blades / sizeof *blades; b++)
         for (int turn = 0; turn < TURNS; turn++)
-            for (uint32_t l = 1; l <= L_MOST; l++)
+            for (uint32_t l = 1; l <= L_MAX; l++)
                 check(&(struct plan_camera){.blade_count = blades[b],
                                             .blade_rotation_rad = 0.3f * (float)turn},
                       l);

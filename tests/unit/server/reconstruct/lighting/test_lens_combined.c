@@ -21,8 +21,8 @@
 #define EDGE    (0.5f * SIDE_PX)
 #define PI      3.14159265f
 
-#define SHARE_PX  3.5f   /* points that the middle does not see share light so far */
-#define RMSE_MOST 0.025f /* of the picture's mean */
+#define SHARE_PX 3.5f   /* points that the middle does not see share light so far */
+#define RMSE_MAX 0.025f /* of the picture's mean */
 
 static const float color[3] = {3, 2, 1};
 
@@ -267,7 +267,7 @@ TEST(frames_are_the_sum_over_picture_and_lens)
     for (size_t k = 0; k < sizeof blades / sizeof *blades; k++) {
         const float apart = twin_of(blades[k], TWIN);
         print_message("%u blades: %.2f %% apart\n", blades[k], (double)(100.0f * apart));
-        assert_true(apart < RMSE_MOST);
+        assert_true(apart < RMSE_MAX);
     }
 }
 
@@ -279,6 +279,6 @@ TEST(what_is_wrong_is_far_apart)
     for (int as = TWIN + 1; as < TWINS; as++) {
         const float apart = twin_of(0, (enum twin)as);
         print_message("%s: %.2f %% apart\n", names[as], (double)(100.0f * apart));
-        assert_true(apart > 2.0f * RMSE_MOST);
+        assert_true(apart > 2.0f * RMSE_MAX);
     }
 }

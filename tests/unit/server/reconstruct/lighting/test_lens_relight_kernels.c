@@ -63,7 +63,7 @@ TEST(samples_send_on_what_falls_on_them)
     lens_relight_case_init(&k, NUMBERS, 5);
     lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_OWN, 0, own[0]);
     lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_ADD, 0, sent[0]);
-    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_MOST, 0, &found);
+    lens_relight_case_run(&k, &lens_relight_kernels_sse42, LIT_LENS_MAX, 0, &found);
     for (int i = 0; i < NUMBERS; i++) {
         float albedo[3], light[3];
         shared_exponent_unpack(k.words[3][i], SHARED_EXPONENT_9, albedo);

@@ -111,7 +111,7 @@ static float brute_cover(float y, float rho, float delta)
 /* What the filter by brute force reads of a pixel; strata are those of pixels in the picture. */
 struct brute_pixel {
     float point[3], normal[3], u[2], eta, spread;
-    float distance, plane_least, distance_most2, gamma[2], falloff[2];
+    float distance, plane_min, distance_most2, gamma[2], falloff[2];
     float jitter[2];
     uint32_t columns[SHADOW_STRATA_MAX];
 };
@@ -121,7 +121,7 @@ static struct brute_pixel brute_pixel_of(const struct shadow_pixels *p, size_t i
     struct brute_pixel out = {.eta = p->eta[i],
                               .spread = p->spread[i],
                               .distance = p->distance[i],
-                              .plane_least = p->plane_least[i],
+                              .plane_min = p->plane_min[i],
                               .distance_most2 = p->distance_most2[i]};
     for (int k = 0; k < 3; k++) {
         out.point[k] = p->point[k][i];
@@ -150,7 +150,7 @@ static bool brute_compatible(const struct brute_pixel *p, const struct brute_pix
     for (int k = 0; k < 3; k++) d[k] = q->point[k] - p->point[k];
     const float d2 = scene_dot(d, d), off = fabsf(scene_dot(d, p->normal));
     return scene_dot(p->normal, q->normal) >= SHADOW_COS_NORMALS && d2 <= p->distance_most2 &&
-           off <= fmaxf(p->plane_least, SHADOW_PLANE_SHARE * sqrtf(d2));
+           off <= fmaxf(p->plane_min, SHADOW_PLANE_SHARE * sqrtf(d2));
 }
 
 /* What neighbour q adds to the sums of p. */

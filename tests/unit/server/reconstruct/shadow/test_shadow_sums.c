@@ -11,7 +11,7 @@
 #define TOLERANCE  1e-5 /* of a pixel's greatest number */
 #define WINDOW_PX  2    /* of sum_slopes, to each side */
 #define CELL_NODES (2 * SHADOW_STRATA_MAX + 2)
-#define SIMD_MOST  (SHADOW_STRATA_MAX + 4)
+#define SIMD_MAX   (SHADOW_STRATA_MAX + 4)
 
 /* The sets of kernels that run here; returns how many. */
 static int sets(const struct shadow_kernels *out[3])
@@ -50,9 +50,9 @@ static size_t stratum_node(const struct shadow_field *f, size_t a, float jitter,
 
 /* Of one pixel all nodes, `lanes` numbers each. */
 static void columns_of(const struct shadow_field *f, size_t pixel, float jitter,
-                       const uint32_t *seen, double out[CELL_NODES * SIMD_MOST])
+                       const uint32_t *seen, double out[CELL_NODES * SIMD_MAX])
 {
-    memset(out, 0, CELL_NODES * SIMD_MOST * sizeof *out);
+    memset(out, 0, CELL_NODES * SIMD_MAX * sizeof *out);
     for (size_t a = 0; a < f->strata; a++) {
         double g;
         const size_t first = stratum_node(f, a, jitter, &g);
@@ -67,7 +67,7 @@ static double worst_columns(const struct shadow_kernels *kernels, const struct k
 {
     struct shadow_field f = k->field;
     const size_t each = shadow_nodes(&f) * f.lanes;
-    double worst = 0.0, right[CELL_NODES * SIMD_MOST];
+    double worst = 0.0, right[CELL_NODES * SIMD_MAX];
     f.pixels = &k->shown;
     f.columns = field_memory(k->slots * each * sizeof *f.columns);
     for (size_t i = 0; i < k->slots * each; i++) f.columns[i] = NAN; /* what was there is nothing */

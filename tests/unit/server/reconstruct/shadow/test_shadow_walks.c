@@ -10,7 +10,7 @@
 
 #define LINEAR    0.8  /* share of the local linear fit's correction */
 #define TOLERANCE 1e-5 /* of a pixel's greatest number */
-#define OUT_MOST  (4 * SHADOW_STRATA_MAX)
+#define OUT_MAX   (4 * SHADOW_STRATA_MAX)
 
 /* A field and who walks along which axis. */
 struct walker {
@@ -86,11 +86,11 @@ static void add_rows(const struct shadow_field *f, const struct tap *tap, double
 }
 
 /* All taps twice: their balance, then their sums. */
-static void walk(const struct walker *w, double out[OUT_MOST])
+static void walk(const struct walker *w, double out[OUT_MAX])
 {
     const int reach = w->field->pixels->walk[w->axis].reach[w->pixel];
     double first = 0.0, second = 0.0;
-    memset(out, 0, OUT_MOST * sizeof *out);
+    memset(out, 0, OUT_MAX * sizeof *out);
     for (int turn = 0; turn < 2; turn++) {
         const double slope = second > 0.0 ? LINEAR * first / second : 0.0;
         for (int n = 0; n < 2 * (2 * reach + 1); n++) {
@@ -122,7 +122,7 @@ static double worst_of(const struct shadow_kernels *kernels, const struct kernel
     (axis == 0 ? kernels->walk_columns : kernels->walk_rows)(&f, k->pixels + 1, k->count, out);
     for (uint32_t i = 0; i < k->count; i++) {
         const struct walker walker = {&f, axis, k->pixels[1 + i]};
-        double right[OUT_MOST];
+        double right[OUT_MAX];
         walk(&walker, right);
         worst = fmax(worst, field_error(right, out + i * each, each));
     }

@@ -119,7 +119,7 @@ TEST(coverage_is_even)
     struct coverage coverage;
     for (uint32_t l = 1; l <= 16; l++) {
         assert_int_equal(coverage_create(l, PROFILE_GAUSSIAN, 0.6f, &coverage), 0);
-        const int32_t row = coverage_row(1.0f / coverage.rho_most, 0.3f, 0.2f);
+        const int32_t row = coverage_row(1.0f / coverage.rho_max, 0.3f, 0.2f);
         coverage_need(&coverage, row);
         coverage_need(&coverage, row);
         const float *w = coverage.weights + (size_t)row * (SHADOW_PHASES + 1) * coverage.window;

@@ -16,7 +16,7 @@ TEST(later_passes_go_on)
     p.paths.spp = 16;
     p.bounces = 2;
     p.target_error = 0.1f;
-    p.spp_most = 1024;
+    p.spp_max = 1024;
     const struct plan without = p; /* its pass has no bounce rays */
     struct fault fault = {0};
     struct render_scene *scene;
@@ -90,7 +90,7 @@ TEST(second_sets_are_of_each_pixel)
     p.planes |= BIT(BOUNCE_DISTANCE_MAX);
     p.bounces = 2;
     p.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
-    p.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 1000};
+    p.adaptive = (struct plan_adaptive){.mu = 1, .rays_max = 1000};
     struct fault fault = {0};
     struct render_scene *scene;
     struct tile_tracer *tracer;

@@ -212,7 +212,7 @@ static struct plan halved(struct scene_fixture *f, uint32_t l)
                BIT(PATH_HALF_DIFFERENCE2);
     p.sub_samples = 3;
     p.target_error = 0.1f;
-    p.spp_most = 1024;
+    p.spp_max = 1024;
     return p;
 }
 
@@ -311,7 +311,7 @@ TEST(second_sets_are_of_each_lobe)
     p.planes |= BIT(BOUNCE_DISTANCE_MAX) | BIT(GLOSSY_SPAN);
     p.planes &= ~(BIT(SUB_REFLECTANCE) | BIT(GLOSSY_HALF));
     p.indirect_filter = INDIRECT_FILTER_ADAPTIVE;
-    p.adaptive = (struct plan_adaptive){.mu = 1, .rays_most = 1000};
+    p.adaptive = (struct plan_adaptive){.mu = 1, .rays_max = 1000};
     struct fault fault = {0};
     struct render_scene *scene;
     struct tile_tracer *tracer;

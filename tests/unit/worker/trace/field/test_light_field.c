@@ -309,10 +309,10 @@ TEST(a_hit_at_once_is_a_hit)
         p->rays.hit.geomID[i] = i == 1 ? RTC_INVALID_GEOMETRY_ID : 0;
         p->rays.ray.tfar[i] = i == 1 ? INFINITY : 0.5f * (float)i;
     }
-    path_note_reach(p, &valid, &s->harvest);
-    assert_true(s->harvest.distance[0] > 0.0f && s->harvest.distance[0] < 1e-30f);
-    assert_true(s->harvest.distance[1] == INFINITY);
-    assert_true(s->harvest.distance[2] == 1.0f);
-    assert_true(s->harvest.distance[3] == 0.0f);
+    path_note_reach(p, &valid, &s->radiance);
+    assert_true(s->radiance.distance[0] > 0.0f && s->radiance.distance[0] < 1e-30f);
+    assert_true(s->radiance.distance[1] == INFINITY);
+    assert_true(s->radiance.distance[2] == 1.0f);
+    assert_true(s->radiance.distance[3] == 0.0f);
     free(s);
 }

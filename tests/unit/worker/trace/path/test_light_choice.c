@@ -142,7 +142,7 @@ TEST(no_triangle_that_lights_is_left_out)
         const int i = round % LANES;
         struct path_context c = {
             .lights = &table, .kernels = KERNELS_FOR(path_kernels, all_isas[round % isa_count()])};
-        double sums[EMITTER_GROUPS_MOST] = {0};
+        double sums[EMITTER_GROUPS_MAX] = {0};
         for (uint32_t k = 0; k < tree.leaf_count; k++) {
             float weight, most = 0.0f;
             const float chance = light_choice_chance(&c, &s.origin, &s.normal, i, k, &weight);

@@ -62,9 +62,9 @@ TEST(segments_make_up_for_those_that_end)
 }
 
 /* What is off adds nothing, whatever its numbers and its slot's share are. */
-TEST(harvest_takes_what_is_on)
+TEST(radiance_takes_what_is_on)
 {
-    static struct path_harvest h, one;
+    static struct path_radiance h, one;
     struct random seed = {2};
     for (int round = 0; round < 64; round++) {
         const struct path_context c = {.demodulate = round & 1,
@@ -83,11 +83,11 @@ TEST(harvest_takes_what_is_on)
             value.y[i] = INFINITY, h.share.r[slot] = NAN;
         }
         one = h;
-        path_harvest_add_lanes(&c, &h, scatterings, &p, &on, &value);
+        path_radiance_add_lanes(&c, &h, scatterings, &p, &on, &value);
         for (uint32_t i = 0; i < p.count; i++)
             if (on.on[i])
-                path_harvest_add(&c, &one, scatterings, p.slot[i],
-                                 (float[]){value.x[i], value.y[i], value.z[i]});
+                path_radiance_add(&c, &one, scatterings, p.slot[i],
+                                  (float[]){value.x[i], value.y[i], value.z[i]});
         assert_memory_equal(&h, &one, sizeof h);
     }
 }
@@ -120,7 +120,7 @@ TEST(back_is_in_the_shading_frame)
 /* One number that is not finite, wherever it is, takes its sample's light with it, and no other. */
 TEST(odd_samples_count_as_black)
 {
-    static struct path_harvest h;
+    static struct path_radiance h;
     static struct path_sums sums;
     struct path_rgb *const planes[] = {&h.emission, &h.direct, &h.indirect, &h.diffuse_direct,
                                        &h.diffuse_indirect};

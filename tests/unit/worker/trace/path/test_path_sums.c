@@ -10,7 +10,7 @@
 enum { SIDE_PX = 24, AREA = SIDE_PX * SIDE_PX };
 
 /* Sample k of lane i: whole numbers, so that sums are exact; k's bit tells it from all others. */
-static void show_sample(struct path_harvest *h, uint32_t slot, uint32_t k, uint32_t lane)
+static void show_sample(struct path_radiance *h, uint32_t slot, uint32_t k, uint32_t lane)
 {
     struct path_rgb *const all[] = {
         &h->emission,         &h->direct, &h->indirect, &h->diffuse_direct,
@@ -28,7 +28,7 @@ static void show_sample(struct path_harvest *h, uint32_t slot, uint32_t k, uint3
 /* In batches of 1, 2, 3 ... samples, as many as are left. */
 static void add_pass(struct path_sums *sums, const struct plan_pass *pass)
 {
-    static struct path_harvest h;
+    static struct path_radiance h;
     struct counters counters = {.value = {0}};
     uint32_t done = 0;
     for (uint32_t size = 1; done < pass->count; size++) {
@@ -128,7 +128,7 @@ TEST(more_samples_count_as_fewer)
 /* Samples that end at what the camera sees: what is scattered follows the coverage. */
 TEST(coverage_scales_what_is_scattered)
 {
-    static struct path_harvest h;
+    static struct path_radiance h;
     static struct path_sums s;
     const struct plan_pass pass = {.count = 4};
     struct counters counters = {.value = {0}};
@@ -170,7 +170,7 @@ TEST(halves_are_not_added_up_unasked)
 /* A sample that is not finite is black in its half, too. */
 TEST(odd_samples_count_as_black_in_halves)
 {
-    static struct path_harvest h;
+    static struct path_radiance h;
     static struct path_sums s;
     const struct plan_pass pass = {.count = 4};
     struct counters counters = {.value = {0}};
@@ -231,7 +231,7 @@ TEST(half_a_pass_is_a_pass_of_half)
     struct plan p = room(f, 3.0f);
     p.paths.spp = 16;
     p.target_error = 0.1f; /* then there may be more passes */
-    p.spp_most = 64;
+    p.spp_max = 64;
     struct traced sixteen = trace_all(f, &p);
     struct samples *eight = trace_first(&sixteen, &p, 8);
     p.planes &= ~PLANES_RESIDUAL;

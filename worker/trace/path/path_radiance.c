@@ -2,8 +2,8 @@
 
 #include "worker/trace/path/path.h"
 
-void path_harvest_add(const struct path_context *c, struct path_harvest *h, uint32_t scatterings,
-                      uint32_t slot, const float value[3])
+void path_radiance_add(const struct path_context *c, struct path_radiance *h, uint32_t scatterings,
+                       uint32_t slot, const float value[3])
 {
     struct path_rgb *to = scatterings > 1 ? &h->indirect : &h->direct;
     to->r[slot] += value[0];
@@ -40,7 +40,7 @@ static void add(const struct path_packet *p, const struct lanes3 *v, struct path
 
 /* Scatterings of chains do not count. */
 static void add_after_chains(const struct path_packet *p, uint32_t scatterings,
-                             const struct lanes3 *v, struct path_harvest *h)
+                             const struct lanes3 *v, struct path_radiance *h)
 {
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
@@ -52,9 +52,9 @@ static void add_after_chains(const struct path_packet *p, uint32_t scatterings,
     }
 }
 
-void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h,
-                            uint32_t scatterings, const struct path_packet *p,
-                            const struct lanes_mask *on, const struct lanes3 *value)
+void path_radiance_add_lanes(const struct path_context *c, struct path_radiance *h,
+                             uint32_t scatterings, const struct path_packet *p,
+                             const struct lanes_mask *on, const struct lanes3 *value)
 {
     struct lanes3 v = *value;
     keep(on, &v);
@@ -74,7 +74,7 @@ void path_harvest_add_lanes(const struct path_context *c, struct path_harvest *h
         add(p, &v, scatterings > 1 ? &h->diffuse_indirect : &h->diffuse_direct);
 }
 
-void path_harvest_clear_field(struct path_harvest *h, uint32_t count)
+void path_radiance_clear_field(struct path_radiance *h, uint32_t count)
 {
     const size_t bytes = sizeof(float) * count * LANES;
     memset(h->indirect.r, 0, bytes);
@@ -83,7 +83,7 @@ void path_harvest_clear_field(struct path_harvest *h, uint32_t count)
     memset(h->distance, 0, bytes);
 }
 
-void path_harvest_mirrors(struct path_harvest *h, uint32_t count, const struct path_vertex *from)
+void path_radiance_mirrors(struct path_radiance *h, uint32_t count, const struct path_vertex *from)
 {
     const struct mirrors *m = &from->mirrors;
     for (uint32_t k = 0; k < count; k++)
