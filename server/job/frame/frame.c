@@ -349,7 +349,7 @@ static void fail_at(struct frame *f, uint32_t tile, enum tile_return why)
     char text[LIMIT_DETAIL_BYTES];
     if (why == TILE_IS_DEADLY)
         snprintf(text, sizeof text,
-                 "the tile at %d,%d of %dx%d pixels ended %d workers that traced it, the last %d "
+                 "the tile at %d,%d of %dx%d pixels ended at least %d workers that traced it, %d "
                  "while it was all that they held; see the workers' logs for what they died of",
                  r.x0, r.y0, rect_width(r), rect_height(r), TILE_QUEUE_DEATHS,
                  TILE_QUEUE_DEATHS - 1);

@@ -343,7 +343,9 @@ enum tile_return tile_queue_return(struct tile_queue *q, uint64_t worker, uint32
     /* The first makes it a suspect; from then on those count that held nothing else. */
     if (cause == TILE_DIED && (alone || !tile_queue_is_suspect(q, tile)))
         tile_deaths_add(&q->deaths, tile, worker);
-    if (tile_deaths_of(&q->deaths, tile) >= TILE_QUEUE_DEATHS) return TILE_IS_DEADLY;
+    const uint32_t deaths = tile_deaths_of(&q->deaths, tile);
+    if (deaths >= TILE_QUEUE_DEATHS && deaths > tile_deaths_elsewhere(&q->deaths, tile))
+        return TILE_IS_DEADLY;
     return ++t->returns < TILE_QUEUE_RETURNS ? TILE_GOES_ON : TILE_CAME_BACK_OFTEN;
 }
 

@@ -159,6 +159,26 @@ TEST(a_tile_that_ends_its_workers_is_deadly)
     tile_queue_destroy(&q);
 }
 
+/* A tile may end as many more as have died meanwhile at tiles that nobody suspected. */
+TEST(farms_that_die_make_no_tile_deadly)
+{
+    struct tile_queue *q = make(160, 32, 32, 64); /* five tiles */
+    uint32_t tile[5], generation[5], again, given;
+    for (uint64_t k = 0; k < 5; k++)
+        assert_true(tile_queue_lease(q, 100 + k, &tile[k], &generation[k]));
+    for (uint64_t k = 0; k < 4; k++)
+        assert_int_equal(tile_queue_return(q, 100 + k, tile[k], generation[k], TILE_DIED),
+                         TILE_GOES_ON);
+    for (uint64_t death = 2; death <= 4; death++) {
+        uint64_t worker = 200 * death; /* others take what else is suspect */
+        do assert_true(tile_queue_lease(q, ++worker, &again, &given));
+        while (again != tile[0]);
+        assert_int_equal(tile_queue_return(q, worker, again, given, TILE_DIED),
+                         death < 4 ? TILE_GOES_ON : TILE_IS_DEADLY);
+    }
+    tile_queue_destroy(&q);
+}
+
 TEST(who_comes_back_has_not_died)
 {
     struct tile_queue *q = make(32, 32, 32, 64);
