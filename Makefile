@@ -173,9 +173,9 @@ property: $(properties)
 runs ?= 1000
 simulate: $(loads)
 	@$(B)/tests/load/simulate_farm runs=$(runs) $(if $(farm),farm=$(farm))
-## tile-rate: tiles a second that the coordinator keeps the books of, with workers that answer at once
+## tile-rate: tiles a second that the coordinator keeps the books of, with workers that answer at once, e.g. workers=256
 tile-rate: all $(fakes)
-	@node tests/load/tile_rate.mjs $(B)
+	@node tests/load/tile_rate.mjs $(B) $(if $(workers),workers=$(workers))
 ## mutations: results damaged on the wire, a million of them; e.g. make mutations count=100000
 count ?= 1000000
 mutations: all $(fakes)

@@ -3,7 +3,7 @@
 // coordinator's CPU time from the first tile to the last (leases, frames and checksums, unpacking,
 // the film, events), so that the figure is one core's whatever else the machine does.
 //
-//   node tests/load/tile_rate.mjs BUILD_DIR [side=8192] [runs=3] [least=5000]
+//   node tests/load/tile_rate.mjs BUILD_DIR [side=8192] [runs=3] [least=5000] [workers=2]
 //
 // Exit status 1 when the median run's tiles per CPU second are fewer than `least`.
 import { execFileSync, spawn } from "node:child_process";
@@ -12,9 +12,9 @@ import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 
-const TILE_PX = 64, FAKES = 2, TICKS_PER_S = Number(execFileSync("getconf", ["CLK_TCK"]));
+const TILE_PX = 64, THREADS = 32, TICKS_PER_S = Number(execFileSync("getconf", ["CLK_TCK"]));
 const [build = "", ...words] = process.argv.slice(2);
-const option = { side: 8192, runs: 3, least: 5000 };
+const option = { side: 8192, runs: 3, least: 5000, workers: 2 };
 for (const word of words) {
     const [name, value] = word.split("=");
     if (!(name in option) || !(Number(value) > 0)) usage(`"${word}" is not understood`);
@@ -23,7 +23,7 @@ for (const word of words) {
 if (!build) usage("the build directory is missing");
 
 function usage(fault) {
-    console.error(`tile_rate: ${fault}; use: node tests/load/tile_rate.mjs BUILD_DIR [side=PX] [runs=N] [least=TILES_PER_S]`);
+    console.error(`tile_rate: ${fault}; use: node tests/load/tile_rate.mjs BUILD_DIR [side=PX] [runs=N] [least=TILES_PER_S] [workers=N]`);
     process.exit(2);
 }
 
@@ -53,8 +53,9 @@ async function serve() {
         server.stdout.on("data", (text) => { said += text; const found = /listening on (\S+)/.exec(said); if (found) done(found[1]); });
         server.on("exit", (status) => failed(new Error(`the coordinator ended with status ${status}`)));
     });
-    for (let i = 0; i < FAKES; i++)
-        start("tests/fake/fake_worker", "--connect", `unix:${join(folder, "data", "worker.sock")}`, "--script", "echo", "--threads", "16", "--seconds", "3600").stdout.resume();
+    const threads = String(Math.max(1, Math.floor(THREADS / option.workers)));
+    for (let i = 0; i < option.workers; i++)
+        start("tests/fake/fake_worker", "--connect", `unix:${join(folder, "data", "worker.sock")}`, "--script", "echo", "--threads", threads, "--seconds", "3600").stdout.resume();
     return { url, pid: server.pid };
 }
 
@@ -93,7 +94,7 @@ const rates = [];
 for (let run = 1; run <= option.runs; run++) {
     const { tiles, wall_s, cpu_s } = await frame(service, run), rate = tiles / cpu_s;
     rates.push(rate);
-    console.log(JSON.stringify({ run, side_px: option.side, tile_px: TILE_PX, tiles, wall_s: Number(wall_s.toFixed(3)), coordinator_cpu_s: cpu_s,
+    console.log(JSON.stringify({ run, workers: option.workers, side_px: option.side, tile_px: TILE_PX, tiles, wall_s: Number(wall_s.toFixed(3)), coordinator_cpu_s: cpu_s,
                                  tiles_per_cpu_s: Math.round(rate), tiles_per_s: Math.round(tiles / wall_s) }));
 }
 const median = rates.sort((a, b) => a - b)[Math.floor(rates.length / 2)];
