@@ -86,7 +86,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm load faults boot-units image image-check shared-data slurm tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm preempt load faults boot-units image image-check shared-data slurm tile-rate mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
@@ -180,6 +180,9 @@ tile-rate: all $(fakes)
 count ?= 1000000
 mutations: all $(fakes)
 	@tests/system/worker_health.sh $(B) $(count)
+## preempt: a frame on a farm of which a tenth is killed every few seconds, e.g. make preempt tiles=1024 every_s=5
+preempt: all
+	@node tests/load/preempt.mjs $(B) $(if $(tiles),tiles=$(tiles)) $(if $(every_s),every_s=$(every_s))
 ## storm: kill -9 of random processes, e.g. make storm kills=1000 seed=7
 kills ?= 1000
 storm: all
