@@ -31,8 +31,8 @@ void bytes_read_raw(struct bytes_reader *r, void *out, size_t size_bytes);
  * `capacity` or the text holds a NUL byte. */
 void bytes_read_string(struct bytes_reader *r, char *out, size_t capacity);
 
-/* 0 when everything was read, ERR_TRUNCATED when the reader failed, ERR_TRAILING when bytes are
- * left. */
+/* Returns 0 when everything was read, ERR_TRUNCATED when the reader failed, ERR_TRAILING when bytes
+ * are left. */
 int bytes_finish(const struct bytes_reader *r);
 
 struct bytes_writer {
@@ -56,5 +56,5 @@ void bytes_write_f32(struct bytes_writer *w, float v);
 void bytes_write_f32s(struct bytes_writer *w, const float *v, size_t count);
 void bytes_write_raw(struct bytes_writer *w, const void *data, size_t size_bytes);
 
-/* A u16 length and the bytes; fails above 65535. */
+/* Writes a u16 length and the bytes. Fails above 65535. */
 void bytes_write_string(struct bytes_writer *w, const char *text);

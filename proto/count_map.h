@@ -1,13 +1,14 @@
 #pragma once
-/* How many samples each pixel of a tile is to get: a byte a pixel, row by row, one map or two after
- * each other, packed as a blosc buffer (LZ4) or, where that is not smaller, as they are. */
+/* Maps of the number of samples that each pixel of a tile gets. A map has a byte a pixel, row by
+ * row. One or two maps follow each other, packed as a blosc buffer (LZ4), or as they are where that
+ * is not smaller. */
 #include "proto/bytes.h"
 #include "proto/error.h"
 #include "proto/limits.h"
 
 #define COUNT_MAPS_MAX 2 /* of bounce rays, and of rays of glossy lobes */
 
-/* The most that packed maps have. */
+/* The largest size of packed maps. */
 #define COUNT_MAP_BYTES_MAX (COUNT_MAPS_MAX * LIMIT_TILE_SIDE_PX * LIMIT_TILE_SIDE_PX)
 
 /* Appends `maps` packed maps of width_px x height_px pixels to w, whose `failed` tells of exhausted

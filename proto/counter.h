@@ -13,7 +13,7 @@ struct counters {
     uint64_t value[COUNTER_COUNT];
 };
 
-/* Saturating sums. */
+/* Adds `more` to `sum`, which saturates. */
 void counters_add(struct counters *sum, const struct counters *more);
 const char *counter_group(enum counter_id id); /* "rays", "skipped", "time" */
 const char *counter_key(enum counter_id id);

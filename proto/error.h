@@ -20,13 +20,15 @@ struct fault {
     char detail[LIMIT_DETAIL_BYTES];
 };
 
-/* "RANGE" for ERR_RANGE; "UNKNOWN" for a number that is no code. Static storage. */
+/* Returns a code's name: "RANGE" for ERR_RANGE, "UNKNOWN" for a number that is no code. Static
+ * storage. */
 const char *error_name(int code);
 
-/* What an errno of reading or writing is: NO_SPACE of a full disk or quota, MEMORY, else IO. */
+/* Returns the code for an errno of reading or writing: ERR_NO_SPACE for a full disk or quota,
+ * ERR_MEMORY, else ERR_IO. */
 int error_of_errno(int number);
 
-/* The sentence of a code. Static storage. */
+/* Returns the sentence of a code. Static storage. */
 const char *error_text(int code);
 
 /* Fills *fault (which may be NULL) and returns code, so that it can end a function. */

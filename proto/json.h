@@ -21,25 +21,27 @@ int json_read(const char *text, size_t size_bytes, size_t limit_bytes, json_t **
  * ERR_SYNTAX, ERR_RANGE, ERR_MEMORY, as of json_read. */
 int json_read_foreign(const char *text, size_t size_bytes, json_t **out);
 
-/* The text of a value, to be freed; NULL of NULL and without memory, also if some was missing since
- * this thread's last text: what was built meanwhile may lack members. So a value and its text are
- * of one thread and of one piece of work, and one that is kept for later is checked as it is built.
- * `flags`: jansson's JSON_COMPACT and others. In place of json_dumps, which in 2.14 takes no notice
- * when it finds no memory for the quote behind a key, and gives text without it. */
+/* Returns the text of a value, which the caller frees. NULL for NULL and without memory, also if
+ * memory was missing since this thread's last text: what was built meanwhile may lack members. So
+ * one thread builds a value and its text in one piece of work, and a value that is kept for later
+ * is checked as it is built. `flags` are jansson's, such as JSON_COMPACT. It replaces json_dumps,
+ * which in 2.14 leaves out the quote behind a key when there is no memory for it. */
 char *json_text(const json_t *value, size_t flags);
 
 /* Forgets earlier failures of this thread, at the start of a piece of work. */
 void json_begin(void);
 
-/* `text` as printable ASCII, other bytes as \xNN, cut with "..." to fit: for echoing input. */
+/* Writes `text` as printable ASCII, other bytes as \xNN, cut with "..." to fit. For echoing
+ * input. */
 void json_printable(const char *text, char *out, size_t capacity);
 
-/* A string of text that may quote input, which may be cut inside a UTF-8 sequence or be none at
- * all: jansson refuses such text, so every byte beyond ASCII is a question mark then. At most
- * LIMIT_DETAIL_BYTES of that. NULL without memory. */
+/* Returns a string of text that may quote input, at most LIMIT_DETAIL_BYTES of it; NULL without
+ * memory. jansson refuses text that is no UTF-8, as where it is cut inside a sequence; every byte
+ * beyond ASCII becomes a question mark then. */
 json_t *json_words(const char *text);
 
-/* "an object", "a number": for sentences about a value of the wrong type. Static storage. */
+/* Returns "an object", "a number", for sentences about a value of the wrong type. Static
+ * storage. */
 const char *json_type_name(const json_t *value);
 
 struct json_cursor {
@@ -59,7 +61,7 @@ struct json_member;
 typedef int (*json_member_read)(struct json_cursor *at, const struct json_member *member,
                                 const json_t *value, void *object);
 
-/* What an object may have. `read` stores the value at `offset` of the object. */
+/* A member that an object may have. `read` stores the value at `offset` of the object. */
 struct json_member {
     const char *name;
     json_member_read read;
@@ -82,11 +84,12 @@ void json_cursor_leave(struct json_cursor *at, size_t length);
 int json_cursor_refuse(struct json_cursor *at, int code, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* The same for a member of the object that the cursor stands at. */
+/* Does the same for a member of the object that the cursor stands at. */
 int json_cursor_refuse_member(struct json_cursor *at, const char *key, int code, const char *format,
                               ...) __attribute__((format(printf, 4, 5)));
 
-/* ERR_TYPE unless the value is of a type; `what` says what is expected: "a number". */
+/* Checks the type of a value. ERR_TYPE unless it is `type`; `what` says what is expected: "a
+ * number". */
 int json_cursor_expect(struct json_cursor *at, const json_t *value, json_type type,
                        const char *what);
 
@@ -95,18 +98,18 @@ int json_cursor_expect(struct json_cursor *at, const json_t *value, json_type ty
 int json_cursor_members(struct json_cursor *at, const json_t *value,
                         const struct json_member *table, void *object);
 
-/* A number in [min, max]. */
+/* Reads a number in [min, max]. */
 int json_cursor_number(struct json_cursor *at, const json_t *value, double min, double max,
                        double *out);
 
-/* A whole number in [min, max], which lie within +-2^53; 9.0 is one. */
+/* Reads a whole number in [min, max], which lie within +-2^53; 9.0 is one. */
 int json_cursor_whole(struct json_cursor *at, const json_t *value, int64_t min, int64_t max,
                       int64_t *out);
 
-/* A SHA-256 as 64 lower-case hexadecimal digits. */
+/* Reads a SHA-256 as 64 lower-case hexadecimal digits. */
 int json_cursor_digest(struct json_cursor *at, const json_t *value, struct digest *out);
 
-/* Readers for tables: where the value goes. */
+/* Readers for tables. They store the value in the member's field of the object. */
 int json_member_f32(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o);
 int json_member_f32x3(struct json_cursor *at, const struct json_member *m, const json_t *v,
                       void *o);
@@ -118,14 +121,14 @@ int json_member_bool(struct json_cursor *at, const struct json_member *m, const 
 int json_member_digest(struct json_cursor *at, const struct json_member *m, const json_t *v,
                        void *o);
 
-/* One of the words in `choices`, as uint32_t. */
+/* Reads one of the words in `choices`, as uint32_t. */
 int json_member_choice(struct json_cursor *at, const struct json_member *m, const json_t *v,
                        void *o);
 
-/* An object, read by `members` into the same object as its parent: offsets count from there. */
+/* Reads an object by `members` into the same object as its parent; offsets count from there. */
 int json_member_object(struct json_cursor *at, const struct json_member *m, const json_t *v,
                        void *o);
 
-/* ERR_UNSUPPORTED with `sentence`, whatever the value. */
+/* Refuses any value with ERR_UNSUPPORTED and `sentence`. */
 int json_member_unsupported(struct json_cursor *at, const struct json_member *m, const json_t *v,
                             void *o);

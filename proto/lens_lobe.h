@@ -4,10 +4,11 @@
  * (server/reconstruct/lighting/light_lookup.h). */
 #include <stdbool.h>
 
-/* Alphas of GGX within so much of each other. */
+/* The largest ratio of GGX alphas that are alike. */
 #define LENS_LOBE_ALPHA_RATIO 1.25f
 
-/* Alphas of two lobes, 0: there is none, which is like no other. */
+/* Returns whether two lobes are alike, by their alphas. An alpha of 0 means no lobe, which is like
+ * no other. */
 static inline bool lens_lobes_alike(float a, float b)
 {
     return a > 0.0f && a <= LENS_LOBE_ALPHA_RATIO * b && b <= LENS_LOBE_ALPHA_RATIO * a;

@@ -1,7 +1,7 @@
 #pragma once
-/* Where lens samples lie: points u of an aperture of radius 1, u[0] to the right as image columns
- * run, u[1] down as image rows do. The light field of a pixel (x, y) with slope s, in pixels per
- * unit of the lens (samples.h), then shows at (x, u) what a pinhole shows at x + s u.
+/* The positions of lens samples. Points u lie on an aperture of radius 1, with u[0] to the right as
+ * image columns run and u[1] down as image rows do. The light field of a pixel (x, y) with slope s,
+ * in pixels per unit of the lens (samples.h), then shows at (x, u) what a pinhole shows at x + s u.
  *
  * A ray of proto/plan.h's lens starts at eye + aperture_radius * (u[0] right - u[1] up).
  *
@@ -25,10 +25,11 @@ struct lens_aperture {
 
 void lens_aperture_init(const struct plan_camera *camera, struct lens_aperture *out);
 
-/* The height u[1] below which (towards -1) lies `share`, 0 .. 1, of the area. Error 2e-6. */
+/* Returns the height u[1] below which (towards -1) `share`, 0 .. 1, of the area lies. The error is
+ * 2e-6. */
 float lens_aperture_height(const struct lens_aperture *a, float share);
 
-/* The ends of the chord at a height; both the same where there is none. */
+/* Computes the ends of the chord at a height. They are the same where there is none. */
 void lens_aperture_chord(const struct lens_aperture *a, float height, float *left, float *right);
 
 /* Computes line i of l of `count` pixels with the jitters across[]: its height, and the part of
@@ -36,8 +37,8 @@ void lens_aperture_chord(const struct lens_aperture *a, float height, float *lef
 void lens_aperture_lines(const struct lens_aperture *a, uint32_t l, uint32_t i, uint32_t count,
                          const float *across, float *height, float *left, float *length);
 
-/* x^(2/3) for 0 <= x <= 1: three steps of Newton's from a guess that a third of the exponent makes.
- */
+/* Returns x^(2/3) for 0 <= x <= 1, by three steps of Newton's method. Its guess divides the
+ * exponent by 3. */
 static inline float lens_two_thirds(float x)
 {
     uint32_t bits;
@@ -50,8 +51,9 @@ static inline float lens_two_thirds(float x)
     return root * root;
 }
 
-/* A cap of a disc whose depth is h holds (4 sqrt2 / 3 pi) h^(3/2) (1 - 3 h / 20 - ...) of it. The
- * depth is q = (3 pi / (4 sqrt2) share)^(2/3) times a fit in q. */
+/* Does lens_aperture_height for a disc. A cap of a disc whose depth is h holds (4 sqrt2 / 3 pi)
+ * h^(3/2) (1 - 3 h / 20 - ...) of it. The depth is q = (3 pi / (4 sqrt2) share)^(2/3) times a fit
+ * in q. */
 static inline float lens_disc_height(float share)
 {
     const float least = share < 0.5f ? share : 1.0f - share;
@@ -66,7 +68,7 @@ static inline float lens_disc_height(float share)
     return share < 0.5f ? -height : height;
 }
 
-/* lens_aperture_lines of a disc. */
+/* Does lens_aperture_lines for a disc. */
 static inline void lens_disc_lines(uint32_t l, uint32_t i, uint32_t count,
                                    const float *restrict across, float *restrict height,
                                    float *restrict left, float *restrict length)
@@ -90,13 +92,13 @@ struct lens_pattern {
 
 void lens_pattern_init(struct lens_pattern *out, const struct plan *plan);
 
-/* The jitters of `count` pixels of row y from column x on: along[] of points on their line,
- * across[] of the lines. Point k of line i lies `pattern_axis(along, l, k)` of the way along the
- * chord at lens_aperture_height(pattern_axis(across, l, i)). */
+/* Computes the jitters of `count` pixels of row y from column x on: along[] of points on their
+ * line, across[] of the lines. Point k of line i lies `pattern_axis(along, l, k)` of the way along
+ * the chord at lens_aperture_height(pattern_axis(across, l, i)). */
 void lens_pattern_jitters(const struct lens_pattern *p, int32_t x, int32_t y, uint32_t count,
                           float *along, float *across);
 
-/* Point k of line i of a pixel. */
+/* Computes point k of line i of a pixel. */
 void lens_pattern_at(const struct lens_pattern *p, int32_t x, int32_t y, uint32_t i, uint32_t k,
                      float u[2]);
 

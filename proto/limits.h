@@ -25,7 +25,7 @@
 #define LIMIT_RADIANCE              1e12f     /* radiance, intensity or irradiance of a light */
 
 /* Memory of a coordinator. */
-#define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples that a frame keeps for more */
+#define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples kept under a target error */
 #define LIMIT_LENS_BYTES   4294967296ULL /* bytes of lens samples of a frame, all together */
 #define LIMIT_PATCH_BYTES  268435456ULL  /* bytes of samples that a thread works on at once */
 
@@ -81,10 +81,11 @@
 #define LIMIT_UPLOAD_MS        600000 /* ms that an upload may take to arrive */
 #define LIMIT_ANSWER_MS        20000  /* ms that the store may take to answer a request */
 #define LIMIT_UPLOAD_PACE                                                                          \
-    32768 /* bytes a second that an upload must bring after that of a request */
+    32768 /* bytes a second that an upload must bring after LIMIT_REQUEST_MS */
 
-/* Blocks of pictures as they go out: kept for all feeds of pictures in work; of a picture that has
- * ended, for feeds behind; of all pictures together. */
+/* Blocks of pictures in the form in which feeds send them, in bytes: those shared by all feeds of
+ * pictures in work, those kept of a picture that has ended for feeds that are behind, and those of
+ * all pictures together. */
 #define LIMIT_SHARED_PIXELS_BYTES (256u << 20)
 #define LIMIT_KEPT_PIXELS_BYTES   (256u << 20)
 #define LIMIT_PIXELS_BYTES        (512u << 20)

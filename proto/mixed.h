@@ -25,19 +25,20 @@ enum mixed_value {
     MIXED_VALUES_MAX = 7
 };
 
-/* Samples of a mixed pixel: a multiple of 16, at least as many as a light has strata, or as there
- * are bounce rays; under paths, twice as many as these, which know that much themselves. */
+/* Returns the number of samples of a mixed pixel, a multiple of 16. There are at least as many as a
+ * light has strata, or as there are bounce rays. Under paths there are twice as many as paths,
+ * which alone would tell the edge as well as so many samples. */
 #define MIXED_SAMPLES_MIN    16u
 #define MIXED_SAMPLES_A_PATH 2u
 uint32_t mixed_samples(const struct plan *plan);
 
-/* Samples of emission at a lamp's edge: a lamp many times as bright as white has to cover its
- * pixels to that part of a step of grey. */
+/* Returns the number of samples of emission at a lamp's edge. The brighter the lamp, the more an
+ * error of its coverage shows. */
 #define GLOW_SAMPLES_MIN 64u
 uint32_t mixed_glow_samples(const struct plan *plan);
 
-/* Samples where these meet nothing that shines beside a lamp, and where they meet so little that
- * the pixel is not white. */
+/* Samples of a pixel beside a lamp where these meet nothing that shines, and where they meet so
+ * little that the pixel is not white. */
 #define GLOW_SAMPLES_DIM    256u
 #define GLOW_SAMPLES_SLIVER 1024u
 

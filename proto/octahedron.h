@@ -4,15 +4,18 @@
 #include <math.h>
 #include <stdint.h>
 
-/* 2 x 16 bits, x in the low half; error below 5e-5 rad. `n` need not be unit, must not be zero. */
+/* Packs a direction into 2 x 16 bits, x in the low half; the error is below 5e-5 rad. `n` need not
+ * be unit, but must not be zero. */
 uint32_t octahedron_pack16(const float n[3]);
 void octahedron_unpack16(uint32_t packed, float n[3]);
 
-/* 2 x 8 bits; error below 0.013 rad. For matching surfaces, not for shading. */
+/* Packs one into 2 x 8 bits; the error is below 0.013 rad. For matching surfaces, not for
+ * shading. */
 uint16_t octahedron_pack8(const float n[3]);
 void octahedron_unpack8(uint16_t packed, float n[3]);
 
-/* The 8-bit code of what a 16-bit code stands for, without unpacking it; error below 0.02 rad. */
+/* Returns the 8-bit code of what a 16-bit code stands for, without unpacking it; the error is below
+ * 0.02 rad. */
 static inline uint32_t octahedron_coarsen(uint32_t packed)
 {
     const float x = (float)(int16_t)(packed & 0xffffu), y = (float)(int16_t)(packed >> 16);
@@ -21,7 +24,7 @@ static inline uint32_t octahedron_coarsen(uint32_t packed)
     return ((uint32_t)low & 0xffu) << 8 | ((uint32_t)left & 0xffu);
 }
 
-/* What both read: a code of `steps` to 1 and to -1 a coordinate. */
+/* Unpacks a code whose coordinates have `steps` steps from 0 to 1 and to -1. */
 static inline void octahedron_unpack(int32_t x, int32_t y, float steps, float n[3])
 {
     /* The lowest integer has no positive counterpart: it reads as -1 as well. */

@@ -21,6 +21,5 @@ enum packing_shuffle {
 size_t packing_pack(enum packing packing, enum packing_shuffle shuffle, const void *data,
                     size_t size_bytes, uint32_t element_bytes, uint8_t *room);
 
-/* False: packed_bytes do not become size_bytes. What a buffer declares of itself is believed when
- * that is its size. */
+/* Unpacks a buffer. False: packed_bytes do not become size_bytes. */
 bool packing_unpack(const uint8_t *packed, size_t packed_bytes, void *out, size_t size_bytes);

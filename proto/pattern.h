@@ -23,11 +23,11 @@ enum pattern_dimension {
     PATTERN_LIGHT_NET = 128, /* + light index: the same where strata are many */
 };
 
-/* The dimension that places l x l strata on a light. Pixels' jitters are a lattice, and what a
- * filter's shear adds to them makes another one, which may be anything: where the shear of one
- * pixel is near half a stratum, jitters of neighbours can come to lie on top of each other, over as
- * much of the picture as has that slope. With strata so narrow that this happens in wide penumbrae
- * jitters are a scrambled net, which no shear can fold. */
+/* The dimension that places l x l strata on a light. Pixels' jitters are a lattice, and a filter's
+ * shear turns them into another one, of any shape. Where the shear of one pixel is near half a
+ * stratum, jitters of neighbours can come to lie on top of each other, wherever the picture has
+ * that slope. Where strata are so narrow that this happens in wide penumbrae, jitters are a
+ * scrambled net, which no shear can fold. */
 #define PATTERN_NET_STRATA 6
 _Static_assert(PATTERN_LIGHT + LIMIT_LIGHTS <= PATTERN_LIGHT_NET, "dimensions of their own");
 static inline uint32_t pattern_light_dimension(uint32_t light, uint32_t l)
@@ -40,11 +40,11 @@ struct pattern {
     uint32_t frame;
 };
 
-/* The pixel's jitter in a dimension: both in [0,1). */
+/* Computes the pixel's jitter in a dimension, both numbers in [0,1). */
 void pattern_jitter(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension,
                     float out[2]);
 
-/* The jitters of `count` pixels at once, as pattern_jitter's two numbers each. */
+/* Computes the jitters of `count` pixels at once, with pattern_jitter's two numbers each. */
 void pattern_jitters(const struct pattern *p, const int32_t *x, const int32_t *y, uint32_t count,
                      uint32_t dimension, float *out0, float *out1);
 
@@ -54,7 +54,7 @@ struct pattern_lattice {
     uint64_t by[2][2], origin[2];
 };
 
-/* false: the dimension is no lattice but a net. */
+/* Returns false when the dimension is no lattice but a net. */
 bool pattern_lattice_init(const struct pattern *p, uint32_t dimension, struct pattern_lattice *out);
 
 static inline uint64_t pattern_lattice_phase(const struct pattern_lattice *l, int32_t x, int32_t y,
@@ -64,7 +64,7 @@ static inline uint64_t pattern_lattice_phase(const struct pattern_lattice *l, in
     return px * l->by[axis][0] + py * l->by[axis][1] + l->origin[axis];
 }
 
-/* Number `axis` of the pixel's jitter, as pattern_jitter has it. */
+/* Returns number `axis` of the pixel's jitter, as pattern_jitter has it. */
 static inline float pattern_lattice_jitter(const struct pattern_lattice *l, int32_t x, int32_t y,
                                            int axis)
 {
@@ -74,17 +74,19 @@ static inline float pattern_lattice_jitter(const struct pattern_lattice *l, int3
 /* Keeps stratum + jitter below the next stratum after rounding, for 256 strata an axis. */
 #define PATTERN_JITTER_MAX (65535.0f / 65536.0f)
 
-/* Stratum k of l along one axis, in [0,1): what pattern_stratum puts together from two axes. */
+/* Returns the position of stratum k of l along one axis, in [0,1). pattern_stratum combines two
+ * axes. */
 static inline float pattern_axis(float jitter, uint32_t l, uint32_t k)
 {
     return ((float)k + (jitter < PATTERN_JITTER_MAX ? jitter : PATTERN_JITTER_MAX)) / (float)l;
 }
 
-/* Sample i of l x l in the dimension: ((i % l + j0) / l, (i / l + j1) / l), both in [0,1). */
+/* Computes sample i of l x l in the dimension: ((i % l + j0) / l, (i / l + j1) / l), both in
+ * [0,1). */
 void pattern_stratum(const float jitter[2], uint32_t l, uint32_t i, float out[2]);
 
-/* Sample i of l x l with the strata visited in an order hashed from pixel and dimension, for
- * dimensions that must not move in step with another one. Both in [0,1). */
+/* Computes sample i of l x l with the strata visited in an order hashed from pixel and dimension,
+ * for dimensions that must not move in step with another one. Both in [0,1). */
 void pattern_shuffled(const struct pattern *p, int32_t x, int32_t y, uint32_t dimension, uint32_t l,
                       uint32_t i, float out[2]);
 
@@ -101,14 +103,14 @@ void pattern_deck_init(struct pattern_deck *deck, const struct pattern *p, int32
                        uint32_t dimension, uint32_t l);
 void pattern_deck_draw(const struct pattern_deck *deck, uint32_t i, float out[2]);
 
-/* Position of anti-aliasing ray k of `count` inside the pixel, in [0,1)^2; the primary ray itself
- * goes through (0.5, 0.5). */
+/* Computes the position of anti-aliasing ray k of `count` inside the pixel, in [0,1)^2; the primary
+ * ray itself goes through (0.5, 0.5). */
 void pattern_pixel(const struct pattern *p, int32_t x, int32_t y, uint32_t k, uint32_t count,
                    float out[2]);
 
-/* Number `axis` of point k of `count` all over a pixel: a lattice by the golden ratio, which the
- * pixel's jitter shifts around. Along either axis the points are spaced evenly, so that slivers
- * along a pixel's border get their share. */
+/* Returns number `axis` of point k of `count` all over a pixel: a lattice by the golden ratio,
+ * which the pixel's jitter shifts around. Along either axis the points are spaced evenly, so that
+ * slivers along a pixel's border get their share. */
 static inline float pattern_golden_at(const float jitter[2], uint32_t k, uint32_t count, int axis)
 {
     const float along =
@@ -117,7 +119,7 @@ static inline float pattern_golden_at(const float jitter[2], uint32_t k, uint32_
     return inside < 0x1.fffffep-1f ? inside : 0x1.fffffep-1f;
 }
 
-/* pattern_pixel for loops that place many: what is the frame's, once. */
+/* What pattern_pixel needs of a frame, computed once for loops that place many rays. */
 struct pattern_pixels {
     struct pattern_lattice lattice;
     uint64_t step; /* from ray to ray on the way around a pixel */
@@ -135,10 +137,10 @@ static inline float pattern_unit(uint64_t fraction)
     return (float)(int32_t)(fraction >> 40) * 0x1p-24f;
 }
 
-/* Number `axis` of pattern_pixel's: a point on the edge of a square around the pixel's centre,
- * counter-clockwise from its lower right corner. All edges are equally far from the centre, so area
- * grows evenly with the way along them, and with the square of the distance: rays spaced evenly
- * around the pixel, each still uniform over it. */
+/* Returns number `axis` of pattern_pixel's position: a point on the edge of a square around the
+ * pixel's centre, counter-clockwise from its lower right corner. All edges are equally far from the
+ * centre, so area grows evenly with the way along them, and with the square of the distance: rays
+ * spaced evenly around the pixel, each still uniform over it. */
 static inline float pattern_pixels_at(const struct pattern_pixels *p, int32_t x, int32_t y,
                                       uint32_t k, int axis)
 {

@@ -26,7 +26,7 @@ enum path_dimension {
     PATH_ROULETTE = 3,  /* first: whether the path goes on; second: which texel or triangle */
 };
 
-/* An avalanche of 32 bits (lowbias32 of Wellons 2018). */
+/* Mixes 32 bits, so that each depends on all (lowbias32 of Wellons 2018). */
 static inline uint32_t path_mix(uint32_t x)
 {
     x ^= x >> 16;
@@ -46,7 +46,7 @@ static inline uint32_t path_reverse(uint32_t x)
     return x << 16 | x >> 16;
 }
 
-/* A bijection in which a bit depends on lower bits only: on reversed numbers this is what Owen
+/* Permutes numbers so that a bit depends on lower bits only. On reversed numbers this is what Owen
  * scrambling does (form of Laine and Karras 2011, constants of Vegdahl 2021). */
 static inline uint32_t path_permute(uint32_t x, uint32_t seed)
 {
@@ -58,8 +58,8 @@ static inline uint32_t path_permute(uint32_t x, uint32_t seed)
     return x;
 }
 
-/* The second Sobol' dimension's digits, lowest first: bit j is the sum modulo 2 of all bits b of x
- * for which the binomial b over j is odd, which by Lucas is where j's bits are among b's. */
+/* Returns the second Sobol' dimension's digits, lowest first. Bit j is the sum modulo 2 of all bits
+ * b of x for which the binomial b over j is odd, which by Lucas is where j's bits are among b's. */
 static inline uint32_t path_pascal(uint32_t x)
 {
     x ^= x >> 1 & 0x55555555u;
@@ -74,7 +74,7 @@ static inline float path_unit(uint32_t bits)
     return (float)(int32_t)(bits >> 8) * 0x1p-24f;
 }
 
-/* What pairs of a pixel in a dimension are scrambled by. */
+/* The seeds that scramble a pixel's pairs in a dimension. */
 struct path_seeds {
     uint32_t order, u, v;
 };
@@ -92,7 +92,7 @@ static inline void path_seeded_pair(struct path_seeds seeds, uint32_t sample, fl
     *v = path_unit(path_reverse(path_permute(path_pascal(index), seeds.v)));
 }
 
-/* The pair of sample `sample` in `dimension`, for the pixel that path_key named. */
+/* Computes the pair of sample `sample` in `dimension`, for the pixel that path_key named. */
 static inline void path_pair(uint32_t key, uint32_t sample, uint32_t dimension, float *u, float *v)
 {
     path_seeded_pair(path_seeds_of(key, dimension), sample, u, v);
@@ -101,14 +101,14 @@ static inline void path_pair(uint32_t key, uint32_t sample, uint32_t dimension, 
 /* What a ray is for, as far as its random numbers at blended surfaces go. */
 enum path_ray { PATH_RAY_NEXT = 1, PATH_RAY_SHADOW = 2, PATH_RAY_OCCLUSION = 3 };
 
-/* The key of a ray after `depth` scatterings; never 0. */
+/* Returns the key of a ray after `depth` scatterings; never 0. */
 static inline uint32_t path_ray_key(uint32_t key, uint32_t sample, uint32_t depth,
                                     enum path_ray ray)
 {
     return path_mix(path_mix(key + 0x27d4eb2fu * (uint32_t)ray) ^ (sample << 8 | depth)) | 1u;
 }
 
-/* A pixel's key. */
+/* Returns a pixel's key. */
 static inline uint32_t path_key(uint64_t seed, uint32_t frame, int32_t x, int32_t y)
 {
     uint32_t h = path_mix((uint32_t)seed + 0x9e3779b9u);
@@ -118,7 +118,8 @@ static inline uint32_t path_key(uint64_t seed, uint32_t frame, int32_t x, int32_
     return path_mix(h + (uint32_t)y * 0xc2b2ae35u);
 }
 
-/* A pixel's place along a curve that visits neighbours one after the other (Morton). */
+/* Spreads the low 16 bits to even places, for a pixel's place along the Morton curve, which visits
+ * neighbours one after the other. */
 static inline uint32_t path_spread_bits(uint32_t x)
 {
     x = (x | x << 8) & 0x00ff00ffu;
@@ -156,7 +157,7 @@ static inline struct path_places path_places_of(uint64_t seed, uint32_t frame, i
                                 path_morton(x & low, y & low) << digits, digits};
 }
 
-/* The same of pixels that have 2^more times as many samples, from a sequence of their own. */
+/* Does the same for pixels that have 2^more times as many samples, from a sequence of their own. */
 static inline struct path_places path_edge_places_of(uint64_t seed, uint32_t frame, int32_t x,
                                                      int32_t y, uint32_t spp, uint32_t more)
 {
@@ -179,8 +180,8 @@ static inline uint32_t path_place_sample(struct path_places p, uint32_t sample)
     return p.first | (sample & ((1u << p.digits) - 1));
 }
 
-/* The key of what one sequence gives to all pixels of a frame for their glossy lobes: pixel i of
- * the curve has samples i n to i n + n - 1, so that neighbours make up for each other's gaps
+/* Returns the key of the sequence that all pixels of a frame share for their glossy lobes. Pixel i
+ * of the curve has samples i n to i n + n - 1, so that neighbours make up for each other's gaps
  * (docs/reconstruction.md, Sample positions: half the samples' worth). */
 static inline uint32_t path_frame_key(uint64_t seed, uint32_t frame)
 {
@@ -189,14 +190,14 @@ static inline uint32_t path_frame_key(uint64_t seed, uint32_t frame)
     return path_mix(h ^ frame * 0x85ebca6bu);
 }
 
-/* The key of a pixel's paths that leave its glossy lobe. */
+/* Returns the key of a pixel's paths that leave its glossy lobe. */
 static inline uint32_t path_glossy_key(uint32_t pixel_key)
 {
     return path_mix(pixel_key + 0x510e527fu);
 }
 
-/* The key of the same pixel's light field of indirect light: its paths must not share numbers with
- * those that the camera sends through the pixel, to which they are added. */
+/* Returns the key of the same pixel's light field of indirect light. Its paths must not share
+ * numbers with those that the camera sends through the pixel, to which they are added. */
 static inline uint32_t path_field_key(uint32_t pixel_key)
 {
     return path_mix(pixel_key + 0x7f4a7c15u);

@@ -97,7 +97,7 @@ struct plan_paths {
                              are mixed pixels */
 };
 
-/* Most of plan_paths.edge_digits. */
+/* The largest plan_paths.edge_digits. */
 #define PLAN_EDGE_DIGITS_MAX 4u
 
 /* How light fields of rectangle lights become pictures; of reconstruction, not of tracing. */
@@ -118,24 +118,25 @@ enum indirect_filter {
     INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
 };
 
-/* Of INDIRECT_FILTER_ADAPTIVE, all 0 under other filters: when the schedule's passes have landed,
- * each pixel gets a second set of bounce rays, and of rays of its glossy lobe, as many as what the
- * first met asks for. */
+/* For INDIRECT_FILTER_ADAPTIVE; all 0 under other filters. When the schedule's passes have landed,
+ * each pixel gets a second set of bounce rays, and of rays of its glossy lobe. Its size follows
+ * from what the first set met. */
 struct plan_adaptive {
     float mu;          /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
     uint32_t rays_max; /* of a pixel, of each kind, in both sets, to LIMIT_SPP */
 };
 
-/* The sharpest facets, by their alpha, whose lobe is a glossy one. */
+/* The least alpha of facets whose lobe is a glossy one. */
 #define GLOSSY_ALPHA_MIN 0.01f
 
-/* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.
- * docs/reconstruction.md, Glossy lobes. */
+/* How the light of paths becomes a picture; of reconstruction, not of tracing. */
 enum residual_filter {
     RESIDUAL_FILTER_NONE = 0,
     RESIDUAL_FILTER_HALVES = 1 /* non-local means over two halves of the samples */
 };
 
+/* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.
+ * docs/reconstruction.md, Glossy lobes. */
 enum glossy_filter {
     GLOSSY_FILTER_NONE = 0,        /* the plain average */
     GLOSSY_FILTER_VIRTUAL_HIT = 1, /* by what the neighbours' lobes see of the same points */
@@ -150,9 +151,10 @@ enum lens_filter {
     LENS_FILTER_SHEARED = 2
 };
 
-/* Which light of what lens samples see comes of light fields of pixel centres, traced from the
- * middle of the lens and filtered; a sample whose point no pixel centre shows keeps its path's. Of
- * tracing and of reconstruction. docs/reconstruction.md, Light through the lens. */
+/* Which light of the points that lens samples see comes from light fields of pixel centres. These
+ * are traced from the middle of the lens and filtered. A sample whose point no pixel centre shows
+ * keeps its path's light. Tracing and reconstruction both go by it. docs/reconstruction.md, Light
+ * through the lens. */
 enum lens_relight {
     LENS_RELIGHT_OWN = 0,      /* none: every sample is lit by its own path */
     LENS_RELIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
@@ -165,7 +167,7 @@ enum lens_relight {
 /* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
 #define LENS_RELIGHT_SLOPE_MAX 24.0f
 
-/* Of an environment what is above so many times its mean luminance is a sun, not soft. */
+/* Where an environment is above so many times its mean luminance, it is a sun, not soft light. */
 #define PLAN_SKY_SOFT_TIMES 12.0f
 
 /* The most mirrors that a camera ray is followed through. */
@@ -231,13 +233,13 @@ struct plan {
 
 void plan_encode(struct bytes_writer *w, const struct plan *plan);
 
-/* 0 or ERR_TRUNCATED, ERR_TRAILING, ERR_LIMIT, ERR_RANGE, ERR_NOT_FINITE; *fault names the field.
- * A decoded plan is safe to trace: camera and light vectors finite and not degenerate, all counts
- * within limits.h, planes consistent with bounces and sub_samples. */
+/* Reads a plan. Returns 0 or ERR_TRUNCATED, ERR_TRAILING, ERR_LIMIT, ERR_RANGE, ERR_NOT_FINITE;
+ * *fault names the field. A decoded plan is safe to trace: camera and light vectors finite and not
+ * degenerate, all counts within limits.h, planes consistent with bounces and sub_samples. */
 int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fault *fault);
 
-/* All that plan_decode demands of a plan whose light_count is within limits. ERR_RANGE, ERR_LIMIT
- * or ERR_NOT_FINITE; *fault names the field. */
+/* Checks all that plan_decode demands of a plan whose light_count is within limits. ERR_RANGE,
+ * ERR_LIMIT or ERR_NOT_FINITE; *fault names the field. */
 int plan_check(const struct plan *plan, struct fault *fault);
 
 /* Check a camera and a light as plan_decode does, for other readers of such fields. They must be
@@ -246,7 +248,7 @@ int plan_check(const struct plan *plan, struct fault *fault);
 int plan_camera_check(const struct plan_camera *camera, const char *place, struct fault *fault);
 int plan_light_check(const struct plan_light *light, const char *place, struct fault *fault);
 
-/* Returns those of light_planes that light k has. A rectangle has strata, from which a shadow
+/* Returns those of light_planes that a light has. A rectangle has strata, from which a shadow
  * filter makes its irradiance. A light without area has irradiance alone. */
 uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 
@@ -254,10 +256,10 @@ uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
                      float direction[3]);
 
-/* Passes of the frame: 1 without paths. Pass p traces samples first .. first + count - 1 of every
- * pixel (none beyond the last pass, and none without paths); the schedule (16, 16, 32,
- * then LIMIT_PASS_SPP each, the last cut) is a function of the plan alone, so that the picture
- * forms early and leases stay short. All planes but those of paths belong to pass 0. */
+/* Returns the number of passes of the frame, 1 without paths. Pass p traces samples first .. first
+ * + count - 1 of every pixel (none beyond the last pass, and none without paths); the schedule (16,
+ * 16, 32, then LIMIT_PASS_SPP each, the last cut) is a function of the plan alone, so that the
+ * picture forms early and leases stay short. All planes but those of paths belong to pass 0. */
 uint32_t plan_pass_count(const struct plan *plan);
 void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, uint32_t *count);
 
@@ -272,13 +274,13 @@ struct plan_pass {
                              below either; NULL unless plan_strata_maps says that there are both */
 };
 
-/* The most that a pixel's l can be in a second set. */
+/* The largest l of a pixel in a second set. */
 #define PLAN_STRATA_MAX UINT8_MAX
 
 /* l of all pixels that have a second set through the lens. */
 #define PLAN_LENS_EXTRA_STRATA 6u
 
-/* The pass that the schedule has under a number below plan_pass_count. */
+/* Returns the pass that the schedule has under a number below plan_pass_count. */
 struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number);
 
 /* The parts of a pass that PATH_HALF_DIFFERENCE2 cuts into halves: `count` of them from sample
@@ -307,16 +309,17 @@ int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
  * without INDIRECT_FILTER_ADAPTIVE and lens_extra. */
 uint32_t plan_strata_maps(const struct plan *plan);
 
-/* 0, or ERR_RANGE for maps of `area` pixels that are not the pass's: above its strata, or all
- * below. */
+/* Checks strata maps of `area` pixels. ERR_RANGE for maps that are not the pass's: above its
+ * strata, or all below. */
 int plan_strata_map_check(const struct plan_pass *pass, size_t area);
 
-/* Planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of paths in
- * other passes, and after the schedule what bounce rays measure, too. */
+/* Returns the planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of
+ * paths in other passes, and after the schedule what bounce rays measure, too. */
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number);
 
-/* Samples of a pixel that passes 0 .. passes - 1 hold; 0 without paths. */
+/* Returns the number of samples of a pixel in passes 0 .. passes - 1; 0 without paths. */
 uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);
 
-/* World size of a pixel at `distance` along a unit camera ray (constant when orthographic). */
+/* Returns the world size of a pixel at `distance` along a unit camera ray (constant when
+ * orthographic). */
 float plan_pixel_size(const struct plan *plan, float distance);

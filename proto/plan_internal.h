@@ -32,5 +32,5 @@ int plan_field_word(const struct plan_field *at, const char *field, uint32_t v, 
 int plan_field_bits(const struct plan_field *at, const char *field, uint64_t v, uint64_t none,
                     uint64_t known);
 
-/* Part of plan_check: filters know what they read, and what they read is there. */
+/* Checks, for plan_check, that filters are known and that the planes that they read are there. */
 int plan_filters_check(const struct plan_field *at, const struct plan *plan);

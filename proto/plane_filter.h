@@ -16,12 +16,12 @@ enum plane_filter {
     PLANE_FILTER_COUNT
 };
 
-/* Which leaves the fewest bits of width_px * height_px numbers of element_bytes (1, 2, 4), by some
- * of their rows. A pure function of the numbers. */
+/* Returns the filter that leaves the fewest bits of width_px * height_px numbers of element_bytes
+ * (1, 2, 4), judged by some of their rows. It depends on the numbers alone. */
 enum plane_filter plane_filter_choose(const void *numbers, uint32_t element_bytes, int32_t width_px,
                                       int32_t height_px);
 
-/* Writes them into out, which overlaps nothing. */
+/* Writes the filtered numbers into out, which overlaps nothing. */
 void plane_filter_apply(enum plane_filter filter, const void *numbers, uint32_t element_bytes,
                         int32_t width_px, int32_t height_px, void *out);
 

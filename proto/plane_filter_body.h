@@ -13,7 +13,7 @@ static inline NUMBER NAMED(unfold)(NUMBER folded)
     return (NUMBER)((NUMBER)(folded >> 1) ^ (NUMBER)(0 - (NUMBER)(folded & 1)));
 }
 
-/* `count` numbers that one lies before; of the last, as many in the row above, too. */
+/* Filter `count` numbers that another one precedes. The last function needs a row above, too. */
 static inline void NAMED(left)(const NUMBER *in, size_t count, NUMBER *restrict out)
 {
     for (size_t i = 0; i < count; i++) {
@@ -40,7 +40,7 @@ static inline void NAMED(gradient)(const NUMBER *in, const NUMBER *above, size_t
     }
 }
 
-/* A row that one lies above. */
+/* Filters a row that has another one above it. */
 static inline void NAMED(gradient_row)(const NUMBER *in, size_t width, NUMBER *restrict out)
 {
     const NUMBER *above = in - width;
@@ -48,7 +48,7 @@ static inline void NAMED(gradient_row)(const NUMBER *in, size_t width, NUMBER *r
     NAMED(gradient)(in + 1, above + 1, width - 1, out + 1);
 }
 
-/* Bits from the highest one that is set on, all together; numbers of 32 bits count by half. */
+/* Returns the sum of the numbers' bit lengths; of 32 bits each counts by half. */
 static inline uint64_t NAMED(count)(const NUMBER *restrict in, size_t end)
 {
     int32_t sum = 0;
@@ -101,7 +101,7 @@ static void NAMED(apply)(enum plane_filter filter, const NUMBER *restrict in, si
         NAMED(gradient_row)(in + y * width, width, out + y * width);
 }
 
-/* Sums of numbers from the first on. */
+/* Replaces each number by the sum up to it. */
 static inline void NAMED(add_up)(NUMBER *numbers, size_t count)
 {
     NUMBER sum = 0;

@@ -10,7 +10,7 @@
  * cross a network (plane_filter.h). A plane whose samples are all the default (zero bits) need not
  * be sent: its bit in the tile's masks is then clear.
  *
- * What a plane holds, and how many bytes a pixel takes, PROTOCOL.md says in section 5. */
+ * Section 5 of PROTOCOL.md says what a plane holds, and how many bytes a pixel takes. */
 #include "proto/lone.h"
 #include "proto/mixed.h"
 #include "proto/packing.h"
@@ -109,7 +109,7 @@ uint32_t samples_type_bytes(enum samples_type type);
     (PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE) | PLANE_BIT(LENS_COVERAGE) |                 \
      PLANES_LENS_SURFACE)
 
-/* The same, and what fields of glossy lobes light. */
+/* The same, and the lobes that fields of glossy lobes light. */
 #define PLANES_LENS_ALL (PLANES_LENS | PLANE_BIT(LENS_LOBE))
 
 /* The planes of these that describe surfaces. */
@@ -167,7 +167,8 @@ uint32_t samples_type_bytes(enum samples_type type);
 /* Returns how many components a plane has under the plan; 0: the plan does not ask for it. */
 uint32_t samples_components(const struct plan *plan, uint32_t slot);
 
-/* Where each plane lies. Offsets in bytes from the start of the data; SAMPLES_ABSENT if absent. */
+/* Where each plane lies. Offsets are in bytes from the start of the data; SAMPLES_ABSENT: there is
+ * no such plane. */
 #define SAMPLES_ABSENT UINT32_MAX
 struct samples_layout {
     int32_t width_px, height_px;
@@ -185,12 +186,13 @@ struct samples_layout {
     uint32_t total_bytes;
 };
 
-/* All planes that the plan asks for in this pass (plan_pass_planes), for a tile of w x h. ERR_LIMIT
- * when it would not fit a frame were all sub-samples lone and all pixels mixed. */
+/* Lays out all planes that the plan asks for in this pass (plan_pass_planes), for a tile of w x h.
+ * ERR_LIMIT when the result would not fit a wire frame were all sub-samples lone and all pixels
+ * mixed. */
 int samples_layout_init(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
                         int32_t width_px, int32_t height_px);
 
-/* The same with only the planes in `planes` and `light_planes` (a subset of the pass's). */
+/* Does the same with only the planes in `planes` and `light_planes` (a subset of the pass's). */
 int samples_layout_subset(struct samples_layout *layout, const struct plan *plan, uint32_t pass,
                           int32_t width_px, int32_t height_px, uint64_t planes,
                           const uint8_t *light_planes);
@@ -202,22 +204,22 @@ struct samples {
     struct sparse_list *mixed; /* owned; of layout.mixed_values; NULL: no pixel is mixed */
 };
 
-/* What planes and lists hold. */
+/* Returns the size of planes and lists. */
 size_t samples_bytes(const struct samples *s);
 
-/* What places of lone sub-samples are below. */
+/* Returns the bound that places of lone sub-samples are below. */
 uint32_t samples_lone_places(const struct samples_layout *layout);
 
-/* The same of entries of mixed pixels. */
+/* Does the same for entries of mixed pixels. */
 uint32_t samples_mixed_places(const struct samples_layout *layout);
 
-/* Zeroed buffer. Owned by the caller; destroy nulls the pointer. */
+/* Creates a zeroed buffer. The caller owns it; destroy nulls the pointer. */
 int samples_create(const struct samples_layout *layout, struct samples **out);
 void samples_destroy(struct samples **s);
 
-/* Component c of a plane, w*h elements; NULL when the plane is absent. Of a plane of sub-samples,
- * strata or lens samples c is sample * components + component. The type must be the plane's
- * (asserted); f16 are read as u16. */
+/* Returns component c of a plane, w*h elements; NULL when the plane is absent. In a plane of
+ * sub-samples, strata or lens samples, c is sample * components + component. The type must be the
+ * plane's (asserted); f16 are read as u16. */
 void *samples_component(const struct samples *s, uint32_t slot, uint32_t component);
 float *samples_f32(const struct samples *s, enum plane_id plane, uint32_t component);
 uint32_t *samples_u32(const struct samples *s, enum plane_id plane, uint32_t component);

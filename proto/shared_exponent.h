@@ -19,7 +19,7 @@ static inline float shared_exponent_power(int32_t e)
     return power;
 }
 
-/* The power of two that mantissas of exponent 0 count. */
+/* Returns the exponent of the power of two that mantissas of exponent 0 count. */
 static inline int32_t shared_exponent_min(int mantissa_bits)
 {
     return mantissa_bits == SHARED_EXPONENT_9 ? -24 : -126;
@@ -30,8 +30,9 @@ static inline uint32_t shared_exponent_max(int mantissa_bits)
     return mantissa_bits == SHARED_EXPONENT_9 ? 31 : 245;
 }
 
-/* Mantissas of r, g, b from the lowest bits on, above them the exponent; `up`, each in [0, 1), is
- * added before they are cut. What is negative or no number is 0; what is too large the most. */
+/* Packs r, g, b as mantissas from the lowest bits on, and the exponent above them. `up`, in [0, 1),
+ * is added to each before it is cut. Negative numbers and NaN become 0, too large ones the
+ * largest. */
 static inline uint32_t shared_exponent_pack_up(const float rgb[3], int mantissa_bits,
                                                const float up[3], float most_up)
 {
@@ -64,8 +65,8 @@ static inline uint32_t shared_exponent_pack(const float rgb[3], int mantissa_bit
     return shared_exponent_pack_up(rgb, mantissa_bits, (const float[]){0.5f, 0.5f, 0.5f}, 0.5f);
 }
 
-/* Up or down by eight random bits for each number, the lowest 24, so that the mean over all of them
- * is the number, to 1/512 of a step. What is exact stays. */
+/* Rounds up or down by eight random bits for each number, the lowest 24, so that the mean over all
+ * of them is the number, to 1/512 of a step. Exact numbers stay. */
 static inline uint32_t shared_exponent_pack_random(const float rgb[3], int mantissa_bits,
                                                    uint32_t random)
 {

@@ -1,7 +1,7 @@
 #pragma once
-/* Do two samples show the same surface? The worker, which shades sub-samples that no pixel around
- * them shows, and reconstruction, which lights all others by these pixels, decide it by the same
- * numbers: as they travel in planes.
+/* Decides whether two samples show the same surface. The worker shades sub-samples that no pixel
+ * around them shows, and reconstruction lights all others by these pixels. Both decide by the same
+ * numbers, those that travel in planes.
  *
  * Points are in camera space (right, up, forward), relative to the eye, so that large coordinates
  * cost no precision. */
@@ -28,37 +28,37 @@ struct surface_view {
 
 void surface_view_init(struct surface_view *view, const struct plan *plan);
 
-/* World size of a pixel at a distance. */
+/* Returns the world size of a pixel at a distance. */
 static inline float surface_pixel_size(const struct surface_view *view, float distance)
 {
     return view->orthographic ? view->pixel_size : view->pixel_size * distance;
 }
 
-/* Distances from here on, of which squares would not be finite, are as if they were this. */
+/* Larger distances, whose squares might not be finite, count as this. */
 #define SURFACE_DISTANCE_MAX 1e16f
 static inline float surface_distance(float distance)
 {
     return distance < SURFACE_DISTANCE_MAX ? distance : SURFACE_DISTANCE_MAX;
 }
 
-/* A sub-sample's distance of PLANE_SUB_DEPTH's number and the distance of its pixel, 0 for none;
- * 0 of SUB_DEPTH_MISS. */
+/* Returns a sub-sample's distance from its number in PLANE_SUB_DEPTH and the distance of its pixel,
+ * 0 for none. SUB_DEPTH_MISS gives 0. */
 static inline float surface_sub_distance(float relative, float pixel, float length_unit)
 {
     const float reference = pixel > 0.0f ? pixel : length_unit;
     return surface_distance((relative + 1.0f) * reference);
 }
 
-/* A pixel's id as a sub-sample's plane has it: 0 is no surface there, so low bits of 0 read 0xffff.
- */
+/* Returns a pixel's id as a sub-sample's plane has it. 0 means no surface there, so low bits of 0
+ * read 0xffff. */
 static inline uint32_t surface_sub_id(uint32_t id)
 {
     const uint32_t low = id & 0xffffu;
     return low != 0 ? low : 0xffffu;
 }
 
-/* What is seen at `distance` along the ray through image position (px, py): its normal along the
- * world's axes. */
+/* Sets what is seen at `distance` along the ray through image position (px, py); `normal` is along
+ * the world's axes. */
 void shown_surface_init(const struct surface_view *view, float px, float py, float distance,
                         const float normal[3], uint32_t id, struct shown_surface *out);
 
@@ -83,8 +83,8 @@ float surface_match(const struct surface_view *view, const struct shown_surface 
 float surface_mismatch(const struct surface_view *view, const struct shown_surface *sub,
                        const struct shown_surface *pixel);
 
-/* How a pixel's surface stands to its ray: computed once a pixel, when first asked for. Starts as
- * zeros. */
+/* The angle between a pixel's surface and its ray, computed once a pixel, when first asked for. It
+ * starts as zeros. */
 struct surface_facing {
     bool known;
     float along, across; /* |cos| and at least the sine of the angle between ray and normal */
@@ -105,18 +105,18 @@ static inline float surface_allowed(const struct surface_view *view, float pixel
            surface_pixel_size(view, pixel > sub ? pixel : sub);
 }
 
-/* surface_near's first question: SURFACE_NEAR of two distances above 0, however the surface faces.
- */
+/* Answers surface_near's first question: whether two distances above 0 are SURFACE_NEAR however the
+ * surface faces. */
 static inline bool surface_near_anyhow(const struct surface_view *view, float pixel, float sub)
 {
     return surface_corner(view, sub) + fabsf(sub - pixel) <= surface_allowed(view, pixel, sub);
 }
 
 /* Whether a sub-sample anywhere in a pixel is sure to have surface_match 1 with it as far as points
- * go, by the two distances along their rays: with r and r' the unit rays, x' - x = d'(r' - r) +
- * (d' - d) r. Its part along n is at most d'|r' - r| sin + |d' - d| cos, cos = |r.n|, up to |r' -
- * r| itself in the sine; |r' - r| is at most a corner's pixels. With any cos, both factors are at
- * most 1: asked first. */
+ * go, by the two distances along their rays: with r and r' the unit rays, x' - x = d'(r' - r) + (d'
+ * - d) r. Its part along n is at most d'|r' - r| sin + |d' - d| cos, cos = |r.n|, up to |r' - r|
+ * itself in the sine; |r' - r| is at most a corner's pixels. Both factors are at most 1 with any
+ * cos, which is asked first. */
 enum surface_nearness { SURFACE_FAR, SURFACE_NEAR, SURFACE_NEAR_IF_FACING };
 static inline enum surface_nearness surface_near(const struct surface_view *view, float pixel,
                                                  float sub)

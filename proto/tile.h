@@ -23,7 +23,7 @@ static inline int64_t rect_area(struct rect r)
     return (int64_t)rect_width(r) * rect_height(r);
 }
 
-/* May be empty: x1 <= x0 or y1 <= y0. */
+/* Returns what both have, which may be empty: x1 <= x0 or y1 <= y0. */
 struct rect rect_intersect(struct rect a, struct rect b);
 bool rect_is_empty(struct rect r);
 struct rect rect_grow(struct rect r, int32_t by_px);
@@ -35,7 +35,7 @@ struct tile_grid {
     int32_t columns, rows;
 };
 
-/* ERR_RANGE for sides outside limits.h. */
+/* Cuts an image into tiles. ERR_RANGE for sides outside limits.h. */
 int tile_grid_init(struct tile_grid *g, int32_t width_px, int32_t height_px, int32_t side_px);
 uint32_t tile_grid_count(const struct tile_grid *g);
 struct rect tile_grid_rect(const struct tile_grid *g, uint32_t index);

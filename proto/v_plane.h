@@ -16,19 +16,20 @@
 /* Numbers nearer to the ends count as these: |v1| stays below 2^12, |v2| below 2^21. */
 #define V_PLANE_END 0x1p-24f
 
-/* a and sqrt(1 - a^2): v1 = side / height. */
+/* Computes a and sqrt(1 - a^2), of which v1 = side / height. */
 void v_plane_column(float u, float *side, float *height);
 
-/* Sine and cosine of theta / 2. */
+/* Computes the sine and cosine of theta / 2. */
 void v_plane_row(float v, float *sine, float *cosine);
 
-/* The same of `count` numbers; no array overlaps another. */
+/* Does the same for `count` numbers; no array overlaps another. */
 void v_plane_rows(const float *v, uint32_t count, float *sine, float *cosine);
 
-/* Tangents of a unit normal n, all in the camera's axes (right, up, back): Frisvad 2012, "Building
- * an orthonormal basis from a 3D unit vector without normalization". Its pole, n = (0, 0, -1), lies
- * where no visible normal points; nearer to it than V_PLANE_POLE 1 / (1 + n_z) has lost its digits.
- * Bounce rays of light fields are given around them, so that workers and filters must agree. */
+/* Computes tangents of a unit normal n, all in the camera's axes (right, up, back); Frisvad 2012,
+ * "Building an orthonormal basis from a 3D unit vector without normalization". Its pole, n = (0, 0,
+ * -1), lies where no visible normal points; nearer to it than V_PLANE_POLE 1 / (1 + n_z) has lost
+ * its digits. Bounce rays of light fields are given around them, so that workers and filters must
+ * agree. */
 #define V_PLANE_POLE (-0.9999f)
 static inline void v_plane_tangents(float x, float y, float z, float first[3], float second[3])
 {
@@ -42,7 +43,7 @@ static inline void v_plane_tangents(float x, float y, float z, float first[3], f
     second[2] = pole ? 0.0f : -y;
 }
 
-/* The unit direction around +z of a column and a row. */
+/* Computes the unit direction around +z of a column and a row. */
 static inline void v_plane_direction(float side, float height, float sine, float cosine,
                                      float direction[3])
 {

@@ -162,10 +162,10 @@ struct job {
     uint32_t spp;              /* 1..LIMIT_SPP, rounded up to a square; default 9 */
     uint32_t light_spp, indirect_spp, lens_spp; /* 0: spp */
     uint32_t lens_extra; /* paths a pixel, in the mean, of second sets through the lens; 0: none */
-    float target_error;  /* RMS over pixels and channels of the picture's estimated error, over its
-                            mean luminance, until which sampling goes on; 0: none */
-    uint32_t max_spp; /* paths, and bounce rays, that a pixel may come to get; 0 without a target,
-                         with one LIMIT_SPP at most, default JOB_MAX_SPP */
+    float target_error;  /* sampling goes on until the estimated error, as its RMS over pixels and
+                            channels over the picture's mean luminance, is at most this; 0: none */
+    uint32_t max_spp; /* most paths, and most bounce rays, of a pixel; 0 without a target; with one
+                         up to LIMIT_SPP, default JOB_MAX_SPP */
     uint64_t seed;    /* 0..2^53; default 1 */
     enum filter_method method;                     /* default auto */
     enum indirect_method indirect;                 /* default auto */

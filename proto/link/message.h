@@ -61,8 +61,8 @@ struct message_tile {
     uint64_t frame_id;
     uint32_t index;
     uint32_t generation;
-    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h); strata maps do
-                              not travel with it, but as */
+    struct plan_pass pass; /* first, count and strata all 0: the schedule's (plan.h); its strata
+                              maps travel as `counts` */
     struct rect rect;
     const uint8_t *counts; /* count_map.h of the pass's strata maps; borrowed */
     uint32_t counts_bytes; /* 0: the pass has none */
@@ -147,7 +147,7 @@ struct message_tile_fault {
     char text[LIMIT_DETAIL_BYTES];
 };
 
-/* "HELLO" for 1; NULL for an unknown number. */
+/* Returns the name of a message: "HELLO" for 1, NULL for an unknown number. */
 const char *message_name(uint16_t type);
 
 /* One pair a message: encode appends the payload (without the frame header) to w, whose `failed`

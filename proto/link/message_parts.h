@@ -15,10 +15,11 @@ static inline struct bytes_reader message_reader(const void *payload, size_t siz
     return r;
 }
 
-/* Texts reach logs, terminals and JSON: only printable UTF-8 travels. */
+/* Returns whether a text is printable UTF-8. No other text travels, since it reaches logs,
+ * terminals and JSON. */
 bool message_text_is_clean(const char *text);
 
-/* Cleans on the way; capacity is at most LIMIT_DETAIL_BYTES. */
+/* Writes a cleaned text; `capacity` is at most LIMIT_DETAIL_BYTES. */
 void message_write_text(struct bytes_writer *w, const char *text, size_t capacity);
 
 void message_write_i32(struct bytes_writer *w, int32_t v);
@@ -26,5 +27,5 @@ int32_t message_read_i32(struct bytes_reader *r);
 void message_write_digest(struct bytes_writer *w, const struct digest *d);
 void message_read_digest(struct bytes_reader *r, struct digest *d);
 
-/* The rest of the payload, for the two messages that end in a byte range. ERR_LIMIT. */
+/* Reads the rest of the payload, for the two messages that end in a byte range. ERR_LIMIT. */
 int message_read_tail(struct bytes_reader *r, const uint8_t **bytes, uint32_t *size_bytes);

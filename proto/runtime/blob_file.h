@@ -4,10 +4,10 @@
 
 #include "proto/error.h"
 
-/* The whole file, read-only, on a page boundary; blob_file_unmap gives it back. ERR_IO for what
- * cannot be opened or is no file, ERR_TRUNCATED for an empty one, ERR_LIMIT above
+/* Maps the whole file, read-only, on a page boundary; blob_file_unmap gives it back. ERR_IO for
+ * what cannot be opened or is no file, ERR_TRUNCATED for an empty one, ERR_LIMIT above
  * LIMIT_BLOB_BYTES. */
 int blob_file_map(const char *path, const void **blob, size_t *size_bytes, struct fault *fault);
 
-/* NULL: nothing happens. */
+/* Does nothing with NULL. */
 void blob_file_unmap(const void *blob, size_t size_bytes);

@@ -3,7 +3,7 @@
 #include <stdint.h>
 #include <time.h>
 
-/* 0 where there is no such clock. */
+/* Returns a clock's time; 0 where there is no such clock. */
 uint64_t clock_ns(clockid_t clock);
 uint64_t clock_us(clockid_t clock);
 

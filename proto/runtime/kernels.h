@@ -8,11 +8,12 @@
 #define KERNELS_OF(name, isa)     KERNELS_JOINED(name, isa)
 #define KERNELS(name)             KERNELS_OF(name, ISA)
 
-/* The table to use with an instruction set that build_isa() names; NULL counts as SSE4.2. */
+/* Returns the table to use with an instruction set that build_isa() names; NULL counts as
+ * SSE4.2. */
 #define KERNELS_FOR(name, isa)                                                                     \
     ((const struct name *)kernels_for(isa, &name##_sse42, &name##_avx2, &name##_avx512))
 
-/* The table to use on this CPU. */
+/* Returns the table to use on this CPU. */
 #define KERNELS_BEST(name) KERNELS_FOR(name, build_isa())
 
 /* Returns one of the three. */

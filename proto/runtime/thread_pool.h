@@ -38,7 +38,8 @@ int thread_pool_create(uv_loop_t *loop, const char *name, unsigned threads,
 void thread_pool_submit(struct thread_pool *pool, struct pool_task *task);
 void thread_pool_submit_first(struct thread_pool *pool, struct pool_task *task);
 
-/* Takes a task back that no thread has begun; false when it runs or has run: `done` comes. */
+/* Takes a task back that no thread has begun. False: it runs or has run, and `done` will be
+ * called. */
 bool thread_pool_withdraw(struct thread_pool *pool, struct pool_task *task);
 
 /* Returns how many tasks were submitted and are not yet done. */
