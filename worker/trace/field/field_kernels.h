@@ -5,8 +5,8 @@
 #include "worker/trace/field/mixed.h"
 
 struct field_kernels {
-    /* octahedron_unpack16 of each lane; and p->alike, p->open and p->settled of lone_finder.h,
-     * which returns whether any lane is open. */
+    /* Do octahedron_unpack16 for each lane, and set p->alike, p->open and p->settled of
+     * lone_finder.h; the second returns whether any lane is open. */
     void (*unpack_normals)(const uint32_t *packed, struct lanes3 *out);
     bool (*match_subs)(const struct surface_view *view, const struct lanes_mask *kept,
                        struct lone_pixels *p);
@@ -17,8 +17,8 @@ struct field_kernels {
                         const float *depth, const uint32_t *normal, const uint32_t *id,
                         const struct mixed_cells *cells, size_t first);
 
-    /* Of `count` cells from the first on: sets *apart where it shows another surface than the cell
-     * `offset` further on. */
+    /* Sets *apart of those of `count` cells, from the first on, that show another surface than the
+     * cell `offset` further on. */
     void (*compare_cells)(const struct surface_view *view, const struct mixed_cells *cells,
                           size_t first, size_t offset, size_t count, uint8_t *apart);
 

@@ -33,8 +33,9 @@ struct glossy_scratch {
 };
 
 /* Traces the kept lanes of scratch->lobes, which have a surface in *from, into the planes of glossy
- * lobes in `samples`. Each lane gets l^2 rays. In a second set its own number of strata squared,
- * along a curve of its own for each number. c->field must hold; paths->radiance is overwritten. */
+ * lobes in `samples`. Each lane gets l^2 rays. In a second set it gets its own number of strata
+ * squared, along a curve of its own for each number. c->field must hold; paths->radiance is
+ * overwritten. */
 void glossy_trace(const struct path_context *c, const struct block *block,
                   const struct path_vertex *from, struct glossy_scratch *scratch,
                   struct path_scratch *paths, struct samples *samples);

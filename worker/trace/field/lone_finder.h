@@ -56,12 +56,12 @@ struct lone_finder {
 void lone_finder_init(struct lone_finder *f, const struct path_context *c, struct rect tile,
                       struct samples *samples);
 
-/* Goes on with what is known of the tile, by another context. */
+/* Continues with what is known of the tile, by another context. */
 void lone_finder_resume(struct lone_finder *f, const struct path_context *c);
 
 /* Finds what the centre of a pixel shows, which lies in the tile or at most one pixel beside it.
- * *full_id, which may be NULL, becomes PLANE_ID's number. False: no surface, or no pixel of the
- * image. */
+ * *full_id, which may be NULL, becomes PLANE_ID's number. False: there is no surface, or no pixel
+ * of the image. */
 bool lone_finder_pixel(struct lone_finder *f, int32_t x, int32_t y, struct shown_surface *out,
                        uint32_t *full_id);
 

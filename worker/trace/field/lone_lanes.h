@@ -1,6 +1,6 @@
 #pragma once
-/* field_kernels' unpack_normals and match_subs: proto/octahedron.c's and surface_match.h's first
- * questions in sixteen lanes, the same bits. */
+/* field_kernels' unpack_normals and match_subs. They answer the first questions of surface_match.h
+ * in sixteen lanes, with the same bits as proto/octahedron.c and surface_match.h. */
 #include "proto/octahedron.h"
 #include "worker/trace/field/lone_finder.h"
 

@@ -19,7 +19,7 @@ struct mixed_subs {
     struct lanes_mask on;                     /* show a surface */
 };
 
-/* How they split among lenders. */
+/* Their shares of each lender. */
 struct mixed_shares {
     uint32_t lenders; /* bits of slots that are set */
     struct lanes_mask lent;

@@ -28,10 +28,10 @@ struct mixed_finder {
     size_t memory_bytes;
 };
 
-/* Starts as zeros. */
+/* Frees a finder, which starts as zeros. */
 void mixed_finder_fini(struct mixed_finder *f);
 
-/* Looks at a tile, of which all planes are there. `lone` has looked at it, too; all is borrowed.
+/* Looks at a tile whose planes are all filled. `lone` has looked at it, too; all is borrowed.
  * ERR_MEMORY. */
 int mixed_finder_look(struct mixed_finder *f, const struct path_context *c,
                       struct lone_finder *lone, const struct samples *samples);
@@ -40,7 +40,7 @@ int mixed_finder_look(struct mixed_finder *f, const struct path_context *c,
 int mixed_finder_look_around(struct mixed_finder *f, const struct path_context *c,
                              struct lone_finder *lone, const struct samples *samples);
 
-/* The cell of a pixel of the tile, or beside it. */
+/* Returns the cell of a pixel of the tile, or beside it. */
 static inline size_t mixed_cell(const struct mixed_finder *f, int32_t x, int32_t y)
 {
     return (size_t)(y - f->tile.y0 + 1) * f->cells.stride + (size_t)(x - f->tile.x0 + 1);

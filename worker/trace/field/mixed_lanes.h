@@ -8,8 +8,8 @@
 /* Neighbours that face apart by more, 20 degrees, show two surfaces, however near they are. */
 #define MIXED_COSINE SURFACE_COS_NONE
 
-/* Samples of a pixel whose colours differ by more, as squares over the larger one, are of an edge
- * in its texture: a twentieth of white as a root, which is how bright it looks. */
+/* Where samples of a pixel differ by more, as squares over the larger one, there is an edge in its
+ * texture. As roots, which is how bright they look, they then differ by a twentieth of white. */
 #define MIXED_CONTRAST 0.01f
 
 static void kernel_place_cells(const struct surface_view *view, int32_t x, int32_t y, size_t count,
@@ -84,7 +84,7 @@ static void kernel_compare_cells(const struct surface_view *view, const struct m
     }
 }
 
-/* surface_match of lane i and a pixel. */
+/* Does surface_match for lane i and a pixel. */
 static inline float mixed_match(const struct surface_view *v, const struct mixed_subs *s, int i,
                                 const struct shown_surface *pixel)
 {
@@ -97,7 +97,7 @@ static inline float mixed_match(const struct surface_view *v, const struct mixed
         mixed_allowed(v, s->distance[i], pixel->distance, x * x + y * y + z * z, cosine);
     const float id = s->id[i] == pixel->id ? 1.0f : SURFACE_OTHER_ID;
     const float turn = (cosine - SURFACE_COS_NONE) / (SURFACE_COS_FULL - SURFACE_COS_NONE);
-    /* Distances are above 0, and so is what is allowed, but by underflow. */
+    /* Distances are above 0, and so is `allowed` unless it underflows. */
     const float near =
         (SURFACE_FADE - off / (allowed > 0.0f ? allowed : FLT_MIN)) / (SURFACE_FADE - 1.0f);
     const float facing = turn < 1.0f ? turn : 1.0f, level = near < 1.0f ? near : 1.0f;
@@ -125,7 +125,7 @@ static void weigh_lender(const struct surface_view *view, const struct mixed_sub
     }
 }
 
-/* Points and normals in camera space. */
+/* Computes points and normals in camera space. */
 static void place_subs_seen(const struct surface_view *view, struct mixed_subs *restrict s)
 {
     const struct surface_view v = *view;

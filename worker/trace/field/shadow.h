@@ -24,7 +24,7 @@ struct shading_point {
     struct layers layers;                    /* of it: shading_point_see sets them */
 };
 
-/* Tells the point what its surfaces do to light. */
+/* Gives the point the layers of its surfaces. */
 void shading_point_see(const struct path_kernels *kernels, const struct path_vertex *vertex,
                        struct shading_point *point);
 

@@ -13,7 +13,7 @@ struct block {
     bool whole;               /* all sixteen are kept */
 };
 
-/* The block whose top left pixel is (x, y), multiples of 4, in an image of width x height that the
- * tile lies in. */
+/* Sets the block whose top left pixel is (x, y), multiples of 4, in an image of width x height that
+ * the tile lies in. */
 void block_init(struct block *b, int32_t x, int32_t y, int32_t width_px, int32_t height_px,
                 struct rect tile);

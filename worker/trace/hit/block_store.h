@@ -1,12 +1,12 @@
 #pragma once
 /* Puts a block's lanes where they belong in the planes of its tile. Planes that the plan does not
- * ask for are NULL and nothing happens. */
+ * ask for are NULL and skipped. */
 #include <float.h>
 #include <string.h>
 
 #include "worker/trace/hit/block.h"
 
-/* Elements of `size` bytes; inlined, so that the copies are moves. */
+/* Stores elements of `size` bytes. It is inlined, so that the copies are moves. */
 LANE_INLINE void block_scatter(const struct block *b, const void *values, void *plane, size_t size)
 {
     const uint8_t *from = values;
@@ -20,7 +20,7 @@ LANE_INLINE void block_scatter(const struct block *b, const void *values, void *
             if (b->kept.on[i]) memcpy(to + size * b->element[i], from + size * i, size);
 }
 
-/* The other way; lanes that are not kept read element 0. */
+/* Loads elements. Lanes that are not kept read element 0. */
 LANE_INLINE void block_gather(const struct block *b, const void *plane, void *values, size_t size)
 {
     const uint8_t *from = plane;
@@ -37,19 +37,19 @@ void block_store_u32(const struct block *b, const uint32_t v[LANES], uint32_t *p
 void block_store_u16(const struct block *b, const uint16_t v[LANES], uint16_t *plane);
 void block_store_u8(const struct block *b, const uint8_t v[LANES], uint8_t *plane);
 
-/* Half floats of v * scale. */
+/* Stores v * scale as half floats. */
 void block_store_half(const struct block *b, const float v[LANES], float scale, uint16_t *plane);
 
-/* The same for positive values that must not become zero by rounding: at least the smallest normal
- * half where v is positive. */
+/* Does the same for values that must not become zero by rounding: a positive v becomes at least the
+ * smallest normal half. */
 void block_store_positive_half(const struct block *b, const float v[LANES], float scale,
                                uint16_t *plane);
 
-/* The half below BOUNCE_DISTANCE_NONE. */
+/* The largest half below BOUNCE_DISTANCE_NONE. */
 #define BLOCK_DISTANCE_MAX 65472.0f
 
-/* A hit's distance over the length unit as planes hold it: 0 would say that there was none, and
- * BOUNCE_DISTANCE_NONE that nothing was met. */
+/* Returns a hit's distance over the length unit as planes hold it. 0 would say that there was no
+ * ray, and BOUNCE_DISTANCE_NONE that nothing was met. */
 static inline float block_distance(float scaled)
 {
     const float positive = scaled > FLT_MIN ? scaled : FLT_MIN;

@@ -1,5 +1,6 @@
 #pragma once
-/* hit_kernels' place_subs, and camera_rays: plan_camera_ray (proto/plan.c) in sixteen lanes. */
+/* hit_kernels' place_subs and camera_rays. The second is plan_camera_ray (proto/plan.c) in sixteen
+ * lanes. */
 #include <math.h>
 
 #include "proto/plan.h"

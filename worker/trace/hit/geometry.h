@@ -5,12 +5,12 @@
 #include "worker/trace/hit/block.h"
 #include "worker/trace/hit/hit.h"
 
-/* Of an anti-aliasing ray; NULL where the plan does not ask for a plane. */
+/* The planes of an anti-aliasing ray; NULL where the plan does not ask for a plane. */
 struct geometry_sub_planes {
     uint16_t *depth, *normal, *id, *albedo[3];
 };
 
-/* Of pixel centres, the same; and of the anti-aliasing rays that there are. */
+/* The planes of pixel centres, and those of the anti-aliasing rays that there are. */
 struct geometry_planes {
     float *depth;
     uint32_t *id, *normal;
@@ -18,7 +18,7 @@ struct geometry_planes {
     struct geometry_sub_planes sub[LIMIT_SUB_SAMPLES];
 };
 
-/* Once a tile: blocks are too many to look planes up for each. */
+/* Looks the planes up once for each tile, since doing so for each block would take too long. */
 void geometry_planes_init(struct geometry_planes *planes, const struct samples *samples);
 
 void geometry_store(const struct queries *q, const struct block *b, const struct surface *s,

@@ -35,7 +35,8 @@ static void kernel_store_geometry(const struct block *b, const struct surface *s
     block_scatter(b, packed, planes->normal, sizeof packed[0]);
 }
 
-/* Relates depths as the reader does, for which a distance of 0, of an eye in a surface, is none. */
+/* Relates depths as the reader does, which takes a distance of 0 (the eye lies in a surface) for
+ * none. */
 static void kernel_relate_depths(const struct surface *restrict centre,
                                  const struct surface *restrict sub, float length_unit,
                                  float *restrict relative)

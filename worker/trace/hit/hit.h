@@ -1,5 +1,5 @@
 #pragma once
-/* From Embree's hits to surfaces: position, normals, material. */
+/* Turns Embree's hits into surfaces: position, normals, material. */
 #include "worker/trace/hit/queries.h"
 #include "worker/trace/hit/vector.h"
 
@@ -39,13 +39,14 @@ LANE_INLINE struct vector surface_start(const struct surface *s, int i, float x,
                            s->origin.z[i] + (above < 0.0f ? s->lift.z[i] : 0.0f)};
 }
 
-/* What the closest-hit query of *rays found in the lanes of *valid. Ray directions must be unit. */
+/* Sets *out to what the closest-hit query of *rays found in the lanes of *valid. Ray directions
+ * must be unit. */
 void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct surface *out);
 
-/* What hit_kernels' resolve_hits does lane by lane. Normal map, Lambert albedo and emission (of
- * the emitting side) of a lane whose material has textures; and a lane's vectors, and their
- * magnitude, from the mesh's space into the world. */
+/* Steps that hit_kernels' resolve_hits takes lane by lane. They set the normal map's normal, the
+ * Lambert albedo and the emission (of the emitting side) of a lane whose material has textures, and
+ * bring a lane's vectors, and their magnitude, from the mesh's space into the world. */
 void hit_shade_textured(const struct mesh_view *mesh, const struct RTCHit16 *hit, int i,
                         struct surface *out);
 void hit_bend_normal(const struct mesh_point *p, const float bend[3], int i, struct surface *out);
@@ -56,5 +57,5 @@ void hit_lift_to_world(const float m[12], int i, struct lanes3 *lift, struct lan
  * mesh has tangents. */
 void hit_bend_layer(const struct mesh_point *p, const float bend[3], const float m[12], float n[3]);
 
-/* Makes the albedo of surfaces with a BSDF that of its diffuse lobe. */
+/* Sets the albedo of surfaces with a BSDF to that of its diffuse lobe. */
 void hit_diffuse_albedo(const struct queries *q, const struct RTCRayHit16 *rays, struct surface *s);

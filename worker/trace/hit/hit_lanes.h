@@ -35,7 +35,7 @@ static void spread(const float v[3], struct lanes3 *out)
     }
 }
 
-/* All lanes on one material without textures. */
+/* Shades lanes that are all on one material without textures. */
 static void shade_alike(const struct material *m, struct surface *out)
 {
     float radiance[3];
@@ -45,7 +45,7 @@ static void shade_alike(const struct material *m, struct surface *out)
     spread(radiance, &out->emission);
 }
 
-/* Albedos as far as textures have no say in them; 0 of lanes that met nothing. */
+/* Sets albedos without textures; 0 in lanes that met nothing. */
 static void show_plain(const struct hit_lanes *lanes, struct lanes3 *albedo)
 {
     static const float nothing[3] = {0.0f, 0.0f, 0.0f};
@@ -60,7 +60,7 @@ static void shine(const struct material *m, int i, struct lanes3 *emission)
     put_color(radiance, i, emission);
 }
 
-/* In the mesh's space: normal maps bend there. */
+/* Shades in the mesh's space, where normal maps bend. */
 static void shade(const struct queries *q, const struct hit_lanes *lanes,
                   const struct RTCHit16 *hit, struct surface *out)
 {
@@ -82,7 +82,7 @@ static void shade(const struct queries *q, const struct hit_lanes *lanes,
     }
 }
 
-/* Emission leaves the side that the winding faces, unless the material has two sides. */
+/* Hides emission of the side that the winding turns away, unless the material has two sides. */
 static void hide_emission(struct surface *s)
 {
     for (int i = 0; i < LANES; i++) {
@@ -93,7 +93,7 @@ static void hide_emission(struct surface *s)
     }
 }
 
-/* Facets still point where the winding says. */
+/* Finds which side each ray came from. Facets still point where the winding says. */
 static void find_sides(const struct RTCRay16 *r, struct surface *s)
 {
     for (int i = 0; i < LANES; i++) {
@@ -117,7 +117,8 @@ static bool is_one(const struct lanes_mask *valid, const struct RTCRayHit16 *ray
     return all && differs == 0 && hit->geomID[0] != RTC_INVALID_GEOMETRY_ID;
 }
 
-/* Camera rays of a block mostly meet one triangle: then its corners need be read only once. */
+/* Returns whether all lanes met one triangle, as camera rays of a block mostly do. Its corners are
+ * then read only once. */
 static bool is_one_triangle(const struct RTCHit16 *hit)
 {
     uint32_t differs = 0;
@@ -153,8 +154,8 @@ static void find_one(const struct render_scene *scene, const struct RTCRayHit16 
     }
 }
 
-/* Finds which lanes met something. Of triangles too large for floats the products that give the
- * distance overflowed. */
+/* Finds which lanes met something. On triangles too large for floats the products that give the
+ * distance have overflowed. */
 static void find_hits(const struct lanes_mask *restrict valid,
                       const struct RTCRayHit16 *restrict rays, struct surface *restrict out)
 {
@@ -167,8 +168,8 @@ static void find_hits(const struct lanes_mask *restrict valid,
     }
 }
 
-/* Looks up what was hit: lanes that met nothing look, too, at the first instance, since a branch
- * that scattered rays decide costs more. */
+/* Looks up what was hit. Lanes that met nothing look at the first instance, since a branch that
+ * scattered rays decide costs more. */
 static void find(const struct render_scene *scene, const struct lanes_mask *valid,
                  const struct RTCRayHit16 *rays, struct hit_lanes *lanes, struct surface *out)
 {
@@ -197,8 +198,7 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
     lanes->only = several ? NULL : first;
 }
 
-/* Nothing shines until something is found that does; where no lane met anything, no more is found.
- */
+/* Clears emission, and where no lane met anything all else that readers look at. */
 static void clear(const struct hit_lanes *lanes, struct surface *s)
 {
     memset(&s->emission, 0, sizeof s->emission);
@@ -209,7 +209,7 @@ static void clear(const struct hit_lanes *lanes, struct surface *s)
     memset(s->mesh, 0, sizeof s->mesh);
 }
 
-/* The facet and its unit vector are all lanes' own. */
+/* Places the lanes on one triangle. All share the facet and its unit vector. */
 LANE_INLINE void place_on_one(const struct vector *v, const struct vector *n, bool flat,
                               struct vector facet, struct vector unit, float magnitude,
                               const struct RTCRayHit16 *restrict rays, struct surface *restrict s)
@@ -234,8 +234,9 @@ static inline void find_corners(const float *attribute, const uint32_t *triangle
     }
 }
 
-/* All lanes on one triangle that stays where it is, without a normal map: from corners to surfaces
- * in one go. false, and nothing is done, where the triangle has no facet to speak of. */
+/* Places lanes that are all on one triangle, which no instance moves and no normal map bends, from
+ * corners to surfaces in one go. Returns false, and does nothing, where the triangle has no facet
+ * to speak of. */
 static bool place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *restrict rays,
                       struct surface *restrict s)
 {
@@ -255,7 +256,7 @@ static bool place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *re
     return true;
 }
 
-/* Lifts what is round, once vectors and sides are final. */
+/* Lifts the origins on round meshes, once vectors and sides are final. */
 static void lift(const struct hit_lanes *lanes, const struct RTCRayHit16 *rays, struct surface *s)
 {
     struct lift_lanes l;

@@ -41,8 +41,8 @@ LANE_INLINE int is_same(struct vector a, struct vector b)
     return (a.x == b.x) & (a.y == b.y) & (a.z == b.z);
 }
 
-/* All that is needed of a lane's triangle, in the mesh's space. Where the normals are alike the
- * triangle is flat, and nothing is lifted. */
+/* Computes a lane's lift and its interpolated normal, in the mesh's space. Where the normals are
+ * alike the triangle is flat, and nothing is lifted. */
 LANE_INLINE void lift_lane(int behind, float u, float v, int i, struct lift_lanes *l)
 {
     static const struct vector none = {0.0f, 0.0f, 0.0f}, any = {1.0f, 0.0f, 0.0f};
@@ -65,7 +65,8 @@ LANE_INLINE void lift_lane(int behind, float u, float v, int i, struct lift_lane
     lane_put(round, i, &l->round);
 }
 
-/* Directions leave the surface that lifted origins lie on, not the facet. */
+/* Sets the lift and the facet of lane i, whose rays leave the surface that lifted origins lie
+ * on. */
 LANE_INLINE void lift_origin(const struct lift_lanes *l, struct vector direction, int i,
                              struct surface *s)
 {
@@ -80,7 +81,7 @@ LANE_INLINE void lift_origin(const struct lift_lanes *l, struct vector direction
     s->facet.z[i] = up ? horizon.z : facet.z;
 }
 
-/* Corners of the lanes on meshes that are round; others get normals that lift nothing. */
+/* Reads the corners of the lanes on round meshes; others get normals that lift nothing. */
 static void find_round_corners(const struct mesh_view *const *mesh, const struct RTCHit16 *hit,
                                struct lift_lanes *l)
 {

@@ -1,6 +1,6 @@
 #pragma once
-/* hit_kernels' pack_unorms, and pack_normals: octahedron_pack16 and _pack8 (proto/octahedron.c) in
- * sixteen lanes, the same bits. */
+/* hit_kernels' pack_unorms and pack_normals. The second is octahedron_pack16 and _pack8
+ * (proto/octahedron.c) in sixteen lanes, with the same bits. */
 #include <math.h>
 
 #include "worker/shade/lanes.h"

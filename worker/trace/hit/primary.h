@@ -7,9 +7,9 @@
 /* Embree's own bound is 1e18; farther origins abort the process. */
 #define ORIGIN_MAX 1e18f
 
-/* Surfaces at the pixels' centres. Whole blocks are traced, also where they reach beyond the tile:
- * Embree may choose between two triangles at the same distance by the rays around, and these are
- * then the same for every tile. */
+/* Finds the surfaces at the pixels' centres. Whole blocks are traced, also where they reach beyond
+ * the tile: Embree may choose between two triangles at the same distance by the rays around, and
+ * these are then the same for every tile. */
 void primary_trace(struct queries *q, const struct plan *plan, const struct block *b,
                    struct RTCRayHit16 *rays, struct surface *out);
 
@@ -19,20 +19,20 @@ struct primary_packet {
     struct lanes_mask valid; /* inside the image, and fit for Embree */
 };
 
-/* Blocks that are asked about together: their rays are made at once, while Embree's answers to each
- * other's stay in the first-level cache. */
+/* Blocks that are traced together. Their rays are made at once, and Embree's answers still stay in
+ * the first-level cache. */
 #define PRIMARY_ROW 8
 
-/* Asks about `count` blocks side by side, the first at (x, y): for hit_resolve. */
+/* Traces `count` blocks side by side, the first at (x, y), for hit_resolve. */
 void primary_trace_row(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
                        uint32_t count, struct primary_packet *row);
 
-/* Surfaces at sixteen positions in one pixel: `first` to first + 15 of `count` that are spread all
- * over it (pattern_golden_at). They lie at (px, py) of the image. */
+/* Traces rays to sixteen positions in one pixel: `first` to first + 15 of `count` that are spread
+ * all over it (pattern_golden_at). They lie at (px, py) of the image. */
 void primary_trace_pixel(struct queries *q, const struct plan *plan, int32_t x, int32_t y,
                          uint32_t first, uint32_t count, struct RTCRayHit16 *rays, float px[LANES],
                          float py[LANES], struct surface *out);
 
-/* Surfaces at anti-aliasing position k of `count` in each pixel. */
+/* Finds the surfaces at anti-aliasing position k of `count` in each pixel. */
 void primary_trace_sub(struct queries *q, const struct plan *plan, const struct block *b,
                        uint32_t k, uint32_t count, struct RTCRayHit16 *rays, struct surface *out);

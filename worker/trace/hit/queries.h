@@ -18,7 +18,7 @@ enum query_kind {
     QUERY_KIND_COUNT = 5
 };
 
-/* Sees every packet before it is traced: what benchmarks replay. */
+/* Sees every packet before it is traced, for benchmarks that replay them. */
 struct query_recorder {
     void (*record)(struct query_recorder *self, enum query_kind kind,
                    const struct lanes_mask *valid, const struct RTCRayHit16 *rays);
@@ -35,7 +35,7 @@ struct queries {
     struct RTCRayHit4 narrow4;
 };
 
-/* No scene, no recorder. */
+/* Sets queries without a scene and without a recorder. */
 void queries_init(struct queries *q);
 
 /* Sets the fields that no query changes. */

@@ -21,8 +21,8 @@ static uint32_t kernel_sanitise(const struct RTCRay16 *restrict r,
     return (uint32_t)rejected;
 }
 
-/* The columns or rows of a block on the camera's screen: what kernel_camera_rays works out, of
- * pixels' centres. Four divisions, where lanes would be sixteen. */
+/* Computes the columns or rows of a block's pixel centres on the camera's screen, as
+ * kernel_camera_rays does. It needs four divisions instead of sixteen. */
 static void place_lines(int32_t first, float size, float half, float sign, float out[LANES_ACROSS])
 {
     for (int32_t k = 0; k < LANES_ACROSS; k++) {

@@ -27,7 +27,7 @@ static inline void put_corners(const uint32_t *triangle, const float *attribute,
     }
 }
 
-/* The same corners in every lane. */
+/* Puts the same corners into every lane. */
 static inline void spread_corners(const uint32_t *triangle, const float *attribute,
                                   struct corner_lanes *restrict out)
 {
@@ -48,7 +48,8 @@ static inline float largest(float a, float b, float c)
     return m > fabsf(c) ? m : fabsf(c);
 }
 
-/* Position and facet of lane i on the triangle v0, v1, v2; returns the magnitude of offset.h. */
+/* Computes position and facet of lane i on the triangle v0, v1, v2. Returns the magnitude of
+ * offset.h. */
 LANE_INLINE float place_lane(struct vector v0, struct vector v1, struct vector v2, float u, float v,
                              struct vector *position, struct vector *facet)
 {
@@ -84,7 +85,7 @@ LANE_INLINE struct vector interpolated(struct vector n0, struct vector n1, struc
                            w * n0.z + u * n1.z + v * n2.z};
 }
 
-/* Lanes without normals are flat. */
+/* Interpolates the normals of smooth lanes. Lanes without normals are flat. */
 static void interpolate_normals(const struct corner_lanes *restrict c,
                                 const struct lanes_mask *restrict smooth,
                                 const struct RTCHit16 *restrict hit, struct surface *restrict s)
@@ -137,7 +138,8 @@ static void place_each(const struct mesh_view *const *mesh, bool bent, const str
     interpolate_normals(&corners, &smooth, hit, s);
 }
 
-/* From triangles; `bent`: some normals are not their facets', else there are none yet. */
+/* Gathers surfaces from triangles. `bent`: some normals are not their facets'; else there are none
+ * yet. */
 static void gather_surface(const struct mesh_view *const *mesh, bool one_triangle, bool bent,
                            const struct RTCHit16 *hit, float *magnitude, struct surface *s)
 {
@@ -156,8 +158,9 @@ LANE_INLINE int has_direction(struct vector v)
     return (most > 1e-37f) & (most < 1e37f);
 }
 
-/* Unit length. Scaled by the largest component first, so that neither tiny nor huge triangles leave
- * the range of squares; a vector without a direction becomes `fallback` times `sign`. */
+/* Returns v at unit length. It is scaled by the largest component first, so that neither tiny nor
+ * huge triangles leave the range of squares; a vector without a direction becomes `fallback` times
+ * `sign`. */
 LANE_INLINE struct vector normalised(struct vector v, struct vector fallback, float sign)
 {
     float ax = fabsf(v.x), ay = fabsf(v.y), az = fabsf(v.z);
@@ -172,15 +175,16 @@ LANE_INLINE struct vector normalised(struct vector v, struct vector fallback, fl
     return (struct vector){x * scale, y * scale, z * scale};
 }
 
-/* Turned to the side where its product with the unit direction d, times sign, is positive. */
+/* Returns v turned to the side where its product with the unit direction d, times sign, is
+ * positive. */
 LANE_INLINE struct vector turned(struct vector v, struct vector d, float sign)
 {
     float flip = sign * dot(v, d) < 0.0f ? -1.0f : 1.0f;
     return (struct vector){v.x * flip, v.y * flip, v.z * flip};
 }
 
-/* Interpolation and normal maps may turn a normal away from the viewer of a visible facet: it is
- * bent back until it just faces him. */
+/* Returns n, bent back until it just faces the viewer. Interpolation and normal maps may turn the
+ * normal of a visible facet away. */
 LANE_INLINE struct vector bent_to_viewer(struct vector n, struct vector d)
 {
     float facing = -dot(n, d);
@@ -191,8 +195,8 @@ LANE_INLINE struct vector bent_to_viewer(struct vector n, struct vector d)
     return (struct vector){x * scale, y * scale, z * scale};
 }
 
-/* What hit.h promises of lane i of s, from a unit facet and a raw normal. `flat`: the normal is
- * that of the facet. */
+/* Computes what hit.h promises of lane i of s, from a unit facet and a raw normal. `flat`: the
+ * normal is that of the facet. */
 LANE_INLINE void finish_vectors(struct vector direction, struct vector position,
                                 struct vector facet, struct vector normal, float magnitude,
                                 bool flat, int i, struct surface *s)

@@ -5,7 +5,7 @@
 
 #include "worker/trace/hit/texels.h"
 
-/* The two texels of an axis, of 0 .. size - 1, and how far the second counts. */
+/* The two texels of an axis, of 0 .. size - 1, and the weight of the second. */
 struct axis_lanes {
     _Alignas(LANES_ALIGN) int32_t first[LANES];
     _Alignas(LANES_ALIGN) int32_t second[LANES];

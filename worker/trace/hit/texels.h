@@ -10,7 +10,7 @@ struct texel_lanes {
     _Alignas(LANES_ALIGN) float down[LANES];    /* and the lower ones */
 };
 
-/* texture_sample's colour of lane i. */
+/* Computes texture_sample's colour for lane i. */
 static inline void texels_blend(const struct texture *t, const struct texel_lanes *p, int i,
                                 float out[4])
 {

@@ -4,12 +4,12 @@
 
 struct hit_kernels;
 
-/* Normal map, albedo of Lambert surfaces and emission of the lanes in *on, as hit_shade_textured.
- */
+/* Sets the normal map's normal, albedo of Lambert surfaces and emission of the lanes in *on, as
+ * hit_shade_textured does. */
 void textured_shade(const struct hit_kernels *kernels, const struct mesh_view *mesh,
                     const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out);
 
-/* Albedos of the lanes in *on, as material_bsdf; false, and nothing is done, for materials that
- * need more than base colour and metalness for that. */
+/* Sets the albedos of the lanes in *on, as material_bsdf does. Returns false, and does nothing, for
+ * materials whose albedo needs more than base colour and metalness. */
 bool textured_albedo(const struct hit_kernels *kernels, const struct mesh_view *mesh,
                      const struct lanes_mask *on, const struct RTCHit16 *hit, struct surface *out);

@@ -1,7 +1,7 @@
 #pragma once
 /* What a light gives to sixteen receivers, before visibility: proto/plan.h's irradiance scalar E of
- * one sample, the ray that decides whether it arrives, and why no ray is needed. Computed by
- * light_kernels' sample_light. */
+ * one sample, the ray that decides whether it arrives, and why no ray is needed. light_kernels'
+ * sample_light computes it. */
 #include "proto/counter.h"
 #include "worker/scene/light_table.h"
 #include "worker/trace/hit/hit.h"
@@ -27,7 +27,7 @@ struct light_packet {
     _Alignas(LANES_ALIGN) int32_t skip[LANES];     /* enum light_skip */
 };
 
-/* Copies lane i: lanes that chose different lights end up in one packet. `end` stays. */
+/* Copies lane i, so that lanes that chose different lights end up in one packet. `end` stays. */
 static inline void light_take_lane(const struct light_packet *from, int i, struct light_packet *to)
 {
     const struct RTCRay16 *source = &from->rays.ray;
@@ -45,6 +45,6 @@ static inline void light_take_lane(const struct light_packet *from, int i, struc
     to->skip[i] = from->skip[i];
 }
 
-/* Adds the skips of `lanes`, each `times` over, to their counters. */
+/* Adds the skips of `lanes`, each `times` times, to their counters. */
 void light_count_skips(const struct light_packet *p, const struct lanes_mask *lanes, uint32_t times,
                        struct counters *counters);

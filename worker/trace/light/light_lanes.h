@@ -10,7 +10,7 @@
  * ceiling) does not hide it by rounding. */
 #define SHADOW_END 0.9999f
 
-/* LIGHT_NOT_FINITE where Embree could not take rays from the lane's origin. */
+/* Returns LIGHT_NOT_FINITE where Embree could not take rays from the lane's origin. */
 LANE_INLINE int32_t judge_origin(const struct surface *r, int i)
 {
     int fit = (fabsf(r->origin.x[i]) < ORIGIN_MAX) & (fabsf(r->origin.y[i]) < ORIGIN_MAX) &
@@ -18,10 +18,10 @@ LANE_INLINE int32_t judge_origin(const struct surface *r, int i)
     return fit ? LIGHT_TRACED : LIGHT_NOT_FINITE;
 }
 
-/* Finds whether lane i goes to Embree, its ray along (dx, dy, dz), from the receiver's origin up
- * to a point unless it goes on without end, and why not. Comparisons are false for NaN. Choices
- * follow each other and masks are numbers: of truths that hang on each other the compiler makes
- * branches, or scalar code. */
+/* Finds whether lane i goes to Embree, its ray along (dx, dy, dz), from the receiver's origin up to
+ * a point unless it goes on without end, and why not. Comparisons are false for NaN. Choices follow
+ * each other and masks are numbers, since the compiler makes branches, or scalar code, of
+ * conditions that depend on each other. */
 LANE_INLINE void finish_lane(const struct surface *r, const struct lanes_mask *lanes, int i,
                              int32_t origin, int32_t skip, float dx, float dy, float dz,
                              float irradiance, struct light_packet *out)
@@ -45,8 +45,8 @@ LANE_INLINE void finish_lane(const struct surface *r, const struct lanes_mask *l
     ray->tfar[i] = out->end;
 }
 
-/* The point (x, y, z) of a rectangle, which is as bright there as `profile` says. `weighed`: with
- * densities. */
+/* Samples the point (x, y, z) of a rectangle, whose brightness there is `profile`. `weighed`:
+ * densities are computed, too. */
 LANE_INLINE void sample_point_of_rectangle(const struct light *light, const struct surface *r,
                                            const struct lanes_mask *lanes, int i, int32_t origin,
                                            float x, float y, float z, float profile, bool weighed,
@@ -72,7 +72,7 @@ LANE_INLINE void sample_point_of_rectangle(const struct light *light, const stru
                 out);
 }
 
-/* `profiled`: the profile of a Gaussian rectangle. */
+/* Samples a rectangle. `profiled`: it has a Gaussian profile. */
 LANE_INLINE void sample_rectangle(const struct light *light, const float *restrict u,
                                   const float *restrict v, const struct surface *restrict r,
                                   const struct lanes_mask *restrict lanes, bool weighed,
@@ -90,7 +90,7 @@ LANE_INLINE void sample_rectangle(const struct light *light, const float *restri
     }
 }
 
-/* Point and spot; a point's cone lets everything through. */
+/* Samples a point or a spot. A point's cone lets everything through. */
 static void sample_point(const struct light *light, const struct surface *restrict r,
                          const struct lanes_mask *restrict lanes, struct light_packet *restrict out)
 {

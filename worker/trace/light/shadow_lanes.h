@@ -7,14 +7,14 @@
 #include "worker/trace/light/shadow_sums.h"
 #include "worker/trace/light/strata.h"
 
-/* The largest product of a direction with the ways to a rectangle's corners, given the product with
- * the way to its centre, and with its half sides. */
+/* Returns the largest product of a direction with the ways to a rectangle's corners, given its
+ * products with the way to the centre and with the half sides. */
 static inline float reach(float centre, float u, float v)
 {
     return centre + fabsf(u) + fabsf(v);
 }
 
-/* Why no point of the rectangle sends light to lane i, as far as its corners can tell. */
+/* Returns why no point of the rectangle sends light to lane i, as far as its corners can tell. */
 LANE_INLINE int32_t hidden_lane(const struct plan_light *p, const struct surface *r, int i)
 {
     const float *c = p->position, *u = p->half_u, *v = p->half_v, *d = p->direction;
@@ -32,7 +32,7 @@ LANE_INLINE int32_t hidden_lane(const struct plan_light *p, const struct surface
 }
 
 /* A rectangle lies below a plane when all its corners do, and a receiver behind its plane is behind
- * all of it. What only the facet hides is sampled: its strata count as blocked. */
+ * all of it. Rectangles that only the facet hides are sampled: their strata count as blocked. */
 static bool kernel_light_hidden(const struct light *light, const struct surface *restrict r,
                                 const struct lanes_mask *restrict lanes,
                                 struct light_packet *restrict out)
@@ -70,8 +70,9 @@ static void kernel_place_strata(const float *restrict jitter0, const float *rest
         }
 }
 
-/* Strata of one column of a rectangle lie on a line through its points at v = 1/2, and rows are as
- * far from them: each is worked out once, in the order of sample_rectangle's sums. */
+/* Computes the middles of a rectangle's columns, at v = 1/2, in the order of sample_rectangle's
+ * sums. Each column is a line through its middle, and rows are equally far from it in all
+ * columns. */
 static void place_column(const struct plan_light *p, const float *restrict u,
                          struct lanes3 *restrict out)
 {
@@ -108,7 +109,7 @@ static void sample_place(const struct light *restrict light, const struct lanes3
                                   out);
 }
 
-/* Evenly bright rectangles of so few columns that the batch goes through all of them. */
+/* Samples evenly bright rectangles of so few columns that the batch goes through all of them. */
 static void sample_grid(const struct light *light, const struct strata *strata, uint32_t first,
                         uint32_t count, const struct surface *r, const struct lanes_mask *lanes,
                         struct light_packet *batch)
@@ -172,8 +173,8 @@ static void sums_init(struct shadow_sums *restrict s)
     }
 }
 
-/* Blocked rays have a tfar before their end: -infinity from occlusion queries, the blocker's t from
- * closest-hit ones. */
+/* Adds up strata whose rays have come back. Blocked rays have a tfar before their end: -infinity
+ * from occlusion queries, the blocker's t from closest-hit ones. */
 static void kernel_add_strata(const struct light_packet *restrict batch, uint32_t first,
                               uint32_t count, uint32_t l, struct shadow_sums *restrict out)
 {

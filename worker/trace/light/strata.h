@@ -14,16 +14,17 @@ struct strata {
 
 struct light_kernels;
 
-/* `lattice`: the dimension's, when it is known; or NULL. */
+/* Computes the strata of a block. `lattice` is the dimension's, when it is known; or NULL. */
 void strata_init(struct strata *s, const struct light_kernels *kernels, const struct pattern *p,
                  const struct pattern_lattice *lattice, const struct block *b, uint32_t dimension,
                  uint32_t l);
 
-/* The same where each pixel has its own l, 0 for none. */
+/* Does the same where each pixel has its own l, 0 for none. */
 void strata_init_per_pixel(struct strata *s, const struct pattern *p, const struct block *b,
                            uint32_t dimension, const uint32_t l[LANES]);
 
-/* Sample i of pixels that each have their own l; anything in lanes that have no such sample. */
+/* Computes sample i of pixels that each have their own l. Lanes without such a sample get any
+ * numbers. */
 void strata_at(const struct strata *s, uint32_t i, float u[LANES], float v[LANES]);
 
 static inline const float *strata_u(const struct strata *s, uint32_t i)

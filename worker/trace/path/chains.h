@@ -1,13 +1,13 @@
 #pragma once
 /* Chains of mirrors and clear glass before the surface that a camera path sees in them. To filters
- * that is the path's surface: features and albedo are its own, and light is divided at it into
- * diffuse and other. Colours of the chain count with them.
+ * this is the path's surface: features and albedo are those of this surface, times the colours of
+ * the chain, and light is divided into diffuse and other there.
  *
  * A surface is part of a chain if all its lobes are Dirac ones. Which of them a path takes is
  * chance, as a sample's place in its pixel is. */
 #include "worker/trace/path/path.h"
 
-/* Returns whether lane i's surface ends a chain, or goes on with it. */
+/* Returns whether lane i's surface ends a chain, or continues it. */
 static inline bool chains_has(const struct path_context *c, const struct path_packet *p,
                               const struct path_vertex *v, const struct path_radiance *h,
                               uint32_t i)
@@ -24,7 +24,7 @@ void chains_gather(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct lanes_mask *lit,
                    const struct lanes3 *diffuse, struct path_radiance *h);
 
-/* Keeps the diffuse shares of what comes after a chain's last surface, and goes on with chains that
+/* Keeps the diffuse shares of what comes after a chain's last surface, and continues chains that
  * have not ended. */
 void chains_scatter(const struct path_context *c, const struct path_packet *p,
                     const struct path_vertex *v, const struct path_scattering *s,

@@ -1,6 +1,6 @@
 #pragma once
-/* The slope of a point is how many pixels it moves across the image from the centre to the rim of
- * the lens: A f_px (1/z - 1/F). */
+/* The slope of a point is the number of pixels that it moves across the image from the centre to
+ * the rim of the lens: A f_px (1/z - 1/F). */
 #include <float.h>
 
 #include "proto/plan.h"

@@ -1,6 +1,6 @@
 #pragma once
-/* Which light a light sample is of. Each is chosen in proportion to what it may send to the
- * surface: the plan's lights and groups of mesh emitters. Below a group a tree is walked down. The
+/* Chooses the light of a light sample: one of the plan's lights or a group of mesh emitters, in
+ * proportion to what it may send to the surface. Within a group a tree is walked down. The
  * environment keeps a share of its own. */
 #include "worker/trace/path/path.h"
 
@@ -14,7 +14,7 @@ struct light_choice {
     _Alignas(LANES_ALIGN) float before[LANES]; /* of all before it */
 };
 
-/* Weighs the lights for the surfaces of *v: weights and sky_share. */
+/* Weighs the lights for the surfaces of *v. Sets its weights and sky_share. */
 void light_choice_weigh(const struct path_context *c, struct path_vertex *v);
 
 /* Returns the probability of a light of some weight, beside the environment's share. */
@@ -34,7 +34,7 @@ struct light_leaf light_choice_descend(const struct path_context *c, const struc
                                        const struct lanes3 *normal, int i, uint32_t group,
                                        double x);
 
-/* Returns the probability with which that finds a leaf, and sets the weight of its group of the
- * root. */
+/* Returns the probability with which light_choice_descend finds a leaf, and sets the weight of its
+ * group of the root. */
 float light_choice_chance(const struct path_context *c, const struct lanes3 *origin,
                           const struct lanes3 *normal, int i, uint32_t leaf, float *weight);

@@ -2,14 +2,14 @@
 /* The inner loops of path_kernels that weigh all that a light sample may choose, and choose. */
 #include "worker/trace/path/emitter_lanes.h"
 
-/* Directional lights, which are often out of sight, weigh so many times as much as all others at
- * most. */
+/* Directional lights, which are often out of sight, weigh at most this many times as much as all
+ * others. */
 #define SUNS_MAX 15.0f
 
-/* Where the others weigh less than this part of them, there is no such bound. */
+/* The bound does not hold where the others weigh less than this part of them. */
 #define SUNS_FAINTEST 1e-20f
 
-/* Points and spots: the irradiance itself. A point's cone lets everything through. */
+/* Weighs points and spots by the irradiance itself. A point's cone lets everything through. */
 static void weigh_point(const struct light *light, const struct lanes3 *restrict origin,
                         const struct lanes3 *restrict normal, float *restrict weight)
 {
@@ -34,7 +34,7 @@ static void weigh_point(const struct light *light, const struct lanes3 *restrict
     }
 }
 
-/* A rectangle is a flat emitter: nothing arrives behind it. */
+/* Weighs a rectangle, a flat emitter: nothing arrives behind it. */
 static void kernel_weigh_rectangle(const struct light *light, const struct lanes3 *restrict origin,
                                    const struct lanes3 *restrict normal, float *restrict weight)
 {
@@ -114,8 +114,8 @@ static void kernel_weigh_lights(const struct light_table *t, bool points,
     if (any_sun) bound_suns(t, suns, out);
 }
 
-/* Goes on with the choice by one of what there is. Until a lane has found where its number falls,
- * it keeps the last choice that weighs something. */
+/* Passes one of the choices. Until a lane has found where its number falls, it keeps the last
+ * choice that weighs something. */
 LANE_INLINE void pass_choice(uint32_t number, const float *restrict weight,
                              const float *restrict target, struct lanes_mask *restrict found,
                              float *restrict upto, struct light_choice *restrict out)

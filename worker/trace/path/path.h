@@ -180,17 +180,18 @@ void path_radiance_clear_field(struct path_radiance *h, uint32_t count);
 void path_radiance_mirrors(struct path_radiance *h, uint32_t count, const struct path_vertex *from);
 
 /* Traces the paths in s->pools[0], which have been scattered PATH_FIELD_DEPTH times, to their ends;
- * c->field holds. Adds what they bring to `indirect` of the radiance and sets `distance`. What
- * shines by itself at the first hit is scattered once only, no indirect light; it counts where
- * nothing else would bring it: of surfaces that no light stands for, under a plan without paths. */
+ * c->field holds. Adds what they bring to `indirect` of the radiance and sets `distance`. Emission
+ * at the first hit is scattered only once, so it is no indirect light. It counts where nothing else
+ * would bring it: on surfaces that no light stands for, under a plan without paths. */
 void path_trace_field(const struct path_context *c, struct path_scratch *s);
 
 /* Sets `distance` of the light field's first rays, which have come back. */
 void path_note_reach(const struct path_packet *p, const struct lanes_mask *valid,
                      struct path_radiance *h);
 
-/* What the surfaces in the lanes of v->active do to light: which are pure Lambert, the others' BSDF
- * and shading frame, and their diffuse albedo into v->surface. `rays` met the surface. */
+/* Finds what the surfaces in the lanes of v->active do to light: which are pure Lambert, the
+ * others' BSDF and shading frame, and their diffuse albedo in v->surface. `rays` met the
+ * surface. */
 void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
                   struct path_vertex *v);
 
@@ -200,16 +201,16 @@ static inline bool path_is_dispersed(const struct path_vertex *v, int i)
     return v->active.on[i] && !v->lambert.on[i] && v->bsdf[i].dispersed;
 }
 
-/* The far sides of translucent surfaces: light that falls on them comes out on the near side, where
- * the path is, so that light samples are taken there as well. Makes *far the lanes of *v that are
- * translucent, seen from behind: there normals face away from the path, and rays start behind the
+/* Finds the far sides of translucent surfaces. Light that falls on them comes out on the near side,
+ * where the path is, so light samples are taken there as well. Sets *far to the translucent lanes
+ * of *v, seen from behind: there normals face away from the path, and rays start behind the
  * surface. Returns whether there are any. */
 bool path_far_find(const struct path_vertex *v, struct path_vertex *far);
 
-/* Even a path through white surfaces ends at last. */
+/* The largest chance of going on, so that even a path through white surfaces ends at last. */
 #define PATH_ROULETTE_MAX 0.98f
 
-/* Between batches of a block's samples, which may be many seconds' work: tells of progress. False:
+/* Reports progress between batches of a block's samples, which may be many seconds' work. False:
  * stop. */
 static inline bool path_goes_on(const struct path_context *c)
 {
@@ -219,14 +220,14 @@ static inline bool path_goes_on(const struct path_context *c)
 
 /* The steps, in their order; each works on one packet. */
 
-/* A camera path of a pixel joins the pool; its ray is the caller's to aim. */
+/* Adds a camera path of a pixel to the pool. The caller aims its ray. */
 void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *pool);
 
-/* Where the plan's pixel filter puts u in [0, 1), from the pixel's edge: paths are spread by the
- * filter and all weigh the same, so that none contributes to two pixels. */
+/* Returns where the plan's pixel filter puts u in [0, 1), from the pixel's edge. Paths are spread
+ * by the filter and all weigh the same, so that none contributes to two pixels. */
 float path_pixel_offset(const struct plan *plan, float u);
 
-/* Camera rays through the pixels and the lens. */
+/* Adds camera paths through the pixels and the lens to the pool. */
 void path_camera(const struct path_context *c, const struct block *b, uint32_t first,
                  uint32_t count, struct path_pool *pool);
 
@@ -235,7 +236,7 @@ void path_camera(const struct path_context *c, const struct block *b, uint32_t f
 float path_ahead(const struct path_context *c, const struct path_packet *p,
                  const struct path_vertex *v, uint32_t i);
 
-/* Adds what the rays met shines: environment, rectangles, surfaces. */
+/* Adds the emission of what the rays met: environment, rectangles, surfaces. */
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct path_radiance *h);
 
@@ -244,7 +245,7 @@ void path_emission_add(const struct path_context *c, const struct path_packet *p
 void path_nee_add(const struct path_context *c, const struct path_packet *p, struct path_vertex *v,
                   struct nee_sample light[2], struct path_radiance *h);
 
-/* The active paths' next segments go to `next`. */
+/* Scatters the active paths, whose next segments go to `next`. */
 void path_scatter(const struct path_context *c, const struct path_packet *p,
                   const struct path_vertex *v, struct path_radiance *h, struct path_pool *next);
 
@@ -254,7 +255,7 @@ void path_scatter(const struct path_context *c, const struct path_packet *p,
 void path_radiance_add(const struct path_context *c, struct path_radiance *h, uint32_t scatterings,
                        uint32_t slot, const float value[3]);
 
-/* The same of the packet's lanes in *on. */
+/* Does the same for the packet's lanes in *on. */
 void path_radiance_add_lanes(const struct path_context *c, struct path_radiance *h,
                              uint32_t scatterings, const struct path_packet *p,
                              const struct lanes_mask *on, const struct lanes3 *value);

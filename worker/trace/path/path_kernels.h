@@ -6,7 +6,7 @@
 #include "worker/trace/path/path.h"
 
 struct path_kernels {
-    /* Pairs of pattern_path.h. */
+    /* Compute pairs of pattern_path.h. */
     void (*path_pairs)(const struct path_packet *p, uint32_t dimension, float *u, float *v);
     void (*path_pairs_of)(const uint32_t *key, const uint32_t *sample, uint32_t dimension, float *u,
                           float *v);
@@ -20,28 +20,30 @@ struct path_kernels {
     void (*look_back)(const struct RTCRay16 *rays, struct path_vertex *v); /* v->back */
     void (*lambert_scatter)(const struct surface *s, const float *u, const float *v,
                             struct lanes_mask *valid, struct lanes3 *direction, float *pdf);
-    /* Throughputs of the next segments. Where it is a matter of chance (else NULL), they make up
+    /* Computes throughputs of the next segments. With roulette (`chance` not NULL), they make up
      * for paths that end: lanes of *stays go on. */
     void (*weigh_segments)(const struct path_packet *p, const struct path_scattering *s,
                            const float *chance, struct lanes3 *throughput,
                            struct lanes_mask *stays);
     void (*lambert_light)(const struct nee_sample *light, const struct surface *s,
                           const float *probability, struct lanes3 *out);
-    /* layers.h. What `back` sees of the layers that are on; */
+    /* Sees the layers (layers.h) that are on, along `back`. */
     void (*layers_see)(const struct lanes3 *back, struct layers *layers);
-    /* what they send on of light samples that are traced, were these seen: into their lanes; */
+    /* Computes what layers send on of traced light samples, as if these were seen, in the layers'
+     * lanes. */
     void (*layers_light)(const struct nee_sample *light, const struct path_vertex *v,
                          const float *probability, struct lanes3 *diffuse, struct lanes3 *all);
-    /* where they scatter paths (`choice` picks the lobe); */
+    /* Scatters paths at layers; `choice` picks the lobe. */
     void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,
                            const float *w, struct path_scattering *s);
-    /* pi times their diffuse lobes over white albedo, in directions of the world; and samples
-     * (u, w) of the glossy lobes of those that are isotropic. */
+    /* Compute pi times the layers' diffuse lobes over white albedo, in directions of the world, and
+     * samples (u, w) of the glossy lobes of isotropic layers. */
     void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,
                            const struct lanes3 *direction, float *weight);
     void (*layers_gloss)(const struct path_vertex *v, const struct layers *layers, const float *u,
                          const float *w, struct layer_gloss *out);
-    /* Where directions of the world are on the sky's map; directions within texels of it. */
+    /* Find where directions of the world are on the sky's map, and the directions of places within
+     * its texels. */
     void (*find_sky)(const struct sky *sky, const float *x, const float *y, const float *z,
                      struct sky_view *out);
     void (*place_sky)(const struct sky *sky, const struct sky_texels *texels, const float *u,

@@ -17,11 +17,11 @@ void path_leave_surface(const struct path_context *context, const struct path_pa
 void path_leave_listed(const struct path_packet *packet, struct path_vertex *vertex,
                        struct path_radiance *radiance);
 
-/* Returns whether fields bring the diffuse light of lane i's surface, which is there. A normal
- * map's light is that of many normals a pixel, of which a field of pixel centres knows one. */
+/* Returns whether fields bring the diffuse light of lane i's surface, which is there. Under a
+ * normal map a pixel has many normals, of which a field of pixel centres knows only one. */
 bool path_leaves_to_fields(const struct surface *surface, int i);
 
-/* Blackens the surfaces of which paths leave nothing to fields. */
+/* Blackens the surfaces whose light paths do not leave to fields. */
 void path_hide_from_fields(struct surface *surface);
 
 /* Plays roulette with paths that have little weight left then. The layers of the vertex are set. */

@@ -16,8 +16,7 @@ struct light_selection {
     bool others;                             /* a lane chose emitters or the environment */
 };
 
-/* Numbers of which sixteen light samples are made: those of sample[i] of key[i] (pattern_path.h).
- */
+/* What sixteen light samples draw their numbers by: sample[i] of key[i] (pattern_path.h). */
 struct path_numbers {
     const uint32_t *key, *sample;
 };
