@@ -21,26 +21,27 @@ struct replay_sheet {
  * missing or wrong. */
 int replay_print(const struct options *options, FILE *out, struct fault *fault);
 
-/* Line by line, for people. */
+/* Prints line by line, for people. */
 void replay_print_text(const struct replay_sheet *sheet, FILE *out);
 
-/* One JSON document; numbers have all their digits: as floats they are those that were traced.
- * ERR_MEMORY, ERR_IO. */
+/* Prints one JSON document. Numbers have all their digits: read as floats they are those that were
+ * traced. ERR_MEMORY, ERR_IO. */
 int replay_print_json(const struct replay_sheet *sheet, FILE *out);
 
-/* Words for both. */
+/* Return words for both. */
 const char *replay_kind(const struct path_record *record);
 const char *replay_model(const struct path_record_vertex *v);
-/* Why a light sample needed no ray; "" for one that did. */
+/* Returns why a light sample needed no ray; "" for one that did. */
 const char *replay_skip(const struct path_record_light *light);
-/* Why the path ended at its last vertex. */
+/* Returns why the path ended at its last vertex. */
 const char *replay_end(const struct replay_sheet *sheet);
 /* Names of an instance (index + 1), of its mesh and of its material; "" for none. */
 struct replay_names {
     const char *instance, *mesh, *material;
 };
 struct replay_names replay_names(const struct scene *scene, uint32_t instance);
-/* What the scene calls a light of the plan; "" for those of the job. */
+/* Returns the scene's name for a light of the plan; "" for lights of the job. */
 const char *replay_light_name(const struct plan *plan, const struct scene *scene, uint32_t light);
-/* "rectangle", ...; "surface" and "environment" for what has no number. */
+/* Returns the kind of a light: "rectangle", ...; "surface" and "environment" for what has no
+ * number. */
 const char *replay_light(const struct plan *plan, uint32_t light);

@@ -11,7 +11,7 @@
  * of one ray is linear in each surface's presence.
  *
  * The limits: rays of equal keys see the same numbers, so each ray of a path needs a key of its
- * own; and there are 2^32 keys, enough for noise, not for counting beyond it. Rays without a key
+ * own; and there are only 2^32 keys, so a mean over more rays gets no better. Rays without a key
  * meet blended surfaces as masks of cutoff one half. */
 #include <stdint.h>
 

@@ -9,7 +9,7 @@
 
 #define EMITTER_GROUPS 16u
 
-/* Shapes are put into so many groups at most. */
+/* The largest number of groups that shapes are put into. */
 #define EMITTER_GROUPS_MAX 64u
 
 /* The bounds of each group: a sphere around its triangles and a cone around their normals. Those
@@ -33,9 +33,8 @@ struct emitter_shape {
 };
 
 /* Puts the shapes first .. end - 1, end > first, and `order` into the order of groups, of which
- * there are `most` at most. Returns how many; group g has the shapes from starts[g] to before
- * starts[g + 1].
- */
+ * there are `most` at most. Returns their number; group g has the shapes from starts[g] to before
+ * starts[g + 1]. */
 uint32_t emitter_groups_find(struct emitter_shape *shapes, uint32_t *order, uint32_t first,
                              uint32_t end, uint32_t most, uint32_t starts[EMITTER_GROUPS_MAX + 1]);
 

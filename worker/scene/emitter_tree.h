@@ -8,7 +8,8 @@
 /* emitter_groups' `below`: a node's number, or a leaf's with this bit. */
 #define EMITTER_LEAF 0x80000000u
 
-/* Leaves have so many triangles at most, or, which bounds the tree's memory, this part of all. */
+/* Leaves have at most this many triangles, or in large scenes count / EMITTER_LEAVES_MAX, which
+ * bounds the tree's memory. */
 #define EMITTER_LEAF_TRIANGLES 32u
 #define EMITTER_LEAVES_MAX     (1u << 15)
 

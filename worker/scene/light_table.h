@@ -25,7 +25,7 @@ struct light {
 #define LIGHT_CHOICE_EMITTERS    LIMIT_LIGHTS
 #define LIGHT_CHOICE_ENVIRONMENT LIGHT_CHOICES
 
-/* So many lights without extent are all sampled at a camera path's first surface. */
+/* At most this many lights without extent are all sampled at a camera path's first surface. */
 #define LIGHTS_FEW 8u
 
 struct light_table {

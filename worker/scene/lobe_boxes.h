@@ -21,6 +21,6 @@ struct lobe_boxes {
 int lobe_boxes_create(const struct scene *blob, const struct mesh_view *meshes,
                       const struct lobe_box *of_base, struct lobe_boxes **out);
 
-/* Finds what encloses a mesh. */
+/* Finds the box that encloses a mesh. */
 void lobe_box_of_mesh(const struct mesh_view *mesh, struct lobe_box *out);
 void lobe_boxes_destroy(struct lobe_boxes **boxes);

@@ -5,7 +5,7 @@
  * Sources: glTF 2.0, section 3.9 and appendix B; KHR_materials_specular, _ior, _transmission,
  * _volume, _anisotropy, _clearcoat, _emissive_strength, _unlit. An unlit material emits its base
  * colour to both sides and reflects nothing. Rays meet materials from both sides, double-sided or
- * not: only emission minds, and cameras (back_faces.h). */
+ * not. Only emission and cameras (back_faces.h) tell the sides apart. */
 #include <stdbool.h>
 
 #include "worker/scene/texture.h"
@@ -60,51 +60,52 @@ struct material_table {
     struct material materials[];
 };
 
-/* All materials of a blob, which must outlive the table. ERR_MEMORY. */
+/* Creates the table of all materials of a blob, which must outlive it. ERR_MEMORY. */
 int material_table_create(const struct scene *blob, struct material_table **out);
 void material_table_destroy(struct material_table **table);
 
-/* Where on a mesh: both UV sets and the vertex colour at the hit. Materials that are not `textured`
- * read none: NULL will do. */
+/* A place on a mesh: both UV sets and the vertex colour at the hit. Materials that are not
+ * `textured` read none: NULL will do. */
 struct material_uv {
     float set[2][2];
     float color[4];
 };
 
-/* Base colour, linear, alpha last. */
+/* Computes the base colour, linear, alpha last. */
 void material_base_color(const struct material *m, const struct material_uv *uv, float out[4]);
 
 /* Returns how much of the surface is there, in [0, 1]: 1 if opaque, 0 or 1 of a mask, alpha of a
  * blend. */
 float material_opacity(const struct material *m, const struct material_uv *uv);
 
-/* Emitted radiance of the side that emits; of unlit materials the base colour. */
+/* Computes the emitted radiance of the side that emits; for unlit materials the base colour. */
 void material_emission(const struct material *m, const struct material_uv *uv, float out[3]);
 
-/* Emitted radiance averaged over the emission texture: what the mesh would emit on the whole if its
- * UVs covered the texture evenly. Reads every texel; for preparations. */
+/* Computes the emitted radiance averaged over the emission texture: what the mesh would emit on the
+ * whole if its UVs covered the texture evenly. It reads every texel, so it is for preparations. */
 void material_mean_emission(const struct material *m, float out[3]);
 
-/* The normal map's normal in tangent space, not normalised; (0, 0, 1) without a map. */
+/* Computes the normal map's normal in tangent space, not normalised; (0, 0, 1) without a map. */
 void material_tangent_normal(const struct material *m, const struct material_uv *uv, float out[3]);
 
-/* The same of the normal map's texel there. */
+/* Does the same from the normal map's texel there. */
 void material_bend(const struct material *m, const float texel[4], float out[3]);
 
-/* The coat's normal in tangent space, not normalised. */
+/* Computes the coat's normal in tangent space, not normalised. */
 void material_coat_normal(const struct material *m, const struct material_uv *uv, float out[3]);
 
 /* Returns whether its diffuse albedo is its base colour times what metalness leaves of it. */
 bool material_is_metallic_only(const struct material *m);
 
-/* The BSDF at a point, in the frame whose x is the mesh's tangent turned by
- * material_tangent_angle. `inside`: the path is inside the solid (of no matter unless `volume`).
+/* Computes the BSDF at a point, in the frame whose x is the mesh's tangent turned by
+ * material_tangent_angle. `inside`: the path is inside the solid; it matters only for a `volume`.
  * Every field of *out is set, within bsdf.h's ranges. */
 void material_bsdf(const struct material *m, const struct material_uv *uv, bool inside,
                    struct bsdf *out);
 
-/* Cosine and sine of the angle from the mesh's tangent, towards its bitangent, at which the facets
- * of an anisotropic surface are widest spread (alpha_u). (1, 0) where !anisotropic. */
+/* Computes the cosine and sine of the angle from the mesh's tangent, towards its bitangent, at
+ * which the facets of an anisotropic surface are widest spread (alpha_u). (1, 0) where
+ * !anisotropic. */
 void material_tangent_angle(const struct material *m, const struct material_uv *uv,
                             float direction[2]);
 

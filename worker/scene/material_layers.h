@@ -1,6 +1,6 @@
 #pragma once
-/* What Khronos' extensions lay on a glTF surface, or change of what passes it: coat, sheen, film,
- * light let through, dispersion. */
+/* Sets what Khronos' extensions add to a glTF surface, or change in the light that passes it: coat,
+ * sheen, film, diffuse transmission, dispersion. */
 #include "worker/scene/material.h"
 
 /* Reads a texture; ones where there is none. */
@@ -13,5 +13,5 @@ static inline void material_texel(const struct texture *t, const struct material
         out[0] = out[1] = out[2] = out[3] = 1.0f;
 }
 
-/* Sets them at a point of a glTF surface, of which all else is set. */
+/* Sets them at a point of a glTF surface whose other fields are set. */
 void material_layers_set(const struct material *m, const struct material_uv *uv, struct bsdf *out);

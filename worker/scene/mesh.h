@@ -1,5 +1,5 @@
 #pragma once
-/* Reading a placed mesh at a barycentric position. */
+/* Reads a placed mesh at a barycentric position. */
 #include "worker/scene/render_scene.h"
 
 /* A point (1-u-v) v0 + u v1 + v v2 of a triangle. */
@@ -19,7 +19,7 @@ static inline struct mesh_point mesh_point_at(const struct mesh_view *mesh, uint
     };
 }
 
-/* One component of a vertex attribute with `stride` floats a vertex. */
+/* Returns one component of a vertex attribute with `stride` floats a vertex. */
 static inline float mesh_interpolate(const struct mesh_point *p, const float *attribute,
                                      size_t stride, size_t component)
 {
@@ -28,7 +28,8 @@ static inline float mesh_interpolate(const struct mesh_point *p, const float *at
            p->weights[2] * attribute[p->corners[2] * stride + component];
 }
 
-/* Both UV sets, zeros for a set that the mesh lacks, and the colour, ones where it has none. */
+/* Sets both UV sets, with zeros for a set that the mesh lacks, and the colour, with ones where it
+ * has none. */
 static inline void mesh_uv(const struct mesh_point *p, struct material_uv *out)
 {
     for (int set = 0; set < 2; set++)

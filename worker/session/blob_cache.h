@@ -28,7 +28,7 @@ struct cached_blob {
     enum tracing_kind kind; /* READY */
     struct fault fault;     /* FAILED: why */
     uint64_t cpu_us;        /* READY: CPU time of loading, its base's, too; 0 once it is counted */
-    uint64_t reused_triangles; /* READY: that its base has trees over; 0 once they are counted */
+    uint64_t reused_triangles; /* READY: triangles in its base's trees; 0 once they are counted */
     unsigned refs;
 };
 

@@ -16,7 +16,7 @@ enum tracing_kind { TRACING_SCENE, TRACING_ENVIRONMENT, TRACING_BASE };
 struct tracing_cost {
     uint64_t bytes;            /* of memory that the blob holds, roughly */
     uint64_t cpu_us;           /* of loading */
-    uint64_t reused_triangles; /* that the base has trees over */
+    uint64_t reused_triangles; /* triangles in the base's trees */
 };
 
 /* A pass of a tile, and the loaded blobs it is traced with; all borrowed. */
@@ -57,5 +57,5 @@ struct tracing {
                  struct bytes_writer *packed);
 };
 
-/* The real one: Embree. */
+/* The implementation by Embree. */
 extern const struct tracing tracing_embree;

@@ -5,9 +5,10 @@
  * (1 - Rs) has a colour: it belongs into struct bsdf's albedo, Rd (1 - Rs). */
 #include "worker/shade/bsdf.h"
 
-/* wo.z, wi.z >= DIRECTION_GRAZING. */
+/* Evaluates the lobes; wo.z, wi.z >= DIRECTION_GRAZING. */
 void ashikhmin_shirley_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                                 struct bsdf_value *out);
-/* wi of density ashikhmin_shirley_evaluate's pdf; it may lie below the horizon. */
+/* Samples wi with the density that ashikhmin_shirley_evaluate gives; it may lie below the
+ * horizon. */
 void ashikhmin_shirley_sample(const struct bsdf *b, const float wo[3], float choice,
                               const float u[2], float wi[3]);

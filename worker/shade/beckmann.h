@@ -10,15 +10,17 @@
  * reflect at most 1 where albedo + model_specular is at most 1. */
 #include "worker/shade/bsdf.h"
 
-/* wo.z, wi.z >= DIRECTION_GRAZING. Smooth facets are left out, as a Dirac lobe. */
+/* Evaluates the lobes; wo.z, wi.z >= DIRECTION_GRAZING. Smooth facets are left out, as a Dirac
+ * lobe. */
 void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                        struct bsdf_value *out);
-/* wi of density beckmann_evaluate's pdf; it may lie below the horizon. Not for smooth facets. */
+/* Samples wi with the density that beckmann_evaluate gives; it may lie below the horizon. Not for
+ * smooth facets. */
 void beckmann_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                      float wi[3]);
 
-/* Reflectance of a facet. */
+/* Computes the reflectance of a facet. */
 void beckmann_fresnel(const struct bsdf *b, float cosine, float out[3]);
 
-/* The probability of the specular lobe, also where it is a mirror. */
+/* Returns the probability of the specular lobe, also where it is a mirror. */
 float beckmann_specular_share(const struct bsdf *b, float cosine);

@@ -4,9 +4,9 @@
  * (Giesen 2009, "Phong normalization factor derivations"). Beside it albedo / pi. */
 #include "worker/shade/bsdf.h"
 
-/* wo.z, wi.z >= DIRECTION_GRAZING. */
+/* Evaluates the lobes; wo.z, wi.z >= DIRECTION_GRAZING. */
 void blinn_phong_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                           struct bsdf_value *out);
-/* wi of density blinn_phong_evaluate's pdf; it may lie below the horizon. */
+/* Samples wi with the density that blinn_phong_evaluate gives; it may lie below the horizon. */
 void blinn_phong_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                         float wi[3]);

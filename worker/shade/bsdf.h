@@ -1,5 +1,6 @@
 #pragma once
-/* What a surface does to light at one point: a sum of lobes, evaluated, sampled, and their density.
+/* A surface's scattering of light at one point: a sum of lobes, which are evaluated and sampled,
+ * and their density.
  *
  * Directions are unit, in the shading frame: z is the shading normal, turned to the side that the
  * path came from, x and y the tangents that anisotropy refers to. wo points back along the path
@@ -11,7 +12,7 @@
  *
  * All functions are pure, use no mathematics of the C library beyond sqrtf, floorf and fabsf (whose
  * results do not depend on the CPU), and give finite numbers for every struct bsdf within the
- * ranges below. One file a model holds its formulas; bsdf.c only chooses. */
+ * ranges below. Each model has a file with its formulas; bsdf.c only chooses. */
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -82,8 +83,8 @@ struct bsdf_sample {
     bool transmitted;
 };
 
-/* Colour by which all lobes but the diffuse one reflect at normal incidence or transmit, each in
- * [0, 2]: what textures of such lobes are taken out by. */
+/* Computes the colour, each component in [0, 2], by which all lobes but the diffuse one reflect at
+ * normal incidence or transmit. Dividing by it takes textures of such lobes out. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
 
 /* Returns whether light leaves the far side as from a diffuse surface. */
@@ -99,8 +100,8 @@ static inline bool bsdf_has_layers(const struct bsdf *b)
            bsdf_is_translucent(b);
 }
 
-/* Makes one colour of a dispersed volume be transmitted, scaled. Chosen by chance among the three
- * and scaled by 3, it has the mean of all. What is reflected has all colours. */
+/* Makes a dispersed volume transmit one colour only, scaled. Chosen by chance among the three and
+ * scaled by 3, it has the mean of all. Reflected light keeps all colours. */
 static inline void bsdf_choose_color(struct bsdf *b, int color, float scale)
 {
     b->color = color;
@@ -115,8 +116,8 @@ bool bsdf_is_dirac(const struct bsdf *b);
  * transmits. */
 bool bsdf_reflects_max(const struct bsdf *b, float cosine);
 
-/* Both lobes' values for the pair, and the density with which bsdf_sample chooses wi. Zero where wo
- * or wi grazes (|z| < 1e-6). */
+/* Computes both lobes' values for the pair, and the density with which bsdf_sample chooses wi. They
+ * are zero where wo or wi grazes (|z| < 1e-6). */
 void bsdf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                    struct bsdf_value *out);
 

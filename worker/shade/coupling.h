@@ -5,8 +5,8 @@
  * Specular Reflection") that this reflects more light than comes in; it names Kulla and Conty
  * (2017, "Revisiting Physically Based Shading at Imageworks") as the remedy, which is used here:
  * with M(w) the mean Fresnel reflectance of the facets that w sees and M the cosine-weighted mean
- * of M(w), the diffuse lobe is (1 - M(wo)) (1 - M(wi)) / (1 - M) / pi. It is reciprocal, and of
- * what the facets let through nothing is lost.
+ * of M(w), the diffuse lobe is (1 - M(wo)) (1 - M(wi)) / (1 - M) / pi. It is reciprocal, and
+ * nothing of what the facets let through is lost.
  *
  * Schlick's Fresnel makes M(w) = f0 + (1 - f0) W(w), W the mean of (1 - w.h)^5 over the facets that
  * w sees, weighted by what leaves them. W was integrated over visible facets (512 x 512 directions
@@ -22,7 +22,7 @@ extern const float coupling_roots[COUPLING_NODES * COUPLING_NODES];
 /* The cosine-weighted mean of W by row. */
 extern const float coupling_averages[COUPLING_NODES];
 
-/* The node below t in [0, 1] and the fraction up to the next. */
+/* Returns the node below t in [0, 1] and sets the fraction up to the next. */
 static inline int coupling_node(float t, float *fraction)
 {
     const float at = t * (COUPLING_NODES - 1);
@@ -31,7 +31,8 @@ static inline int coupling_node(float t, float *fraction)
     return node;
 }
 
-/* W of a direction at `cosine` to the normal for facets of roughness alpha, both in [0, 1]. */
+/* Returns W of a direction at `cosine` to the normal for facets of roughness alpha, both in [0,
+ * 1]. */
 static inline float coupling_grazing(float cosine, float alpha)
 {
     float f, g;

@@ -19,7 +19,7 @@ static inline void direction_set(float x, float y, float z, float out[3])
     out[2] = z;
 }
 
-/* out = v / |v|; v of no length stays so. Returns |v|. */
+/* Sets out = v / |v| and returns |v|. A v of no length stays so. */
 static inline float direction_normalize(float x, float y, float z, float out[3])
 {
     const float length = sqrtf(x * x + y * y + z * z);
@@ -28,21 +28,22 @@ static inline float direction_normalize(float x, float y, float z, float out[3])
     return length;
 }
 
-/* w mirrored at the facet of normal h; cosine = w.h. */
+/* Mirrors w at the facet of normal h; cosine = w.h. */
 static inline void direction_reflect(const float w[3], const float h[3], float cosine, float out[3])
 {
     const float twice = 2.0f * cosine;
     direction_set(twice * h[0] - w[0], twice * h[1] - w[1], twice * h[2] - w[2], out);
 }
 
-/* w mirrored at the surface. */
+/* Mirrors w at the surface. */
 static inline void direction_mirror(const float w[3], float out[3])
 {
     direction_set(-w[0], -w[1], w[2], out);
 }
 
-/* w (cosine = w.h > 0) bent by a facet with index of refraction eta behind it; cosine_far > 0 is
- * that of the refracted direction to -h. Normalised, as a small eta magnifies rounding. */
+/* Refracts w (cosine = w.h > 0) by a facet with index of refraction eta behind it; cosine_far > 0
+ * is that of the refracted direction to -h. The result is normalised, as a small eta magnifies
+ * rounding. */
 static inline void direction_refract(const float w[3], const float h[3], float cosine,
                                      float cosine_far, float eta, float out[3])
 {
@@ -51,8 +52,8 @@ static inline void direction_refract(const float w[3], const float h[3], float c
                         along * h[2] - inverse * w[2], out);
 }
 
-/* Two unit vectors that make a right-handed frame with n: those of Frisvad (2012) for the upper
- * half, mirrored for the lower, so that no denominator is below 1. */
+/* Computes two unit vectors that make a right-handed frame with n: those of Frisvad (2012) for the
+ * upper half, mirrored for the lower, so that no denominator is below 1. */
 static inline void direction_frame(const float n[3], float s[3], float t[3])
 {
     const float sign = elementary_copysign(1.0f, n[2]);

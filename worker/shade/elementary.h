@@ -1,7 +1,7 @@
 #pragma once
 /* Elementary functions whose results are the same bits on every CPU: the C library picks variants
- * of its own by CPU. Branch-light, so that loops over lanes become vector code; of the C library
- * only sqrtf, floorf, floor and fabsf are used, which are exact.
+ * of its own by CPU. They have few branches, so that loops over lanes become vector code. Of the C
+ * library they use only sqrtf, floorf, floor and fabsf, which are exact.
  *
  * The largest errors against the C library's double functions, measured by
  * tests/unit/worker/shade/test_elementary.c, stand with each function. Polynomials are Taylor
@@ -32,14 +32,14 @@ static inline float elementary_of_bits(uint32_t bits)
     return x;
 }
 
-/* |x| with the sign of s; of -0 too. */
+/* Returns |x| with the sign of s, also of -0. */
 static inline float elementary_copysign(float x, float s)
 {
     return elementary_of_bits((elementary_bits(x) & 0x7fffffffu) |
                               (elementary_bits(s) & 0x80000000u));
 }
 
-/* Sine and cosine on [-pi/4, pi/4], Taylor: the series' own error is below 4e-8. */
+/* Return sine and cosine on [-pi/4, pi/4] by Taylor series, whose own error is below 4e-8. */
 static inline float elementary_small_sin(float x)
 {
     const float s = x * x;
@@ -52,9 +52,9 @@ static inline float elementary_small_cos(float x)
     return 1.0f + s * (-0.5f + s * (1.0f / 24 + s * (-1.0f / 720 + s / 40320)));
 }
 
-/* x = quarter * pi/2 + rest; the quarter modulo 4. In double, pi/2 in two parts of which the first
- * has 26 bits: exact to |x| = 2^27. Beyond, where neighbouring floats are turns apart, the rest is
- * only kept in its range. */
+/* Splits x into quarter * pi/2 + rest and returns the rest; the quarter is modulo 4. It uses pi/2
+ * in double, in two parts of which the first has 26 bits, which is exact to |x| = 2^27. Beyond,
+ * where neighbouring floats are turns apart, the rest is only kept in its range. */
 static inline float elementary_quarter(float x, int *quarter)
 {
     const double turns = 0.636619772367581343 * (double)x;
@@ -66,7 +66,7 @@ static inline float elementary_quarter(float x, int *quarter)
     return (float)rest;
 }
 
-/* Any finite x. Relative error 1.5e-7 to |x| = 1e8. */
+/* Returns the sine of any finite x. Relative error 1.5e-7 to |x| = 1e8. */
 static inline float elementary_sin(float x)
 {
     int quarter;
@@ -85,7 +85,8 @@ static inline float elementary_cos(float x)
     return (quarter + 1) & 2 ? -value : value;
 }
 
-/* Sine and cosine of 2 pi u for u in [0, 1], exact at quarter turns. Relative error 1.7e-7. */
+/* Computes sine and cosine of 2 pi u for u in [0, 1], exact at quarter turns. Relative error
+ * 1.7e-7. */
 static inline void elementary_sincos_turn(float u, float *sine, float *cosine)
 {
     const float t = 4.0f * u, q = floorf(t + 0.5f);
@@ -97,7 +98,7 @@ static inline void elementary_sincos_turn(float u, float *sine, float *cosine)
     *cosine = (quarter + 1) & 2 ? -b : b;
 }
 
-/* 2^(n + r) for r in [-1/2, 1/2] and whole n in [-126, 127]; a fit. */
+/* Returns 2^(n + r) for r in [-1/2, 1/2] and whole n in [-126, 127], by a fit. */
 static inline float elementary_exp2_split(float n, float r)
 {
     const float p =
@@ -108,8 +109,8 @@ static inline float elementary_exp2_split(float n, float r)
     return p * elementary_of_bits((uint32_t)((int32_t)n + 127) << 23);
 }
 
-/* Any x. 0 below -87.33, ELEMENTARY_MAX from 88.37 (not infinity: products with 0 stay 0). Relative
- * error 1.1e-7. */
+/* Returns e^x for any x: 0 below -87.33, ELEMENTARY_MAX from 88.37 (not infinity, so that products
+ * with 0 stay 0). Relative error 1.1e-7. */
 static inline float elementary_exp(float x)
 {
     const float in = x < -87.33f ? -87.33f : x > 88.37f ? 88.37f : x;
@@ -120,7 +121,7 @@ static inline float elementary_exp(float x)
     return x < -87.33f ? 0.0f : x > 88.37f ? ELEMENTARY_MAX : value;
 }
 
-/* e^x - 1 for any x in [-87, 88], its digits kept near 0. Relative error 3.2e-7. */
+/* Returns e^x - 1 for any x in [-87, 88], with its digits kept near 0. Relative error 3.2e-7. */
 static inline float elementary_expm1(float x)
 {
     const float small =
@@ -138,8 +139,8 @@ static inline float elementary_frexp(float x, float *e)
     return elementary_of_bits((above & 0x007fffffu) + 0x3f3504f3u);
 }
 
-/* Natural logarithm of finite x > 0; of smaller ones as of the least normal float (-87.3). Relative
- * error 1.7e-7. */
+/* Returns the natural logarithm of finite x > 0. Smaller x count as the least normal float (-87.3).
+ * Relative error 1.7e-7. */
 static inline float elementary_log(float x)
 {
     float e;
@@ -151,7 +152,7 @@ static inline float elementary_log(float x)
     return e * 0.693145752f + (e * 1.42860677e-6f + log_m);
 }
 
-/* log(1 + x) for x > -1, its digits kept near 0. Relative error 2e-7. */
+/* Returns log(1 + x) for x > -1, with its digits kept near 0. Relative error 2e-7. */
 static inline float elementary_log1p(float x)
 {
     const float f = x / (2.0f + x), s = f * f;
@@ -160,8 +161,8 @@ static inline float elementary_log1p(float x)
     return fabsf(x) < 0.29f ? small : elementary_log(1.0f + x);
 }
 
-/* The angle of (x, y), in [-pi, pi], as the C library's, signed zeros included; finite arguments.
- * Relative error 2e-7. */
+/* Returns the angle of (x, y), in [-pi, pi], as the C library does, signed zeros included.
+ * Arguments are finite. Relative error 2e-7. */
 static inline float elementary_atan2(float y, float x)
 {
     const float ax = fabsf(x), ay = fabsf(y);
@@ -181,9 +182,8 @@ static inline float elementary_atan2(float y, float x)
     return elementary_copysign(half, y);
 }
 
-/* exp(x^2) erfc(x) for x in [0, 4], where erfc ends as a float beside 1; a fit in 1 / (1 + x/2).
- * Relative error 3.5e-7.
- */
+/* Returns exp(x^2) erfc(x) for x in [0, 4], beyond which erf is 1 as a float, by a fit in 1 / (1 +
+ * x/2). Relative error 3.5e-7. */
 static inline float elementary_erfcx(float x)
 {
     const float t = 1.0f / (1.0f + 0.5f * x);
@@ -198,7 +198,7 @@ static inline float elementary_erfcx(float x)
                                                    t * (-0.260329697f + t * 0.0367132889f)))))))));
 }
 
-/* Any x. Relative error 1.8e-7. */
+/* Returns erf of any x. Relative error 1.8e-7. */
 static inline float elementary_erf(float x)
 {
     const float a = fabsf(x), s = a * a, end = a < 4.0f ? a : 4.0f;
@@ -212,8 +212,8 @@ static inline float elementary_erf(float x)
     return elementary_copysign(a < 1.0f ? small : large, x);
 }
 
-/* The inverse of erf on (-1, 1); arguments beyond +-(1 - 2^-24) count as these (+-3.77). Two fits,
- * in w = -log(1 - x^2) and its root. Relative error 4.6e-7. */
+/* Returns the inverse of erf on (-1, 1); arguments beyond +-(1 - 2^-24) count as these (+-3.77). It
+ * has two fits, in w = -log(1 - x^2) and its root. Relative error 4.6e-7. */
 static inline float elementary_erfinv(float x)
 {
     const float a = fabsf(x), in = a < 0x1.fffffep-1f ? a : 0x1.fffffep-1f;

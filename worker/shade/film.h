@@ -1,10 +1,10 @@
 #pragma once
-/* KHR_materials_iridescence: a film whose two sides reflect interfering light. After the appendix
- * of the extension, which is Belcour and Barla (2017, "A Practical Extension to Microfacet Theory
- * for the Modeling of Varying Iridescence"): Airy's sum of the reflections in the film, whose
- * spectra the eye's sensitivities, as sums of Gaussians, turn into colours in closed form. Phases
- * at the film's sides are 0 or pi; two reflections beside the mean are kept. Both sides reflect by
- * Schlick's fit.
+/* KHR_materials_iridescence: a film whose two sides reflect interfering light. The formulas are
+ * those of the extension's appendix, from Belcour and Barla (2017, "A Practical Extension to
+ * Microfacet Theory for the Modeling of Varying Iridescence"): Airy's sum of the reflections in the
+ * film. The eye's sensitivities, as sums of Gaussians, turn its spectra into colours in closed
+ * form. Phases at the film's sides are 0 or pi; two reflections beside the mean are kept. Both
+ * sides reflect by Schlick's fit.
  *
  * What a surface with such a film reflects is mix(schlick, film, factor). Here that takes the place
  * of Schlick's Fresnel wherever gltf.c has it. Beyond the extension, colours stay
@@ -20,6 +20,6 @@ static inline bool film_is_on(const struct bsdf *b)
  * incidence without it; grazing is (1 - cosine)^5 or a mean of it, the cosine that outside. */
 void film_fresnel(const struct bsdf *b, const float f0[3], float grazing, float out[3]);
 
-/* Sets b->film_mean from all else: how much of light from all sides facets reflect, at most of any
- * colour. Within 0.01 of an integral. */
+/* Sets b->film_mean from all else: the share of light from all sides that facets reflect, in the
+ * colour in which they reflect most. It is within 0.01 of an integral. */
 void film_prepare(struct bsdf *b);

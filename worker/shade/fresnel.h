@@ -4,7 +4,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-/* (1 - cosine)^5: Schlick (1994, "An inexpensive BRDF model"), F = f0 + (1 - f0) times this. */
+/* Returns (1 - cosine)^5: Schlick (1994, "An inexpensive BRDF model"), F = f0 + (1 - f0) times
+ * this. */
 static inline float fresnel_grazing(float cosine)
 {
     const float m = cosine < 1.0f ? 1.0f - cosine : 0.0f, s = m * m;
@@ -19,8 +20,9 @@ static inline float fresnel_schlick(float f0, float grazing)
     return f0 + (1.0f - f0) * grazing;
 }
 
-/* Fresnel's equations between dielectrics; eta > 0 is the far side's index over the near one's.
- * *cosine_far is the refracted direction's cosine; 0 with total reflection, which gives 1. */
+/* Returns the share by Fresnel's equations between dielectrics; eta > 0 is the far side's index
+ * over the near one's. *cosine_far becomes the refracted direction's cosine; 0 with total
+ * reflection, which gives 1. */
 static inline float fresnel_dielectric(float cosine, float eta, float *cosine_far)
 {
     const float sine2 = (1.0f - cosine) * (1.0f + cosine) / (eta * eta);
@@ -32,7 +34,8 @@ static inline float fresnel_dielectric(float cosine, float eta, float *cosine_fa
     return 0.5f * (parallel * parallel + across * across);
 }
 
-/* Fresnel's equations at a conductor of complex index eta + i k as seen from a vacuum, eta > 0. */
+/* Returns the share by Fresnel's equations at a conductor of complex index eta + i k as seen from a
+ * vacuum, eta > 0. */
 static inline float fresnel_conductor(float cosine, float eta, float k)
 {
     const float cos2 = cosine * cosine, sin2 = (1.0f - cosine) * (1.0f + cosine);

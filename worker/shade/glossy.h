@@ -10,8 +10,8 @@
 
 bool glossy_has(const struct bsdf *b);
 
-/* Directional albedo of the lobe towards a direction at `cosine` to the normal, rgb: with A the
- * share of light that facets reflecting all of it send on once, and W of coupling.h,
- * A (f0 + (1 - f0) W). Within 1.2 % of an integral and 0.1 % in the mean; where W is least exact,
- * along sharp surfaces, within 3.5 %. glossy_has holds. */
+/* Computes the directional albedo, rgb, of the lobe towards a direction at `cosine` to the normal:
+ * A (f0 + (1 - f0) W), with W of coupling.h and A the share of light that facets which reflect all
+ * of it send on once. It is within 1.2 % of an integral and 0.1 % in the mean; where W is least
+ * exact, along sharp surfaces, within 3.5 %. glossy_has holds. */
 void glossy_reflectance(const struct bsdf *b, float cosine, float out[3]);

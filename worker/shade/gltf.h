@@ -18,12 +18,12 @@
  * - An index of 0, which by KHR_materials_ior reflects everything, or beyond GLTF_INFINITE (or one
  *   over that, from inside) does not bend either; f0 is 1 then, and Schlick's fit says it all.
  * - A dispersed volume reflects each colour by its own index, and transmits one colour, chosen by
- *   whoever traces (bsdf_choose_color), by that colour's.
- * - A volume of an index within GLTF_MATCHED of its surroundings' does neither bend nor reflect.
+ *   the caller (bsdf_choose_color), by that colour's.
+ * - A volume of an index within GLTF_MATCHED of its surroundings' neither bends nor reflects.
  *
  * Diffuse transmission is the diffuse lobe, of an albedo of its own (`through`), mirrored at the
- * surface: what facets let through of light in and out is the same. That holds of volumes, too,
- * where it says nothing of the index.
+ * surface: what facets let through of light in and out is the same. That holds for volumes, too,
+ * whatever their index.
  *
  * Refraction (Walter et al. 2007) is kept basic: radiance is not scaled by the square of the index
  * ratio. L / n^2 is what a path keeps, so that a furnace stays 1 inside glass, and emitters inside
@@ -35,11 +35,11 @@
 #define GLTF_MATCHED  1e-3f
 #define GLTF_INFINITE 100.0f
 
-/* wo.z, |wi.z| >= DIRECTION_GRAZING. */
+/* Evaluates the lobes; wo.z, |wi.z| >= DIRECTION_GRAZING. */
 void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                    struct bsdf_value *out);
 
-/* Where out->dirac is false on return, of *out only wi is set, and *value is gltf_evaluate's of it;
- * else all of *out, and *value is not set. False: absorbed. */
+/* Samples wi. For a Dirac lobe it sets all of *out and leaves *value alone. Else it sets only wi
+ * and dirac of *out, and *value to what gltf_evaluate gives. False: absorbed. */
 bool gltf_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                  struct bsdf_sample *out, struct bsdf_value *value);

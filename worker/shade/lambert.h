@@ -11,17 +11,17 @@
 #include "worker/shade/lanes.h"
 
 #define LAMBERT_INV_PI 0.318309886183790672f
-/* Square of the least height of a direction: what lies on the disk's rim rises, too, rather than
- * along the surface, where nothing says what it meets. */
+/* The square of the least height of a direction. Directions on the disk's rim rise, too, since it
+ * is undefined what a ray along the surface meets. */
 #define LAMBERT_RISE2 0x1p-24f
 
-/* Density of lambert_sample per solid angle at cosine `cos` to the normal; 0 below. */
+/* Returns the density of lambert_sample per solid angle at cosine `cos` to the normal; 0 below. */
 static inline float lambert_pdf(float cos)
 {
     return cos > 0.0f ? cos * LAMBERT_INV_PI : 0.0f;
 }
 
-/* The direction around +z for the point (u, v) of the unit square; z is above 0. */
+/* Computes the direction around +z for the point (u, v) of the unit square; z is above 0. */
 static inline void lambert_direction(float u, float v, float *x, float *y, float *z)
 {
     float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
@@ -36,5 +36,5 @@ static inline void lambert_direction(float u, float v, float *x, float *y, float
     *z = sqrtf(height > LAMBERT_RISE2 ? height : LAMBERT_RISE2);
 }
 
-/* The same for sixteen points. */
+/* Does the same for sixteen points. */
 void lambert_sample(const float u[LANES], const float v[LANES], struct lanes3 *local);

@@ -7,8 +7,8 @@
 #define LANES_ALIGN  64
 #define LANES_ACROSS 4 /* a block is 4 x 4 pixels, lane = 4 (y & 3) + (x & 3) */
 
-/* What loops over lanes are made of: inlined early, while the compiler still knows which pointers
- * are restrict. */
+/* For the parts of loops over lanes. They are inlined early, while the compiler still knows which
+ * pointers are restrict. */
 #define LANE_INLINE static inline __attribute__((always_inline))
 
 struct lanes3 {
@@ -17,7 +17,7 @@ struct lanes3 {
     _Alignas(LANES_ALIGN) float z[LANES];
 };
 
-/* A truth a lane: -1 or 0, as Embree's valid masks. */
+/* One truth value per lane: -1 or 0, as in Embree's valid masks. */
 struct lanes_mask {
     _Alignas(LANES_ALIGN) int32_t on[LANES];
 };
@@ -29,7 +29,7 @@ static inline uint32_t lanes_count(const struct lanes_mask *m)
     return (uint32_t)sum;
 }
 
-/* Lanes on in both. */
+/* Returns the number of lanes that are on in both. */
 static inline uint32_t lanes_count_both(const struct lanes_mask *a, const struct lanes_mask *b)
 {
     int32_t sum = 0;

@@ -12,7 +12,7 @@ static inline float lobe_mean(const float color[3])
     return (color[0] + color[1] + color[2]) * (1.0f / 3.0f);
 }
 
-/* The probability of the specular lobe from estimates of what each lobe reflects. */
+/* Returns the probability of the specular lobe from estimates of what each lobe reflects. */
 static inline float lobe_share(float specular, float diffuse)
 {
     if (specular <= 0.0f) return 0.0f;
@@ -21,26 +21,28 @@ static inline float lobe_share(float specular, float diffuse)
     return share < LOBE_MIN ? LOBE_MIN : share;
 }
 
-/* (1 - depth)^n for n >= 0. With the depth, one minus the cosine, sharp lobes keep their digits. */
+/* Returns (1 - depth)^n for n >= 0. With the depth, one minus the cosine, sharp lobes keep their
+ * digits. */
 static inline float lobe_power(float depth, float n)
 {
     if (depth >= 1.0f) return 0.0f;
     return elementary_exp(n * elementary_log1p(-depth));
 }
 
-/* The depth at which a share u in [0, 1) of the lobe (n + 1) cos^n lies nearer to the axis. */
+/* Returns the depth at which a share u in [0, 1) of the lobe (n + 1) cos^n lies nearer to the
+ * axis. */
 static inline float lobe_depth(float u, float n)
 {
     return -elementary_expm1(elementary_log1p(-u) / (n + 1.0f));
 }
 
-/* 1 - h.z, for h near z. */
+/* Returns 1 - h.z, for h near z. */
 static inline float lobe_depth_of(const float h[3])
 {
     return (h[0] * h[0] + h[1] * h[1]) / (1.0f + h[2]);
 }
 
-/* Adds a cosine-weighted lobe, chosen with `probability`, to the density. */
+/* Returns the density that a cosine-weighted lobe, chosen with `probability`, adds. */
 static inline float lobe_diffuse_pdf(float probability, float cosine)
 {
     return probability * cosine * LAMBERT_INV_PI;

@@ -4,9 +4,9 @@
  * (n + 2) / (2 pi) cos^n. Beside it albedo / pi; the two reflect at most albedo + specular. */
 #include "worker/shade/bsdf.h"
 
-/* wo.z, wi.z >= DIRECTION_GRAZING. */
+/* Evaluates the lobes; wo.z, wi.z >= DIRECTION_GRAZING. */
 void phong_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                     struct bsdf_value *out);
-/* wi of density phong_evaluate's pdf; it may lie below the horizon. */
+/* Samples wi with the density that phong_evaluate gives; it may lie below the horizon. */
 void phong_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                   float wi[3]);

@@ -23,7 +23,7 @@ static inline bool sheen_is_on(const struct bsdf *b)
     return b->sheen[0] + b->sheen[1] + b->sheen[2] > 0.0f;
 }
 
-/* Evaluate and sample as gltf_evaluate and gltf_sample do, which they are without a sheen. */
+/* Evaluate and sample as gltf_evaluate and gltf_sample do. Without a sheen they are the same. */
 void sheen_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
                     struct bsdf_value *out);
 bool sheen_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],

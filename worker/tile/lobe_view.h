@@ -1,7 +1,7 @@
 #pragma once
-/* Which pixels of a tile may show surfaces with other lobes than a diffuse one: the boxes around
- * these (worker/scene/lobe_boxes.h) as they lie on the screen. A pixel that shows such a surface is
- * always found, others may be. */
+/* Finds which pixels of a tile may show surfaces with other lobes than a diffuse one, by where the
+ * boxes around these (worker/scene/lobe_boxes.h) lie on the screen. A pixel that shows such a
+ * surface is always found, others may be. */
 #include "proto/plan.h"
 #include "proto/tile.h"
 #include "worker/scene/lobe_boxes.h"

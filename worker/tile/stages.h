@@ -13,12 +13,12 @@ struct stages {
     bool albedo;           /* their diffuse albedo is needed */
     bool vertices;         /* their BSDFs are needed */
     bool lens;             /* the lens's light field */
-    bool skips_paths;      /* of pixels that show no other lobes than diffuse ones */
-    bool more;             /* or a second set of paths through it */
+    bool skips_paths;      /* those of pixels that show diffuse lobes only */
+    bool more;             /* a second set of paths through the lens */
     uint32_t first, count; /* samples of the path tracer */
     struct plan_pass pass;
     struct path_context paths, field, through_lens;
-    struct path_context whole; /* through the lens, with all of their light */
+    struct path_context whole; /* of paths through the lens, with all of their light */
 };
 
 /* Chooses the stages of a pass. `parts` has the queries with their scene, the lights, the sky, the
