@@ -34,7 +34,7 @@ struct sign_in_ref {
     uint64_t number; /* 0: by none */
 };
 
-/* Starts with none. */
+/* Sets an empty table. */
 void sign_ins_init(struct sign_ins *s, uint64_t hold_s);
 
 /* Adds a sign-in with a new random cookie. ERR_IO: the system gives no random numbers. */

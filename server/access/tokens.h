@@ -55,10 +55,11 @@ int tokens_read(const char *path, struct tokens **out, struct fault *fault);
 const struct token *tokens_find(const struct tokens *tokens, const char *text, size_t size_bytes);
 const struct token *tokens_find_hash(const struct tokens *tokens, const struct digest *hash);
 
-/* 1 to 64 of a-z, 0-9, '-' and '_': safe in a header and beside an idempotency key. */
+/* Returns whether a text may name a tenant: 1 to 64 of a-z, 0-9, '-' and '_', which are safe in a
+ * header and beside an idempotency key. */
 bool tokens_is_tenant(const char *text);
 
-/* May a text be a token at all? It need not end with a NUL. */
+/* Returns whether a text may be a token at all. It need not end with a NUL. */
 bool tokens_is_text(const char *text, size_t size_bytes);
 
 /* Makes a new random token. ERR_IO: the system gives no random numbers. */

@@ -1,6 +1,6 @@
 #pragma once
 /* The subcommands of `shearwater`. argv[0] is the subcommand's name; the result is the exit status:
- * 0, 1 when it did not work out, 2 for wrong usage. */
+ * 0, 1 when the command failed, 2 for wrong usage. */
 
 int cli_serve(int argc, char **argv);
 int cli_render(int argc, char **argv);

@@ -1,5 +1,5 @@
 #pragma once
-/* The coordinator: every room of the server, put together around one loop. */
+/* The coordinator puts every room of the server together around one loop. */
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -19,16 +19,16 @@ struct coordinator_options {
     unsigned feed_mb_per_s;        /* of all pixel feeds while pictures are in work; 0: no limit */
     unsigned stream_share_percent; /* of the machine's CPU time, for streams; 0: no limit */
     const char *certificate, *key; /* of HTTP, PEM; NULL: no TLS */
-    /* The file of tokens was read again, on SIGHUP: how many there are now; fault NULL when it went
-     * well. */
+    /* Tells that the file of tokens was read again, on SIGHUP, and how many there are now. `fault`
+     * is NULL when it went well. */
     void (*reloaded)(size_t count, const struct fault *fault);
     const char *worker_key;    /* file: what workers over TCP must have; NULL: nothing */
     const char *worker_listen; /* TCP for workers; NULL: none */
     unsigned workers;          /* local ones */
     unsigned worker_threads;   /* of each */
     unsigned pool_threads;     /* reconstruction and encoding */
-    bool ephemeral; /* the data folder goes when it ends: nothing waits for the disk, no tile is
-                       kept for a restart */
+    bool ephemeral; /* the data folder is removed when it ends: nothing waits for the disk, no tile
+                       is kept for a restart */
 };
 
 /* Takes up unfinished jobs and listens. On failure nothing is left; *fault says what and why. */
@@ -37,8 +37,8 @@ int coordinator_create(const struct coordinator_options *options, struct coordin
 int coordinator_http_port(const struct coordinator *c);
 int coordinator_worker_port(const struct coordinator *c); /* 0: none */
 
-/* Serves until SIGTERM or SIGINT, then ends in order: what is being asked is answered (for 10 s at
- * most), work stops where it can go on from disk, workers leave. A second signal ends the process
- * at once. `stopping` (may be NULL) is called at the first. */
+/* Serves until SIGTERM or SIGINT, then ends in order: requests in progress are answered (for 10 s
+ * at most), work stops where it can go on from disk, workers leave. A second signal ends the
+ * process at once. `stopping` (may be NULL) is called at the first. */
 void coordinator_run(struct coordinator *c, void (*stopping)(int signal));
 void coordinator_destroy(struct coordinator **c);

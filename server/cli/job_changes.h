@@ -76,7 +76,7 @@ struct job_changes {
         JOB_CHANGE_TEXT("residual", 0, "auto|none|halves",                                         \
                         "filter of light that comes along paths", &(c)->residual)
 
-/* The map's file becomes {"environment": {"file": its whole path}}; of a map that was there,
- * intensity and rotation stay. What the document has in the wrong shape is the server's to refuse.
- * ERR_NOT_FOUND for a map that is not there, ERR_MEMORY. */
+/* Changes the document. The map's file becomes {"environment": {"file": its whole path}}, beside
+ * the intensity and rotation of a map that was there. Members of the wrong shape are left for the
+ * server to refuse. ERR_NOT_FOUND for a map that is not there, ERR_MEMORY. */
 int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault);

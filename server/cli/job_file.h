@@ -5,14 +5,15 @@
 #include "server/cli/client/client.h"
 #include "server/cli/job_changes.h"
 
-/* Reads the document at `path` ("-": standard input). New reference. */
+/* Reads the document at `path` ("-": standard input). *out is a new reference. */
 int job_file_read(const char *path, json_t **out, struct fault *fault);
 
-/* Changes the document and uploads what it then names on this disk. */
+/* Changes the document and uploads the files on this disk that it then names. */
 int job_file_prepare(struct client *c, const char *path, const struct job_changes *changes,
                      json_t *document, struct fault *fault);
 
-/* The same, and submits it. The answer (the job) is a new reference; its "id" is there. */
+/* Does the same, and submits the document. The answer (the job) is a new reference; its "id" is
+ * there. */
 int job_file_submit(struct client *c, const char *path, const struct job_changes *changes,
                     json_t *document, json_t **job, struct fault *fault);
 

@@ -3,7 +3,7 @@
 #include "server/cli/client/client.h"
 #include "server/cli/progress.h"
 
-/* 0: the job finished; ERR_STATE: it failed or was cancelled, *fault says why. *job is its last
- * answer (new reference) in both cases, else NULL. */
+/* Returns 0 when the job finished. ERR_STATE: it failed or was cancelled, *fault says why. *job is
+ * its last answer (new reference) in both cases, else NULL. */
 int job_watch(struct client *c, const char *id, struct progress *progress, json_t **job,
               struct fault *fault);

@@ -22,8 +22,8 @@ struct option_line {
     const char *name; /* without dashes */
     char letter;      /* 0: none */
     enum option_kind kind;
-    const char *value; /* what stands for the value in help: "ADDR:PORT", or its words, "text|json";
-                          NULL for flags */
+    const char *value; /* the value's name in help: "ADDR:PORT", or its words, "text|json"; NULL for
+                          flags */
     const char *text;  /* for help, with unit and default; no newline */
     long least, most;  /* OPTION_NUMBER */
     void *out;

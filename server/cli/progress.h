@@ -1,6 +1,6 @@
 #pragma once
 /* A job's progress for people: a bar that redraws itself on a terminal, a line every tenth
- * elsewhere. Written to standard error, so that standard output stays for results. */
+ * elsewhere. It is written to standard error, so that standard output stays for results. */
 #include <jansson.h>
 #include <stdbool.h>
 
@@ -14,8 +14,8 @@ struct progress {
 
 void progress_begin(struct progress *p, bool quiet);
 
-/* `state`: queued, importing, running ...; `data`: a progress event or NULL. Never shows 100 %
- * before the job is finished. */
+/* Draws the progress. `state`: queued, importing, running ...; `data`: a progress event or NULL. It
+ * never shows 100 % before the job is finished. */
 void progress_show(struct progress *p, const char *state, const json_t *data);
 
 /* Clears the bar and, unless quiet, leaves one line. */

@@ -1,6 +1,6 @@
 #pragma once
-/* What a job names on this machine's disk: its scene, with the files that it refers to, and its
- * environment map.
+/* Uploads the files that a job names on this machine's disk: its scene, with the files that the
+ * scene refers to, and its environment map.
  *
  * glTF: buffers[].uri and images[].uri; OBJ: mtllib, and map_* of those. References must stay
  * inside the main file's folder. */
@@ -10,6 +10,6 @@
 
 /* Turns the document's {"scene": {"file": "x.glb"}}, relative to the job file at `job_path`, into
  * {"scene": {"asset": sha256, "files": {...}}} by uploading all of it, and {"environment": {"file":
- * "x.hdr"}} into {"environment": {"asset": sha256}}. What already says "asset" is left alone. */
+ * "x.hdr"}} into {"environment": {"asset": sha256}}. Members that already say "asset" stay. */
 int scene_bundle_upload(struct client *c, const char *job_path, json_t *document,
                         struct fault *fault);

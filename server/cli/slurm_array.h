@@ -14,7 +14,7 @@ struct slurm_array {
     const char *isa;       /* instruction set of the farm; NULL: the best of each node */
     long jobs, cpus;       /* tasks of the array; threads of each */
     uint32_t time_s;       /* limit of each */
-    long idle_exit_s;      /* a worker without a tile leaves after so long */
+    long idle_exit_s;      /* a worker without a tile leaves after this time */
     long connect_within_s; /* it fails when the coordinator has not answered by then */
 };
 

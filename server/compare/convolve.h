@@ -1,5 +1,5 @@
 #pragma once
-/* Separable sums over what is around each pixel: along the rows, then along the columns. */
+/* Sums over the pixels around each pixel, separably: along the rows, then along the columns. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -16,6 +16,7 @@ enum convolve_border {
     CONVOLVE_REPLICATE /* the border's own values do */
 };
 
-/* Both arrays have width * height numbers, row by row, and may be the same. ERR_MEMORY. */
+/* Sums `in` into `out`. Both arrays have width * height numbers, row by row, and may be the same.
+ * ERR_MEMORY. */
 int convolve(const float *in, int32_t width, int32_t height, const struct convolve_weights *across,
              const struct convolve_weights *down, enum convolve_border border, float *out);

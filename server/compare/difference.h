@@ -1,5 +1,5 @@
 #pragma once
-/* How far one image is from another: the figures of docs/accuracy.md, on linear values. */
+/* Computes how far one image is from another: the figures of docs/accuracy.md, on linear values. */
 #include <stdbool.h>
 
 #include "server/image/image.h"
@@ -23,13 +23,13 @@ struct difference_where {
     double above, below;
 };
 
-/* `layer` as in image_layer_planes. ERR_NOT_FOUND when an image lacks it, ERR_MISMATCH for other
- * sizes, ERR_MEMORY. */
+/* Compares a layer, which is named as in image_layer_planes. ERR_NOT_FOUND when an image lacks it,
+ * ERR_MISMATCH for other sizes, ERR_MEMORY. */
 int image_difference(const struct image *reference, const struct image *test, const char *layer,
                      struct difference *out, struct fault *fault);
 
-/* The same over some of the pixels; `where` NULL: all. ERR_NOT_FOUND also when the reference lacks
- * its layer, ERR_RANGE when that layer is no scalar or no pixel lies there. */
+/* Does the same over some of the pixels; `where` NULL: all. ERR_NOT_FOUND also when the reference
+ * lacks its layer, ERR_RANGE when that layer is no scalar or no pixel lies there. */
 int image_difference_where(const struct image *reference, const struct image *test,
                            const char *layer, const struct difference_where *where,
                            struct difference *out, struct fault *fault);

@@ -11,16 +11,16 @@ struct difference_pair {
                        * thousandth of the pixels where it is largest; it may be below 0 */
 };
 
-/* Means are over pixels and the layer's channels. The first two figures are NAN where their mean is
- * not above 0: x is as near to the references as their noise lets one tell.
+/* Computes the error. Means are over pixels and the layer's channels. The first two figures are NAN
+ * where their mean is not above 0: x is as near to the references as their noise can show.
  *
  * `layer` as in image_layer_planes. ERR_MISMATCH for other sizes, ERR_NOT_FOUND when an image lacks
  * the layer, ERR_NOT_FINITE with *fault naming the pixel, ERR_MEMORY. */
 int difference_pair(const struct image *first, const struct image *second, const struct image *test,
                     const char *layer, struct difference_pair *out, struct fault *fault);
 
-/* The mean of both references, of the channels that both have; of standard errors (channels
- * "error.R" and so on) that of the mean. Owned by the caller. ERR_MISMATCH, ERR_MEMORY;
+/* Computes the mean of both references, in the channels that both have, and from standard errors
+ * (channels "error.R" and so on) that of the mean. The caller owns *out. ERR_MISMATCH, ERR_MEMORY;
  * ERR_NOT_FOUND when they share no channel. */
 int difference_pair_mean(const struct image *first, const struct image *second, struct image **out,
                          struct fault *fault);

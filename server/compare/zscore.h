@@ -1,6 +1,6 @@
 #pragma once
-/* Whether a picture differs from a reference by more than its noise: z = (test - reference) / se,
- * pixel by pixel and channel by channel, se the standard error of the difference. */
+/* Tells whether a picture differs from a reference by more than its noise: z = (test - reference) /
+ * se, pixel by pixel and channel by channel, with se the standard error of the difference. */
 #include "server/image/image.h"
 
 /* Standard errors that are correct give: mean 0, rms 1, median |z| 0.674; beyond 2, 3, 4:

@@ -11,6 +11,6 @@ int gather_mixed_reserve(uint32_t count, struct patch *patch);
 uint32_t gather_mixed_count(const struct samples *samples, struct rect tile,
                             const struct patch *patch);
 
-/* Adds those of `tile` that lie in the core, for which there must be room. An entry whose lender
- * lies outside the image, which no worker should send, is left out. */
+/* Adds the entries of `tile` that lie in the core, for which there must be room. An entry whose
+ * lender lies outside the image, which no worker should send, is left out. */
 void gather_mixed_tile(const struct samples *samples, struct rect tile, struct patch *patch);

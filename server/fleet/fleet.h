@@ -115,8 +115,8 @@ const char *fleet_embree(const struct fleet *fleet);
 /* Returns false once the worker's link is ending. */
 bool fleet_worker_is_here(const struct fleet *fleet, uint64_t worker);
 
-/* Lists the frames that a worker holds tiles of, with how many of each, oldest tile first. Returns
- * how many there are, at most `most`. */
+/* Lists the frames that a worker holds tiles of, with the number of each, oldest tile first.
+ * Returns the number of frames, at most `most`. */
 struct fleet_work {
     uint64_t frame_id;
     uint32_t tiles;
@@ -128,7 +128,7 @@ unsigned fleet_work(const struct fleet *fleet, uint64_t worker, struct fleet_wor
 int fleet_port(const struct fleet *fleet);
 unsigned fleet_count(const struct fleet *fleet); /* of sessions that may work */
 
-/* What workers bring and hold, for those who start and stop them. */
+/* What workers bring and hold, for programs that start and stop them. */
 struct fleet_load {
     unsigned workers;      /* that may work */
     uint64_t threads;      /* of these */

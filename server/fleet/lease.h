@@ -41,7 +41,7 @@ void lease_answer(struct lease_table *t, uint32_t at, uint64_t now_ms);
 /* Returns the pace, or the age of the oldest lease that has begun if that is longer, so that a
  * hanging worker counts as slow. 0: not known. */
 double lease_pace_ms(const struct lease_table *t, uint64_t now_ms);
-/* Returns how many leases threads should be tracing: the first ones. */
+/* Returns the number of leases that threads should be tracing: the first ones. */
 uint32_t lease_begun(const struct lease_table *t);
 /* Returns whether there is a lease on the tile, in any generation. */
 bool lease_has_tile(const struct lease_table *t, uint64_t frame_id, uint32_t index);

@@ -22,20 +22,20 @@ struct outbox {
 void outbox_init(struct outbox *box, uv_stream_t *stream, uint64_t *sent_bytes,
                  void (*written)(struct outbox *box));
 
-/* Only after the stream's close callback: libuv ends all writes before it. */
+/* Frees an outbox, only after the stream's close callback: libuv ends all writes before it. */
 void outbox_fini(struct outbox *box);
 
-/* An empty writer to encode one payload into; outbox_put sends what is in it. */
+/* Returns an empty writer to encode one payload into; outbox_put sends what is in it. */
 struct bytes_writer *outbox_payload(struct outbox *box);
 void outbox_put(struct outbox *box, uint16_t type, uint64_t request_id);
 
-/* The same with `tail` after the payload; takes the tail over (free). Flushes at once. */
+/* Does the same with `tail` after the payload; takes the tail over (free). Flushes at once. */
 void outbox_put_tail(struct outbox *box, uint16_t type, uint64_t request_id, void *tail,
                      uint32_t tail_bytes);
 
-/* Gives what was gathered to libuv, and what the channel has to say itself. 0 or the first failure,
+/* Gives libuv the gathered messages and the channel's own bytes. Returns 0 or the first failure,
  * also one from earlier. */
 int outbox_flush(struct outbox *box);
 
-/* Bytes that still wait on this side of the kernel. */
+/* Returns the bytes that still wait on this side of the kernel. */
 size_t outbox_backlog(const struct outbox *box);

@@ -1,5 +1,5 @@
 #pragma once
-/* One worker link as the coordinator sees it: its state, its leases, what it is owed.
+/* One worker link as the coordinator sees it: its state, its leases, its unanswered results.
  *
  * GREETING --HELLO--> WORKING <--> DRAINING --BYE--> LEAVING --> CLOSING
  *
@@ -121,7 +121,7 @@ void session_start(struct session *s);
 /* Frees what a session holds; only from host->closed. */
 void session_destroy(struct session **s);
 
-/* Why a session ended that did not say BYE. */
+/* The reason why a session ended without a BYE. */
 enum session_end { SESSION_BROKE, SESSION_BREACHED, SESSION_SILENT };
 
 /* Ends the session; its leases come back through host->returned. Never from inside a fleet_
@@ -142,20 +142,20 @@ void session_turn(struct session *s);
 /* Checks the clocks: HELLO, silence, leaving, and stalled leases (taken back). */
 void session_tick(struct session *s, uint64_t now_ms, uint32_t silence_ms, uint32_t stall_ms);
 
-/* Puts a lease on the worker; the frame's plan first, when this link has not seen it. Without
+/* Give the worker a lease, and before it the frame's plan, when this link has not seen it. Without
  * memory the lease is not given. */
 bool session_knows_frame(const struct session *s, uint64_t frame_id);
 int session_send_plan(struct session *s, const struct message_frame_plan *plan);
 int session_send_tile(struct session *s, const struct fleet_tile *tile, uint64_t now_ms);
 
-/* Sends the verdict on a result. Also for a result that is not (or no longer) unacknowledged, whose
+/* Sends the verdict on a result, also on one that is not (or no longer) unacknowledged, whose
  * RESULT came with request_id (0: not known). */
 void session_ack(struct session *s, const struct message_ack *ack, uint64_t request_id);
 int session_add_unacked(struct session *s, uint64_t request_id, const struct message_result *r);
 void session_cancel(struct session *s, uint64_t frame_id);
 void session_drain(struct session *s, bool drain);
-/* Drains it until then, unless it drains already. 0: ends the quarantine, and with it the draining.
- */
+/* Drains the worker until then, unless it drains already. 0: ends the quarantine, and with it the
+ * draining. */
 void session_quarantine(struct session *s, uint64_t until_ms);
 
 /* ---- between the session's own files ---- */

@@ -34,7 +34,7 @@ struct worker_health_record {
     enum strike last;
 };
 
-/* No strikes when zero-initialised. */
+/* It has no strikes when zero-initialised. */
 struct worker_health {
     struct worker_health_record records[WORKER_HEALTH_KNOWN];
 };

@@ -14,5 +14,5 @@ struct range {
     uint64_t first_byte, size_bytes;
 };
 
-/* header: the Range field, or NULL. */
+/* Reads a range. header: the Range field, or NULL. */
 struct range range_read(const char *header, uint64_t file_bytes);

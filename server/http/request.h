@@ -36,11 +36,11 @@ struct request {
     bool close;                 /* its body, if any, is not read: the connection cannot go on */
     bool handled;               /* its handler was called */
     bool pending;               /* a callback will come */
-    bool overdue;               /* which is too late: it was answered meanwhile (pending.h) */
-    bool suspended;             /* its connection sleeps */
-    bool streams;               /* its answer has no end in sight */
-    bool opens;                 /* it waits for its file to be created, before its body is read */
-    bool encodes;               /* and in http->encodings */
+    bool overdue;   /* the callback is too late: it was answered meanwhile (pending.h) */
+    bool suspended; /* its connection sleeps */
+    bool streams;   /* its answer has no end in sight */
+    bool opens;     /* it waits for its file to be created, before its body is read */
+    bool encodes;   /* and in http->encodings */
     /* The body. */
     char *body;                         /* owned; collected when the route's body is JSON */
     size_t body_bytes, body_room_bytes; /* what has come, what is allocated */
@@ -61,7 +61,7 @@ struct request {
 struct request *request_create(struct http *http, struct connection *connection,
                                struct MHD_Connection *mhd, const char *raw);
 
-/* MHD's access handler. */
+/* Serves MHD's access handler. */
 enum MHD_Result request_step(struct request *r, const char *method, const char *version,
                              const char *data, size_t *size_bytes);
 
@@ -74,8 +74,8 @@ void request_json(struct request *r, unsigned status, json_t *body); /* takes th
 void request_ok(struct request *r); /* {status: "ok"}, not to be kept */
 void request_problem(struct request *r, enum problem_id id, const char *detail,
                      const char *pointer);
-/* Answers that something of the server's own failed: an ERR_ code. Trouble that passes by itself (a
- * full disk) is named. */
+/* Answers that the server itself failed, with an ERR_ code. A failure that may pass (a full disk)
+ * is named. */
 void request_trouble(struct request *r, int code, const char *detail);
 /* Answers with a fault of the document in the body. */
 void request_fault(struct request *r, const struct fault *fault);

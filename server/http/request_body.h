@@ -1,6 +1,6 @@
 #pragma once
-/* The body of a request. Its head is checked first; then its bytes go as they come, a document into
- * memory, a file to the disk. */
+/* The body of a request. The head is checked first. Then the bytes go where they belong as they
+ * come: a document into memory, a file to the disk. */
 #include "server/http/request.h"
 
 struct body_claim; /* request_check.h */

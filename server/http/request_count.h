@@ -11,7 +11,7 @@
 /* The last row counts requests that met no route. */
 struct request_count {
     uint64_t ended[ROUTE_COUNT + 1][STATUS_COUNT];
-    struct duration_histogram durations[ROUTE_COUNT + 1]; /* of ended ones, without streams */
+    struct duration_histogram durations[ROUTE_COUNT + 1]; /* of ended requests, without streams */
 };
 
 static inline void request_count_add(struct request_count *c, enum route_id route, unsigned status)

@@ -2,12 +2,12 @@
 /* A request in the log, and the ids by which it is found there. */
 struct request;
 
-/* Its head is there: gives it its ids, from the caller's traceparent if that is valid. */
+/* Gives a request whose head is there its ids, from the caller's traceparent if that is valid. */
 void request_log_begin(struct request *r);
 
-/* Its answer is about to be queued: puts the ids into its header. */
+/* Puts the ids into the header of an answer that is about to be queued. */
 void request_log_answer(struct request *r);
 
-/* It is over: one line. Of what is asked all the time (probes, metrics, the viewer's files) only
- * what went wrong. */
+/* Writes one line for a request that is over. Frequent requests (probes, metrics, the viewer's
+ * files) are logged only when they went wrong. */
 void request_log_end(const struct request *r);

@@ -4,6 +4,6 @@
 
 struct http;
 
-/* Tells the jobs the weight of each tenant in the file; without a file nothing. ERR_MEMORY: shares
- * stay as before. */
+/* Tells the jobs the weight of each tenant in the file. Without a file it does nothing. ERR_MEMORY:
+ * shares stay as before. */
 int tenants_share(struct http *http, struct fault *fault);

@@ -1,5 +1,6 @@
 #pragma once
-/* The command line's side of the HTTP contract, over libcurl. Blocking; one client a thread.
+/* The command line's side of the HTTP contract, over libcurl. Calls block. A client belongs to one
+ * thread.
  *
  * Functions return 0 or a negative ERR_ code and fill *fault with what the server said (its problem
  * document's pointer and detail) or why it could not be asked. */
@@ -12,24 +13,24 @@
 
 struct client;
 
-/* base_url: "http://127.0.0.1:8040", no slash at the end. */
+/* Creates a client. base_url: "http://127.0.0.1:8040", no slash at the end. */
 int client_create(const char *base_url, struct client **out);
 void client_destroy(struct client **client);
 
-/* Sent with every request from now on, as a bearer token. ERR_MEMORY. */
+/* Sends `token` with every request from now on, as a bearer token. ERR_MEMORY. */
 int client_set_token(struct client *c, const char *token);
-/* Trusted certificates: a file in PEM, borrowed; NULL: those of the system. */
+/* Trusts the certificates of a file in PEM, borrowed; NULL: those of the system. */
 void client_trust(struct client *c, const char *authority);
 /* Configures another request (a curl handle) like this client's: trusted certificates, token. */
 void client_lend(const struct client *c, void *curl);
 
-/* From now on requests end early, with an error, once *stop is not 0 (set by a signal handler). */
+/* Ends requests early from now on, with an error, once *stop is not 0 (set by a signal handler). */
 void client_stop_on(struct client *c, const volatile sig_atomic_t *stop);
 
 #define CLIENT_BASE_URL "http://127.0.0.1:8040"
 
-/* The server that a command talks to: `option` if given, else SHEARWATER_SERVER, else
- * CLIENT_BASE_URL. And the line of a command's option table that takes `option`. */
+/* Returns the server that a command talks to: `option` if given, else SHEARWATER_SERVER, else
+ * CLIENT_BASE_URL. The macro is the line of a command's option table that takes `option`. */
 const char *client_base_url(const char *option);
 #define CLIENT_SERVER_OPTION(url)                                                                  \
     {                                                                                              \
@@ -42,8 +43,8 @@ const char *client_base_url(const char *option);
 int client_put_asset(struct client *c, const char *path, struct digest *digest,
                      struct fault *fault);
 
-/* method on path ("/v1/jobs"), with `body` as JSON when not NULL. *out is the answer (new
- * reference; JSON null for an empty one). Any status from 400 on is an error. */
+/* Sends a request for a path ("/v1/jobs"), with `body` as JSON when not NULL. *out is the answer
+ * (new reference; JSON null for an empty one). Any status from 400 on is an error. */
 int client_json(struct client *c, const char *method, const char *path, const json_t *body,
                 json_t **out, struct fault *fault);
 

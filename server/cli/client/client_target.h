@@ -24,7 +24,7 @@ struct client_target {
         .out = &(target)->authority                                                                \
     }
 
-/* A client that sends the token with every request. ERR_STATE: it would go over the network in the
- * clear. *fault names what cannot be read. */
+/* Creates a client that sends the token with every request. ERR_STATE: the token would go over the
+ * network in the clear. *fault names what cannot be read. */
 int client_target_open(const struct client_target *target, struct client **out,
                        struct fault *fault);

@@ -1,5 +1,5 @@
 #pragma once
-/* Server-Sent Events from a byte stream (WHATWG HTML, section 9.2.6), data as JSON. */
+/* Parses Server-Sent Events from a byte stream (WHATWG HTML, section 9.2.6), with data as JSON. */
 #include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -24,8 +24,9 @@ void event_parser_init(struct event_parser *p,
                        bool (*event)(void *ctx, const char *name, const json_t *data), void *ctx);
 void event_parser_fini(struct event_parser *p);
 
-/* A new connection: forgets the unfinished event, keeps the last id. */
+/* Begins a new connection: forgets the unfinished event, but keeps the last id. */
 void event_parser_restart(struct event_parser *p);
 
-/* False when it was stopped, and with an error: memory is exhausted or an event is above 16 MiB. */
+/* Parses bytes. False when it was stopped, and with an error: memory is exhausted or an event is
+ * above 16 MiB. */
 bool event_parser_feed(struct event_parser *p, const char *bytes, size_t size_bytes);

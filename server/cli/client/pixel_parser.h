@@ -17,7 +17,7 @@ struct pixel_block {
     const float *alpha;   /* one a pixel; NULL: opaque */
 };
 
-/* False: the feed is to be left. */
+/* Takes a block. False: the feed is to be left. */
 typedef bool (*pixel_block_taken)(void *ctx, const struct pixel_block *block);
 
 struct pixel_parser {
@@ -28,9 +28,9 @@ struct pixel_parser {
 
 void pixel_parser_fini(struct pixel_parser *p);
 
-/* Forgets an unfinished block: another connection begins. */
+/* Forgets an unfinished block, as another connection begins. */
 void pixel_parser_restart(struct pixel_parser *p);
 
-/* False when the feed is to be left. */
+/* Parses bytes. False when the feed is to be left. */
 bool pixel_parser_feed(struct pixel_parser *p, const void *bytes, size_t count,
                        pixel_block_taken taken, void *ctx);

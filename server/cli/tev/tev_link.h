@@ -11,13 +11,13 @@ struct tev_link {
     int fd;        /* -1: not connected */
 };
 
-/* "HOST:PORT", IPv6 in brackets. ERR_SYNTAX, ERR_RANGE. */
+/* Parses "HOST:PORT", with IPv6 in brackets. ERR_SYNTAX, ERR_RANGE. */
 int tev_link_parse(const char *text, bool anywhere, struct tev_link *link, struct fault *fault);
 
 /* Connects to tev. ERR_UNSUPPORTED for a host that is not this machine unless `anywhere`; ERR_IO
  * when no process listens. */
 int tev_link_connect(struct tev_link *link, struct fault *fault);
 
-/* ERR_IO: the connection is gone, and closed. */
+/* Sends a packet. ERR_IO: the connection is gone, and closed. */
 int tev_link_send(struct tev_link *link, const struct tev_packet *packet);
 void tev_link_close(struct tev_link *link);

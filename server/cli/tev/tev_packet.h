@@ -3,8 +3,8 @@
  *
  *   u32 length of all of the packet, u8 kind, payload
  *
- * little-endian; texts end with a zero byte. Its README has the frame, the order of the payloads is
- * that of its IpcPacket. */
+ * little-endian; texts end with a zero byte. Its README describes the framing; the order of the
+ * payloads is that of its IpcPacket. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -24,12 +24,12 @@ struct tev_packet {
 
 void tev_packet_fini(struct tev_packet *p);
 
-/* Channel names as in the EXR: R, G, B, A, direct.R ... Replaces what the packet held; the error
- * that it sticks at. An image of that name that is there already gives way. */
+/* Makes the packet, whatever it held, create an image in tev, in place of one of that name. Channel
+ * names are those of the EXR: R, G, B, A, direct.R ... Returns the packet's error. */
 int tev_packet_create(struct tev_packet *p, const char *name, int32_t width_px, int32_t height_px,
                       const char *const *channels, uint32_t count);
 
-/* The numbers of `count` channels of a rectangle: channel c of pixel i is at
+/* Makes the packet update `count` channels of a rectangle. Channel c of pixel i is at
  * numbers[offset[c] + i * stride[c]], `held` numbers in all. */
 int tev_packet_update(struct tev_packet *p, const char *name, struct rect rect,
                       const char *const *channels, uint32_t count, const int64_t *offset,

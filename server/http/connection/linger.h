@@ -12,8 +12,8 @@ struct linger_list {
     unsigned ticks[LINGER_MAX];
 };
 
-/* Keeps a duplicate of the descriptor and shuts sending down. When there is no room, the one that
- * was kept longest is closed for it. */
+/* Keeps a duplicate of the descriptor and shuts sending down. When there is no room, the socket
+ * that was kept longest is closed for it. */
 void linger_add(struct linger_list *l, int fd);
 void linger_tick(struct linger_list *l);
 void linger_close_all(struct linger_list *l);

@@ -12,5 +12,5 @@ int tls_read(struct tls *tls, const char *certificate_path, const char *key_path
              struct fault *fault);
 void tls_fini(struct tls *tls);
 
-/* What is spoken: TLS 1.2 with forward secrecy, and 1.3. */
+/* Allows TLS 1.2 with forward secrecy, and 1.3. */
 #define TLS_PRIORITIES "SECURE128:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:-RSA:%SERVER_PRECEDENCE"

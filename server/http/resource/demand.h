@@ -1,5 +1,5 @@
 #pragma once
-/* How much work waits and how many workers are there: what a scaler of workers goes by. */
+/* The work that waits and the workers that are there, for programs that scale workers. */
 #include <stdint.h>
 
 struct http;
@@ -9,7 +9,7 @@ struct demand {
     uint64_t tiles_waiting; /* of frames in work */
     uint64_t tiles_leased;  /* that workers hold */
     /* Threads that would have a tile now. A job that waits counts as one: its tiles are not known.
-     * 0 only when nothing is to be done, so that the last worker may go then. */
+     * It is 0 only when nothing is to be done, so that the last worker may go then. */
     uint64_t threads_wanted;
     uint64_t workers, threads; /* that may work */
 };

@@ -7,10 +7,10 @@
 
 #include "server/metric/duration_histogram.h"
 
-/* type: "counter", "gauge" or "histogram". Its samples follow at once. */
+/* Begins a family. type: "counter", "gauge" or "histogram". Its samples follow at once. */
 void metric_family(FILE *out, const char *name, const char *type, const char *help);
 
-/* A family of one sample. */
+/* Writes a family of one sample. */
 void metric_single(FILE *out, const char *name, const char *type, const char *help, uint64_t value);
 
 /* Samples of a family with one label. */
@@ -21,6 +21,6 @@ struct metric_sample {
 void metric_labelled(FILE *out, const char *name, const char *label,
                      const struct metric_sample *samples, size_t count);
 
-/* Samples of a family of histograms. labels: `a="x",b="y"`, or "". */
+/* Writes samples of a family of histograms. labels: `a="x",b="y"`, or "". */
 void metric_histogram(FILE *out, const char *name, const char *labels,
                       const struct duration_histogram *h);

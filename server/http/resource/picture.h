@@ -4,14 +4,14 @@
 #include "server/http/request.h"
 #include "server/stream/stream.h"
 
-/* The layer that the query asks for; default beauty. */
+/* Returns the layer that the query asks for; default beauty. */
 const char *picture_layer(const struct request *r);
 
-/* False, and a problem is sent, for a name that is no layer's. */
+/* Returns false, and sends a problem, for a name that is no layer's. */
 bool picture_layer_is_known(struct request *r);
 
-/* What the query asks of the pixel feed: layer, format, alpha, after. False, and a problem is sent,
- * when it is malformed. The layer leads into the request's target. */
+/* Reads what the query asks of the pixel feed: layer, format, alpha, after. Returns false, and
+ * sends a problem, when it is malformed. The layer leads into the request's target. */
 bool picture_pixels_request(struct request *r, struct pixels_request *out);
 
 /* Answers with the pixel feed of the finished frame r->match.frame: all of it once, then the end.

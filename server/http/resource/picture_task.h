@@ -39,8 +39,8 @@ struct picture_task {
     uint64_t fd_bytes;
 };
 
-/* Copies what it needs: for a PNG the layer's planes alone. NULL on failed allocation. A layer that
- * the image does not have is found out by the task. */
+/* Copies what it needs: for a PNG the layer's planes alone. NULL on failed allocation. The task
+ * finds out whether the image lacks the layer. */
 struct picture_task *picture_task_create(enum picture_form form,
                                          const struct picture_source *source);
 void picture_task_destroy(struct picture_task **task);
