@@ -100,7 +100,8 @@ void active_job_release(struct active_job *job);
 /* Loads the document and starts the import. */
 void active_job_begin(struct active_job *job);
 
-/* Ends it: drops its work, records state and report. It leaves the table when that is durable. */
+/* Ends the job: drops its work, records state and report. It leaves the table when that is
+ * durable. */
 void active_job_fail(struct active_job *job, const struct fault *fault);
 void active_job_finish(struct active_job *job);
 void active_job_cancel(struct active_job *job, job_store_done done, void *ctx);
@@ -186,7 +187,7 @@ json_t *active_job_report(const struct active_job *job);
  * count what they take up. (Drawn frames that could not be recorded are in it: they count twice if
  * the coordinator is killed before they are.) */
 void active_job_keep_report(struct active_job *job, const char *state);
-/* Returns its text, to be freed; NULL without memory. */
+/* Returns the report's text, which the caller frees; NULL without memory. */
 char *active_job_kept_report(const struct active_job *job);
 json_t *active_job_progress(const struct active_job *job);
 json_t *active_job_frames(const struct active_job *job);

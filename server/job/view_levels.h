@@ -5,7 +5,7 @@
 
 #define VIEW_LEVELS_MAX 3
 
-/* Most pixels of the first picture: what two cores trace within some 50 ms. */
+/* The most pixels of the first picture, which two cores trace within some 50 ms. */
 #define VIEW_FIRST_PIXELS 16384
 /* Samples a pixel of all pictures but the last. */
 #define VIEW_COARSE_SPP 4

@@ -1,8 +1,9 @@
 #pragma once
-/* An asset is given up by its owner, and its file goes with the last owner.
+/* Removes assets that their owners give up. A file goes with its last owner.
  *
- * On the store's thread, between the store's changes: a job that names the asset is there before
- * and forbids it, or comes after and is refused. The steps, each durable before the next:
+ * This runs on the store's thread, between the store's changes: a job that names the asset is there
+ * before and forbids the removal, or comes after and is refused. The steps, each durable before the
+ * next:
  *
  *   1. one transaction: the owner's row goes, and with it the owner's share of the quota; the file
  *      is noted in `removals`
@@ -21,13 +22,14 @@
  * start, and where the file is noted. */
 #include "server/store/asset_room.h"
 
-/* 0 when the claim's owner has it no more. ERR_NOT_FOUND: there is none to be given up. ERR_STATE:
- * jobs that have not ended name it, *users says which. ERR_EXISTS: it is a tenant's, a picture or
- * a blob. ERR_NO_SPACE: that could not be put on record, and the file may have gone. ERR_IO, ... */
+/* Gives the claim's asset up. Returns 0 when its owner has it no more. ERR_NOT_FOUND: the owner
+ * does not have it. ERR_STATE: active jobs name it, *users says which. ERR_EXISTS: it is a
+ * tenant's, a picture or a blob. ERR_NO_SPACE: the removal could not be put on record, and the file
+ * may have gone. ERR_IO, ... */
 int asset_removal_run(sqlite3 *db, const struct asset_room *room, const struct asset_claim *claim,
                       struct asset_users *users);
 
-/* Ends at start the removals that were begun, except those that must still wait. */
+/* Ends the removals that were begun before this start, except those that must still wait. */
 void asset_removal_resume(sqlite3 *db, const struct asset_room *room);
 
 /* Part of a round over all that is noted. A round begins with zeros, and a pass goes on with what
@@ -41,8 +43,9 @@ struct removal_pass {
 };
 void asset_removal_pass(sqlite3 *db, const struct asset_room *room, struct removal_pass *pass);
 
-/* What an import read may have gone while it ran: for a dry run there is no job that forbids it.
- * Then *gone, and its blob is noted, to go when it is not held any more. */
+/* Checks whether an asset that an import read has gone while it ran, since no job forbids that
+ * under a dry run. *gone: one has, and the import's blob is noted, to go when it is not held any
+ * more. */
 int asset_removal_check_import(sqlite3 *db, const struct asset_room *room,
                                const struct digest *assets, size_t count, const struct digest *blob,
                                bool *gone);

@@ -49,7 +49,7 @@ struct digest_list {
     struct digest *items; /* owned */
     size_t count;
 };
-/* These append; what is there stays in any case. ERR_MEMORY, too. */
+/* Append to *out, whose items stay in any case. ERR_MEMORY, too. */
 int asset_list_owned(sqlite3 *db, struct digest_list *out);
 int asset_list_blobs(sqlite3 *db, const struct digest *asset, struct digest_list *out);
 /* Lists at most `limit` removals behind `after` (NULL: from the first), in order. */

@@ -1,12 +1,12 @@
 #pragma once
-/* Requests to the job store in groups: all changes of a group are one commit, and while one is
- * being committed the next gathers. A group at a time is with the store's thread, which alone uses
- * the database then. Functions are for the loop's thread. */
+/* Requests to the job store in groups. All changes of a group are one commit, and while one is
+ * committed the next one gathers. The store's thread has one group at a time, and alone uses the
+ * database then. Functions are for the loop's thread. */
 #include "proto/runtime/thread_pool.h"
 #include "server/metric/duration_histogram.h"
 #include "server/store/job_request.h"
 
-/* A request was performed; its answer follows. */
+/* Tells that a request was performed; its answer follows. */
 typedef void (*job_batches_performed)(void *ctx, const struct job_request *r);
 
 struct job_batches {
@@ -25,16 +25,17 @@ struct job_batches {
     void *ctx;
 };
 
-/* The database is borrowed until job_batches_close. ERR_MEMORY, ERR_IO. */
+/* Opens the batches. The database is borrowed until job_batches_close. ERR_MEMORY, ERR_IO. */
 int job_batches_open(struct job_batches *b, uv_loop_t *loop, struct job_database *db,
                      job_batches_performed performed, void *ctx);
 
-/* Takes the request, and answers it later; with an error (there was no memory for all of it) at
- * once. */
+/* Takes the request, and answers it later. With an error (there was no memory for all of it) it
+ * answers at once. */
 void job_batches_submit(struct job_batches *b, struct job_request *r, int error);
 
-/* Nothing waits or is in work: the database is the caller's until the next request. */
+/* Returns whether nothing waits or is in work. The database is then the caller's until the next
+ * request. */
 bool job_batches_are_done(const struct job_batches *b);
 
-/* Lets what waits be performed and answered. The loop must run once more afterwards. */
+/* Lets waiting requests be performed and answered. The loop must run once more afterwards. */
 void job_batches_close(struct job_batches *b);

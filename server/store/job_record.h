@@ -21,11 +21,11 @@ struct job_records {
     bool more;
 };
 
-/* Append the statement's current row. ERR_MEMORY; then, too, fini frees what is there. */
+/* Append the statement's current row. After ERR_MEMORY, too, fini frees what is there. */
 int job_records_add(struct job_records *out, sqlite3_stmt *s);
 int job_record_add_frame(struct job_record *job, sqlite3_stmt *s);
 void job_records_fini(struct job_records *records);
 
-/* Single columns. False, and a zero digest, for NULL and for a wrong size. */
+/* Read single columns. False, and a zero digest, for NULL and for a wrong size. */
 bool job_record_digest(sqlite3_stmt *s, int column, struct digest *out);
 void job_record_id(sqlite3_stmt *s, int column, char out[JOB_ID_BYTES]);

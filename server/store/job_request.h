@@ -24,8 +24,9 @@ enum request_kind {
 
 typedef void (*job_store_passed)(void *ctx, int error, const struct removal_pass *pass);
 
-/* A request, and then its result. The loop's thread writes it, then the store's, then the loop's
- * reads it; the pool's queue hands it over. Texts are owned copies, NULL where absent. */
+/* A request, and then its result. The loop's thread writes it, the store's thread adds the result,
+ * and the loop's reads that; the pool's queue hands it over. Texts are owned copies, NULL where
+ * absent. */
 struct job_request {
     struct job_request *next;
     enum request_kind kind;
@@ -64,24 +65,24 @@ struct job_request {
     } call;
 };
 
-/* NULL on failed allocation. */
+/* Creates a request; NULL on failed allocation. */
 struct job_request *job_request_create(enum request_kind kind, const char *id, void *ctx);
 void job_request_free(struct job_request *r);
 
 /* Copies text (NULL: none); notes a failed copy in *error. */
 char *job_request_copy(const char *text, int *error);
 
-/* Copies these to r->assets. ERR_MEMORY. */
+/* Copies assets to r->assets. ERR_MEMORY. */
 int job_request_take_assets(struct job_request *r, const struct digest *assets, size_t count);
 
 /* Replaces its texts with those that a newer request of its kind has. */
 void job_request_take_texts(struct job_request *r, struct job_request *newer);
 
-/* In the batch's transaction. */
+/* Returns whether it changes something in the batch's transaction. */
 bool job_request_is_write(const struct job_request *r);
-/* In one of its own. */
+/* Returns whether it changes something in a transaction of its own. */
 bool job_request_is_lone_write(const struct job_request *r);
-/* Performed, it may have left a removal that waits. */
+/* Returns whether it may have left a removal that waits, once performed. */
 bool job_request_may_wait(const struct job_request *r);
 
 /* Runs the query, on the store's thread. Returns its error. */

@@ -4,8 +4,8 @@
 #include <stdbool.h>
 
 /* Opens or creates `path`: WAL, synchronous=FULL (ephemeral: OFF), foreign keys, the newest schema.
- * The connection is without a mutex of its own: one thread at a time. ERR_IO, ERR_VERSION for a
- * schema from a newer program, ERR_CORRUPT for a file that is no database. */
+ * The connection has no mutex of its own, so it is for one thread at a time. ERR_IO, ERR_VERSION
+ * for a schema from a newer program, ERR_CORRUPT for a file that is no database. */
 int job_schema_open(const char *path, bool ephemeral, sqlite3 **out);
 
 /* Tests whether a file beside the database can be created, written and synced now. 0, ERR_NO_SPACE,

@@ -65,8 +65,8 @@ typedef void (*job_store_inserted)(void *ctx, int error, const char *existing);
 void job_store_insert(struct job_store *s, const struct job_row *row, const char *idempotency_key,
                       const struct digest *body, job_store_inserted done, void *ctx);
 
-/* The same for a job whose assets must be there, for its owner (asset_room_find): ERR_NOT_FOUND
- * when one of them is not. They are copied. */
+/* Assets that must be there for the job's owner (asset_room_find) when the job is inserted.
+ * ERR_NOT_FOUND when one of them is not. They are copied. */
 struct job_assets {
     const struct digest *items;
     size_t count;
@@ -98,7 +98,7 @@ void job_store_update_document(struct job_store *s, const char *id, const char *
                                job_store_done done, void *ctx);
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx);
 
-/* row NULL: no such job. frames: those that have a row, by number. */
+/* Finds a job. row NULL: there is none. frames: those that have a row, by number. */
 typedef void (*job_store_found)(void *ctx, int error, const struct job_row *row,
                                 const struct frame_row *frames, size_t frame_count);
 void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx);
@@ -136,15 +136,15 @@ typedef void (*job_store_blob)(void *ctx, int error, const struct digest *blob);
 void job_store_find_blob(struct job_store *s, const struct digest *source, job_store_blob done,
                          void *ctx);
 
-/* Where assets are, for job_store_submit and for what is below. objects is borrowed; tenant_bytes
- * is the quota of each tenant (0: none). Before the loop runs. */
+/* Sets where assets are, for job_store_submit and the functions below. objects is borrowed;
+ * tenant_bytes is the quota of each tenant (0: none). To be called before the loop runs. */
 void job_store_set_assets(struct job_store *s, const struct objects *objects,
                           uint64_t tenant_bytes);
 
-/* Who claims what. */
+/* A user's claim on an asset. */
 struct asset_claim {
     struct digest asset;
-    char owner[JOB_OWNER_BYTES]; /* "": nothing tells askers apart */
+    char owner[JOB_OWNER_BYTES]; /* "": there are no tokens that tell users apart */
     bool sees_all;
 };
 
@@ -156,7 +156,7 @@ void job_store_keep_asset(struct job_store *s, const struct asset_claim *claim, 
  * is there. */
 void job_store_doubt_asset(struct job_store *s, const struct digest *asset);
 
-/* Are all of these there for the owner? As job_store_submit asks. */
+/* Finds whether all of these are there for the owner, as job_store_submit does. */
 void job_store_find_assets(struct job_store *s, const char *owner, const struct job_assets *assets,
                            job_store_done done, void *ctx);
 
@@ -167,11 +167,11 @@ struct asset_users {
     char ids[ASSET_USERS_NAMED][JOB_ID_BYTES]; /* the oldest of them */
 };
 
-/* Gives an asset up: asset_removal.h says when it may be, and what goes with it. users is borrowed.
- */
+/* Gives an asset up. asset_removal.h says when that is possible, and what goes with it. users is
+ * borrowed. */
 typedef void (*job_store_gave_up)(void *ctx, int error, const struct asset_users *users);
 void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim,
                             job_store_gave_up done, void *ctx);
 
-/* Start-up, blocking: ends removals that a crash has cut off. */
+/* Ends removals that a crash has cut off. Blocking, at start-up. */
 void job_store_resume_removals(struct job_store *s);

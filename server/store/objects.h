@@ -1,12 +1,11 @@
 #pragma once
 /* Files by the SHA-256 of their bytes: assets, scene blobs, results. A file is there as a whole or
- * not at all: it is written beside its place, synced, then renamed. Files are in
- * DIR/objects/ab/cdef..., and while they are written in DIR/tmp/, which is swept at start.
+ * not at all: it is written beside its place, synced, then renamed.
  *
  *   DIR/objects/ab/cdef...   the files         DIR/tmp/   what is being written, swept at start
  *
- * Plain blocking calls: any thread may use one struct objects. What finish and adopt have placed is
- * held until objects_release: so long that whatever refers to it is on record, and objects_remove
+ * Calls block, and any thread may use one struct objects. A file that finish or adopt has placed is
+ * held until objects_release, which comes when the reference to it is on record. objects_remove
  * leaves it meanwhile. */
 #include <pthread.h>
 #include <stdatomic.h>
@@ -38,12 +37,12 @@ struct objects {
 /* Creates the folders and sweeps tmp. The struct must not move from then on. */
 int objects_open(struct objects *o, const char *dir, bool ephemeral);
 bool objects_have(const struct objects *o, const struct digest *d, uint64_t *size_bytes);
-/* Is it certain that there is no such file? */
+/* Returns whether it is certain that there is no such file. */
 bool objects_lack(const struct objects *o, const struct digest *d);
 void objects_path(const struct objects *o, const struct digest *d, char out[OBJECTS_PATH_BYTES]);
 
-/* Holds a file that may come, and lets go of what this, finish or adopt holds. Any thread; they
- * wait for nothing. */
+/* Hold a file that may come, and release what this, finish or adopt holds. Any thread may call
+ * them; they wait for nothing. */
 void objects_hold(const struct objects *o, const struct digest *d);
 void objects_release(const struct objects *o, const struct digest *d);
 bool objects_is_held(const struct objects *o, const struct digest *d);
@@ -63,15 +62,15 @@ int object_writer_append(struct object_writer *w, const void *data, size_t size_
 /* Returns the file's name while it is written, for a library that opens files itself. */
 const char *object_writer_path(const struct object_writer *w);
 
-/* The first half of finish: syncs. With `expected`, ERR_MISMATCH when the bytes' digest is another.
- * *out is the digest in any case. */
+/* Does the first half of finish: syncs. With `expected`, ERR_MISMATCH when the bytes' digest is
+ * another. *out is the digest in any case. */
 int object_writer_seal(struct object_writer *w, const struct digest *expected, struct digest *out);
-/* The second half, of a file that is sealed as d: renames, or drops it where it is there already.
- */
+/* Does the second half for a file that is sealed as d: renames it, or drops it where it is there
+ * already. */
 int object_writer_place(struct object_writer **w, const struct digest *d, bool *existed);
 
 /* Syncs and renames. With `expected`, ERR_MISMATCH (and nothing kept) when the bytes' digest is
- * another. *out is the digest in any case. A file that is already there is kept and this one
+ * another. *out is the digest in any case. A file that is already there stays and this one is
  * dropped: 0 with *existed = true. With 0 it is held. */
 int object_writer_finish(struct object_writer **w, const struct digest *expected,
                          struct digest *out, bool *existed);

@@ -15,11 +15,11 @@
  *             40       payload
  *
  * Little-endian. A record is one write behind the last; a write that was cut short leaves a tail
- * that is no record, and is cut off when the file is opened. Nothing is synced: what a process has
- * written outlives it, and what a machine loses with its power is traced again. So a length or a
- * payload may be anything, and counts only when its CRC says so.
+ * that is no record, and is cut off when the file is opened. Nothing is synced: bytes outlive the
+ * process that wrote them, and what a machine loses with its power is traced again. So a length or
+ * a payload may be anything, and counts only when its CRC fits.
  *
- * Blocking calls without shared state. One thread appends; any may read meanwhile. */
+ * Calls block and share no state. One thread appends; any may read meanwhile. */
 #include <stdint.h>
 
 #include "proto/digest.h"
@@ -29,7 +29,7 @@
 #define SPOOL_FILE_HEAD_BYTES   44u
 #define SPOOL_RECORD_HEAD_BYTES 40u
 
-/* What a payload is the result of. */
+/* The pass of a tile whose result a payload is. */
 struct spool_key {
     uint32_t tile;
     uint32_t pass, first, count, strata; /* struct plan_pass */
@@ -49,21 +49,20 @@ struct spool_file {
     uint32_t count;
 };
 
-/* Opens the file, or makes it. One of another fingerprint or version, or none of ours, begins anew.
- * ERR_IO, ERR_NO_SPACE, ERR_MEMORY. */
+/* Opens or creates the file. One of another fingerprint or version, or of another format, begins
+ * anew. ERR_IO, ERR_NO_SPACE, ERR_MEMORY. */
 int spool_file_open(const char *path, const struct digest *fingerprint, struct spool_file *out);
 void spool_file_close(struct spool_file *file);
 
-/* The record of that tile's pass which was written last, if it is of this very pass; else NULL.
- * Borrowed. */
+/* Returns the last record of that tile's pass, borrowed, if it is of this very pass; else NULL. */
 const struct spool_record *spool_file_find(const struct spool_file *file,
                                            const struct spool_key *key);
 
-/* `out` has room for payload_bytes. ERR_CHECKSUM for a payload that is not what was written,
- * ERR_IO. */
+/* Reads a payload; `out` has room for payload_bytes. ERR_CHECKSUM for a payload that is not what
+ * was written, ERR_IO. */
 int spool_file_read(const struct spool_file *file, const struct spool_record *record, uint8_t *out);
 
-/* A payload in two pieces, either of which may be empty. ERR_LIMIT for one that is too long for a
- * record, ERR_NO_SPACE, ERR_IO; the file is then as it was. */
+/* Appends a payload in two pieces, either of which may be empty. ERR_LIMIT for one that is too long
+ * for a record, ERR_NO_SPACE, ERR_IO; the file is then as it was. */
 int spool_file_append(struct spool_file *file, const struct spool_key *key, const void *front,
                       uint32_t front_bytes, const void *back, uint32_t back_bytes);

@@ -4,7 +4,7 @@
  *
  * A spool saves time and promises nothing. A result that does not fit (the disk, LIMIT_SPOOL_BYTES,
  * the LIMIT_SPOOL_QUEUE_BYTES of memory that may wait for the disk) is not kept, and is traced
- * again after a restart. When a disk is nearly full spools go first.
+ * again after a restart. When a disk is nearly full, spools stop before all else.
  *
  * All but spool_read is for the loop's thread, and callbacks come on it. */
 #include <stdbool.h>
@@ -33,8 +33,8 @@ int spool_open(struct spools *spools, const char *job, int32_t frame,
 /* Closes a spool and nulls the pointer; NULL is fine. The file stays. */
 void spool_close(struct spool **spool);
 
-/* Finds a record that was there when the spool was opened; borrowed until it is closed. NULL: none.
- */
+/* Finds a record that was there when the spool was opened, borrowed until it is closed. NULL: there
+ * is none. */
 const struct spool_record *spool_find(const struct spool *spool, const struct spool_key *key);
 uint32_t spool_count(const struct spool *spool);
 

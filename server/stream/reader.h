@@ -38,7 +38,7 @@ void reader_join(struct reader *r, struct streams *streams, struct stream *strea
                  struct reader **list, struct MHD_Connection *connection);
 void reader_leave(struct reader *r);
 
-/* Notes that it took bytes. For callbacks that give some. */
+/* Notes that it took bytes, for callbacks that give some. */
 void reader_moved(struct reader *r);
 
 /* Returns what a callback must return when it has something to send. MHD sends it when it runs

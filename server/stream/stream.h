@@ -76,11 +76,11 @@ struct pixels_request {
     uint64_t after; /* the revision that it has from an earlier feed of the same layer; 0: none */
 };
 
-/* The pixel feed of a layer: blocks "SWPX" (see PROTOCOL.md): u32 magic, u16 version, u16 format
- * (1: 3 x f16, 2: 3 x f32, 3 and 4: the same with alpha), u32 x, y, w, h, u64 revision, then w*h*3
- * numbers, row by row, and with alpha w*h more. First
- * message: the image's size (w = 0, h = 0, x = width, y = height). The revision is the one up to
- * which the reader has every change: what it may ask to be continued after. */
+/* Creates a reader of a layer's pixel feed, which consists of blocks "SWPX" (see PROTOCOL.md): u32
+ * magic, u16 version, u16 format (1: 3 x f16, 2: 3 x f32, 3 and 4: the same with alpha), u32 x, y,
+ * w, h, u64 revision, then w*h*3 numbers, row by row, and with alpha w*h more. The first message
+ * has the image's size (w = 0, h = 0, x = width, y = height). The reader has every change up to the
+ * revision, and may ask to continue after it. */
 struct MHD_Response *stream_pixels_response(struct streams *streams, const char *job,
                                             struct MHD_Connection *connection,
                                             const struct pixels_request *wanted);

@@ -4,11 +4,12 @@
  * afterwards, such as nodes, weights, cameras, lights and materials, stands as it does then. */
 #include "server/import/gltf/gltf.h"
 
-/* Moves the document to a time. ERR_NOT_FOUND for an animation of no such name; for what a file
- * gets wrong ERR_RANGE, ERR_MISMATCH, ERR_NOT_FINITE, ERR_TYPE, ... with the place. */
-/* Finds what the chosen animations move, without moving it, into g->moving. Errors as above. */
+/* Finds what the chosen animations move, without moving it, into g->moving. ERR_NOT_FOUND for an
+ * animation of no such name; for errors of the file ERR_RANGE, ERR_MISMATCH, ERR_NOT_FINITE,
+ * ERR_TYPE, ... with the place. */
 int gltf_animations_find(struct gltf *g, const struct scene_choice *choice, struct fault *fault);
 void gltf_moving_fini(struct gltf_moving *moving);
 
+/* Moves the document to a time. Errors as above. */
 int gltf_animations_apply(struct gltf *g, const struct scene_choice *choice, double time_s,
                           struct fault *fault);

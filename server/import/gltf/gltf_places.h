@@ -1,5 +1,5 @@
 #pragma once
-/* Which geometry stands where.
+/* Finds which geometry stands where.
  *
  * Primitives that name the same accessors share one geometry, whatever their materials. Placed
  * once, it is baked into the world; placed more often, it is stored once and instanced. Mirrored

@@ -14,7 +14,7 @@
 #include "server/import/obj/mtl.h"
 #include "server/import/scene/warnings.h"
 
-/* Reads into *m, whose colours and textures have been read and which is a Lambert surface so far;
- * warns of what is ignored or changed. Numbers out of range are clamped. */
+/* Reads the model into *m, a Lambert surface so far, whose colours and textures have been read.
+ * Warns of what is ignored or changed. Numbers out of range are clamped. */
 void obj_shading_read(const struct mtl_material *from, const char *place, struct scene_material *m,
                       struct warnings *warnings);

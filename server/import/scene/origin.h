@@ -1,6 +1,6 @@
 #pragma once
-/* Where a scene's coordinates are counted from. Floats of a scene far from its origin are coarse,
- * so such a scene is moved to its middle; struct scene_info keeps by how much. */
+/* Chooses where a scene's coordinates are counted from. Floats of a scene far from its origin are
+ * coarse, so such a scene is moved to its middle; struct scene_info keeps by how much. */
 #include <stdbool.h>
 
 #include "server/import/scene/builder.h"

@@ -53,8 +53,7 @@ void plan_filter_none(const struct job *job, const char *why, struct plan_report
 bool plan_divides(const struct job *job, const struct plan *plan, struct plan_report *report);
 
 /* Returns whether the material has layers or lobes beyond glTF's core: a coat, a film, a sheen,
- * light let through. `surely`:
- * at all points, whatever its textures are. */
+ * diffuse transmission. `surely`: at all points, whatever its textures are. */
 bool plan_has_layers(const struct scene_material *m, bool surely);
 
 /* Returns whether some surface has a normal map. */

@@ -1,5 +1,5 @@
 #pragma once
-/* How the scene of a frame moves, from the frame before and to the frame after it. */
+/* Finds how the scene of a frame moves, from the frame before and to the frame after it. */
 #include "proto/scene/scene.h"
 #include "server/reconstruct/compose/motion.h"
 

@@ -17,7 +17,7 @@ struct import_options {
     uint64_t limit_ms; /* of wall time */
 };
 
-/* Times that one run imports a scene at. */
+/* The most times at which one run imports a scene. */
 #define IMPORT_TIMES 64u
 
 struct import_times {
@@ -33,12 +33,12 @@ struct import_blobs {
     struct digest base; /* zero: none */
 };
 
-/* fault NULL: the blobs are objects, held (objects.h): the caller releases them. cpu_us: of the
- * child. */
+/* Tells the outcome. fault NULL: the blobs are held objects (objects.h), which the caller releases.
+ * cpu_us is that of the child. */
 typedef void (*import_process_done)(void *ctx, const struct fault *fault,
                                     const struct import_blobs *blobs, uint64_t cpu_us);
 
-/* The scene is copied. `done` comes later, once. ERR_MEMORY. */
+/* Starts the child. The scene is copied. `done` comes later, once. ERR_MEMORY. */
 int import_process_start(const struct import_options *options, const struct job *scene,
                          const struct import_times *times, import_process_done done, void *ctx,
                          struct import_process **out);

@@ -8,26 +8,25 @@
 struct imports;
 struct import_request; /* a waiting request */
 
-/* fault NULL: *blob is an object. cpu_us: of the importer. */
+/* Tells the outcome. fault NULL: *blob is an object. cpu_us is that of the importer. */
 typedef void (*import_done)(void *ctx, const struct fault *fault, const struct digest *blob,
                             uint64_t cpu_us);
 
 int imports_create(const struct import_options *options, struct job_store *store,
                    struct imports **out);
 
-/* Kills what runs. No callbacks come any more. */
+/* Kills running imports. No callbacks come any more. */
 void imports_stop(struct imports *imports);
 
-/* After imports_stop, once store and pool have let go. Nulls the pointer. */
+/* Frees the imports, after imports_stop, once store and pool have let go. Nulls the pointer. */
 void imports_destroy(struct imports **imports);
 
-/* Of `scene` count the main file, its files, variant, animation, `stands` and time_s, whatever its
- * frames: an environment map is a scene of one file that stands. It is borrowed for the call. With
- * `times`, the first of which is time_s, the blobs of the others are made on the way, for later
- * requests. `done` comes later, once,
- * unless forgotten; the request is gone then. The blob is held, if at all, by the imports: nothing
- * is to be released. cpu_us is charged to the first request. After ERR_MEMORY no import has begun,
- * and `done` does not come. */
+/* Requests a blob. Of `scene` the main file, its files, variant, animation, `stands` and time_s
+ * count, but not its frames. An environment map is a scene of one file that stands. `scene` is
+ * borrowed for the call. With `times`, the first of which is time_s, the blobs of the others are
+ * made on the way, for later requests. `done` comes later, once, unless forgotten; the request is
+ * gone then. The imports hold the blob, if at all, so the caller releases nothing. cpu_us is
+ * charged to the first request. After ERR_MEMORY no import has begun, and `done` does not come. */
 int imports_request(struct imports *imports, const struct job *scene,
                     const struct import_times *times, import_done done, void *ctx,
                     struct import_request **out);
@@ -35,6 +34,6 @@ int imports_request(struct imports *imports, const struct job *scene,
 /* Forgets a request, and kills an import that no request waits for. Nulls the pointer. */
 void imports_forget(struct import_request **request);
 
-/* What a blob depends on: the importer's build, the main file, each file's name and bytes, and the
- * variant, animation and time that are asked for. */
+/* Computes a digest of what a blob depends on: the importer's build, the main file, each file's
+ * name and bytes, and the variant, animation and time that are asked for. */
 int imports_source(const struct job *scene, struct digest *out);

@@ -1,6 +1,6 @@
 #pragma once
-/* A job on its way from a document to something that can be traced: its scene and its environment
- * map imported or found, mapped, planned. */
+/* Prepares a job for tracing: its scene and its environment map are imported or found, mapped, and
+ * planned. */
 #include "server/job/plan/plan.h"
 #include "server/job/prepare/imports.h"
 #include "server/job/prepare/shared_base.h"
@@ -25,21 +25,20 @@ struct prepared {
     uint64_t plan_cpu_us;
 };
 
-/* fault NULL: `prepared` is handed over. Else it is NULL. */
+/* Tells the outcome. fault NULL: `prepared` is handed over. Else it is NULL. */
 typedef void (*preparation_done)(void *ctx, const struct fault *fault, struct prepared *prepared);
 
 /* Prepares the scene of a frame. A base that another frame stands on may be given; NULL: none is
- * known. Takes the job (leaves it empty), also on failure. `done` comes
- * later, once. ERR_MEMORY. */
+ * known. The job is taken (left empty), also on failure. `done` comes later, once. ERR_MEMORY. */
 int preparation_start(struct imports *imports, struct thread_pool *pool,
                       const struct objects *objects, struct job *job, int32_t number,
                       struct shared_base *base, preparation_done done, void *ctx,
                       struct preparation **out);
 
-/* What of a live job's preparation plans are made of: borrows its scene and map. */
+/* Returns what plans of a live job are made from. It borrows the preparation's scene and map. */
 struct plan_source prepared_source(const struct prepared *prepared);
 
-/* `done` is not called. Nulls the pointer. */
+/* Cancels the preparation; `done` is not called. Nulls the pointer. */
 void preparation_cancel(struct preparation **preparation);
 
 void prepared_destroy(struct prepared **prepared);

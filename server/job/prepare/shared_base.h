@@ -9,8 +9,8 @@ struct shared_base;
 int shared_base_open(const struct objects *objects, const struct digest *digest,
                      struct shared_base **out, struct fault *fault);
 
-/* Take and let go of a reference; the last one's end closes it. Any thread. NULL: nothing happens;
- * unref nulls the pointer. */
+/* Take and release a reference; the last release closes the base. Any thread may call them. NULL is
+ * ignored; unref nulls the pointer. */
 struct shared_base *shared_base_ref(struct shared_base *base);
 void shared_base_unref(struct shared_base **base);
 

@@ -1,8 +1,8 @@
 #pragma once
 /* The light of a scene that nothing lights: a grey room with three soft boxes, as an environment
- * map. It is made for the camera that such scenes mostly get, too (proto/scene/camera_fit.h): a
- * large key light to its left, a weaker one to its right, and a strip behind that parts the object
- * from its background. A white surface sends on between a fifth, facing down, and one. */
+ * map. It suits the camera that such scenes mostly get (proto/scene/camera_fit.h): a large key
+ * light to its left, a weaker one to its right, and a strip behind that parts the object from its
+ * background. A white surface sends on between a fifth, facing down, and one. */
 #include "proto/scene/environment.h"
 #include "server/store/objects.h"
 
