@@ -5,17 +5,16 @@
 #include "server/reconstruct/compose/block_variance.h"
 #include "server/reconstruct/compose/resolve.h"
 
-/* All of `block`; `variance`, of the block, are those that the resolver's light field has a part
- * in, found when resolver->errors.
- *
- * Writes the channels that light, albedo and anti-aliasing make, of `block`:
+/* Writes the channels that light, albedo and anti-aliasing make, of `block`:
  *   R G B A      emission + direct + indirect, seen; the share of samples that hit a surface
  *   direct, indirect, emission, albedo   with albedo where it is light; mean over the samples
  *   diffuse_direct, diffuse_indirect     the pixel centre's, before albedo
  *   occlusion    share of the hemisphere that is open; 1 without surface
  *   samples      light and bounce rays of the pixel, those of its glossy lobe among them; 0 without
  *                surface
- *   filter_width sigma in pixels, largest over all filters; 0: not filtered */
+ *   filter_width sigma in pixels, largest over all filters; 0: not filtered
+ *
+ * If resolver->errors, it adds to the block's `variance` those of the light that it resolves. */
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
                          struct block_variance *variance, struct block_statistics *statistics);
 

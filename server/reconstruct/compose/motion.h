@@ -1,5 +1,6 @@
 #pragma once
-/* Where what a pixel's centre shows was one frame before, and is one frame later, in pixels. */
+/* Computes where the point at a pixel's centre was one frame before, and is one frame later, in
+ * pixels. */
 #include "proto/plan.h"
 #include "server/image/image.h"
 #include "server/reconstruct/compose/motion_mesh.h"
@@ -23,7 +24,8 @@ int motion_create(uint32_t part_count, struct motion **out);
 void motion_destroy(struct motion **motion);
 
 /* Writes the channels motion.backward and motion.forward of `block`, as far as the image has them:
- * x to the right, y down, from the pixel's centre. What has no surface is as far away as can be.
- * 0 where a side's camera does not look, and everywhere without a motion (NULL). */
+ * x to the right, y down, from the pixel's centre. Pixels without a surface count as infinitely far
+ * away. The result is 0 where a side's camera does not look, and everywhere without a motion
+ * (NULL). */
 void motion_compose(const struct motion *motion, const struct plan *plan, const struct patch *patch,
                     struct rect block, struct image *image);

@@ -1,5 +1,5 @@
 #pragma once
-/* A mesh that bends: where a point of its surface was before a frame, and is after it. */
+/* A mesh that bends. Tells where a point of its surface was before a frame, and is after it. */
 #include <stdint.h>
 
 #include "proto/error.h"

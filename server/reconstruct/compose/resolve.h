@@ -16,7 +16,7 @@ struct resolved {
     float spread[3]; /* variance of total, as a mean of the pixel's few samples; 0 unless wanted */
     uint32_t lone;   /* sub-samples with light of their own */
     uint32_t unmatched; /* others whose surface is shown by no pixel around them */
-    uint32_t mixed;     /* 1: a mixed pixel, of which these were not asked */
+    uint32_t mixed;     /* 1: a mixed pixel, of which the two above are 0 */
 };
 
 struct resolver {

@@ -21,7 +21,7 @@ struct indirect_taps {
 };
 _Static_assert(TAPS_MAX >= INDIRECT_TAPS, "a line's neighbours");
 
-/* What sixteen pixels ask their neighbours. */
+/* What sixteen pixels compare their neighbours with. */
 struct indirect_receivers {
     struct simd point[3], normal[3], falloff, off;
     struct simd_whole object, receives;
@@ -40,8 +40,8 @@ static inline void indirect_load_receivers(const struct indirect_field *f, size_
     for (int v = 0; v < SIMD_VECTORS; v++) a->receives.v[v] = a->falloff.v[v] > 0.0f;
 }
 
-/* exp(-x) for x from 0 to INDIRECT_CUT: the fourth power of a fit of exp(-x/4). Relative error
- * 4e-6, exact at 0; beyond, anything. */
+/* Returns exp(-x) for x from 0 to INDIRECT_CUT, as the fourth power of a fit of exp(-x/4). The
+ * relative error is 4e-6, and 0 at 0. Results beyond are undefined. */
 static inline simd_vector indirect_exp_minus(simd_vector x)
 {
     const simd_vector squared = x * x;
@@ -53,8 +53,8 @@ static inline simd_vector indirect_exp_minus(simd_vector x)
     return square * square;
 }
 
-/* Vector v of the neighbours from q on: their exponents, and which of them are taken by the walks
- * that still go on. Walks end that meet their own object beyond the cut. */
+/* Meets vector v of the neighbours from q on. Finds their exponents, and which of them are taken by
+ * walks that still go on. A walk ends that meets its own object beyond the cut. */
 static inline simd_mask indirect_meet(const struct indirect_field *f,
                                       const struct indirect_receivers *a, size_t q, int v,
                                       simd_mask *walks, simd_vector *exponent)
@@ -122,14 +122,15 @@ static void kernel_mean(const struct indirect_field *f, const struct indirect_ru
     }
 }
 
-/* Computes for each pixel what turns sums into the line's value at it. */
+/* What turns each pixel's sums into the line's value at it. */
 struct indirect_line {
     struct simd inverse; /* of the sum of weights */
     struct simd first, second;
 };
 
-/* With r the signed distance and T0, T1 the sums of w (c - own) and w r (c - own), the line's value
- * less the own one is (S2 T0 - S1 T1) / det: of T0, `first`, and of T1, `second`. */
+/* Fits the lines. With r the signed distance and T0, T1 the sums of w (c - own) and w r (c - own),
+ * the line's value less the own one is (S2 T0 - S1 T1) / det: of T0, `first`, and of T1,
+ * `second`. */
 static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line *line)
 {
     struct simd s0 = simd_all(1.0f), s1 = simd_all(0.0f), s2 = simd_all(0.0f);
@@ -155,7 +156,7 @@ static inline void indirect_fit(struct indirect_taps *taps, struct indirect_line
     }
 }
 
-/* Vector v of `channels` channels, LINE_TOGETHER at most: their sums stay in registers. */
+/* Computes vector v of `channels` channels, LINE_TOGETHER at most, whose sums stay in registers. */
 SIMD_INLINE void indirect_line_of(const struct indirect_taps *taps,
                                   const struct indirect_line *line, const float *const *in,
                                   size_t p, int v, uint32_t channels, float *const *out)
@@ -217,15 +218,15 @@ static inline void nearness_add(simd_mask object, simd_mask own, simd_vector nea
     *counts = simd_add_to(*counts, met, one);
 }
 
-/* Groups of sixteen pixels at once: as many as registers hold sums of. Each sum waits for its last
- * addend. */
+/* Groups of sixteen pixels that are summed at once, as many as registers hold sums of, since each
+ * sum waits for its last addend. */
 #ifdef __AVX512F__
 #define NEARNESS_GROUPS 2
 #else
 #define NEARNESS_GROUPS 1
 #endif
 
-/* `groups` of sixteen pixels from p on. */
+/* Computes the means of `groups` times sixteen pixels from p on. */
 SIMD_INLINE void nearness_mean(const struct indirect_field *f, const struct indirect_run *run,
                                const float *nearness, size_t p, int groups, float *out)
 {

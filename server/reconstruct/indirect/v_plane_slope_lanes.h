@@ -21,7 +21,8 @@ static inline float v_plane_stratum(float jitter, uint32_t l, uint32_t k)
     return low < 1.0f - V_PLANE_END ? low : 1.0f - V_PLANE_END;
 }
 
-/* The cube root of x > 0 by a third of its exponent and Newton's steps, to the float's digits. */
+/* Returns the cube root of x > 0, from a third of its exponent by Newton's steps, to the float's
+ * digits. */
 static inline float v_plane_cube_root(float x)
 {
     uint32_t bits;
@@ -33,9 +34,9 @@ static inline float v_plane_cube_root(float x)
     return r;
 }
 
-/* Sine and cosine of theta / 2 with theta + sin theta = pi (2 v - 1). With e = pi - |theta|, q = e
- * - sin e = 2 pi min(v, 1 - v) and r = (6 q)^(1/3), sin(e/2) / r and cos(e/2) are smooth in r^2:
- * polynomials through Chebyshev's points of [0, (6 pi)^(2/3)], errors of 2e-6. */
+/* Computes the sine and cosine of theta / 2 with theta + sin theta = pi (2 v - 1). With e = pi -
+ * |theta|, q = e - sin e = 2 pi min(v, 1 - v) and r = (6 q)^(1/3), sin(e/2) / r and cos(e/2) are
+ * smooth in r^2: polynomials through Chebyshev's points of [0, (6 pi)^(2/3)], errors of 2e-6. */
 static inline void v_plane_turn(float v, float *sine, float *cosine)
 {
     const float rest = v < 0.5f ? v : 1.0f - v;
@@ -72,7 +73,7 @@ static void kernel_strata(const struct v_plane_strata *s, const float *jitter_u,
     }
 }
 
-/* The first `n` lanes, all of them where the compiler knows so; 0 beyond. */
+/* Loads the first `n` lanes, in one piece where the compiler knows that these are all; 0 beyond. */
 SIMD_INLINE simd_vector v_plane_load(const float *from, size_t n)
 {
     simd_vector out = {0};
@@ -98,12 +99,12 @@ static inline simd_vector v_plane_root(simd_vector x)
 #endif
 }
 
-/* What pixels' samples add up to. */
+/* Sums over pixels' samples. */
 struct v_plane_sums {
     simd_vector weight, mean, square;
 };
 
-/* Stratum (column, row) of `n` pixels from `at` on. */
+/* Adds stratum (column, row) of `n` pixels from `at` on. */
 SIMD_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
                                     const struct v_plane_planes *planes, uint32_t column,
                                     uint32_t row, size_t at, size_t n, simd_vector inverse,
@@ -124,7 +125,7 @@ SIMD_INLINE void v_plane_add_slopes(const struct v_plane_strata *s,
     sums->square = simd_fused(w * a, a, sums->square);
 }
 
-/* `n` pixels from `at` on, of a vector at most. */
+/* Computes the slopes of `n` pixels from `at` on, a vector at most. */
 SIMD_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
                                        const struct v_plane_planes *planes,
                                        const struct v_plane_source *sources, float least_px,
@@ -160,7 +161,7 @@ static void kernel_slopes(const struct v_plane_strata *s, const struct v_plane_p
         v_plane_slopes_vector(s, planes, sources, least_px, at, s->count - at, mean, deviation);
 }
 
-/* `n` pixels from p on, of a vector at most. */
+/* Averages around `n` pixels from p on, a vector at most. */
 SIMD_INLINE void v_plane_average_vector(const struct v_plane_slopes_field *in, size_t p, size_t n,
                                         float *mean, float *deviation)
 {

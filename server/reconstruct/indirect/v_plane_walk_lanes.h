@@ -25,7 +25,7 @@ struct v_plane_taps {
     int32_t cell[V_PLANE_PADDED];
 };
 
-/* Rows to columns. */
+/* Turns rows into columns. */
 static inline void v_plane_turn_fours(v_plane_four m[4])
 {
     const v_plane_four a = m[0], b = m[1], c = m[2], d = m[3];
@@ -39,7 +39,7 @@ static inline void v_plane_turn_fours(v_plane_four m[4])
     m[3] = __builtin_shufflevector(ba, dc, 2, 3, 6, 7);
 }
 
-/* Where the taps lie and what they show. Returns their number, filled up to whole lanes. */
+/* Finds where the taps lie and what they show. Returns their number, filled up to whole lanes. */
 static inline uint32_t v_plane_place_taps(const struct v_plane_walk *w,
                                           const struct v_plane_source *p, ptrdiff_t width,
                                           struct v_plane_taps *out)
@@ -71,7 +71,8 @@ static inline uint32_t v_plane_place_taps(const struct v_plane_walk *w,
     return (uint32_t)padded;
 }
 
-/* Weights and shifts: exp(-d^2 / 2 sigma^2) and -eta d, d the way along the tangent. */
+/* Computes weights and shifts: exp(-d^2 / 2 sigma^2) and -eta d, with d the way along the
+ * tangent. */
 static inline void v_plane_weigh(const struct v_plane_walk *w, const struct v_plane_source *p,
                                  uint32_t count, struct v_plane_taps *taps)
 {
@@ -97,7 +98,7 @@ static inline void v_plane_weigh(const struct v_plane_walk *w, const struct v_pl
     }
 }
 
-/* The taps that count, those of each cell by themselves: a bit each, the first one's lowest. */
+/* The taps that count, cell by cell: a bit each, the first one's lowest. */
 struct v_plane_order {
     uint64_t taps[V_PLANE_CELLS];
 };
@@ -115,7 +116,7 @@ static inline void v_plane_sort(const struct v_plane_taps *taps, uint32_t count,
     }
 }
 
-/* Sums of a register's strata over a cell's taps: r, g, b and weight; then each times the powers of
+/* Sums a register's strata over a cell's taps: r, g, b and weight, then each times the powers of
  * the cosine's square within the column. */
 static inline void v_plane_gather(const struct v_plane_taps *taps, const float *const *records,
                                   uint64_t own, size_t lanes, size_t at,
@@ -146,7 +147,7 @@ struct v_plane_columns {
     v_plane_four number[V_PLANE_STRATA_MAX / 4][V_PLANE_POWERS * 4];
 };
 
-/* Adds lanes from `first` on, four by four: in an order that does not hang on the register. */
+/* Adds lanes from `first` on, four by four, in an order that does not depend on the register. */
 static inline void v_plane_sum_rows(uint32_t l, const simd_vector sums[V_PLANE_POWERS * 4],
                                     uint32_t first, struct v_plane_columns *out)
 {
@@ -160,8 +161,8 @@ static inline void v_plane_sum_rows(uint32_t l, const simd_vector sums[V_PLANE_P
     }
 }
 
-/* Of each column of strata: r, g, b and weight into cells[V_PLANE_POWERS (V_PLANE_CELLS i + c)],
- * the others behind. */
+/* Stores the sums of each column of strata: r, g, b and weight in cells[V_PLANE_POWERS
+ * (V_PLANE_CELLS i + c)], the others behind. */
 static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *columns, uint32_t c,
                                        v_plane_four *cells)
 {
@@ -178,8 +179,8 @@ static inline void v_plane_store_cells(uint32_t l, struct v_plane_columns *colum
 }
 
 #define V_PLANE_SUMS_MAX (V_PLANE_POWERS * V_PLANE_CELLS * V_PLANE_STRATA_MAX)
-/* Pixels whose cells go to nodes at once, some registers of each: ratios are read that less often.
- */
+/* Pixels whose cells go to nodes at once, and registers of each. The more there are, the less often
+ * ratios are read. */
 #define V_PLANE_TOGETHER 4
 #define V_PLANE_AT_ONCE  2
 
@@ -189,7 +190,7 @@ struct v_plane_group {
     uint32_t directions; /* that any of them has taps of, a bit each; without, cells are 0 */
 };
 
-/* The cells of those directions. Returns their number. */
+/* Lists the cells of those directions. Returns their number. */
 static inline uint32_t v_plane_list(uint32_t strata, uint32_t directions,
                                     uint32_t out[V_PLANE_SUMS_MAX])
 {
@@ -203,7 +204,7 @@ static inline uint32_t v_plane_list(uint32_t strata, uint32_t directions,
     return n;
 }
 
-/* A cell, again and again. */
+/* Returns a cell, repeated over the vector. */
 static inline simd_vector v_plane_repeat(const v_plane_four *cell)
 {
 #if SIMD_PER_VECTOR == 16
@@ -215,7 +216,7 @@ static inline simd_vector v_plane_repeat(const v_plane_four *cell)
 #endif
 }
 
-/* Pass 2a: from the cells of `pixels` to nodes, V_PLANE_NODE_FLOATS of each. */
+/* Runs pass 2a, from the cells of `pixels` to nodes, V_PLANE_NODE_FLOATS of each. */
 SIMD_INLINE void v_plane_project(const struct v_plane_field *f, const struct v_plane_group *group,
                                  uint32_t pixels, float *const out[V_PLANE_TOGETHER])
 {
@@ -242,7 +243,7 @@ SIMD_INLINE void v_plane_project(const struct v_plane_field *f, const struct v_p
     }
 }
 
-/* Passes 1a and 1b of one pixel, whose taps these are. */
+/* Runs passes 1a and 1b for the pixel with these taps. */
 static inline void v_plane_fill_cells(const struct v_plane_field *f,
                                       const struct v_plane_taps *taps, const float *const *records,
                                       const struct v_plane_order *order, v_plane_four *cells)
@@ -260,7 +261,8 @@ static inline void v_plane_fill_cells(const struct v_plane_field *f,
     }
 }
 
-/* Passes 1a and 1b of the pixel (x, y). Returns which directions it has taps of, a bit each. */
+/* Runs passes 1a and 1b for the pixel (x, y). Returns the directions that it has taps of, a bit
+ * each. */
 static inline uint32_t v_plane_fill_pixel(const struct v_plane_field *f, int32_t x, int32_t y,
                                           const float *const *rows, v_plane_four *cells)
 {
@@ -300,8 +302,8 @@ static void kernel_columns(const struct v_plane_field *f, int32_t y, const int32
     }
 }
 
-/* Between which nodes taps are read, and how much of their weights is the lower and the upper
- * one's. */
+/* The nodes between which taps are read, and the parts of their weights that the lower and the
+ * upper one get. */
 struct v_plane_nodes {
     _Alignas(64) float below[V_PLANE_PADDED], above[V_PLANE_PADDED];
     _Alignas(64) int32_t at[V_PLANE_PADDED]; /* numbers from the pixel's own in the tap's row */

@@ -17,10 +17,10 @@ struct lone_share {
 /* Puts the entries in order. */
 void lone_share_sort(struct lone_share *share);
 
-/* Entry of a place; NULL: its sub-sample is not lone. */
+/* Returns the entry of a place; NULL: its sub-sample is not lone. */
 const struct lone_entry *lone_share_find(const struct lone_share *share, size_t place);
 
-/* Standard error of the mean of a part's channel, by that of half its samples; 0 where nothing
- * tells. */
+/* Returns the standard error of the mean of a part's channel, estimated from half its samples; 0
+ * where it is not known. */
 float lone_entry_error(const struct lone_share *share, const struct lone_entry *e,
                        enum lone_part part, enum lone_part half, int channel);

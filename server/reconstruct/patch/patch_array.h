@@ -47,7 +47,7 @@ struct patch_array {
 /* Returns a plane's arrays; for a light's plane those of the first light. */
 const struct patch_array *patch_arrays(uint32_t slot);
 
-/* Pointer i of an array of the plane, in this patch. */
+/* Returns pointer i of an array of the plane, in this patch. */
 void *patch_array_get(const struct patch *patch, uint32_t slot, const struct patch_array *array,
                       uint32_t i);
 void patch_array_set(struct patch *patch, uint32_t slot, const struct patch_array *array,

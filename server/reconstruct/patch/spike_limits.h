@@ -1,6 +1,6 @@
 #pragma once
-/* How much light a pixel may have before it counts as a spike: one of which a path brought many
- * times what paths bring around. A filter would make a blot of it.
+/* Finds how much light a pixel may have before it counts as a spike. A spike is a pixel to which
+ * one path brought many times the light around. A filter would make a blot of it.
  *
  *   limit = times * mean of min(light, limit) over a square window of linked pixels
  *
@@ -28,7 +28,7 @@ struct spike_limits {
 };
 #define SPIKE_ARRAYS 10
 
-/* Hands the arrays out. */
+/* Assigns the arrays to the struct's pointers, in turn. */
 void spike_limits_take(struct spike_limits *s, float *const arrays[SPIKE_ARRAYS]);
 
 /* Finds the limits of the pixels of `rect`. Reads spike_limits_reach(reach_px) pixels around. */

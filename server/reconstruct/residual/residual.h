@@ -17,7 +17,7 @@ struct residual_statistics {
     uint64_t tiles_skipped; /* times components: no light in reach */
 };
 
-/* Pixels around a block that the filter reads; 0 where the plan has none. */
+/* Returns how many pixels around a block the filter reads; 0 where the plan has none. */
 int32_t residual_halo_px(const struct plan *plan);
 
 /* Means of a block's pixels, row by row. */

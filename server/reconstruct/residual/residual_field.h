@@ -66,13 +66,14 @@ struct residual_field {
 int residual_field_create(const struct patch *patch, struct residual_field *out);
 void residual_field_fini(struct residual_field *field);
 
-/* Where pixel (x, y) of the patch is; also of pixels in the padding. */
+/* Returns where pixel (x, y) of the patch is, also for pixels in the padding. */
 static inline size_t residual_at(const struct residual_shape *s, int32_t x, int32_t y)
 {
     return (size_t)((ptrdiff_t)s->origin + (ptrdiff_t)y * (ptrdiff_t)s->stride + x);
 }
 
-/* Pixels without a surface, and those of a single sample, keep the plain mean. */
+/* Returns whether a pixel is filtered. Pixels without a surface, and those of a single sample, keep
+ * the plain mean. */
 static inline bool residual_is_filtered(const struct residual_features *f, size_t at)
 {
     return !(f->barred[at] > 0.0f) && f->share[at] > 0.0f;

@@ -57,7 +57,8 @@ struct residual_tile {
 };
 
 struct residual_kernels {
-    /* Exponents of `count` taps for the tile: how little features have in common. */
+    /* Computes exponents of `count` taps for the tile, which tell how little features have in
+     * common. */
     void (*compare_features)(const struct residual_features *f, const struct residual_tap *taps,
                              uint32_t count, struct residual_tile *tile);
 
@@ -71,12 +72,12 @@ struct residual_kernels {
     void (*finish)(const struct residual_field *field, enum residual_component component, int half,
                    int weights, const struct residual_tile *tile);
 
-    /* The same of its probes. */
+    /* Does the same for its probes. */
     void (*finish_probes)(const struct residual_field *field, enum residual_component component,
                           int half, const struct residual_tile *tile);
 
-    /* Guides and variances of rows [y0, y1) and all columns in [x0, x1) for a pass of this kind;
-     * for RESIDUAL_MEAN half[0] becomes the mean. */
+    /* Computes guides and variances of rows [y0, y1) and columns [x0, x1) for a pass of this kind.
+     * For RESIDUAL_MEAN half[0] becomes the mean. */
     void (*guide)(const struct residual_features *f, enum residual_kind kind, struct rect area,
                   struct residual_light *light);
 };

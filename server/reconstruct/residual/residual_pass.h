@@ -3,15 +3,15 @@
 #include "server/reconstruct/residual/residual.h"
 #include "server/reconstruct/residual/residual_kernels.h"
 
-/* The three passes, in their order. */
+/* Returns one of the three passes, by its place in their order. */
 #define RESIDUAL_PASSES 3
 const struct residual_pass *residual_pass_of(int number);
 
-/* Pixels around one that a pass reads. */
+/* Returns how many pixels around a pixel a pass reads. */
 int32_t residual_reach_px(int number);
 
 /* Filters the pixels of `area` (of the patch's own coordinates, inside the patch); half[] of all
- * components then holds what came of it, also beyond the picture's border. Needs pixels around as
- * far as the pass reaches, as far as there is a picture. ERR_MEMORY. */
+ * components then holds the result, also beyond the picture's border. Needs pixels around as far as
+ * the pass reaches, as far as there is a picture. ERR_MEMORY. */
 int residual_pass_run(int number, struct rect area, struct residual_field *field,
                       struct residual_statistics *statistics);

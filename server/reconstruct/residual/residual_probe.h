@@ -20,17 +20,17 @@ int residual_probes_create(const struct patch *patch, struct residual_field *fie
                            struct residual_probes *out);
 void residual_probes_fini(struct residual_probes *probes);
 
-/* Makes probe RESIDUAL_SIGNED of what the halves are apart, before the last pass. */
+/* Makes probe RESIDUAL_SIGNED from the difference between the halves, before the last pass. */
 void residual_probes_take_halves(struct residual_field *field);
 
-/* The sign of a probe at a pixel of the image: 1 or -1. */
+/* Returns the sign of a probe at a pixel of the image: 1 or -1. */
 float residual_probe_sign(int32_t x, int32_t y, uint32_t probe);
 
 /* Returns what a component is multiplied by in the picture, as the mean over R, G and B. */
 float residual_factor(const struct residual_features *f, enum residual_component component,
                       size_t at);
 
-/* Returns what the picture has of probe k at a place of the field after a pass; and what it had
- * before that pass. */
+/* Return the part of probe k in the picture at a place of the field, after a pass and before that
+ * pass. */
 float residual_probe_after(const struct residual_field *field, uint32_t k, size_t at);
 float residual_probe_before(const struct residual_field *field, uint32_t k, size_t at);

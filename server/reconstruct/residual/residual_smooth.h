@@ -10,7 +10,7 @@
 #include "server/reconstruct/patch/scratch.h"
 #include "server/reconstruct/residual/residual_field.h"
 
-/* Pixels around one that its features come of. */
+/* How many pixels around a pixel its features depend on. */
 #define RESIDUAL_SMOOTH_REACH_PX 5
 
 /* Smooths features of the patch's pixels, before light is divided by any. ERR_MEMORY. */

@@ -189,7 +189,7 @@ SIMD_INLINE void unoccluded_edge(const float corner[3], const float e[3], bool w
     unoccluded_add(&pair, c->polygon);
 }
 
-/* Is the light above all receivers' horizons, beyond any rounding? */
+/* Returns whether the light is above all receivers' horizons, beyond any rounding. */
 static int32_t unoccluded_is_whole(const struct unoccluded_chunk *c)
 {
     int32_t whole = 1;
@@ -197,7 +197,7 @@ static int32_t unoccluded_is_whole(const struct unoccluded_chunk *c)
     return whole;
 }
 
-/* The sum over the light's edges into c->polygon. */
+/* Sums over the light's edges into c->polygon. */
 SIMD_INLINE void unoccluded_outline(const struct shadow_rectangle *light, bool whole,
                                     struct unoccluded_chunk *c)
 {
@@ -219,7 +219,7 @@ SIMD_INLINE void unoccluded_outline(const struct shadow_rectangle *light, bool w
     }
 }
 
-/* Adds to c->polygon what goes along the horizon where the outline is cut. */
+/* Adds to c->polygon the edges along the horizon where the outline is cut. */
 static void unoccluded_close(struct unoccluded_chunk *c)
 {
     struct unoccluded_pair pair;
@@ -238,7 +238,7 @@ static void unoccluded_close(struct unoccluded_chunk *c)
     unoccluded_add(&pair, c->polygon);
 }
 
-/* Lambert's formula into c->polygon. */
+/* Computes Lambert's formula in c->polygon. */
 static void unoccluded_polygon(const struct shadow_rectangle *light, bool whole,
                                struct unoccluded_chunk *c)
 {

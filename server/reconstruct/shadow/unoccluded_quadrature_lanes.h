@@ -22,7 +22,7 @@ static const float unoccluded_nodes_12[2][12] = {
     {0.0235876682f, 0.053469663f, 0.0800391645f, 0.101583714f, 0.116746269f, 0.124573523f,
      0.124573523f, 0.116746269f, 0.101583714f, 0.0800391645f, 0.053469663f, 0.0235876682f}};
 
-/* weight cos cos' / d^2 of a point of the light, `up` above the receiver's horizon. */
+/* Returns weight cos cos' / d^2 of a point of the light, `up` above the receiver's horizon. */
 static inline float unoccluded_point(const struct unoccluded_chunk *c, size_t i, float weight,
                                      float up, float squared)
 {
@@ -64,8 +64,9 @@ struct unoccluded_rows {
     float half[UNOCCLUDED_ORDER][UNOCCLUDED_LANES];
 };
 
-/* Where all of the light is above, the points are those of unoccluded_quadrature, to the last bit:
- * what a receiver gets does not hang on those beside it. */
+/* Cuts rows of points at the horizon. Where all of the light is above it, the points are those of
+ * unoccluded_quadrature, to the last bit, so that a receiver's result does not depend on those
+ * beside it. */
 static void unoccluded_cut_rows(const struct unoccluded_chunk *c, struct unoccluded_rows *r)
 {
     const float uu = c->half[0] * c->half[0], vv = c->half[1] * c->half[1];
@@ -90,7 +91,8 @@ static void unoccluded_cut_rows(const struct unoccluded_chunk *c, struct unocclu
         }
 }
 
-/* unoccluded_quadrature of 12 x 12 points and with the profile, over what is above the horizon. */
+/* Does unoccluded_quadrature with 12 x 12 points and with the profile, over the part above the
+ * horizon. */
 static void unoccluded_quadrature_above(struct unoccluded_chunk *c)
 {
     struct unoccluded_rows r;
