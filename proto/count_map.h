@@ -18,6 +18,6 @@ int count_map_pack(struct bytes_writer *w, const uint8_t *counts, uint32_t maps,
                    int32_t height_px);
 
 /* Unpacks into `counts`, which has room for maps x width_px x height_px. ERR_LIMIT as above,
- * ERR_CORRUPT for bytes that are not so many packed counts. */
+ * ERR_CORRUPT for bytes that do not unpack to that many counts. */
 int count_map_unpack(const void *data, size_t size_bytes, uint32_t maps, int32_t width_px,
                      int32_t height_px, uint8_t *counts);

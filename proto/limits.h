@@ -25,7 +25,7 @@
 #define LIMIT_RADIANCE              1e12f     /* radiance, intensity or irradiance of a light */
 
 /* Memory of a coordinator. */
-#define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples kept under a target error */
+#define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples that a frame with rounds keeps */
 #define LIMIT_LENS_BYTES   4294967296ULL /* bytes of lens samples of a frame, all together */
 #define LIMIT_PATCH_BYTES  268435456ULL  /* bytes of samples that a thread works on at once */
 

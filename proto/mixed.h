@@ -27,7 +27,7 @@ enum mixed_value {
 
 /* Returns the number of samples of a mixed pixel, a multiple of 16. There are at least as many as a
  * light has strata, or as there are bounce rays. Under paths there are twice as many as paths,
- * which alone would tell the edge as well as so many samples. */
+ * since equally many would know no more of the edge than the paths do. */
 #define MIXED_SAMPLES_MIN    16u
 #define MIXED_SAMPLES_A_PATH 2u
 uint32_t mixed_samples(const struct plan *plan);

@@ -160,14 +160,14 @@ enum lens_relight {
     LENS_RELIGHT_INDIRECT = 1, /* what diffuse lobes send on of light that was scattered before */
     LENS_RELIGHT_DIFFUSE = 2, /* all that diffuse lobes send on, where all surfaces are pure Lambert
                                and lights are of the list */
-    LENS_RELIGHT_SKY = 3      /* INDIRECT, and what they send on of the environment itself, but for
-                               what of it is so bright that its shadows are sharp */
+    LENS_RELIGHT_SKY = 3 /* INDIRECT, and what they send on of the environment itself, but for parts
+                            so bright that their shadows are sharp */
 };
 
 /* Slopes (PLANE_LENS_SLOPE) from here on are lit by their own paths. */
 #define LENS_RELIGHT_SLOPE_MAX 24.0f
 
-/* Where an environment is above so many times its mean luminance, it is a sun, not soft light. */
+/* Where an environment is above this many times its mean luminance, it is a sun, not soft light. */
 #define PLAN_SKY_SOFT_TIMES 12.0f
 
 /* The most mirrors that a camera ray is followed through. */

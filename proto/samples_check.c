@@ -1,5 +1,6 @@
-/* Are the numbers of a sample buffer what their planes allow? One pass over the data: every loop
- * first asks about all elements without branches, and searches only after a fault. */
+/* Checks that the numbers of a sample buffer are those that their planes allow. There is one pass
+ * over the data: every loop first asks about all elements without branches, and searches only after
+ * a fault. */
 #include <float.h>
 #include <stdbool.h>
 #include <stdio.h>

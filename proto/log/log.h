@@ -35,7 +35,7 @@ struct log_field {
     double number;
 };
 
-/* The names are "text" and "json". */
+/* Read and return names: "text" and "json", and those of levels. */
 bool log_format_from_name(const char *name, enum log_format *out);
 const char *log_format_name(enum log_format format);
 const char *log_level_name(enum log_level level);

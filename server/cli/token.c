@@ -8,7 +8,8 @@
 #include "server/cli/job_file.h"
 #include "server/cli/option.h"
 
-/* What cannot be so long as to be cut is checked with the rest when the file is written. */
+/* Texts that are too long to be kept are refused here; the rest is checked when the file is
+ * written. */
 static int fill(struct token *token, const char *name, const char *tenant, const char *role,
                 struct fault *fault)
 {

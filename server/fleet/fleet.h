@@ -58,7 +58,7 @@ struct fleet_client {
     void (*survived)(void *ctx, uint64_t worker);
     /* Tells that a worker cannot render a tile. */
     void (*faulted)(void *ctx, uint64_t worker, const struct message_tile_fault *fault);
-    /* Finds the path of a blob; false when there is none such. */
+    /* Finds the path of a blob; false when there is none. */
     bool (*blob_path)(void *ctx, const struct digest *digest, char *out, size_t capacity);
     /* Returns about how many tiles next_tile could still give now, so that a short supply is spread
      * evenly. NULL: not known. */

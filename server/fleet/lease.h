@@ -15,7 +15,7 @@ struct lease {
 };
 
 /* A session's leases in the order in which they were given, which is the order in which a worker
- * takes them. Zero-initialised is empty, for a worker with one thread. */
+ * takes them. It is empty, and for a worker with one thread, when zero-initialised. */
 struct lease_table {
     struct lease *at; /* owned */
     uint32_t count, capacity;

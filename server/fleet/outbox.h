@@ -18,7 +18,8 @@ struct outbox {
     void (*written)(struct outbox *box);
 };
 
-/* `written` is called on the loop's thread after libuv has finished a write; may be NULL. */
+/* Initialises an outbox. `written` is called on the loop's thread after libuv has finished a write;
+ * may be NULL. */
 void outbox_init(struct outbox *box, uv_stream_t *stream, uint64_t *sent_bytes,
                  void (*written)(struct outbox *box));
 

@@ -4,7 +4,8 @@
  * back.
  *
  * A strike is a result that does not fit its plan, a message that breaks the protocol, silence
- * while tiles are held, or tiles without progress. A link's end is none: machines are switched off.
+ * while tiles are held, or tiles without progress. The end of a link is no strike, since machines
+ * are switched off.
  *
  * Workers are known by name and by whether they are local, since a link's id ends with the link.
  * This is pure data; the clock is the caller's. */

@@ -68,7 +68,7 @@ enum MHD_Result request_step(struct request *r, const char *method, const char *
 /* Ends a request that MHD is done with. It is freed now, or by request_back. */
 void request_done(struct request *r);
 
-/* Answers. The response is taken; NULL becomes an internal error. */
+/* Answers the request. The response is taken; NULL becomes an internal error. */
 void request_answer(struct request *r, unsigned status, struct MHD_Response *response);
 void request_json(struct request *r, unsigned status, json_t *body); /* takes the reference */
 void request_ok(struct request *r); /* {status: "ok"}, not to be kept */

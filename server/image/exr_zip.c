@@ -26,8 +26,8 @@ static void split(const uint8_t *in, uint8_t *out, size_t size_bytes)
 #define PIECES      8
 #define PIECE_BYTES 4096
 
-/* What ISA-L needs at its level 0. Its other levels are as quick, but what they write hangs on
- * where in memory they work: one stream in a thousand came out otherwise in the next process. */
+/* What ISA-L needs at its level 0. Its other levels are as quick, but their output depends on where
+ * in memory they work: one stream in a thousand was different in the next process. */
 struct exr_zip {
     struct isal_zstream stream;
     struct isal_huff_histogram histogram;

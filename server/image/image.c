@@ -6,8 +6,8 @@
 
 #include "proto/limits.h"
 
-/* Layer b is bit 1 << b of proto/job/job.h's enum layer, which this room does not include (it knows
- * no jobs); a unit test holds the two together. */
+/* Layer b is bit 1 << b of proto/job/job.h's enum layer, which this room does not include, since it
+ * has nothing to do with jobs. A unit test compares the two. */
 static const struct layer_channels {
     const char *name;
     const char *channels[4];

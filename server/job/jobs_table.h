@@ -7,15 +7,16 @@
 #include "server/job/live_view.h"
 
 /* Frames in work: two keep workers busy while one is encoded; small images may have more. */
-#define OPEN_MAX        4
-#define OPEN_FLOATS_MAX (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K pictures  \
-                                                   */
-#define PARKED_MAX        12                      /* of paused jobs, beside OPEN_MAX */
+#define OPEN_MAX 4
+#define OPEN_FLOATS_MAX                                                                            \
+    (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K pictures                      \
+                               */
+#define PARKED_MAX        12  /* of paused jobs, beside OPEN_MAX */
 #define PARKED_FLOATS_MAX OPEN_FLOATS_MAX
 #define LIVE_FLOATS_MAX   (4u * OPEN_FLOATS_MAX) /* of live jobs' images: eight 4K pictures */
 #define READY_AHEAD       3  /* jobs that are imported and planned before their turn */
 #define READY_OF_EACH     2  /* of each tenant, where several wait */
-#define READY_TENANTS     8  /* only the jobs of so many tenants are looked at */
+#define READY_TENANTS     8  /* only the jobs of this many tenants are looked at */
 #define ENDED_STREAMS     32 /* whose late readers still find the last events */
 #define PROGRESS_EVERY_MS 100
 #define SCRATCH_MAX_BYTES ((size_t)256 << 20) /* kept for the next frame */

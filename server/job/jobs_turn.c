@@ -115,7 +115,7 @@ static struct active_job *next_to_open(const struct jobs *jobs)
 }
 
 /* The next frame is opened when no open one has tiles left to give, or when it goes before all that
- * have. Who goes before for his tenant's turn alone waits for room. */
+ * have. A frame that goes before only by its tenant's turn waits for room. */
 bool jobs_open_next(struct jobs *jobs)
 {
     struct active_job *job = next_to_open(jobs);

@@ -40,11 +40,11 @@ struct job_request {
     bool paused, has_priority, has_paused; /* REQUEST_STEER sets what it has */
     struct frame_row frame;                /* its state is `state` */
     struct digest body, source, blob;
-    struct digest *assets; /* owned; of what has several */
+    struct digest *assets; /* owned; for requests with several */
     size_t asset_count;
     size_t missing, *tell_missing; /* the first of them that is not there; NULL: not asked */
     bool gone;                     /* REQUEST_REMEMBER_BLOB: one is not, and the blob is noted */
-    struct asset_room room;        /* of what looks at stored files */
+    struct asset_room room;        /* for requests that look at stored files */
     struct asset_claim claim;      /* on one asset, or on all of `assets` */
     uint64_t size_bytes;           /* of that one */
     bool existed;                  /* REQUEST_KEEP_ASSET */

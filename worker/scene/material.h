@@ -24,9 +24,9 @@ struct material {
     bool anisotropic;  /* its BSDF depends on material_tangent_angle */
     bool transmissive; /* may send paths through */
     bool translucent;  /* may send them on from its far side as a diffuse surface does */
-    bool volume;    /* a closed solid with an inside; false of what else paths pass: thin-walled */
-    bool blend;     /* of partial opacity somewhere (alpha.h) */
-    uint32_t model; /* enum material_model */
+    bool volume;       /* a closed solid with an inside; false: thin-walled, if paths pass it */
+    bool blend;        /* of partial opacity somewhere (alpha.h) */
+    uint32_t model;    /* enum material_model */
     float metallic, roughness, transmission, specular;
     float dispersion;           /* KHR_materials_dispersion; of volumes only */
     float ior;                  /* of the inside over the outside; 0: infinite */

@@ -17,8 +17,8 @@
 
 #define SESSION_GREETING_MS 10000u /* ms that a coordinator may take to answer HELLO */
 #define SESSION_ACK_MS      5000u  /* ms that a leaving worker waits for acknowledgements */
-/* A load that uses CPU time counts as hung after so many ms without a step. One that uses none, as
- * it waits for a disk, gets SESSION_LOADING_WAITS times as many. */
+/* A load that uses CPU time counts as hung after this many ms without a step. One that uses none,
+ * as it waits for a disk, gets SESSION_LOADING_WAITS times as many. */
 #define SESSION_LOADING_MS    120000u
 #define SESSION_LOADING_WAITS 5u
 

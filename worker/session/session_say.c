@@ -67,7 +67,7 @@ static void on_ack_patience(uv_timer_t *timer)
     session_say_goodbye(timer->data);
 }
 
-/* When leaving: is there still something to wait for? */
+/* Returns whether a leaving session still has something to wait for. */
 void session_leave_when_done(struct session *s)
 {
     if (s->state != SESSION_LEAVING) return;

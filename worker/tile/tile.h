@@ -33,7 +33,7 @@ struct tile_job {
     const struct plan *plan;
     const struct plan_pass *pass;
     struct rect rect;           /* of the plan's image */
-    _Atomic uint64_t *progress; /* NULL: not told */
+    _Atomic uint64_t *progress; /* NULL: not reported */
     const _Atomic bool *stop;   /* NULL: never stopped */
     struct counters *counters;  /* grow, also when the tile fails */
 };

@@ -1,5 +1,6 @@
 #pragma once
-/* Metrics of what the coordinator runs on: its disk, its loop and threads, its process, its log. */
+/* Metrics of the coordinator's own resources: its disk, its loop and threads, its process, its
+ * log. */
 #include <stdio.h>
 
 struct http;

@@ -4,8 +4,8 @@
  * afterwards, such as nodes, weights, cameras, lights and materials, stands as it does then. */
 #include "server/import/gltf/gltf.h"
 
-/* Finds what the chosen animations move, without moving it, into g->moving. ERR_NOT_FOUND for an
- * animation of no such name; for errors of the file ERR_RANGE, ERR_MISMATCH, ERR_NOT_FINITE,
+/* Finds what the chosen animations move, without moving it, into g->moving. ERR_NOT_FOUND for a
+ * name that no animation has; for errors of the file ERR_RANGE, ERR_MISMATCH, ERR_NOT_FINITE,
  * ERR_TYPE, ... with the place. */
 int gltf_animations_find(struct gltf *g, const struct scene_choice *choice, struct fault *fault);
 void gltf_moving_fini(struct gltf_moving *moving);

@@ -13,7 +13,7 @@ struct gltf_geometry {
     /* Where the vertices move (gltf_pose.h): which primitive, by which node. SCENE_NONE: they rest;
      * of the node alone: by the mesh's own weights. */
     uint32_t posed_mesh, posed_primitive, posed_node;
-    uint32_t draco_mesh, draco_primitive; /* the compressed primitive; SCENE_NONE: it is none */
+    uint32_t draco_mesh, draco_primitive; /* the primitive, if it is compressed; else SCENE_NONE */
 };
 
 struct gltf_primitive {

@@ -18,7 +18,7 @@
 struct frame_rounds {
     uint32_t *more_passes;               /* owned; of each tile */
     struct block_statistics *statistics; /* owned; of each block, as it was drawn last */
-    double shown;                        /* share of the work that was told of */
+    double shown;                        /* share of the work that was reported */
 };
 
 /* What is measured in the picture of a frame with a target, for the next round. */

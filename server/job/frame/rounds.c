@@ -90,8 +90,9 @@ void rounds_destroy(struct rounds **rounds)
 
 /* -- growth -- */
 
-/* The root of an order of x >= 1 by Newton from above, without the C library's, whose bits hang on
- * the CPU. Factors of 2^order are taken out first: from far away Newton creeps. */
+/* Returns the root of an order of x >= 1 by Newton's method from above, without the C library's
+ * powers, whose bits depend on the CPU. Factors of 2^order are taken out first, since from far away
+ * the method converges slowly. */
 static double root_of(double x, int order)
 {
     const double step = (double)(1u << order);

@@ -12,7 +12,7 @@ struct tile_death {
     uint32_t before; /* deaths at other tiles, which nobody suspected */
 };
 
-/* Zero-initialised is empty. */
+/* It is empty when zero-initialised. */
 struct tile_deaths {
     struct tile_death *list; /* owned */
     uint32_t count, capacity;

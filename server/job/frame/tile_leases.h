@@ -11,7 +11,7 @@ struct tile_lease {
     bool alone;          /* given as a suspect: to a worker that held nothing else */
 };
 
-/* Zero-initialised is none. */
+/* It is empty when zero-initialised. */
 struct tile_leases {
     struct tile_lease at[TILE_LEASES];
 };

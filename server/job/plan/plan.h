@@ -1,5 +1,5 @@
 #pragma once
-/* Plans a frame once: who makes its picture, which effects run, which planes travel, and what is
+/* Plans a frame once: what makes its picture, which effects run, which planes travel, and what is
  * left out and why.
  *
  * filter.method none means the path tracer. All others mean light fields, as far as these go. They

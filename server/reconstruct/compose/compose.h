@@ -14,7 +14,7 @@
  *                surface
  *   filter_width sigma in pixels, largest over all filters; 0: not filtered
  *
- * If resolver->errors, it adds to the block's `variance` those of the light that it resolves. */
+ * If resolver->errors, it sets those variances of the block that its light field has a part in. */
 void compose_light_field(const struct resolver *resolver, struct rect block, struct image *image,
                          struct block_variance *variance, struct block_statistics *statistics);
 

@@ -74,7 +74,7 @@ static void weigh_neighbours(const struct resolver *r, size_t i, const struct sh
     }
 }
 
-/* Is pixel i + (dx, dy) of the patch one that has lighting? */
+/* Returns whether pixel i + (dx, dy) of the patch has lighting. */
 static bool is_lit(const struct patch *patch, size_t i, int32_t dx, int32_t dy)
 {
     const struct rect r = patch->rect, core = patch->core;

@@ -29,8 +29,8 @@ enum own_array {
     OWN_ARRAYS = 21
 };
 
-/* The natural logarithm of a normal number above 0, as glossy_lanes.h has it: the C library's bits
- * hang on the CPU. */
+/* Returns the natural logarithm of a normal number above 0, as glossy_lanes.h does, since the C
+ * library's bits depend on the CPU. */
 static float natural_log(float x)
 {
     uint32_t bits;

@@ -39,8 +39,8 @@ static double arc_tangent(double x)
 }
 
 /* The cosine of what holds 80 % of a lobe's energy is c^(1/m) with c = cos(45 degrees), so its
- * tangent is sqrt(2^(1/m) - 1), at most 1. Without the C library's powers, whose bits hang on the
- * CPU. */
+ * tangent is sqrt(2^(1/m) - 1), at most 1. It does without the C library's powers, whose bits
+ * depend on the CPU. */
 static float gamma_of(float exponent)
 {
     const double m = exponent > 1.0f ? (double)exponent : 1.0;

@@ -43,7 +43,7 @@ static size_t tile_at(const struct lens_cells *c, int32_t column, int32_t row)
            (size_t)(column - c->tiles.x0);
 }
 
-/* Can samples of pixels x .. end - 1 of row y lie in visible cells? */
+/* Returns whether samples of pixels x .. end - 1 of row y can lie in visible cells. */
 static bool is_visible(const struct lens_cells *c, int32_t x, int32_t end, int32_t y)
 {
     const struct rect t = c->tiles;

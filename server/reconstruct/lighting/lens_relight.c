@@ -124,8 +124,8 @@ static bool is_other(const struct lens_relight_row *r, uint32_t i,
     return cosine < SURFACE_COS_NONE || fabsf(off) > SURFACE_FADE * r->off[i];
 }
 
-/* Have the pixels around sample i of the row that are on its surface glossy lobes, all of them?
- * Where a surface has lobes here and there, what they reflect is not for all of it. */
+/* Returns whether all pixels around sample i of the row that are on its surface have glossy lobes.
+ * Where a surface has lobes in some places only, their reflection does not hold for all of it. */
 static bool has_lobe(const struct lit_lens *f, uint32_t i)
 {
     const struct lens_relight_row *r = &f->row.samples;

@@ -119,7 +119,7 @@ static inline float receiver_screen(float perspective, float at, float moved, fl
 /* What steps along both light axes of a lit receiver share. */
 struct receiver_aim {
     float x, y, z;       /* to the light's centre */
-    float inverse_up;    /* of what of that lies along the normal; grazing: of the least */
+    float inverse_up;    /* of its part along the normal; at grazing angles, of the least */
     float inverse_depth; /* of the distance along the view */
     float across, above; /* on the screen's axes */
 };

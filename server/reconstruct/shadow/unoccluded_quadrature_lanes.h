@@ -60,7 +60,7 @@ struct unoccluded_rows {
     _Alignas(64) float up_in[UNOCCLUDED_LANES], up_out[UNOCCLUDED_LANES];
     float across_in[UNOCCLUDED_LANES], across_out[UNOCCLUDED_LANES];
     float square_in[UNOCCLUDED_LANES], square_out[UNOCCLUDED_LANES]; /* of half-sides */
-    float middle[UNOCCLUDED_ORDER][UNOCCLUDED_LANES];                /* of what of a row is above */
+    float middle[UNOCCLUDED_ORDER][UNOCCLUDED_LANES]; /* of the part of a row that is above */
     float half[UNOCCLUDED_ORDER][UNOCCLUDED_LANES];
 };
 

@@ -26,7 +26,7 @@ struct surface {
     struct lanes_mask light;  /* on a mesh that is a light of the plan */
     struct lanes_mask behind; /* the ray came from the side that the winding turns away */
     const struct mesh_view *mesh[LANES]; /* NULL: nothing was hit */
-    bool any_bsdf;                       /* beside Lambert surfaces and such as only shine */
+    bool any_bsdf;                       /* some surface is neither Lambert's nor only shines */
     bool any_emission;                   /* one of them may shine */
 };
 

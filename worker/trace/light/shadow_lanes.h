@@ -31,8 +31,9 @@ LANE_INLINE int32_t hidden_lane(const struct plan_light *p, const struct surface
     return reach(shading, nu, nv) > 0.0f ? skip : LIGHT_BELOW_HORIZON;
 }
 
-/* A rectangle lies below a plane when all its corners do, and a receiver behind its plane is behind
- * all of it. Rectangles that only the facet hides are sampled: their strata count as blocked. */
+/* Finds the lanes that no point of a rectangle can light. It lies below a plane when all its
+ * corners do, and a receiver behind its plane is behind all of it. Rectangles that only the facet
+ * hides are sampled: their strata count as blocked. */
 static bool kernel_light_hidden(const struct light *light, const struct surface *restrict r,
                                 const struct lanes_mask *restrict lanes,
                                 struct light_packet *restrict out)

@@ -1,6 +1,6 @@
 #pragma once
 /* Chains of mirrors and clear glass before the surface that a camera path sees in them. To filters
- * this is the path's surface: features and albedo are those of this surface, times the colours of
+ * this is the path's surface: features and albedo are those of this surface, seen in the colours of
  * the chain, and light is divided into diffuse and other there.
  *
  * A surface is part of a chain if all its lobes are Dirac ones. Which of them a path takes is

@@ -54,7 +54,7 @@ struct sky_texels {
  * the direction. */
 struct sky_choice {
     uint32_t bin;
-    float probability, within; /* of the bin; what of the choice is left in it */
+    float probability, within; /* of the bin; the rest of the choice, within it */
 };
 struct sky_choice sky_expect(const struct sky *sky, uint32_t table, float choice, const float u[2]);
 uint32_t sky_choose(const struct sky *sky, const struct sky_choice *choice, const float u[2]);
