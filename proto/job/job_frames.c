@@ -77,7 +77,7 @@ static int check_run(struct json_cursor *at, const struct job *job, const int64_
     if (run[1] > FRAME_MAX || run[2] > FRAME_MAX)
         return json_cursor_refuse(at, ERR_RANGE, "%lld is above %d",
                                   (long long)(run[1] > FRAME_MAX ? run[1] : run[2]), FRAME_MAX);
-    if (run[2] < 1) return json_cursor_refuse(at, ERR_RANGE, "a step of 0 comes to no end");
+    if (run[2] < 1) return json_cursor_refuse(at, ERR_RANGE, "a step of 0 never ends");
     if (run[1] < run[0])
         return json_cursor_refuse(at, ERR_RANGE, "%lld is below the first frame %lld",
                                   (long long)run[1], (long long)run[0]);

@@ -78,7 +78,7 @@ static int read_ambient_occlusion(struct json_cursor *at, const struct json_memb
     if (json_is_false(v)) return 0;
     if (json_is_true(v))
         return json_cursor_refuse(at, ERR_TYPE,
-                                  "true says not how far to look: give {\"distance\": ...}, in "
+                                  "true does not say how far to look: give {\"distance\": ...}, in "
                                   "scene units, or false");
     int error = json_cursor_expect(at, v, JSON_OBJECT, "false or an object with a distance");
     if (!error) error = json_cursor_members(at, v, occlusion_members, job);

@@ -289,7 +289,7 @@ static int check_base(const struct scene *s, struct fault *fault)
     const struct scene *base = s->base;
     if (!base) return 0;
     if (base->base || !(base->info->flags & SCENE_IS_BASE))
-        return fault_set(fault, ERR_MISMATCH, "base", "it is none to stand on");
+        return fault_set(fault, ERR_MISMATCH, "base", "it is no base of frames");
     if (s->count[SCENE_MESHES] < base->count[SCENE_MESHES] ||
         s->count[SCENE_INSTANCES] < base->count[SCENE_INSTANCES])
         return fault_set(fault, ERR_MISMATCH, "base", "it has more meshes or instances");

@@ -292,8 +292,8 @@ int cli_compare(int argc, char **argv)
             "(test - ref) / standard error is spread. With a pair of references it also prints "
             "three errors without the references' own noise: psnr_db of sRGB values, rmse01 of "
             "values clipped to [0, 1], and relmse999, which leaves out the worst thousandth of the "
-            "pixels. The first two are null where the picture is as near as that noise allows to "
-            "tell. All other figures are then about the mean of the pair.",
+            "pixels. The first two are null where the picture is as near as that noise can "
+            "show. All other figures are then about the mean of the pair.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 2,

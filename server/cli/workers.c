@@ -146,7 +146,7 @@ int cli_workers(int argc, char **argv)
          "launch: time limit of each, as Slurm writes it: MINUTES, H:M:S, D-H:M:S (default: 60)", 0,
          0, &l.time},
         {"idle-exit", 0, OPTION_NUMBER, "SECONDS",
-         "launch: a worker without a tile leaves after so long (default: 300)", 1, 86400,
+         "launch: a worker without a tile leaves after this time (default: 300)", 1, 86400,
          &l.array.idle_exit_s},
         {"connect-within", 0, OPTION_NUMBER, "SECONDS",
          "launch: a worker fails when the coordinator has not answered by then (default: 120)", 1,

@@ -121,7 +121,7 @@ static void note(struct request *r, const struct token *token)
 static void refuse_stranger(struct request *r, bool claimed)
 {
     request_problem(r, PROBLEM_UNAUTHENTICATED,
-                    claimed ? "the token or the session is not valid, or not any more"
+                    claimed ? "the token or the session is not valid, or no longer is"
                             : "send a token: Authorization: Bearer TOKEN",
                     NULL);
     response_header(r->response, "WWW-Authenticate",

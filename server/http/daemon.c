@@ -126,7 +126,8 @@ static void on_cut(void *ctx, enum reader_kind kind, const char *job)
     const struct http *http = ctx;
     const struct log_field fields[] = {{"job", job, 0},
                                        {"stream", kind == READER_PIXELS ? "pixels" : "events", 0}};
-    log_write(http->options.log, LOG_INFO, "a reader that took nothing was cut", NULL, fields, 2);
+    log_write(http->options.log, LOG_INFO, "a reader that took nothing was disconnected", NULL,
+              fields, 2);
 }
 
 /* Measures how late the loop is. Each of its callbacks waits about as long. Its timers are whole

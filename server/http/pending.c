@@ -25,10 +25,12 @@ static void tell(struct request *r)
     const bool keyed = r->match.id == ROUTE_JOB_SUBMIT && request_header(r, "Idempotency-Key");
     r->http->pending.overdue++;
     r->overdue = true;
-    request_problem(r, PROBLEM_OVERDUE,
-                    keyed ? "it may be done yet: with the same Idempotency-Key it is done once"
-                          : "it may be done yet, or not at all",
-                    NULL);
+    request_problem(
+        r, PROBLEM_OVERDUE,
+        keyed
+            ? "it may still be done: sent again with the same Idempotency-Key it is done only once"
+            : "it may still be done, or not at all",
+        NULL);
 }
 
 void pending_tick(struct http *http)

@@ -214,7 +214,7 @@ static bool check(struct request *r, const char *method, const char *version)
     r->close = claim.present;
     if (!find_route(r, method) || !access_pass(r)) return false;
     if (r->http->draining && !served_while_draining(r->match.id)) {
-        request_problem(r, PROBLEM_DRAINING, "ask again when it is back", NULL);
+        request_problem(r, PROBLEM_DRAINING, "ask again when the server is back", NULL);
         return false;
     }
     return request_body_check(r, &claim);

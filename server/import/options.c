@@ -62,7 +62,8 @@ static int read_times(const char *text, struct options *out, struct fault *fault
         const char *at = end + (end > text);
         const uint32_t n = out->choice.time_count;
         if (n == OPTIONS_TIMES)
-            return fault_set(fault, ERR_LIMIT, "--times", "more than %d times", OPTIONS_TIMES);
+            return fault_set(fault, ERR_LIMIT, "--times", "there are more than %d times",
+                             OPTIONS_TIMES);
         out->times[n] = strtod(at, &end);
         if (end == at || (*end != ',' && *end != '\0') || !isfinite(out->times[n]))
             return fault_set(fault, ERR_RANGE, "--times", "%.40s is no time in seconds", at);

@@ -186,7 +186,7 @@ static void count_corrupt(struct jobs *jobs, const struct frame *work, uint64_t 
     struct fault fault;
     fault_set(
         &fault, ERR_CORRUPT, "",
-        "no worker is left: each was set aside after %d results that do not fit the plan, the "
+        "no worker is left: each is in quarantine after %d results that do not fit the plan, the "
         "last one at \"%.100s\": %.200s",
         WORKER_HEALTH_STRIKES, refusal->pointer, refusal->detail);
     jobs_fail_unless_joined(jobs, &fault);

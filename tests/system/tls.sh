@@ -79,7 +79,7 @@ refuses() { # refuses TEXT ARGS...
     timeout 20 "$build/shearwater" serve --listen 127.0.0.1:0 --workers 0 --data "$tmp/refused" "$@" >/dev/null 2>"$tmp/err" && return 1
     grep -qF -- "$text" "$tmp/err" || { cat "$tmp/err"; return 1; }
 }
-check "a key of another certificate is refused" refuses 'do not serve' --tls-cert "$tmp/ours.pem" --tls-key "$tmp/other.key"
+check "a key of another certificate is refused" refuses 'cannot be used' --tls-cert "$tmp/ours.pem" --tls-key "$tmp/other.key"
 check "a certificate alone is refused" refuses 'go together' --tls-cert "$tmp/ours.pem"
 chmod 640 "$tmp/other.key"; chmod o+r "$tmp/other.key"
 check "a key that others may read is refused" refuses 'chmod 600' --tls-cert "$tmp/other.pem" --tls-key "$tmp/other.key"

@@ -79,7 +79,7 @@ static const struct option_row rows[] = {
     ROW("--connect-within", "SECONDS", OPTION_COUNT, connect_within_s, DEADLINE_MAX_S,
         "fail when the coordinator has not answered once by then (default: try on)"),
     ROW("--idle-exit", "SECONDS", OPTION_COUNT, idle_exit_s, DEADLINE_MAX_S,
-        "leave after so long without a tile, also while the coordinator is away (default: stay)"),
+        "leave after this time without a tile, also while the coordinator is away (default: stay)"),
     ROW("--lifetime", "SECONDS", OPTION_COUNT, lifetime_s, DEADLINE_MAX_S,
         "leave by then: the worker takes no tile in the last tenth of it, of which a minute at "
         "most, and gives back what is left at its end (default: stay)"),

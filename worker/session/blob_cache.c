@@ -291,7 +291,7 @@ static void load_on_base(struct blob_entry *e)
                   base->fault.pointer[0] ? ": " : "", base->fault.detail);
         fail(e, &fault);
     } else if (base->kind != TRACING_BASE) {
-        fault_set(&fault, ERR_MISMATCH, "base", "the blob that it stands on is none to stand on");
+        fault_set(&fault, ERR_MISMATCH, "base", "the blob that it stands on is no base of frames");
         fail(e, &fault);
     } else {
         e->base_loaded = base->loaded;

@@ -268,7 +268,7 @@ static int learn_total(const struct blob_files *c, struct blob_fetch *f, uint64_
                        struct fault *fault)
 {
     if (total_bytes == 0 || total_bytes > LIMIT_BLOB_BYTES)
-        return fault_set(fault, ERR_LIMIT, "blob", "%llu bytes, at most %llu",
+        return fault_set(fault, ERR_LIMIT, "blob", "it has %llu bytes, and may have 1 to %llu",
                          (unsigned long long)total_bytes, (unsigned long long)LIMIT_BLOB_BYTES);
     if (f->have_bytes > total_bytes) {
         /* Longer than the blob: no part of it. */
@@ -293,10 +293,11 @@ int blob_fetch_part(const struct blob_files *c, struct blob_fetch *f, uint64_t t
     if (e) return e;
     if (total_bytes != f->total_bytes || offset != f->have_bytes || size_bytes == 0 ||
         size_bytes > f->total_bytes - f->have_bytes)
-        return fault_set(fault, ERR_MISMATCH, "blob",
-                         "a part of %u bytes at %llu of %llu, expected at %llu of %llu", size_bytes,
-                         (unsigned long long)offset, (unsigned long long)total_bytes,
-                         (unsigned long long)f->have_bytes, (unsigned long long)f->total_bytes);
+        return fault_set(
+            fault, ERR_MISMATCH, "blob",
+            "a part of %u bytes came at %llu of %llu, and was expected at %llu of %llu", size_bytes,
+            (unsigned long long)offset, (unsigned long long)total_bytes,
+            (unsigned long long)f->have_bytes, (unsigned long long)f->total_bytes);
     if (write_fully(f->fd, data, size_bytes, offset) != 0)
         return fault_set(fault, ERR_IO, f->path, "cannot be written: %s", strerrordesc_np(errno));
     f->have_bytes += size_bytes;

@@ -30,7 +30,7 @@ static void on_idle(uv_timer_t *timer)
 {
     struct session *s = timer->data;
     if (is_leaving(s)) return;
-    session_note(s, LOG_INFO, "idle", "no tile came for so long as --idle-exit says");
+    session_note(s, LOG_INFO, "idle", "no tile came for the time of --idle-exit");
     session_stop(s);
 }
 

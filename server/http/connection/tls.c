@@ -41,7 +41,7 @@ static int try_on(const struct tls *tls, const char *path, struct fault *fault)
         gnutls_certificate_set_x509_key_mem(credentials, &certificate, &key, GNUTLS_X509_FMT_PEM);
     gnutls_certificate_free_credentials(credentials);
     if (code >= 0) return 0;
-    return fault_set(fault, ERR_CORRUPT, path, "certificate and key do not serve: %s",
+    return fault_set(fault, ERR_CORRUPT, path, "certificate and key cannot be used: %s",
                      gnutls_strerror(code));
 }
 

@@ -189,8 +189,9 @@ static void on_given_up(void *ctx, int error, const struct asset_users *users)
     else if (error == ERR_STATE)
         refuse_named(r, users);
     else if (error == ERR_EXISTS)
-        request_problem(r, PROBLEM_ASSET_IN_USE,
-                        "it is a tenant's, a job's picture, or what became of another asset", NULL);
+        request_problem(
+            r, PROBLEM_ASSET_IN_USE,
+            "it belongs to a tenant, is a job's picture, or was made from another asset", NULL);
     else if (error)
         request_trouble(r, error, "the asset could not be removed");
     else

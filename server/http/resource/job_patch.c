@@ -24,7 +24,7 @@ static void on_got(void *ctx, int error, json_t *body)
 
 static void refuse_stale(struct request *r)
 {
-    request_problem(r, PROBLEM_STALE, "the job is not as If-Match says any more", NULL);
+    request_problem(r, PROBLEM_STALE, "the job no longer is the one that If-Match names", NULL);
 }
 
 static void on_steered(void *ctx, int error)

@@ -197,7 +197,7 @@ static void on_listed(void *ctx, int error, json_t *body)
     struct request *r = ctx;
     if (!request_back(r)) return;
     if (error == ERR_STATE) {
-        request_problem(r, PROBLEM_BUSY, "another text is being looked for", NULL);
+        request_problem(r, PROBLEM_BUSY, "another search for a text is running", NULL);
         return;
     }
     if (error) {

@@ -106,7 +106,7 @@ static void write_fleet(FILE *out, const struct fleet *fleet)
     for (int i = 0; i < STRIKE_COUNT; i++)
         strikes[i] = (struct metric_sample){strike_name((enum strike)i), t.strikes[i]};
     metric_family(out, "shearwater_worker_strikes_total", "counter",
-                  "What was held against workers.");
+                  "Strikes of workers, by kind.");
     metric_labelled(out, "shearwater_worker_strikes_total", "kind", strikes, STRIKE_COUNT);
     metric_single(out, "shearwater_workers_quarantined_total", "counter",
                   "Workers put into quarantine, each after three strikes.", t.quarantined);
@@ -173,7 +173,7 @@ static void write_http(FILE *out, const struct http *http)
     metric_single(out, "shearwater_http_connections", "gauge", "Open connections.",
                   http->connections);
     metric_single(out, "shearwater_http_connections_cut_total", "counter",
-                  "Connections ended for want of room, their request not whole.",
+                  "Connections ended for want of room before their request was whole.",
                   http->connections_cut);
     metric_single(
         out, "shearwater_http_waiting", "gauge",
@@ -204,7 +204,7 @@ static void write_streams(FILE *out, struct streams *streams)
     metric_single(out, "shearwater_stream_readers", "gauge", "Readers of events and pixels.",
                   t.readers);
     metric_family(out, "shearwater_stream_readers_cut_total", "counter",
-                  "Readers that took nothing, or fell too far behind: cut, to begin anew.");
+                  "Readers disconnected because they took nothing or fell too far behind.");
     metric_labelled(out, "shearwater_stream_readers_cut_total", "kind", cut, 2);
     metric_single(out, "shearwater_feed_bytes_total", "counter", "Bytes of pixel feeds.",
                   t.pixel_bytes);

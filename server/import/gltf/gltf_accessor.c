@@ -69,7 +69,8 @@ static int bind_elements(struct gltf *g, const json_t *json, const char *place, 
     size_t element_bytes = component_bytes(e->type) * e->components;
     e->stride_bytes = view.stride_bytes != 0 ? view.stride_bytes : element_bytes;
     if (e->stride_bytes < element_bytes)
-        return fault_set(fault, ERR_RANGE, place, "a byteStride of %zu for elements of %zu bytes",
+        return fault_set(fault, ERR_RANGE, place,
+                         "a byteStride of %zu is too short for elements of %zu bytes",
                          e->stride_bytes, element_bytes);
     uint64_t needed =
         e->count == 0 ? 0 : (uint64_t)(e->count - 1) * e->stride_bytes + element_bytes;

@@ -152,7 +152,7 @@ int gltf_range_open(struct gltf *g, const json_t *json, const char *place, struc
     size_t size_bytes = g->buffers[buffer].size_bytes;
     if (offset > size_bytes || length > size_bytes - offset)
         return fault_set(fault, ERR_TRUNCATED, place,
-                         "bytes %" PRIu64 " to %" PRIu64 " of a buffer of %zu", offset,
+                         "bytes %" PRIu64 " to %" PRIu64 " are not all in a buffer of %zu", offset,
                          offset + length, size_bytes);
     *out = (struct gltf_view){g->buffers[buffer].data + offset, (size_t)length, 0};
     return 0;

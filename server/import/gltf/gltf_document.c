@@ -70,7 +70,8 @@ static int split_glb(struct gltf *g, const struct file_view *main, struct chunk 
         return fault_set(fault, ERR_TRUNCATED, "glb", "of %zu bytes only %zu are there", size_bytes,
                          main->size_bytes);
     if (size_bytes < GLB_HEADER_BYTES)
-        return fault_set(fault, ERR_RANGE, "glb", "a length of %zu bytes", size_bytes);
+        return fault_set(fault, ERR_RANGE, "glb", "%zu bytes are shorter than the header",
+                         size_bytes);
     const uint8_t *at = main->data + GLB_HEADER_BYTES, *end = main->data + size_bytes;
     int rc = next_chunk(&at, end, json, fault);
     if (rc != 0) return rc;

@@ -24,8 +24,8 @@ static int read_attribute(struct gltf *g, const json_t *attributes, const char *
     gltf_place_set(at, "%s.%s", place, key);
     if (s->count != 0 && s->count != count)
         return fault_set(fault, ERR_MISMATCH, at,
-                         "%" PRIu32 " instances, while another attribute has %" PRIu32, count,
-                         s->count);
+                         "it has %" PRIu32 " instances, while another attribute has %" PRIu32,
+                         count, s->count);
     s->count = count;
     return 0;
 }

@@ -45,17 +45,20 @@ static int check(const struct stream *s, const char *place, struct fault *fault)
     const bool indices = s->mode != MODE_ATTRIBUTES;
     if (indices ? stride != 2 && stride != 4
                 : stride == 0 || stride % 4 != 0 || stride > STRIDE_MAX)
-        return fault_set(fault, ERR_RANGE, place, "a byteStride of %" PRIu64, stride);
+        return fault_set(fault, ERR_RANGE, place, "a byteStride of %" PRIu64 " does not exist here",
+                         stride);
     if (s->count == 0 || s->count * stride > LIMIT_ASSET_BYTES)
-        return fault_set(fault, ERR_LIMIT, place, "%" PRIu64 " elements of %" PRIu64 " bytes",
-                         s->count, stride);
+        return fault_set(fault, ERR_LIMIT, place,
+                         "%" PRIu64 " elements of %" PRIu64 " bytes are none or too many", s->count,
+                         stride);
     if (s->mode == MODE_TRIANGLES && s->count % 3 != 0)
         return fault_set(fault, ERR_RANGE, place, "%" PRIu64 " indices are no triangles", s->count);
     if (indices && s->filter != FILTER_NONE)
-        return fault_set(fault, ERR_RANGE, place, "a filter of indices");
+        return fault_set(fault, ERR_RANGE, place, "indices have no filter");
     if ((s->filter == FILTER_QUATERNION && stride != 8) ||
         (s->filter == FILTER_OCTAHEDRAL && stride != 4 && stride != 8))
-        return fault_set(fault, ERR_RANGE, place, "a filter of %" PRIu64 " bytes", stride);
+        return fault_set(fault, ERR_RANGE, place, "its filter does not work on %" PRIu64 " bytes",
+                         stride);
     return 0;
 }
 

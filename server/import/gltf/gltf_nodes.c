@@ -36,7 +36,7 @@ static int read_trs(const json_t *json, const char *place, struct affine *out, s
     if (!normalize_quaternion(q)) {
         gltf_place at;
         gltf_place_set(at, "%s.rotation", place);
-        return fault_set(fault, ERR_RANGE, at, "a quaternion of length zero");
+        return fault_set(fault, ERR_RANGE, at, "the quaternion has length zero");
     }
     *out = affine_from_trs(t, q, s);
     return 0;

@@ -200,8 +200,8 @@ int gltf_pointer_set(const struct gltf_pointer *p, const double *values, uint32_
     gltf_place_set(at, "%s.output", place);
     const uint32_t width = p->targets > 0 ? p->targets : p->width;
     if (width > 0 && count != width)
-        return fault_set(fault, ERR_TYPE, at, "%" PRIu32 " numbers, where %s has %" PRIu32, count,
-                         p->key, width);
+        return fault_set(fault, ERR_TYPE, at, "it has %" PRIu32 " numbers, where %s has %" PRIu32,
+                         count, p->key, width);
     json_t *value = value_of(old, count > 1 || p->targets > 0 || json_is_array(old), values, count);
     if (json_is_null(value) || value == NULL)
         return fault_set(fault, ERR_MEMORY, at, "no memory for its value");

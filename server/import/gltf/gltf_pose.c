@@ -101,8 +101,8 @@ static int add_deltas(struct gltf *g, const json_t *target, const char *place,
     if (rc != 0) return rc;
     gltf_place_set(at, "%s.%s", place, moved->key);
     if (count != vertices)
-        rc = fault_set(fault, ERR_MISMATCH, at, "%" PRIu32 " elements for %" PRIu32 " vertices",
-                       count, vertices);
+        rc = fault_set(fault, ERR_MISMATCH, at,
+                       "it has %" PRIu32 " elements for %" PRIu32 " vertices", count, vertices);
     for (size_t v = 0; rc == 0 && v < count; v++)
         for (size_t c = 0; c < moved->components; c++) {
             float *value = moved->values + v * moved->stride + c;

@@ -174,8 +174,8 @@ static int load_attribute(struct gltf *g, const char *key, uint32_t accessor, ui
     if (rc != 0 || count == vertices) return rc;
     gltf_place place;
     gltf_place_set(place, "accessors[%" PRIu32 "]", accessor);
-    return fault_set(fault, ERR_MISMATCH, place, "%" PRIu32 " elements for %" PRIu32 " vertices",
-                     count, vertices);
+    return fault_set(fault, ERR_MISMATCH, place,
+                     "it has %" PRIu32 " elements for %" PRIu32 " vertices", count, vertices);
 }
 
 /* Colours have three components or four; alpha is 1 where they have three. */
@@ -191,7 +191,8 @@ static int load_colors(struct gltf *g, uint32_t accessor, uint32_t vertices, flo
     const bool fits = components == 3 || components == 4; /* a matrix has more */
     if (rc == 0 && (count != vertices || !fits))
         rc = fault_set(fault, count != vertices ? ERR_MISMATCH : ERR_TYPE, at,
-                       "%" PRIu32 " colours of %" PRIu32 " components for %" PRIu32 " vertices",
+                       "it has %" PRIu32 " colours of %" PRIu32 " components for %" PRIu32
+                       " vertices",
                        count, components, vertices);
     if (rc == 0) *out = malloc(((size_t)vertices * 4 + 1) * sizeof **out);
     for (size_t v = 0; rc == 0 && *out != NULL && v < vertices; v++) {

@@ -53,7 +53,7 @@ static int check_times(const float *list, uint32_t count, const char *place, str
     for (uint32_t i = 0; i < count; i++) {
         gltf_place at;
         gltf_place_set(at, "%s.input[%" PRIu32 "]", place, i);
-        if (!isfinite(list[i])) return fault_set(fault, ERR_NOT_FINITE, at, "a time that is none");
+        if (!isfinite(list[i])) return fault_set(fault, ERR_NOT_FINITE, at, "a time is not finite");
         if (i > 0 && list[i] < list[i - 1])
             return fault_set(fault, ERR_RANGE, at, "the time goes back from %g to %g",
                              (double)list[i - 1], (double)list[i]);
@@ -93,8 +93,8 @@ static int read_values(struct gltf *g, struct sampler *s, uint32_t targets, uint
     s->width = elements * components;
     if (needed == count) return 0;
     return fault_set(fault, ERR_MISMATCH, at,
-                     "%" PRIu32 " elements, where %" PRIu32 " keys need %" PRIu64, count, keys,
-                     needed);
+                     "it has %" PRIu32 " elements, where %" PRIu32 " keys need %" PRIu64, count,
+                     keys, needed);
 }
 
 /* Returns the last key that is not after the time; the first where all are. */

@@ -66,7 +66,8 @@ static int read_bindings(struct gltf *g, const json_t *json, const char *place, 
     rc = gltf_read_floats(g, accessor, 16, &count, &columns, fault);
     if (rc == 0 && count < s->count)
         rc = fault_set(fault, ERR_MISMATCH, place,
-                       "%" PRIu32 " inverseBindMatrices for %" PRIu32 " joints", count, s->count);
+                       "there are %" PRIu32 " inverseBindMatrices for %" PRIu32 " joints", count,
+                       s->count);
     for (uint32_t i = 0; rc == 0 && i < s->count; i++)
         rc = bind_joint(columns, place, i, &s->joints[i], fault);
     free(columns);
@@ -105,8 +106,8 @@ static int read_four(struct gltf *g, const json_t *attributes, const char *place
     rc = gltf_vertex_floats(g, key, accessor, &components, &count, out, fault);
     if (rc != 0 || count == vertices) return rc;
     gltf_place_set(at, "%s.%s", place, key);
-    return fault_set(fault, ERR_MISMATCH, at, "%" PRIu32 " elements for %" PRIu32 " vertices",
-                     count, vertices);
+    return fault_set(fault, ERR_MISMATCH, at,
+                     "it has %" PRIu32 " elements for %" PRIu32 " vertices", count, vertices);
 }
 
 static int read_sets(struct gltf *g, const json_t *primitive, const char *place, uint32_t vertices,

@@ -162,7 +162,7 @@ void plan_direct(struct plan *plan, struct plan_report *report)
     if (plan->shadow_filter == SHADOW_FILTER_NONE || has_sharp_light(plan))
         plan->light_planes |= 1u << LIGHT_PLANE_IRRADIANCE;
     else
-        plan_skip(report, "plane irradiance", "the filter makes it of visibility and slopes");
+        plan_skip(report, "plane irradiance", "the filter makes it from visibility and slopes");
     if (report->by_lobe && plan_has_rectangle(plan))
         plan->light_planes |= 1u << LIGHT_PLANE_DIFFUSE_WEIGHT;
     plan->capabilities |= CAPABILITY_DIRECT;

@@ -286,7 +286,7 @@ TEST(frames_on_a_base_that_is_none_are_faults)
     start_tile(w, 1);
     serve_blob(w);
     serve_base(w);
-    expect_fault(w, ERR_MISMATCH, "scene: base: the blob that it stands on is none to stand on");
+    expect_fault(w, ERR_MISMATCH, "scene: base: the blob that it stands on is no base of frames");
     world_close(w);
 }
 
