@@ -21,7 +21,7 @@ __attribute__((constructor)) static void notice(void)
     json_set_alloc_funcs(noticed_malloc, free);
 }
 
-/* Twice: into a buffer that is large enough nothing is appended that may fail. */
+/* Dumps twice, since into a buffer that is large enough nothing is appended that may fail. */
 static char *text_of(const json_t *value, size_t flags)
 {
     const size_t size_bytes = json_dumpb(value, NULL, 0, flags);
@@ -88,8 +88,8 @@ void json_printable(const char *text, char *out, size_t capacity)
     out[at] = '\0';
 }
 
-/* Deepest nesting of brackets outside strings, since jansson recurses; and how many values there
- * are at most, since each is an allocation. */
+/* Returns the deepest nesting of brackets outside strings, since jansson recurses, and counts how
+ * many values there are at most, since each is an allocation. */
 static size_t nesting(const char *text, size_t size_bytes, size_t *values)
 {
     size_t depth = 0, deepest = 0;
@@ -127,7 +127,7 @@ static int code_of(enum json_error_code code)
     }
 }
 
-/* The whole document or none: ERR_MEMORY also where jansson takes no notice. */
+/* Loads the whole document or none: ERR_MEMORY also where jansson does not report it. */
 static int load(const char *text, size_t size_bytes, size_t flags, json_t **out,
                 json_error_t *error)
 {

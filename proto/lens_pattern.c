@@ -11,8 +11,8 @@
 #define JITTER_BATCH 64
 #define SAME_HEIGHT  1e-6 /* corners that differ by less are as high as each other */
 
-/* Sine of any x in double, from series of it in [-pi, pi]: the same on every CPU, which the C
- * library's is not. Error 1e-13 to |x| = 1e3, growing with x. */
+/* Returns the sine of any x in double, from a series in [-pi, pi]. It is the same on every CPU,
+ * which the C library's is not. The error is 1e-13 to |x| = 1e3, and grows with x. */
 static double sine(double x)
 {
     const double rest = x - 2.0 * PI * floor(x / (2.0 * PI) + 0.5), square = rest * rest;
@@ -34,7 +34,7 @@ static struct corner corner_of(const struct plan_camera *camera, uint32_t k)
     return (struct corner){sine(angle + 0.5 * PI), -sine(angle)};
 }
 
-/* Corners' heights, sorted, each once. */
+/* Sorts the corners' heights, each once. */
 static uint32_t sort_heights(const struct corner *corners, uint32_t count, double *out)
 {
     uint32_t n = 0;
@@ -105,7 +105,7 @@ static float band_height(const struct lens_aperture *a, uint32_t i, float share)
     return a->height[i] + (y < h ? y : h);
 }
 
-/* The band of a share of the area. */
+/* Returns the band of a share of the area. */
 static uint32_t band_of(const struct lens_aperture *a, float share)
 {
     uint32_t i = 0;

@@ -9,7 +9,7 @@ static void fold(const float on[3], float square[2])
     square[1] = on[2] >= 0.0f ? y : copysignf(1.0f - fabsf(x), y);
 }
 
-/* The point on the octahedron, not normalised. */
+/* Computes the point on the octahedron, not normalised. */
 static void unfold(float x, float y, float on[3])
 {
     float z = 1.0f - fabsf(x) - fabsf(y);
@@ -24,7 +24,7 @@ static float min_of(float a, float b)
     return a < b ? a : b; /* fminf is a call */
 }
 
-/* Squared sine of the angle between them times their lengths. */
+/* Returns the squared sine of the angle between them, times their lengths. */
 static float distance(const float a[3], const float b[3])
 {
     float x = a[1] * b[2] - a[2] * b[1];

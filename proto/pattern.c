@@ -168,8 +168,9 @@ static uint32_t scramble(uint32_t v, uint32_t mask, uint32_t half_bits, uint64_t
     return v;
 }
 
-/* Element i of a hashed permutation of 0..count-1, count > 1: values that the bijection of the next
- * power of two puts outside are sent through it again, which ends because its cycles do. */
+/* Returns element i of a hashed permutation of 0..count-1, count > 1. Values that the bijection of
+ * the next power of two puts outside are sent through it again, which ends because its cycles
+ * do. */
 static uint32_t permute(uint32_t i, uint32_t count, uint64_t key)
 {
     const uint32_t bits = 32 - (uint32_t)__builtin_clz(count - 1);

@@ -69,7 +69,7 @@ uint32_t plan_light_planes(const struct plan *plan, uint32_t light)
     return plan->light_planes & (plan->shadow_filter ? ~irradiance : ~0u);
 }
 
-/* The image plane's coordinates of a pixel position. */
+/* Computes the image plane's coordinates of a pixel position. */
 static void plane_position(const struct plan *plan, float px, float py, float *a, float *b)
 {
     *a = (2.0f * px / (float)plan->width_px - 1.0f) * plan->camera.half_width;

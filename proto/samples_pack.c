@@ -32,7 +32,7 @@ static void clear_surplus_bits(struct samples *s)
     }
 }
 
-/* The layout of the planes that hold something. Returns how many were dropped. */
+/* Lays out the planes that hold something. Returns how many were dropped. */
 static uint64_t layout_of_filled(const struct samples *s, struct samples_layout *filled)
 {
     uint64_t dropped = 0;
@@ -65,7 +65,7 @@ static void write_head(struct bytes_writer *w, const struct samples_layout *layo
     bytes_write_raw(w, layout->light_planes, layout->light_count);
 }
 
-/* A list of `count` entries. */
+/* Writes a list of `count` entries. */
 static int write_list(struct bytes_writer *w, const struct sparse_list *list, enum packing packing)
 {
     const size_t size_bytes = sparse_list_bytes(list);

@@ -22,7 +22,7 @@ static float dot(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The point at `distance` along the ray through pixel position (px, py). */
+/* Computes the point at `distance` along the ray through pixel position (px, py). */
 static void place_point(const struct surface_view *view, float px, float py, float distance,
                         float out[3])
 {

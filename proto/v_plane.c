@@ -19,8 +19,8 @@ void v_plane_column(float u, float *side, float *height)
     *height = (float)(2.0 * sqrt(x * (1.0 - x)));
 }
 
-/* The cube root of x > 0: a third of its exponent, then Newton's steps, each of which doubles the
- * four bits or so that are right; the last in double. */
+/* Returns the cube root of x > 0: a third of its exponent, then Newton's steps, each of which
+ * doubles the four bits or so that are right; the last in double. */
 static inline double cube_root(double x)
 {
     const float in = (float)x;

@@ -8,7 +8,7 @@
     ((LIMIT_IMAGE_SIDE_PX / LIMIT_TILE_SIDE_MIN_PX) *                                              \
      (LIMIT_IMAGE_SIDE_PX / LIMIT_TILE_SIDE_MIN_PX))
 
-/* Frame, index and generation: what names a lease. */
+/* Writes frame, index and generation, which name a lease. */
 static void write_lease(struct bytes_writer *w, uint64_t frame_id, uint32_t index,
                         uint32_t generation)
 {

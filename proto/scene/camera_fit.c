@@ -12,9 +12,9 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Where an eye must stand along an axis of the picture, and how far in front of the box's middle,
- * so that it sees all corners within a slope. A corner at a, z in front of the middle, is seen from
- * e at distance d where |a - e| <= slope (d + z). */
+/* Finds where an eye must stand along an axis of the picture, and how far in front of the box's
+ * middle, so that it sees all corners within a slope. A corner at a, z in front of the middle, is
+ * seen from e at distance d where |a - e| <= slope (d + z). */
 static double fit_axis(double corner[8][3], const double axis[3], const double forward[3],
                        double slope, double *eye)
 {

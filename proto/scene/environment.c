@@ -12,7 +12,8 @@
 #define TEXEL_BYTES 12u
 #define PI          3.14159265358979323846
 
-/* sin(x) for 0 <= x <= pi/4 by its Taylor series; the first term left out is below 1e-19. */
+/* Returns sin(x) for 0 <= x <= pi/4 by its Taylor series; the first term left out is below
+ * 1e-19. */
 static double small_sine(double x)
 {
     const double s = x * x;

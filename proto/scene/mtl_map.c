@@ -40,7 +40,7 @@ static size_t word_length(const char *at)
     return strcspn(at, " \t\r\n");
 }
 
-/* The word at `at`, cut, for comparisons. */
+/* Copies the word at `at`, cut, for comparisons. */
 static void copy_word(const char *at, char out[MTL_OPTION_BYTES])
 {
     snprintf(out, MTL_OPTION_BYTES, "%.*s", (int)word_length(at), at);

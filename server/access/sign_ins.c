@@ -15,7 +15,7 @@ void sign_ins_init(struct sign_ins *s, uint64_t hold_s)
 
 /* -- places -- */
 
-/* The older of two, of which the first may be NULL. */
+/* Returns the older of two, of which the first may be NULL. */
 static struct sign_in *older(struct sign_in *a, struct sign_in *b)
 {
     return a && a->number < b->number ? a : b;
@@ -85,7 +85,8 @@ int sign_ins_add(struct sign_ins *s, const struct digest *token, uint64_t now_s,
     return 0;
 }
 
-/* SIGN_INS_MAX when there is none; looks at all of them in any case. */
+/* Returns the place of a sign-in, SIGN_INS_MAX when there is none. It looks at all of them in any
+ * case. */
 static size_t place_of(const struct sign_ins *s, const char *cookie)
 {
     struct digest hash;

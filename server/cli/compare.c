@@ -102,7 +102,7 @@ static int reduce(struct image **image, struct rect crop, long box_px, struct fa
     return 0;
 }
 
-/* "x,y,w,h" inside `all`; `all` itself without text. */
+/* Parses "x,y,w,h" inside `all`; `all` itself without text. */
 static int parse_crop(const char *text, struct rect all, struct rect *out, struct fault *fault)
 {
     int x, y, w, h, end = 0;
@@ -118,7 +118,7 @@ static int parse_crop(const char *text, struct rect all, struct rect *out, struc
     return 0;
 }
 
-/* "layer,above,below". */
+/* Parses "layer,above,below". */
 static int parse_where(struct comparison *c, struct fault *fault)
 {
     int end = 0;

@@ -13,7 +13,7 @@
 
 typedef char path_text[DIRECTORIES_PATH_BYTES];
 
-/* dir/name; false when it is too long. */
+/* Joins dir and name; false when the path is too long. */
 static bool join(path_text out, const char *dir, const char *name)
 {
     if (strlen(dir) + strlen(name) + 2 > DIRECTORIES_PATH_BYTES) return false;

@@ -30,8 +30,8 @@ static void folder_of(const char *path, char *out, size_t capacity)
     out[n] = '\0';
 }
 
-/* The first bytes of a file, terminated; all of it when it is no larger than `most`. The caller
- * frees it. */
+/* Reads the first bytes of a file, terminated; all of it when it is no larger than `most`. The
+ * caller frees it. */
 static char *read_start(FILE *f, const char *path, size_t most, size_t *size_bytes,
                         struct fault *fault)
 {
@@ -71,7 +71,7 @@ static char *read_text(const char *path, size_t *size_bytes, struct fault *fault
     return text;
 }
 
-/* The name under which the importer will look: without "." parts. */
+/* Makes a name the one under which the importer will look, without "." parts. */
 static void tidy(const char *name, char *out, size_t capacity)
 {
     size_t n = 0;
@@ -257,7 +257,7 @@ static int put_asset(json_t *object, const struct digest *digest)
     return json_object_set_new(object, "asset", json_string(hex)) == 0 ? 0 : ERR_MEMORY;
 }
 
-/* The path of the file that document[member] names; "" when it names none. */
+/* Finds the path of the file that document[member] names; "" when it names none. */
 static int file_of(const char *job_path, const json_t *document, const char *member, char *out,
                    size_t capacity, struct fault *fault)
 {

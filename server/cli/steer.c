@@ -50,7 +50,7 @@ static int read_near(const char *text, json_t **out, struct fault *fault)
     return *out ? 0 : fault_set(fault, ERR_MEMORY, "", "memory is exhausted");
 }
 
-/* The document of the request. */
+/* Writes the document of the request. */
 static int write_patch(const struct wanted *w, json_t *patch, struct fault *fault)
 {
     json_t *value = NULL;

@@ -115,7 +115,7 @@ static int launch(struct launch *l)
     return error ? job_file_complain("workers", &fault) : 0;
 }
 
-/* Whether the arguments are "launch slurm"; -1: they are something else. */
+/* Returns whether the arguments are "launch slurm"; -1: they are something else. */
 static int wants_launch(int count, char **arguments)
 {
     if (count == 0) return 0;

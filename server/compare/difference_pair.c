@@ -57,7 +57,7 @@ static double clip(double v)
     return fmin(fmax(v, 0), 1);
 }
 
-/* IEC 61966-2-1 of a value in [0, 1]. */
+/* Returns the IEC 61966-2-1 encoding of a value in [0, 1]. */
 static double encode(double v)
 {
     return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
@@ -92,7 +92,7 @@ static int compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The mean without the largest. Sorts them. */
+/* Returns the mean without the largest. Sorts the numbers. */
 static double mean_of_max(double *values, size_t count)
 {
     size_t kept = count > 1 ? (size_t)(KEPT * (double)count) : 1;

@@ -23,7 +23,7 @@ static void put(const struct canvas *canvas, int32_t x, int32_t y, const double 
     for (int c = 0; c < 3; c++) *plane_at(canvas->rgb[c], x, y) = linear_of(encoded[c]);
 }
 
-/* t = -1: blue, 0: white, 1: red. */
+/* Writes the colour of t, from blue at -1 over white at 0 to red at 1. */
 static void put_difference(const struct canvas *canvas, int32_t x, int32_t y, double t)
 {
     double mixed[3], size = fmin(fabs(t), 1);

@@ -92,7 +92,7 @@ static bool is_idle(const struct session *s)
     return session_takes_more(s) && s->leases.count < s->hello.threads;
 }
 
-/* One copy for the session at `idle`; false when none pays now. */
+/* Gives one copy to the session at `idle`; false when none pays now. */
 static bool hand_copy(struct fleet *fleet, size_t idle)
 {
     const struct fleet_client *client = &fleet->client;

@@ -16,7 +16,7 @@
 
 /* ---- sessions ---- */
 
-/* Index of the session, or session_count. */
+/* Returns the index of the session, or session_count. */
 static size_t find_index(const struct fleet *fleet, uint64_t id)
 {
     size_t low = 0, high = fleet->session_count;

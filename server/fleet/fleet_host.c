@@ -60,7 +60,7 @@ static bool blob_path(void *ctx, const struct digest *digest, char *out, size_t 
  * another generation, or a lease of any worker that ended lately); or a lease of this session. */
 enum result_of { RESULT_OF_NOTHING, RESULT_OF_THE_PAST, RESULT_OF_A_LEASE };
 
-/* The session's lease ends, and `tile` is what it was of. */
+/* Ends the session's lease. `tile` becomes the tile that it was of. */
 static enum result_of end_lease(struct fleet *fleet, struct session *s,
                                 const struct message_result *r, struct fleet_tile *tile)
 {

@@ -66,8 +66,7 @@ static void on_written(uv_write_t *request, int status)
     if (box->written) box->written(box);
 }
 
-/* Pending and the tail, which is freed, go into the channel; what it makes of them is pending then.
- */
+/* Seals the pending bytes and the tail, which is freed. The channel's output is pending then. */
 static void seal(struct outbox *box, void *tail, uint32_t tail_bytes)
 {
     struct channel *c = box->channel;

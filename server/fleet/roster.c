@@ -50,7 +50,7 @@ static const char *phase_of(const struct session *s)
     return s->beat.phase < sizeof names / sizeof names[0] ? names[s->beat.phase] : "unknown";
 }
 
-/* null, or why and for how much longer it gets no tiles. */
+/* Returns null, or why and for how much longer it gets no tiles. */
 static json_t *quarantine_of(const struct session *s, const struct worker_health *health)
 {
     const uint64_t now_ms = uv_now(s->handle.any.loop);

@@ -36,7 +36,7 @@ static void look_at(const struct lease_table *t, double pace_ms, uint64_t now_ms
     }
 }
 
-/* Harmonic mean of a thread's pace over the workers whose pace is known; 0: none. */
+/* Returns the harmonic mean of a thread's pace over the workers whose pace is known; 0: none. */
 static double typical_ms(const struct lease_table *const *tables, size_t count)
 {
     double threads = 0, tiles_per_ms = 0;

@@ -201,8 +201,8 @@ static struct rect place_of(const struct active_job *job, struct rect r)
     return rect_intersect(scaled, (struct rect){0, 0, plan->width_px, plan->height_px});
 }
 
-/* Told together with the next progress: an event a tile would cost more than the tile's place in
- * the books. */
+/* Notes a tile, which is reported with the next progress. An event for each tile would cost more
+ * than all other book-keeping of it. */
 static void note_tile(struct active_job *job, const struct frame *work,
                       const struct message_ack *ack, uint64_t worker)
 {

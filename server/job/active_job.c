@@ -47,7 +47,7 @@ void active_job_release(struct active_job *job)
     if (job->holds == 0) destroy(job);
 }
 
-/* A store callback came. False when the job is no longer there (and maybe freed). */
+/* Notes that a store callback came. False when the job is no longer there (and maybe freed). */
 static bool unhold(struct active_job *job)
 {
     assert(job->holds > 0);
@@ -71,7 +71,7 @@ static void go(struct active_job *job, enum job_state state)
 }
 
 /* {type, title, detail, pointer} (RFC 9457), for GET and for the event. */
-/* NULL without memory. */
+/* Returns the fault as a problem document; NULL without memory. */
 static json_t *problem_of(const struct fault *fault)
 {
     char type[64] = "urn:shearwater:error:";
@@ -154,7 +154,7 @@ static void end(struct active_job *job, enum job_state state)
     active_job_record_end(job);
 }
 
-/* Without memory for the texts as where the store fails. */
+/* Without memory for the texts it does the same as where the store fails. */
 void active_job_record_end(struct active_job *job)
 {
     const bool has_failed = job->state == JOB_FAILED;

@@ -7,8 +7,8 @@
 #include "server/job/job_log.h"
 #include "server/job/jobs_table.h"
 
-/* To the server's log, by the request that submitted the job. That a job fails is no fault of the
- * server's. */
+/* Writes a line to the server's log, under the request that submitted the job. A failed job is no
+ * failure of the server. */
 static void tell(const struct active_job *job, const char *kind, const char *text)
 {
     const bool is_bad = !strcmp(kind, "error") || !strcmp(kind, "warning");

@@ -31,7 +31,8 @@ double active_job_fraction(const struct active_job *job)
     return sum / job->frame_count;
 }
 
-/* From the pace since tracing began in this run; null until there is one. */
+/* Estimates the time left from the pace since tracing began in this run; null until there is
+ * one. */
 static json_t *eta_of(const struct active_job *job, double fraction)
 {
     double gained = fraction - job->trace_started_fraction;

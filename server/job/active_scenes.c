@@ -35,7 +35,7 @@ const struct digest *active_frame_base(const struct active_job *job,
     return prepared->base ? shared_base_digest(prepared->base) : NULL;
 }
 
-/* The frame that is prepared next; NULL: enough are. */
+/* Returns the frame that is prepared next; NULL: enough frames are. */
 static struct active_frame *next_to_prepare(const struct active_job *job)
 {
     unsigned ahead = 0;

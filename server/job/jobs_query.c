@@ -31,7 +31,7 @@ static json_t *no_progress(void)
                      "eta_s", "frames_done", 0, "frames_total", 0);
 }
 
-/* The report of an active job, once it has been loaded, else what the store has. */
+/* Returns the report of an active job, once it has been loaded, else what the store has. */
 static json_t *report_of(const struct active_job *active, const struct job_row *row)
 {
     if (active && active->frames) return active_job_report(active);
@@ -257,7 +257,7 @@ static void picture_so_far(const struct frame *work, struct jobs_picture *out)
     out->metadata = frame_metadata(work);
 }
 
-/* The picture of an active job's frame. False when only the store can tell. */
+/* Finds the picture of an active job's frame. False when only the store can tell. */
 static bool picture_of(const struct active_job *active, int32_t number, int *error,
                        struct jobs_picture *out)
 {

@@ -7,7 +7,7 @@
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
 
-/* All that the job names: the scene, its files, the map. Owned by the caller. */
+/* Lists all that the job names: the scene, its files, the map. The caller owns the list. */
 static struct digest *list_assets(const struct job *job, size_t *count)
 {
     struct digest *list = calloc((size_t)job->file_count + 2, sizeof *list);

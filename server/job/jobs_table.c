@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The first place in by_id whose job is not before `id`. */
+/* Returns the first place in by_id whose job is not before `id`. */
 static size_t place_of(const struct jobs *jobs, const char *id)
 {
     size_t low = 0, high = jobs->count;

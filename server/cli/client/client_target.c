@@ -15,7 +15,7 @@ static const char *from_environment(const char *option, const char *name)
     return text && *text ? text : NULL;
 }
 
-/* The host of "http://HOST:PORT" is one that no packet leaves this machine for. */
+/* Returns whether the host of "http://HOST:PORT" is one for which no packet leaves this machine. */
 static bool stays_here(const char *url)
 {
     static const char *const names[] = {"localhost", "127.0.0.1", "[::1]"};

@@ -30,7 +30,7 @@ void frame_adaptive_destroy(struct frame *f)
     free(r->tiles);
 }
 
-/* Where a rect's rows begin in a map of the whole image. */
+/* Returns where a rect's rows begin in a map of the whole image. */
 static uint8_t *corner(const struct frame *f, uint32_t map, struct rect rect)
 {
     const size_t stride = (size_t)f->plan.width_px, area = stride * (size_t)f->plan.height_px;
@@ -50,7 +50,7 @@ void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *strata_
     f->adaptive.measured[block] = measured;
 }
 
-/* The pixels of a tile, map by map. */
+/* Gathers the pixels of a tile, map by map. */
 static void gather(const struct frame *f, struct rect rect, uint8_t *strata_maps,
                    struct frame_adaptive_tile *tile)
 {
@@ -78,8 +78,8 @@ static int pack(struct frame_adaptive *r, struct rect rect, struct frame_adaptiv
     return error;
 }
 
-/* The least level all of whose pixels, with those above, are no more than `most`; pixels of the
- * level below that still fit. */
+/* Returns the least level all of whose pixels, with those above, are no more than `most`; pixels of
+ * the level below that still fit. */
 static uint32_t find_level(const uint8_t *levels, size_t area, size_t most, size_t *rest,
                            size_t *next)
 {

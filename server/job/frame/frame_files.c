@@ -3,7 +3,7 @@
 #include "proto/job/job.h"
 #include "server/job/frame/frame_work.h"
 
-/* The layer that people look at: beauty, or the first that was asked for. */
+/* Returns the layer that people look at: beauty, or the first that was asked for. */
 static const char *shown_layer(const struct frame *f)
 {
     uint32_t layers = f->options.layers;

@@ -109,7 +109,7 @@ static double root_of(double x, int order)
     return scale * root;
 }
 
-/* x^(3/5) of any x > 0. */
+/* Returns x^(3/5) of any x > 0. */
 static double three_fifths(double x)
 {
     const double root = x < 1.0 ? 1.0 / root_of(1.0 / x, 5) : root_of(x, 5);
@@ -122,7 +122,7 @@ static enum law law_of(const struct rounds *r, int kind)
     return filtered ? LAW_FILTER : LAW_MEAN;
 }
 
-/* Growth where lambda is 1. */
+/* Returns the growth where lambda is 1. */
 static double scale_of(double gain, enum law law)
 {
     if (!(gain > 0.0)) return 0.0;
@@ -162,7 +162,7 @@ static double remains(double variance, enum law law, double r)
     return variance / (root * root);
 }
 
-/* Squared errors at a level, of what samples lower. */
+/* Returns the squared errors at a level, without those that no sample lowers. */
 static double squares_at(const struct rounds *r, const struct level *level)
 {
     double sum = 0.0;
@@ -174,7 +174,7 @@ static double squares_at(const struct rounds *r, const struct level *level)
     return sum;
 }
 
-/* The gain of one sample more now, at most. */
+/* Returns the largest gain of one sample more now. */
 static double gain_max(const struct rounds *r)
 {
     double most = 0.0;
@@ -187,8 +187,8 @@ static double gain_max(const struct rounds *r)
     return most;
 }
 
-/* The level at which squared errors add up to `wanted`, or the lowest there is, at which all have
- * the most samples. */
+/* Finds the level at which squared errors add up to `wanted`, or the lowest there is, at which all
+ * have the most samples. */
 static struct level solve(const struct rounds *r, double wanted)
 {
     const double most = gain_max(r);
@@ -212,8 +212,8 @@ static struct level solve(const struct rounds *r, double wanted)
 
 /* -- passes -- */
 
-/* The number next to n and above `before` that is a multiple of a power of two near an eighth of
- * it: the path tracer's sequence is stratified best where it is cut there. */
+/* Returns the number next to n and above `before` that is a multiple of a power of two near an
+ * eighth of it: the path tracer's sequence is stratified best where it is cut there. */
 static uint32_t rounded(double n, uint32_t before)
 {
     uint32_t step = 4;

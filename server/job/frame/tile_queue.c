@@ -73,8 +73,9 @@ static void follow_priority(struct tile_queue *q)
     }
 }
 
-/* The first of those that wait for a pass not leased before. Wishes that move must not begin tile
- * after tile and end none: beyond some windows' worth of tiles between passes, these go first. */
+/* Takes the first of those that wait for a pass not leased before. A priority that moves must not
+ * begin tile after tile and end none: beyond some windows' worth of tiles between passes, these go
+ * first. */
 static uint32_t pop_fresh(struct tile_queue *q)
 {
     if (q->is_stale) follow_priority(q);
@@ -188,7 +189,7 @@ bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint3
     return true;
 }
 
-/* The tile if this very lease was in force; it is so no longer. */
+/* Ends a lease. Returns its tile if this very lease was in force. */
 static struct tile_entry *end_lease(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                     uint32_t generation)
 {

@@ -20,7 +20,7 @@ static bool is_based(const struct scene *s, uint64_t i)
     return s->meshes[s->instances[i].mesh].flags & MESH_IN_BASE;
 }
 
-/* The row that instance i begins. */
+/* Returns the row that instance i begins. */
 static struct row row_from(const struct scene *s, uint64_t i)
 {
     struct row r = {i, i};
@@ -31,7 +31,8 @@ static struct row row_from(const struct scene *s, uint64_t i)
     return r;
 }
 
-/* The placements of a mesh of the base, from *next on: frames place these meshes in their order. */
+/* Returns the placements of a mesh of the base, from *next on. Frames place these meshes in their
+ * order. */
 static struct row row_of_mesh(const struct scene *s, uint32_t mesh, uint64_t *next)
 {
     uint64_t i = *next;
@@ -72,7 +73,7 @@ static bool invert(const float m[12], double out[12])
     return true;
 }
 
-/* What a transform becomes another by, in the world. */
+/* Computes the motion from one transform to another, in the world. */
 static bool between(const float from[12], const float to[12], double out[12])
 {
     double inverse[12];

@@ -145,7 +145,7 @@ static void finish(struct import_process *p)
     thread_pool_submit(p->options.pool, &p->task);
 }
 
-/* The code of a name, "RANGE" for ERR_RANGE; ERR_CORRUPT for one that is unknown here. */
+/* Returns the code of a name, ERR_RANGE for "RANGE"; ERR_CORRUPT for one that is unknown here. */
 static int code_of(const char *name)
 {
     static const int codes[] = {

@@ -173,7 +173,7 @@ static void start_planning(struct preparation *p)
     thread_pool_submit(p->pool, &p->task);
 }
 
-/* What the imports say of a scene's asset is said of the map's. */
+/* Turns a fault of a scene's asset into one of the map's, which is imported as a scene. */
 static void blame_map(struct fault *fault)
 {
     static const char scene[] = "/scene/asset";

@@ -29,7 +29,7 @@ static double smooth_step(double x)
     return t * t * (3 - 2 * t);
 }
 
-/* 1 within a box, 0 outside; across the map's left edge, too. */
+/* Returns 1 within a box, 0 outside; across the map's left edge, too. */
 static double cover(const struct soft_box *b, double u, double v)
 {
     double across = fabs(u - b->u);
