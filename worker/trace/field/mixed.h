@@ -19,7 +19,7 @@ struct mixed_subs {
     struct lanes_mask on;                     /* show a surface */
 };
 
-/* Their shares of each lender. */
+/* The shares that each lender has in sixteen samples. */
 struct mixed_shares {
     uint32_t lenders; /* bits of slots that are set */
     struct lanes_mask lent;
