@@ -90,7 +90,7 @@ static bool tie_to_parent(void)
     return prctl(PR_SET_PDEATHSIG, SIGKILL) == 0 && getppid() == parent;
 }
 
-/* 0, 1 when it cannot be. */
+/* Replays a sample. Returns 0, or 1 when it cannot. */
 static int replay(const struct options *options)
 {
     struct fault fault = {0};

@@ -7,7 +7,7 @@
 
 #define FLOAT_DIGITS 9 /* that tell all floats apart */
 
-/* null where JSON has no number. */
+/* Writes a number, null where JSON has none. */
 static json_t *number(float v)
 {
     return v > -INFINITY && v < INFINITY ? json_real((double)v) : json_null();
@@ -18,7 +18,7 @@ static json_t *vector(const float v[3])
     return json_pack("[o, o, o]", number(v[0]), number(v[1]), number(v[2]));
 }
 
-/* In the scene's own coordinates. */
+/* Writes a position in the scene's own coordinates. */
 static json_t *position(const struct replay_sheet *s, const float v[3])
 {
     const double *origin = s->scene->info->origin;

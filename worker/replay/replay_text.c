@@ -9,7 +9,7 @@ static void vector(FILE *out, const char *before, const float v[3])
     fprintf(out, "%s(%.9g, %.9g, %.9g)", before, (double)v[0], (double)v[1], (double)v[2]);
 }
 
-/* In the scene's own coordinates. */
+/* Prints a position in the scene's own coordinates. */
 static void position(FILE *out, const struct replay_sheet *s, const char *before, const float v[3])
 {
     const double *origin = s->scene->info->origin;

@@ -23,7 +23,7 @@ void lobe_box_of_mesh(const struct mesh_view *mesh, struct lobe_box *box)
         add_point(mesh->positions + (size_t)3 * mesh->triangles[k], box);
 }
 
-/* The corners of the mesh's box, where the instance puts them. */
+/* Adds the corners of the mesh's box, where the instance puts them. */
 static void add_instance(const struct scene_instance *instance, const struct lobe_box *mesh,
                          struct lobe_box *box)
 {

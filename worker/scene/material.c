@@ -17,7 +17,7 @@ static float unit_interval(float v)
     return v < 0.0f ? 0.0f : v > 1.0f ? 1.0f : v;
 }
 
-/* The lowest opacity anywhere; that of vertices may be any. */
+/* Returns the lowest opacity anywhere; that of vertices may be any. */
 static float least_alpha(const struct material *m)
 {
     if (m->colored) return 0.0f;
@@ -102,7 +102,7 @@ static void init_others(struct material *m, const struct scene_material *s)
     memcpy(m->k, s->k, sizeof m->k);
 }
 
-/* What paths ask about the whole material. */
+/* Sets what paths ask about the whole material. */
 static void init_kind(struct material *m, const struct scene_material *s)
 {
     bool gltf = s->model == MODEL_GLTF && !m->unlit;

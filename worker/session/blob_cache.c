@@ -120,7 +120,7 @@ static bool is_idle(const struct blob_entry *e)
     return e->blob.refs == 0 && !e->has_task;
 }
 
-/* The least recently used idle blob; counts all of them. */
+/* Returns the least recently used idle blob; counts all of them. */
 static struct blob_entry *oldest_idle(const struct blob_cache *cache, unsigned *count,
                                       uint64_t *bytes)
 {

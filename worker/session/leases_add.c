@@ -56,7 +56,8 @@ static int check_tile(const struct leases *leases, const struct leased_frame *f,
     return leases->counts.open >= LIMIT_TILES_IN_HAND ? ERR_LIMIT : 0;
 }
 
-/* The strata maps of a lease's pass, map by map as the plan has them; NULL where it has none. */
+/* Unpacks the strata maps of a lease's pass, map by map as the plan has them; NULL where it has
+ * none. */
 static int unpack_strata_maps(const struct plan *plan, const struct message_tile *m, uint8_t **out)
 {
     const int32_t width = rect_width(m->rect), height = rect_height(m->rect);

@@ -11,7 +11,8 @@ static float specular_share(const struct bsdf *b, float cosine)
     return lobe_share(estimate > LOBE_MIN ? estimate : LOBE_MIN, lobe_mean(b->albedo));
 }
 
-/* nu cos^2 + nv sin^2 of the half vector's azimuth; at the pole, where it has none, any. */
+/* Returns nu cos^2 + nv sin^2 of the half vector's azimuth; at the pole, where it has none, that of
+ * any. */
 static float exponent(const struct bsdf *b, const float h[3])
 {
     const float x2 = h[0] * h[0], y2 = h[1] * h[1], r2 = x2 + y2;

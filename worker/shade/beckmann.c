@@ -31,7 +31,7 @@ float beckmann_specular_share(const struct bsdf *b, float cosine)
     return lobe_share(estimate > LOBE_MIN ? estimate : LOBE_MIN, lobe_mean(b->albedo));
 }
 
-/* D(h). */
+/* Returns D(h). */
 static float facets(const float h[3], const float alpha[2])
 {
     const float x = h[0] / alpha[0], y = h[1] / alpha[1];
@@ -39,7 +39,7 @@ static float facets(const float h[3], const float alpha[2])
     return elementary_exp(-(x * x + y * y) / z2) / (ELEMENTARY_PI * alpha[0] * alpha[1] * z2 * z2);
 }
 
-/* Smith's Lambda: (exp(-a^2) / (a sqrt pi) - erfc a) / 2 with a = 1 / (alpha tan theta). */
+/* Returns Smith's Lambda: (exp(-a^2) / (a sqrt pi) - erfc a) / 2 with a = 1 / (alpha tan theta). */
 static float lambda(const float w[3], const float alpha[2])
 {
     const float x = alpha[0] * w[0], y = alpha[1] * w[1], slope = sqrtf(x * x + y * y);
@@ -49,7 +49,7 @@ static float lambda(const float w[3], const float alpha[2])
     return rest > 0.0f ? 0.5f * elementary_exp(-a * a) * rest : 0.0f;
 }
 
-/* The diffuse lobe over its albedo. */
+/* Returns the diffuse lobe over its albedo. */
 static float diffuse(const struct bsdf *b, float z_o, float z_i)
 {
     if (b->eta[0] > 0.0f) return LAMBERT_INV_PI;
@@ -75,9 +75,9 @@ void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3
     out->pdf += p * common / (1.0f + lambda_o);
 }
 
-/* The slope t towards a direction of angle theta (sine, cosine) at which a share u of what it sees
- * lies below: density (cosine + t sine) exp(-t^2) from t = -cot theta on, solved by Newton's method
- * within a bracket. */
+/* Returns the slope t towards a direction of angle theta (sine, cosine) at which a share u of what
+ * it sees lies below: density (cosine + t sine) exp(-t^2) from t = -cot theta on, solved by
+ * Newton's method within a bracket. */
 static float seen_slope(float sine, float cosine, float u)
 {
     const float edge = cosine < SLOPE_MAX * sine ? cosine / sine : SLOPE_MAX;

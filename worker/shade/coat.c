@@ -24,7 +24,7 @@ struct coat {
     float p;       /* of choosing its lobe */
 };
 
-/* M(w) of a direction at `cosine`. */
+/* Returns M(w) of a direction at `cosine`. */
 static float hindrance(const struct bsdf *b, const struct coat *c, float cosine)
 {
     const float grazing =
@@ -32,7 +32,7 @@ static float hindrance(const struct bsdf *b, const struct coat *c, float cosine)
     return b->coat * fresnel_schlick(COAT_F0, grazing);
 }
 
-/* w as the layer's frame has it. */
+/* Turns w into the layer's frame. */
 static void to_layer(const struct bsdf *b, const struct coat *c, const float w[3], float out[3])
 {
     direction_set(w[0], w[1], w[2], out);
@@ -52,7 +52,7 @@ static float mean_hindrance(const struct bsdf *b, const struct coat *c)
     return b->coat * fresnel_schlick(COAT_F0, grazing);
 }
 
-/* About what the surface beneath reflects or transmits; rough facets of a black one reflect a
+/* Estimates what the surface beneath reflects or transmits. Rough facets of a black one reflect a
  * little, too. */
 static float beneath(const struct bsdf *b, float cosine)
 {
@@ -84,7 +84,7 @@ static void see(const struct bsdf *b, const float wo[3], struct coat *c)
     if (c->p > 1.0f - LOBE_MIN) c->p = 1.0f - LOBE_MIN;
 }
 
-/* What becomes of the lobes beneath. */
+/* Computes the factors of the lobes beneath. */
 static void scale_beneath(const struct bsdf *b, const struct coat *c, const float wi[3],
                           float *diffuse, float *others)
 {
@@ -118,7 +118,7 @@ static void add_coat(const struct bsdf *b, const struct coat *c, const float in[
     out->pdf += c->p * 0.25f * d * ggx_seen(wo[2], span);
 }
 
-/* From what the surface beneath does to what both do. */
+/* Adds the layer to what the surface beneath does. */
 static void combine(const struct bsdf *b, const struct coat *c, const float wi[3],
                     struct bsdf_value *inout)
 {

@@ -44,7 +44,7 @@ static float clamp(float v, float low, float high)
     return v < low ? low : v > high ? high : v;
 }
 
-/* (1 - cosine) of a grazing (1 - cosine)^5. */
+/* Returns 1 - cosine of a grazing (1 - cosine)^5. */
 static float depth_of(float grazing)
 {
     return grazing > 0.0f ? elementary_exp(0.2f * elementary_log(grazing)) : 0.0f;
@@ -76,8 +76,8 @@ static float inner_side(const struct film *f, float f0, bool *alike)
     return fresnel_schlick(f0_between(ior, f->ior), fresnel_grazing(f->cosine_in));
 }
 
-/* What is reflected m times in the film, as a colour. Odd orders change their sign where half a
- * wave is alike at the inner side. */
+/* Computes the light that is reflected m times in the film, as a colour. Odd orders change their
+ * sign where half a wave is alike at the inner side. */
 static void order_color(const struct film *f, int m, const bool alike[3], float out[3])
 {
     const float turn = (float)m * f->turn_m;

@@ -48,7 +48,8 @@ static enum clear_kind clear_kind_of(const struct bsdf *b, float share)
     return fabsf(b->ior - 1.0f) < GLTF_MATCHED ? CLEAR_MATCHED : CLEAR_BENT;
 }
 
-/* What facets under a film reflect, but for `specular`, of those that there are. */
+/* Computes what facets under a film reflect, but for `specular`, for those facets that there
+ * are. */
 static void filmed_of(const struct bsdf *b, const struct gltf *g, float grazing,
                       float dielectric[3], float metal[3])
 {
@@ -73,7 +74,7 @@ static float reflect_film(const struct bsdf *b, float cosine, float exact, float
     return most_of(film);
 }
 
-/* The same of a dispersed volume's colours, each by its own index. */
+/* Does the same for a dispersed volume's colours, each by its own index. */
 static void reflect_colors(const struct bsdf *b, float cosine, float share, struct facet *f)
 {
     for (int k = 0; k < 3; k++) {
@@ -105,7 +106,7 @@ static float reflect_volume(const struct bsdf *b, const struct gltf *g, float co
     return total ? 1.0f : b->specular * fresnel_schlick(g->most_f0, above);
 }
 
-/* The facet that meets wo at `cosine`; grazing is (1 - cosine)^5 or a mean of it. */
+/* Sets the facet that meets wo at `cosine`; grazing is (1 - cosine)^5 or a mean of it. */
 static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, float grazing,
                      struct facet *f)
 {
@@ -132,7 +133,7 @@ static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, f
     f->p_reflect = t > 0.0f ? r / (r + t) : 1.0f;
 }
 
-/* The roughness that counts in the plane of w and the normal. */
+/* Returns the roughness that counts in the plane of w and the normal. */
 static float alpha_towards(const struct gltf *g, const float w[3])
 {
     if (g->alpha[0] == g->alpha[1]) return g->alpha[0];
@@ -142,13 +143,14 @@ static float alpha_towards(const struct gltf *g, const float w[3])
     return sqrtf((x2 * u * u + y2 * v * v) / r2);
 }
 
-/* The mean of (1 - w.h)^5 over the facets that w sees. */
+/* Returns the mean of (1 - w.h)^5 over the facets that w sees. */
 static float mean_grazing(const struct gltf *g, const float w[3])
 {
     return g->smooth ? fresnel_grazing(w[2]) : coupling_grazing(w[2], alpha_towards(g, w));
 }
 
-/* The mean Fresnel reflectance, at its greatest colour, of facets whose mean grazing is given. */
+/* Returns the mean Fresnel reflectance, at its greatest colour, of facets whose mean grazing is
+ * given. */
 static float hindrance(const struct bsdf *b, const struct gltf *g, float grazing)
 {
     float each[3];
@@ -204,7 +206,7 @@ static void see(const struct bsdf *b, const float wo[3], struct gltf *g)
     choose(b, g, wo, grazing);
 }
 
-/* The diffuse lobe over its albedo. */
+/* Returns the diffuse lobe over its albedo. */
 static float diffuse(const struct bsdf *b, const struct gltf *g, const float wi[3])
 {
     if (b->specular <= 0.0f) return LAMBERT_INV_PI;
@@ -295,7 +297,7 @@ void gltf_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
     filter(b, wi, out->specular);
 }
 
-/* Straight on. */
+/* Lets light straight through. */
 static bool pass(const struct bsdf *b, const struct gltf *g, const float wo[3],
                  struct bsdf_sample *out)
 {
@@ -306,7 +308,7 @@ static bool pass(const struct bsdf *b, const struct gltf *g, const float wo[3],
     return true;
 }
 
-/* The direction into which a facet sends wo; false where that is on the wrong side. */
+/* Computes the direction into which a facet sends wo; false where that is on the wrong side. */
 static bool leave(const struct bsdf *b, const struct gltf *g, const float wo[3], const float h[3],
                   float choice, struct facet *f, struct bsdf_sample *out)
 {

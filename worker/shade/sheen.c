@@ -77,13 +77,13 @@ float sheen_albedo(float cosine, float alpha)
     return e < ALBEDO_MAX ? e : ALBEDO_MAX;
 }
 
-/* x^n for x in (0, 1]. */
+/* Returns x^n for x in (0, 1]. */
 static float power(float x, float n)
 {
     return elementary_exp(n * elementary_log(x));
 }
 
-/* Estevez and Kulla's fit of the logarithm of Lambda, between its rows of alpha 0 and 1. */
+/* Returns Estevez and Kulla's fit of the logarithm of Lambda, between its rows of alpha 0 and 1. */
 static float log_masking(float x, float alpha)
 {
     const float k = (1.0f - alpha) * (1.0f - alpha), l = 1.0f - k;
@@ -99,7 +99,7 @@ static float masking(float cosine, float alpha)
     return elementary_exp(2.0f * log_masking(0.5f, alpha) - log_masking(1.0f - cosine, alpha));
 }
 
-/* About what the surface beneath sends on. */
+/* Estimates what the surface beneath sends on. */
 static float beneath(const struct bsdf *b)
 {
     const float dielectric = 1.0f - b->metallic;

@@ -21,7 +21,7 @@ static float dot(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The inverse of plan_camera_ray. */
+/* Adds a corner by the inverse of plan_camera_ray. */
 static void add_corner(const struct plan *plan, const float corner[3], struct seen_box *out)
 {
     const struct plan_camera *c = &plan->camera;
@@ -65,7 +65,7 @@ static void clamp_range(float a, float b, int32_t *from, int32_t *to)
     if (end < (float)*to) *to = end > (float)*from ? (int32_t)end : *from;
 }
 
-/* The pixels of the tile that may show the box. */
+/* Returns the pixels of the tile that may show the box. */
 static struct rect cover(const struct plan *plan, const struct lobe_box *box, struct rect tile)
 {
     const bool flat = plan->camera.type == CAMERA_ORTHOGRAPHIC;

@@ -87,8 +87,8 @@ static int trace_rows(struct tile_tracer *t, const struct stages *stages,
     return 0;
 }
 
-/* When all planes are there: sub-samples that none of the pixels around them shows, and pixels that
- * show several surfaces. */
+/* Traces, when all planes are there, sub-samples that none of the pixels around them shows, and
+ * pixels that show several surfaces. */
 static int trace_borders(struct tile_tracer *t, const struct stages *stages, struct rect rect,
                          struct samples *samples)
 {

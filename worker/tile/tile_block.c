@@ -62,7 +62,7 @@ static void store_emission(const struct tile_tracer *t, const struct plan *plan,
     block_store_half(&t->block, t->emission.z, scale, samples_u16(samples, PLANE_EMISSION, 2));
 }
 
-/* A sub-sample's albedo, and of its glossy lobe, too. */
+/* Finds a sub-sample's albedo, and that of its glossy lobe. */
 static void resolve_sub(struct tile_tracer *t, const struct stages *stages, uint32_t k,
                         struct samples *samples)
 {
@@ -83,7 +83,7 @@ static void mark_all_lit(struct tile_tracer *t)
     t->point.lit = t->bouncing = t->centre.surface.hit;
 }
 
-/* What the surfaces at the centres do to light. Lights only need to know how much of it they
+/* Finds what the surfaces at the centres do to light. Lights only need to know how much of it they
  * reflect diffusely. */
 static void resolve_centre(struct tile_tracer *t, const struct stages *stages)
 {
@@ -165,7 +165,7 @@ static void trace_camera(struct tile_tracer *t, const struct stages *stages,
     counters->value[COUNTER_RAYS_ANTIALIAS] += (uint64_t)pixels * plan->sub_samples;
 }
 
-/* The strata of all lights whose field is read. */
+/* Counts the strata of all lights whose field is read. */
 static uint64_t light_rays(const struct plan *plan)
 {
     uint64_t rays = 0;
@@ -196,7 +196,7 @@ static void count_background(const struct tile_tracer *t, struct counters *count
         lanes_count(&b->kept) - lanes_count_both(&b->kept, &t->centre.surface.hit);
 }
 
-/* The lights' fields. */
+/* Traces the lights' fields. */
 static void trace_lights(struct tile_tracer *t, const struct plan *plan, struct samples *samples,
                          struct counters *counters)
 {
@@ -227,7 +227,7 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
                        samples);
 }
 
-/* The field of glossy lobes, of the lanes in *lobed. */
+/* Traces the field of glossy lobes, for the lanes in *lobed. */
 static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
                          const struct lanes_mask *lobed, struct samples *samples)
 {
@@ -269,7 +269,7 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, samples);
 }
 
-/* What is seen through pixel centres: surfaces and their light fields. */
+/* Traces what is seen through pixel centres: surfaces and their light fields. */
 static void trace_centres(struct tile_tracer *t, const struct stages *stages,
                           const struct plan *plan, struct primary_packet *camera,
                           struct samples *samples, struct counters *counters)

@@ -113,7 +113,7 @@ static bool is_half(const struct gloss *g, uint32_t sample, int i)
     return (sample >= g->first_half[i]) == (g->later.on[i] != 0);
 }
 
-/* Sample `sample` of lane i goes to the pool, and its weight to the sums. */
+/* Adds sample `sample` of lane i to the pool, and its weight to the sums. */
 static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
                        uint32_t slot, int i, struct glossy_sums *sums, struct path_pool *pool)
 {
@@ -138,7 +138,7 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
         g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
 }
 
-/* Sample `sample` of all lanes. */
+/* Begins sample `sample` of all lanes. */
 static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
                          struct glossy_sums *sums, struct path_pool *pool)
 {

@@ -122,7 +122,7 @@ static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
     p->count = LANES;
 }
 
-/* The first rays of sample `sample`, into slots from `slot` on. */
+/* Begins the first rays of sample `sample`, in slots from `slot` on. */
 static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
                          uint32_t slot, struct path_pool *pool)
 {
@@ -279,7 +279,7 @@ static void strata_of_plane(struct indirect_scratch *s)
     }
 }
 
-/* Strata, and how many rays leave each lane. */
+/* Sets the strata, and how many rays leave each lane. */
 static void deal_rays(struct bounce *b, const struct pattern *pattern, struct strata *strata)
 {
     const struct path_context *c = b->context;

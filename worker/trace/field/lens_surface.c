@@ -11,7 +11,8 @@
 /* Apart from those of the albedo. */
 #define LOBE_BITS 0x5bd1e995u
 
-/* The light that fields bring, as the sample's own path has found it: albedo taken out. */
+/* Finds the light that fields bring, as the sample's own path has found it, with albedo taken
+ * out. */
 static void find_light(const struct path_context *c, const struct path_radiance *h, size_t slot,
                        float out[3])
 {

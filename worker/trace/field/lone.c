@@ -62,7 +62,7 @@ static int reserve(struct lone_scratch *s, uint32_t more)
 
 /* -- light -- */
 
-/* Lone lanes whose surface reflects something diffusely. */
+/* Finds the lone lanes whose surface reflects something diffusely. */
 static void find_diffuse(const struct lone_scratch *s, struct lanes_mask *lit)
 {
     const struct surface *f = &s->vertex.surface;
@@ -100,7 +100,8 @@ static void trace_lobes(const struct shading *l)
         glossy_trace(&l->context, &s->block, &s->vertex, g, l->tools->paths, s->samples);
 }
 
-/* Light of the block's lone lanes into the planes of s->samples, whose elements lanes are. */
+/* Traces the light of the block's lone lanes into the planes of s->samples, whose elements lanes
+ * are. */
 static void trace_light(const struct shading *l)
 {
     struct lone_scratch *s = l->scratch;
@@ -131,7 +132,7 @@ static void take_direct(const struct shading *l, int lane, float out[3])
     }
 }
 
-/* The first three components of a plane of half floats, scale taken out. */
+/* Reads the first three components of a plane of half floats, with the scale taken out. */
 static void take_halves(const struct shading *l, enum plane_id plane, int lane, float out[3])
 {
     const float scale = 1.0f / l->plan->radiance_scale; /* a positive power of two */
@@ -139,7 +140,7 @@ static void take_halves(const struct shading *l, enum plane_id plane, int lane, 
         out[c] = cut(half_to_float(samples_u16(l->scratch->samples, plane, c)[lane]) * scale);
 }
 
-/* Of all bounce rays, and of the even ones. */
+/* Takes the means of all bounce rays, and of the even ones. */
 static void take_indirect(const struct shading *l, int lane, float light[LONE_PART_COUNT][3])
 {
     take_halves(l, PLANE_INDIRECT_MEAN, lane, light[LONE_INDIRECT]);
@@ -186,7 +187,7 @@ static void take_surface(const struct surface *from, int i, struct surface *to, 
     to->mesh[n] = from->mesh[i];
 }
 
-/* Lane i of what was met becomes lane n of those at hand. */
+/* Copies lane i of what was met to lane n of those at hand. */
 static void take_lane(const struct path_vertex *from, int i, struct path_vertex *to, uint32_t n)
 {
     take_surface(&from->surface, i, &to->surface, n);
@@ -237,8 +238,8 @@ static void shade(const struct shading *l)
 
 /* -- a tile's -- */
 
-/* Sub-samples k of the lanes in *lone. The block's rays are traced once more, all of them: where
- * two triangles lie at one distance, rays beside decide which one is met. */
+/* Adds sub-samples k of the lanes in *lone. The block's rays are traced once more, all of them:
+ * where two triangles lie at one distance, rays beside decide which one is met. */
 static void add_subs(const struct shading *l, const struct block *b, uint32_t k,
                      const struct lanes_mask *lone)
 {

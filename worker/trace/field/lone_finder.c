@@ -49,7 +49,7 @@ static void trace_cell(struct lone_finder *f, int32_t column, int32_t row, struc
     c->counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&f->block.inside);
 }
 
-/* The cell of a pixel beside the tile, which lies at the border of the cells. */
+/* Returns the cell of a pixel beside the tile, which lies at the border of the cells. */
 static struct lone_cell *cell_at(struct lone_finder *f, int32_t x, int32_t y)
 {
     const struct rect c = f->cells;
@@ -174,7 +174,8 @@ static bool reflects(const struct samples *s, uint32_t k, uint32_t element)
     return sum > 0;
 }
 
-/* What match_subs has left open: true only when the sub-sample shows its own pixel's surface. */
+/* Decides what match_subs has left open: true only when the sub-sample shows its own pixel's
+ * surface. */
 static bool is_surely_own(const struct lone_finder *f, const struct block *b,
                           const struct lone_pixels *p, int i, struct surface_facing *facing)
 {

@@ -128,7 +128,7 @@ static int reserve(struct mixed_scratch *s, uint32_t more)
     return 0;
 }
 
-/* The pixel's entries. Its own is always there, and says that the pixel is mixed. */
+/* Adds the pixel's entries. Its own is always there, and says that the pixel is mixed. */
 static int put_entries(const struct mixing *m, size_t e)
 {
     struct mixed_scratch *s = m->scratch;

@@ -49,7 +49,7 @@ static bool may_shine(const struct mixed_finder *f, uint32_t full_id)
     return scene->meshes[scene->blob->instances[full_id - 1].mesh].traits & MESH_SHINES;
 }
 
-/* A pixel beside the tile. */
+/* Fills a pixel beside the tile. */
 static void fill_beside(const struct mixed_finder *f, int32_t x, int32_t y)
 {
     const struct plan *plan = f->context->plan;
@@ -72,7 +72,7 @@ static void fill_beside(const struct mixed_finder *f, int32_t x, int32_t y)
     c->shines[i] = may_shine(f, full_id);
 }
 
-/* The tile's own pixels of a row. */
+/* Fills the tile's own pixels of a row. */
 static void fill_row(const struct mixed_finder *f, int32_t y)
 {
     const size_t width = (size_t)rect_width(f->tile), e = (size_t)(y - f->tile.y0) * width;

@@ -33,7 +33,7 @@ static void cross(const float a[3], const float b[3], float out[3])
     out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-/* A facet's normal, of any length, in the world: transforms mirror nothing (scene.h). */
+/* Computes a facet's normal, of any length, in the world: transforms mirror nothing (scene.h). */
 static void world_facet(const struct mesh_view *mesh, uint32_t triangle, const float m[12],
                         float out[3])
 {

@@ -142,7 +142,8 @@ void hit_resolve(const struct queries *q, const struct lanes_mask *valid,
     q->kernels->resolve_hits(q, valid, rays, out);
 }
 
-/* The mesh that all lanes met, but for those that met nothing; NULL: there are several, or none. */
+/* Returns the mesh that all lanes met, but for those that met nothing; NULL: there are several, or
+ * none. */
 static const struct mesh_view *only_mesh(const struct surface *s)
 {
     const struct mesh_view *only = NULL;
