@@ -98,18 +98,27 @@ function showPlan(plan) {
 
 // ---- files
 
+// What "shearwater render scene.glb" asks for beside the scene (server/cli/job_file.c).
+const BARE_JOB = { scene: { default_camera: "three_quarter" }, effects: { indirect_bounces: 12 } };
+const addBareJob = (document) => {
+  for (const [member, defaults] of Object.entries(BARE_JOB)) document[member] = { ...defaults, ...document[member] };
+};
+const isUntouched = ({ scene, ...others }) => Object.keys(others).length === 0 && Object.keys(scene ?? {}).length === 0;
+
 const kindOf = (name) => /\.(glb|gltf|obj)$/i.test(name) ? "scene" : /\.(hdr|exr)$/i.test(name) ? "environment" : "beside";
 
 // Files are told apart by their names; those beside a scene are named as it names them.
 async function takeFiles(files, pointer = null) {
   const scene = files.filter(({ name }) => kindOf(name) === "scene"), map = files.filter(({ name }) => kindOf(name) === "environment");
   if (scene.length > 1 || map.length > 1) { say("Choose one scene and one environment at a time."); return; }
+  const bare = isUntouched(form.document);
   for (const file of files) {
     const kind = pointer === "/environment/asset" ? "environment" : kindOf(file.name);
     const place = { scene: "/scene/asset", environment: "/environment/asset", beside: "/scene/asset" }[kind];
     const digest = await send(file, place);
     if (!digest) continue;
     form.names.set(digest, file.name);
+    if (kind === "scene" && bare) addBareJob(form.document);
     if (kind === "environment") form.document.environment = { ...form.document.environment, asset: digest };
     else if (kind === "scene") form.document.scene = { ...form.document.scene, asset: digest };
     else form.document.scene = { ...form.document.scene, files: { ...form.document.scene?.files, [file.name]: digest } };

@@ -1,12 +1,13 @@
 // The form that makes jobs, in a real Chromium against a real coordinator with real workers. TAP.
 //   node tests/browser/submit.test.mjs BUILD_DIR
+import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { parse } from "yaml";
 import { GROUPS, LAYERS, LIGHTS, LOOK_AT_FIELDS } from "../../web/job/job_fields.js";
 import { clean, narrow } from "./axe.mjs";
-import { expect, openPage, runAll, shots, startServer, test, text, tmp, until } from "./house.mjs";
+import { build, expect, openPage, runAll, shots, startServer, test, text, tmp, until } from "./house.mjs";
 
 const scene = resolve("tests/scenes/cornell-box/cornell-box.glb");
 const digest = createHash("sha256").update(readFileSync(scene)).digest("hex");
@@ -95,7 +96,7 @@ await runAll(async () => {
     expect(await page.inputValue(id("/scene/asset")) === digest, "another digest");
     expect((await page.request.head(`${url}/v1/assets/${digest}`)).status() === 200, "the server does not have it");
     expect((await page.textContent(".asset .hint")).length > 0 && (await page.textContent("#fields")).includes("cornell-box.glb"), "its name is not shown");
-    const { plan } = await (await page.request.post(`${url}/v1/jobs?dry_run=1`, { data: { scene: { asset: digest } } })).json();
+    const { plan } = await (await page.request.post(`${url}/v1/jobs?dry_run=1`, { data: await documentNow() })).json();
     expect((await text(page, "plan")).includes(plan.filter_why), await text(page, "plan"));
     expect((await page.locator("#skipped dt").count()) === plan.skipped.length, "other skips");
     await page.screenshot({ path: shot("planned"), fullPage: true });
@@ -254,6 +255,29 @@ await runAll(async () => {
     await page.selectOption(id("/scene/camera"), { label: "eye and target" });
     await planned();
     await narrow(page, "the form", (width) => shot(String(width)));
+  });
+
+  await test("a bare scene that is dropped becomes the lit picture of shearwater render", async () => {
+    const box = join(tmp, "box.obj");
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => `v ${i & 1} ${i >> 1 & 1} ${i >> 2}`);
+    const sides = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"].map((side) => `f ${side}`);
+    writeFileSync(box, [...corners, ...sides, ""].join("\n"));
+    await page.goto(`${url}/submit.html`);
+    await page.setInputFiles(`${id("/scene/asset")}-file`, box);
+    await planned();
+    for (const [at, value] of [["/image/width", 96], ["/image/height", 64], ["/sampling/spp", 4]]) await page.fill(id(at), String(value));
+    await planned();
+    expect(/neutral studio light/.test(await text(page, "warnings")), await text(page, "warnings"));
+    await page.click("#submit");
+    await page.waitForURL(/#\/jobs\/[0-9a-z]{26}$/, { timeout: 15000 });
+    const at = `/v1/jobs/${page.url().slice(-26)}`;
+    await until("finished", async () => (await get(at)).state === "finished");
+    const ours = join(tmp, "cli.exr"), dropped = join(tmp, "dropped.exr"), program = join(build, "shearwater");
+    writeFileSync(dropped, await (await page.request.get(`${url}${at}/frames/1/image.exr`)).body());
+    execFileSync(program, ["render", box, "-o", ours, "--size", "96x64", "--spp", "4", "-q"], { stdio: "ignore" });
+    const judged = JSON.parse(execFileSync(program, ["compare", ours, dropped], { encoding: "utf8" }));
+    expect(judged.max === 0 && Math.min(...judged.mean_test) > 0.15, JSON.stringify(judged));
+    complaints.splice(0, complaints.length, ...complaints.filter((line) => !/404/.test(line)));
   });
 
   await test("without a secure context it says so, and takes digests", async () => {
