@@ -91,6 +91,9 @@ size_t gltf_text_start(const struct file_view *file);
  * extensions that are not supported; warns of other extensions. */
 int gltf_document_read(struct gltf *g, const struct file_view *main, struct fault *fault);
 
+/* Says what to do about an extension whose content is not read, from ":" on; "" where nothing. */
+const char *gltf_extension_advice(const char *name);
+
 /* The bytes of a buffer view. *stride is 0 when the elements are packed. */
 struct gltf_view {
     const uint8_t *data;

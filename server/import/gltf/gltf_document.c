@@ -132,8 +132,7 @@ static bool is_listed(const char *name, const char *const *list, size_t count)
     return false;
 }
 
-/* Says what to do about an extension that is refused. */
-static const char *advice(const char *name)
+const char *gltf_extension_advice(const char *name)
 {
     if (strcmp(name, "KHR_texture_basisu") == 0)
         return ": its images are KTX2; write them as PNG, JPEG or WebP (for instance with "
@@ -157,7 +156,7 @@ static int check_names(struct gltf *g, const char *key, bool required, struct fa
         else if (required)
             rc = fault_set(fault, ERR_UNSUPPORTED, place,
                            "the scene requires the extension %.100s, which is not supported%s",
-                           name, advice(name));
+                           name, gltf_extension_advice(name));
         else if (!is_listed(name, harmless, sizeof harmless / sizeof *harmless))
             warnings_add(&g->builder->warnings, "", "the extension %.100s is ignored", name);
     }

@@ -129,6 +129,16 @@ static int read_webp(struct gltf *g, const json_t *json, const char *place, uint
     return rc;
 }
 
+/* Says why a texture that no reader of ours takes is left out. */
+static void leave_out(struct gltf *g, const json_t *json, const char *place)
+{
+    const bool basis =
+        json_object_get(json_object_get(json, "extensions"), "KHR_texture_basisu") != NULL;
+    warnings_add(&g->builder->warnings, place,
+                 "the texture has no PNG, JPEG or WebP image and is ignored%s",
+                 basis ? gltf_extension_advice("KHR_texture_basisu") : "");
+}
+
 /* *out stays SCENE_NONE for a texture whose only image is in a format behind an extension. */
 static int register_texture(struct gltf *g, uint32_t texture, int use, uint32_t *out,
                             struct fault *fault)
@@ -148,8 +158,7 @@ static int register_texture(struct gltf *g, uint32_t texture, int use, uint32_t 
     rc = read_webp(g, json, place, &source, fault);
     if (rc != 0) return rc;
     if (source == SCENE_NONE) {
-        warnings_add(&g->builder->warnings, place,
-                     "the texture has no PNG, JPEG or WebP image and is ignored");
+        leave_out(g, json, place);
         return 0;
     }
     void *at;

@@ -156,3 +156,18 @@ TEST(basis_textures_are_refused_with_what_to_do)
     assert_non_null(strstr(room_fault.detail, "KHR_texture_basisu"));
     assert_non_null(strstr(room_fault.detail, "write them as PNG"));
 }
+
+TEST(textures_with_basis_images_alone_are_warned_of_with_what_to_do)
+{
+    struct scene s;
+    int rc = room_import_text(
+        "a.gltf",
+        DOCUMENT("\"extensionsUsed\": [\"KHR_texture_basisu\"],"
+                 "\"images\": [{\"uri\": \"a.ktx2\"}], \"textures\": [{\"extensions\":"
+                 "{\"KHR_texture_basisu\": {\"source\": 0}}}], \"materials\": [{"
+                 "\"emissiveTexture\": {\"index\": 0}}]," MESHES "," NODES("{\"mesh\": 0}")),
+        &s);
+    assert_int_equal(rc, 0);
+    scene_unmap(&s);
+    assert_true(room_warned("is ignored: its images are KTX2; write them as PNG"));
+}
