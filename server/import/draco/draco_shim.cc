@@ -77,7 +77,7 @@ int draco_shim_floats(const draco_shim *mesh, uint32_t id, uint32_t components, 
     const draco::PointAttribute *found = mesh->mesh->GetAttributeByUniqueId(id);
     if (!found || components > 4) return 0;
     if (found->data_type() == draco::DT_BOOL) return 0; /* glTF has none; 2 would be one here */
-    draco::GeometryAttribute raw = *found; /* shares the buffer */
+    draco::GeometryAttribute raw = *found;              /* shares the buffer */
     raw.set_normalized(false);
     for (draco::PointIndex i(0); i < mesh->mesh->num_points(); ++i) {
         const draco::AttributeValueIndex value = found->mapped_index(i);
