@@ -87,7 +87,8 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
         out->skip = SKIP_DIFFUSE_INDIRECT;
     if (plan->paths.without_diffuse_direct == DIRECT_LEFT_LISTED) out->skip |= SKIP_LISTED;
     if (plan->paths.without_glossy_indirect) out->skip |= SKIP_GLOSSY_INDIRECT;
-    out->chains = out->features && out->demodulate && (out->skip & ~(uint32_t)(SKIP_LISTED | SKIP_DIFFUSE)) == 0;
+    out->chains = out->features && out->demodulate &&
+                  (out->skip & ~(uint32_t)(SKIP_LISTED | SKIP_DIFFUSE)) == 0;
 }
 
 /* Begins another kind of path. It leaves no light out and keeps it in one sum. */

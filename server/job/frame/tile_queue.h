@@ -29,8 +29,8 @@
 #define TILE_QUEUE_RETURNS 32
 /* The number of workers in a row that may die while they trace a pass of a tile. After the first
  * the tile is a suspect, leased only to workers that hold nothing else. So a worker that dies after
- * that died of it, and tiles that were held beside it by chance are cleared. As many more may die as
- * have died meanwhile at tiles that nobody suspected. */
+ * that died of it, and tiles that were held beside it by chance are cleared. As many more may die
+ * as have died meanwhile at tiles that nobody suspected. */
 #define TILE_QUEUE_DEATHS 3
 /* The number of windows of tiles that may be between their first pass and their last when
  * priorities change. */
