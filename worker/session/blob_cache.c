@@ -1,48 +1,12 @@
 #include "worker/session/blob_cache.h"
 
 #include <stdatomic.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-struct blob_entry {
-    struct cached_blob blob; /* first: what callers hold */
-    struct pool_task task;
-    struct blob_cache *cache;
-    struct blob_entry *next;
-    uint64_t bytes, last_use;
-    bool has_task;
-    /* Fetching. */
-    struct blob_fetch fetch;
-    uint64_t asked_bytes; /* parts up to here were asked for */
-    unsigned ahead;       /* parts asked for and not yet there */
-    unsigned fetches;     /* begun so far */
-    /* Of the task, and its answer. */
-    bool finish_fetch, use_files;
-    struct blob_entry *base; /* held; NULL: none is known of */
-    struct digest base_digest;
-    const void *base_loaded; /* for the task; NULL: it is not there yet */
-    int error;
-    struct fault fault;
-    struct blob_pin pin; /* while it is mapped */
-};
-
-struct blob_cache {
-    struct thread_pool *pool;
-    const struct tracing *tracing;
-    struct blob_cache_client client;
-    char *blob_dir, *cache_dir; /* owned */
-    uint64_t cache_bytes;
-    unsigned threads;
-    struct blob_files files;
-    bool files_are_open, link_is_up;
-    struct blob_entry *entries;
-    uint64_t clock, parts;
-    _Atomic uint64_t steps;   /* of loading, by the pool */
-    _Atomic uint32_t running; /* loads that a thread of the pool is at */
-};
+#include "worker/session/blob_entry.h"
 
 static void free_entry(struct blob_cache *cache, struct blob_entry *e)
 {
@@ -149,70 +113,6 @@ static void trim(struct blob_cache *cache)
         if (!e || (count <= BLOB_CACHE_IDLE_BLOBS && bytes <= BLOB_CACHE_IDLE_BYTES)) return;
         drop_entry(cache, e);
     }
-}
-
-/* ---- on the pool: from a file to what can be traced ---- */
-
-/* ERR_INCOMPLETE for a blob whose base is to be loaded first. */
-static int load_path(struct blob_entry *e, const char *path)
-{
-    struct blob_cache *cache = e->cache;
-    const struct tracing *tracing = cache->tracing;
-    struct tracing_cost cost = {0};
-    int error = 0;
-    if (!e->base_loaded && tracing->find_base)
-        error = tracing->find_base(tracing->ctx, path, &e->base_digest);
-    if (!error && !e->base_loaded && !digest_is_zero(&e->base_digest)) return ERR_INCOMPLETE;
-    error = tracing->load(tracing->ctx, path, e->base_loaded, cache->threads, &cache->steps,
-                          &e->blob.loaded, &e->blob.kind, &cost, &e->fault);
-    e->bytes = cost.bytes;
-    e->blob.cpu_us = cost.cpu_us;
-    e->blob.reused_triangles = cost.reused_triangles;
-    return error;
-}
-
-static int load_from_blobs(struct blob_entry *e)
-{
-    char path[BLOB_FILES_PATH_BYTES], hex[DIGEST_HEX_BYTES];
-    if (!e->cache->blob_dir) return ERR_NOT_FOUND;
-    digest_to_hex(&e->blob.digest, hex);
-    int n = snprintf(path, sizeof path, "%s/%.2s/%s", e->cache->blob_dir, hex, hex + 2);
-    if (n < 0 || (size_t)n >= sizeof path || access(path, R_OK) != 0) return ERR_NOT_FOUND;
-    return load_path(e, path);
-}
-
-static int load_from_files(struct blob_entry *e)
-{
-    char path[BLOB_FILES_PATH_BYTES];
-    if (!e->use_files) return ERR_NOT_FOUND;
-    int error = blob_files_pin(&e->cache->files, &e->blob.digest, &e->pin, path);
-    if (error) return error;
-    error = load_path(e, path);
-    if (error) blob_files_unpin(&e->pin);
-    return error;
-}
-
-static struct blob_entry *entry_of(struct pool_task *task)
-{
-    return (struct blob_entry *)((char *)task - offsetof(struct blob_entry, task));
-}
-
-static int find_and_load(struct blob_entry *e)
-{
-    int error = 0;
-    if (e->finish_fetch) error = blob_fetch_finish(&e->cache->files, &e->fetch, &e->fault);
-    if (error) return error;
-    error = e->finish_fetch ? ERR_NOT_FOUND : load_from_blobs(e);
-    return error == ERR_NOT_FOUND ? load_from_files(e) : error;
-}
-
-static void run_load(struct pool_task *task)
-{
-    struct blob_entry *e = entry_of(task);
-    atomic_fetch_add(&e->cache->steps, 1);
-    atomic_fetch_add(&e->cache->running, 1);
-    e->error = find_and_load(e);
-    atomic_fetch_sub(&e->cache->running, 1);
 }
 
 /* ---- on the loop ---- */
@@ -342,7 +242,7 @@ static void take_costs(struct blob_entry *e)
 
 static void done_load(struct pool_task *task)
 {
-    struct blob_entry *e = entry_of(task);
+    struct blob_entry *e = blob_entry_of(task);
     e->has_task = false;
     bool fetch = e->error == ERR_NOT_FOUND && !e->finish_fetch;
     bool again = e->finish_fetch && (e->error == ERR_CHECKSUM || e->error == ERR_NOT_FOUND) &&
@@ -364,7 +264,7 @@ static void done_load(struct pool_task *task)
 
 static void start_task(struct blob_entry *e)
 {
-    e->task = (struct pool_task){.run = run_load, .done = done_load};
+    e->task = (struct pool_task){.run = blob_load_run, .done = done_load};
     e->has_task = true;
     e->use_files = e->cache->files_are_open;
     thread_pool_submit_first(e->cache->pool, &e->task);
