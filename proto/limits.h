@@ -14,6 +14,7 @@
 #define LIMIT_LIGHTS                64        /* lights of a frame; each has planes of its own */
 #define LIMIT_INDIRECT_BOUNCES      64        /* bounces after the first; beyond, nothing is left */
 #define LIMIT_PASS_SPP              64        /* samples a pixel that one lease asks for: seconds */
+#define LIMIT_PASS_LENS_SAMPLES     256       /* the same through a lens, all of which are in one */
 #define LIMIT_PASSES                1026      /* passes of a frame: those of LIMIT_SPP (plan.h) */
 #define LIMIT_LENS_BLADES           32        /* sides of an aperture; more is a circle */
 #define LIMIT_FILTER_MU             100       /* factor of filter widths; beyond, all are capped */

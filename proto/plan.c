@@ -117,6 +117,7 @@ uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes)
 {
     const uint32_t spp = plan->paths.spp;
     if (passes == 0) return 0;
+    if (plan_lens_has_paths(plan)) return spp;
     const uint64_t sum = passes <= PASSES_GROWING
                              ? (uint64_t)PASS_SPP_FIRST << (passes - 1)
                              : (uint64_t)LIMIT_PASS_SPP * (passes - PASSES_GROWING + 1);
@@ -126,6 +127,7 @@ uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes)
 uint32_t plan_pass_count(const struct plan *plan)
 {
     const uint32_t spp = plan->paths.spp;
+    if (plan_lens_has_paths(plan)) return 1;
     if (spp > LIMIT_PASS_SPP)
         return PASSES_GROWING - 1 + (spp + LIMIT_PASS_SPP - 1) / LIMIT_PASS_SPP;
     uint32_t passes = 1;

@@ -292,6 +292,21 @@ struct plan_split {
 };
 struct plan_split plan_pass_split(const struct plan_pass *pass);
 
+/* Returns whether lens samples, lit by their own paths alone, are the plan's paths: each is added
+ * to the planes of paths, too. */
+static inline bool plan_lens_has_paths(const struct plan *plan)
+{
+    return plan->lens_strata_per_axis > 0 && plan->lens_relight == LENS_RELIGHT_OWN &&
+           plan->paths.spp > 0;
+}
+
+/* Returns whether lens sample `sample` of l x l is in half a: every second stratum of the lens, as
+ * on a chessboard, so that both halves look from the lens's middle. Half a is the smaller one. */
+static inline bool plan_lens_half(uint32_t l, uint32_t sample)
+{
+    return (sample / l + sample % l) % 2 == 1;
+}
+
 /* Returns whether tiles get passes after the schedule, of samples that are decided on when all
  * of that has landed: under a target, under INDIRECT_FILTER_ADAPTIVE, and with second sets
  * through the lens. */

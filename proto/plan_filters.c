@@ -113,6 +113,11 @@ static int check_lens_planes(const struct plan_field *at, const struct plan *pla
         plan_field_count(at, "lens_strata_per_axis", plan->lens_strata_per_axis,
                          has_radiance ? 1 : 0, has_radiance ? LIMIT_PLANE_STRATA_PER_AXIS : 0);
     if (error) return error;
+    if (plan_lens_has_paths(plan) &&
+        plan->paths.spp != plan->lens_strata_per_axis * plan->lens_strata_per_axis)
+        return plan_field_refuse(at, ERR_RANGE, "paths.spp",
+                                 "differs from the lens samples, which are the paths",
+                                 (double)plan->paths.spp);
     if (planes && !has_radiance)
         return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "asks for lens samples without their radiance",

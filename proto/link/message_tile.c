@@ -71,7 +71,8 @@ void message_encode_tile(struct bytes_writer *w, const struct message_tile *m)
 static int check_pass(const struct plan_pass *pass)
 {
     if (pass->number >= LIMIT_PASSES || pass->first > LIMIT_SPP) return ERR_LIMIT;
-    return pass->count > LIMIT_PASS_SPP || pass->strata > LIMIT_STRATA_PER_AXIS ? ERR_LIMIT : 0;
+    return pass->count > LIMIT_PASS_LENS_SAMPLES || pass->strata > LIMIT_STRATA_PER_AXIS ? ERR_LIMIT
+                                                                                         : 0;
 }
 
 static int check_rect(struct rect rect)

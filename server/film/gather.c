@@ -230,8 +230,9 @@ static void gather_rays(const struct overlap *o, struct pass_counts counts)
 static void gather_paths(const struct overlap *o, struct pass_counts counts)
 {
     const struct patch_paths *p = &o->patch->paths;
+    const uint32_t lens = plan_lens_has_paths(o->plan) ? o->plan->lens_strata_per_axis : 0;
     fill(o, (float)counts.paths, p->spp);
-    fill(o, (float)counts.split, p->split_spp);
+    fill(o, lens > 0 ? (float)(lens * lens / 2 * 2) : (float)counts.split, p->split_spp);
     fill(o, counts.split > 0 ? (float)counts.split_lengths / (float)counts.split : 0.0f,
          p->split_length);
 }

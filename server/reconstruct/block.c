@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "proto/runtime/clock.h"
 #include "proto/samples.h"
 #include "server/reconstruct/compose/compose.h"
 #include "server/reconstruct/compose/defocus.h"
@@ -9,6 +10,7 @@
 #include "server/reconstruct/compose/path_error.h"
 #include "server/reconstruct/compose/paths.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
+#include "server/reconstruct/lens/lens_light.h"
 
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256
@@ -55,7 +57,8 @@ int32_t block_halo_px(const struct plan *plan)
     if (indirect < glossy) indirect = glossy;
     if (indirect < shadow) indirect = shadow;
     if (indirect < paths) indirect = paths;
-    if (indirect < residual_halo_px(plan)) indirect = residual_halo_px(plan);
+    const int32_t residual = residual_halo_px(plan) + lens_light_reach_px(plan);
+    if (indirect < residual) indirect = residual;
     indirect += lens_relight_ring_px(plan);
     return ring_px(plan) + (indirect > lens ? indirect : lens);
 }
@@ -154,6 +157,16 @@ static int reconstruct_lens(const struct plan *plan, struct patch *patch, struct
     return error;
 }
 
+/* Lens samples are paths, too. */
+static int clean_lens(const struct plan *plan, struct patch *patch, struct rect block,
+                      struct block_statistics *statistics)
+{
+    const uint64_t start_us = thread_cpu_us();
+    const int error = lens_light_filter(plan, patch, block, &statistics->residual);
+    statistics->residual_cpu_us += thread_cpu_us() - start_us;
+    return error;
+}
+
 static int reconstruct(const struct plan *plan, struct patch *patch, struct rect block,
                        struct image *image, struct block_variance *variance,
                        struct block_statistics *statistics)
@@ -162,7 +175,10 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
     int error = 0;
     if (paths && variance->memory) error = path_error_find(patch, variance);
     if (error) return error;
-    if (paths) error = paths_compose(plan, patch, block, image, variance, statistics);
+    if (paths)
+        error = plan_lens_has_paths(plan)
+                    ? clean_lens(plan, patch, block, statistics)
+                    : paths_compose(plan, patch, block, image, variance, statistics);
     if (error) return error;
     if (lens)
         error = reconstruct_lens(plan, patch, block, image, statistics);

@@ -51,18 +51,19 @@ static bool traces_lobes(const struct plan *plan, const struct plan_pass *pass)
 static struct stages choose(const struct plan *plan, const struct plan_pass *pass)
 {
     const bool first = pass->number == 0;
-    struct stages s = {.centres = first && ((plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL |
-                                                              PLANES_LENS_SECOND_SET)) != 0 ||
-                                            plan->light_planes != 0),
-                       .lights = first,
-                       .lens = first && plan->lens_strata_per_axis > 0,
-                       .more = pass->strata_map && plan->lens_extra > 0,
-                       .pass = *pass,
-                       .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
-                       .glossy = traces_lobes(plan, pass),
-                       .albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0,
-                       .first = pass->first,
-                       .count = plan->paths.spp > 0 ? pass->count : 0};
+    struct stages s = {
+        .centres = first && ((plan->planes &
+                              ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_SECOND_SET)) != 0 ||
+                             plan->light_planes != 0),
+        .lights = first,
+        .lens = first && plan->lens_strata_per_axis > 0,
+        .more = pass->strata_map && plan->lens_extra > 0,
+        .pass = *pass,
+        .bounces = (plan->planes & PLANES_BOUNCE_RAYS) != 0 && pass->strata > 0,
+        .glossy = traces_lobes(plan, pass),
+        .albedo = (plan->planes & PLANE_BIT(ALBEDO)) != 0 || plan->light_planes != 0,
+        .first = pass->first,
+        .count = plan->paths.spp > 0 && !plan_lens_has_paths(plan) ? pass->count : 0};
     s.skips_paths = plan->paths.without_diffuse_direct == DIRECT_LEFT_ALL &&
                     !(plan->planes & PLANE_BIT(PATH_VISIBILITY));
     s.centres = s.centres || s.bounces;
@@ -112,11 +113,17 @@ static void init_field(const struct path_context *paths, const struct plan_pass 
     out->mirrors = paths->plan->lens_mirrors > 0;
 }
 
-static void init_through_lens(const struct path_context *whole, struct path_context *out)
+static void init_through_lens(const struct path_context *paths, const struct path_context *whole,
+                              struct path_context *out)
 {
     const struct plan *plan = whole->plan;
     *out = *whole;
-    out->demodulate = plan->lens_relight != LENS_RELIGHT_OWN;
+    if (plan_lens_has_paths(plan)) {
+        out->features = paths->features;
+        out->demodulate = paths->demodulate;
+        out->chains = paths->chains;
+    }
+    out->demodulate |= plan->lens_relight != LENS_RELIGHT_OWN;
     out->mirrors = plan->lens_mirrors > 0;
     const bool sky = plan->lens_relight == LENS_RELIGHT_SKY;
     if (sky || plan->lens_relight == LENS_RELIGHT_INDIRECT) out->skip |= SKIP_DIFFUSE_INDIRECT;
@@ -135,7 +142,7 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
     init_field(&out->paths, pass, &out->field);
     init_whole(&out->paths, &out->whole);
     out->whole.lens = true;
-    init_through_lens(&out->whole, &out->through_lens);
+    init_through_lens(&out->paths, &out->whole, &out->through_lens);
     if (parts->plan->lens_relight != LENS_RELIGHT_OWN && out->lens)
         out->through_lens.centres = centres;
 }

@@ -303,5 +303,6 @@ void tile_trace_block(struct tile_tracer *t, const struct stages *stages, const 
         trace_second_set(t, stages, plan, samples, counters);
     else if (tile_sees_centres(stages))
         trace_centres(t, stages, plan, camera, samples, counters);
-    if (stages->lens) lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, samples);
+    if (stages->lens)
+        lens_trace(&stages->through_lens, &t->block, &t->lens, &t->path, &t->sums, samples);
 }

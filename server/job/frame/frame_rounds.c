@@ -32,7 +32,9 @@ void frame_rounds_destroy(struct frame *f)
 static double expected(const struct frame *f)
 {
     const double pixels = (double)f->plan.width_px * f->plan.height_px;
-    const uint32_t l = f->plan.indirect_strata_per_axis, lens = f->plan.lens_strata_per_axis;
+    const uint32_t l = f->plan.indirect_strata_per_axis;
+    /* paths of the lens are its samples */
+    const uint32_t lens = plan_lens_has_paths(&f->plan) ? 0 : f->plan.lens_strata_per_axis;
     if (frame_has_target(f)) return rounds_report(f->target.rounds).expected;
     const double first = pixels * (f->plan.paths.spp + l * l + lens * lens);
     if (f->adaptive.decided) return first + (double)f->adaptive.rays;

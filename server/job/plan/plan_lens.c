@@ -151,6 +151,27 @@ void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *r
     plan_warn(report, "sampling.lens_extra is left out: %s", why);
 }
 
+/* Second sets go by the samples' own differences, which the filter would take away. */
+bool plan_lens_paths_possible(const struct job *job)
+{
+    char unused[PLAN_FILTER_WHY_BYTES];
+    const bool asked = job->residual == RESIDUAL_HALVES ||
+                       (job->residual == RESIDUAL_AUTO && job->method != FILTER_AVERAGE);
+    return asked && job->lens_extra == 0 && strata_of(job) > 1 &&
+           plan_choose_lens_filter(job, unused) == LENS_FILTER_SHEARED;
+}
+
+/* Plans that lens samples without light of fields are paths, too, which the residual filter cleans.
+ */
+static void plan_paths_of_lens(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    const uint32_t samples = plan->lens_strata_per_axis * plan->lens_strata_per_axis;
+    if (plan->lens_relight != LENS_RELIGHT_OWN || !plan_lens_paths_possible(job)) return;
+    plan->paths.spp = samples;
+    plan_residual(job, plan, report);
+    if (plan->residual_filter == RESIDUAL_FILTER_NONE) plan->paths.spp = 0;
+}
+
 void plan_lens(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->lens_strata_per_axis = strata_of(job);
@@ -169,6 +190,7 @@ void plan_lens(const struct job *job, struct plan *plan, struct plan_report *rep
     else
         plan_skip(report, "plane lens_coverage", "no layer of this plan reads it");
     plan_extra(job, plan, report);
+    plan_paths_of_lens(job, plan, report);
     plan_centres(plan, report);
     plan_path_effects(plan, report);
 }

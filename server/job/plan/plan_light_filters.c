@@ -51,9 +51,10 @@ static json_t *row_of(const struct plan *plan, const struct plan_report *report,
 {
     const bool lens = report->integrator == INTEGRATOR_LENS_FIELD;
     const bool field = !lens && is_field(plan, report, kind, diffuse);
-    const char *filter = lens    ? plan_lens_filter_name(plan->lens_filter)
-                         : field ? field_filter(plan, report, kind, diffuse)
-                                 : plan_residual_filter_name(plan->residual_filter);
+    const bool cleaned = plan->residual_filter != RESIDUAL_FILTER_NONE;
+    const char *filter = lens && !cleaned ? plan_lens_filter_name(plan->lens_filter)
+                         : field          ? field_filter(plan, report, kind, diffuse)
+                                          : plan_residual_filter_name(plan->residual_filter);
     return json_pack("{s:s,s:s,s:s,s:s}", "light", lit_names[kind], "lobes",
                      diffuse ? "diffuse" : "other", "by",
                      lens    ? "lens"

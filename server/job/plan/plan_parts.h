@@ -130,6 +130,8 @@ void plan_lens(const struct job *job, struct plan *plan, struct plan_report *rep
 /* Takes second sets through the lens out of the plan, because of `why`. Only the lens has such
  * sets. */
 void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *report);
+/* Returns whether the residual filter may clean lens samples that no field lights. */
+bool plan_lens_paths_possible(const struct job *job);
 /* Chooses which light fields light the lens samples (enum lens_relight), with a sentence that says
  * why. They do where a filter of the lens runs and one of light fields would. Where fields cover
  * the scene these are shadows and indirect light, else indirect light alone. */

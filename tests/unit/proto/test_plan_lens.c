@@ -35,7 +35,13 @@ TEST(lens_samples_are_checked)
     EXPECT(plan.planes &= ~radiance, ERR_LIMIT, "lens_strata_per_axis");
     EXPECT((plan.planes &= ~radiance, plan.lens_strata_per_axis = 0), ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~slope, ERR_RANGE, "planes");
-    EXPECT((plan.planes &= ~(slope | PLANES_LENS_SURFACE), plan.lens_relight = 0), ERR_OK, "");
+    EXPECT(
+        (plan.planes &= ~(slope | PLANES_LENS_SURFACE), plan.lens_relight = 0, plan.paths.spp = 4),
+        ERR_OK, "");
+    EXPECT((plan.planes &= ~PLANES_LENS_SURFACE, plan.lens_relight = 0, plan.paths.spp = 4), ERR_OK,
+           "");
+    EXPECT((plan.planes &= ~PLANES_LENS_SURFACE, plan.lens_relight = 0, plan.paths.spp = 9),
+           ERR_RANGE, "paths.spp");
     EXPECT((plan.planes &= ~PLANES_LENS, plan.lens_strata_per_axis = plan.lens_relight = 0), ERR_OK,
            "");
     EXPECT(plan.camera.aperture_radius = 0, ERR_RANGE, "planes");
@@ -63,15 +69,17 @@ TEST(light_of_lens_samples_is_checked)
             plan.environment = (struct plan_environment){.kind = ENVIRONMENT_NONE}),
            ERR_RANGE, "lens_relight");
     EXPECT(plan.lens_relight = LENS_RELIGHT_INDIRECT, ERR_OK, "");
-    EXPECT(plan.lens_relight = LENS_RELIGHT_OWN, ERR_RANGE, "planes");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_OWN, plan.paths.spp = 4), ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~surface, ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~PLANE_BIT(LENS_OWN_LIGHT), ERR_RANGE, "planes");
-    EXPECT((plan.lens_relight = LENS_RELIGHT_OWN, plan.planes &= ~surface), ERR_OK, "");
+    EXPECT((plan.lens_relight = LENS_RELIGHT_OWN, plan.paths.spp = 4, plan.planes &= ~surface),
+           ERR_OK, "");
     EXPECT((LOBES), ERR_OK, "");
     EXPECT((LOBES, plan.lens_relight = LENS_RELIGHT_DIFFUSE), ERR_RANGE, "planes");
     EXPECT((LOBES, plan.glossy_filter = GLOSSY_FILTER_NONE), ERR_RANGE, "planes");
-    EXPECT((LOBES, plan.lens_relight = LENS_RELIGHT_OWN, plan.planes &= ~surface), ERR_RANGE,
-           "planes");
+    EXPECT(
+        (LOBES, plan.lens_relight = LENS_RELIGHT_OWN, plan.paths.spp = 4, plan.planes &= ~surface),
+        ERR_RANGE, "planes");
     EXPECT(plan.planes &= ~PLANE_BIT(NORMAL), ERR_RANGE, "planes");
     EXPECT((plan.lens_relight = LENS_RELIGHT_INDIRECT, plan.indirect_strata_per_axis = 0,
             plan.planes &= ~(PLANES_BOUNCE_RAYS | PLANES_GLOSSY), plan.bounces = 0,

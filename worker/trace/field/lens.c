@@ -2,11 +2,11 @@
 
 #include <math.h>
 
+#include "proto/lens_slope.h"
 #include "proto/pattern_path.h"
 #include "worker/trace/field/lens_surface.h"
 #include "worker/trace/hit/block_store.h"
 #include "worker/trace/hit/hit_kernels.h"
-#include "worker/trace/path/lens_slope.h"
 #include "worker/trace/path/path_kernels.h"
 
 #define HALF_MAX 65504.0f
@@ -130,7 +130,7 @@ static void store_batch(const struct path_context *c, const struct block *b, uin
         const size_t slot = (size_t)k * LANES;
         _Alignas(LANES_ALIGN) float depth[LANES];
         for (size_t i = 0; i < LANES; i++) {
-            const float z = h->distance[slot + i];
+            const float z = h->ahead[slot + i];
             depth[i] = z > 0.0f ? z : INFINITY; /* lanes that are not the tile's have none */
             s->seen[i] += h->coverage[slot + i];
         }
@@ -141,18 +141,22 @@ static void store_batch(const struct path_context *c, const struct block *b, uin
 }
 
 void lens_trace(const struct path_context *c, const struct block *block, struct lens_scratch *s,
-                struct path_scratch *paths, struct samples *samples)
+                struct path_scratch *paths, struct path_sums *sums, struct samples *samples)
 {
     const uint32_t l = c->plan->lens_strata_per_axis, count = l * l;
+    const bool summed = plan_lens_has_paths(c->plan);
     lens_init(c, block, s);
+    if (summed) path_sums_init_lens(sums, l, samples->layout.planes);
     for (uint32_t done = 0; done < count;) {
         const uint32_t left = count - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         if (done > 0 && !path_goes_on(c)) return;
         begin(c, block, done, n, s, &paths->pools[0]);
         path_trace_camera(c, paths);
+        if (summed) path_sums_add(sums, &paths->radiance, n, c->demodulate, c->counters);
         store_batch(c, block, done, n, &paths->radiance, s, samples);
         done += n;
     }
+    if (summed) path_sums_store(sums, block, samples);
     block_store_half(block, s->seen, 1.0f / (float)count,
                      samples_u16(samples, PLANE_LENS_COVERAGE, 0));
 }

@@ -5,6 +5,7 @@
 #include "proto/lens_pattern.h"
 #include "proto/samples.h"
 #include "worker/trace/path/path.h"
+#include "worker/trace/path/path_sums.h"
 
 struct lens_scratch {
     struct lens_pattern pattern;
@@ -25,6 +26,7 @@ void lens_begin(const struct path_context *c, const struct block *b, uint32_t sa
                 struct lens_scratch *s, struct path_pool *pool);
 
 /* Traces all lens samples of the block's kept pixels into the planes of lens samples that `samples`
- * has. c->lens must hold; paths->radiance is overwritten. */
+ * has. c->lens must hold; paths->radiance is overwritten. Where the plan has paths, too, these are
+ * the same: *sums becomes their sum, which is stored in their planes. */
 void lens_trace(const struct path_context *c, const struct block *block, struct lens_scratch *s,
-                struct path_scratch *paths, struct samples *samples);
+                struct path_scratch *paths, struct path_sums *sums, struct samples *samples);

@@ -81,14 +81,14 @@ void lens_surface_store(const struct path_context *c, const struct block *b, siz
     c->queries->kernels->pack_normals(&normal, 8, packed);
     for (size_t i = 0; i < LANES; i++) {
         const size_t k = first + i;
-        const bool met = h->distance[k] > 0.0f && h->distance[k] < INFINITY;
+        const bool met = h->ahead[k] > 0.0f && h->ahead[k] < INFINITY;
         const float albedo[3] = {h->albedo.r[k], h->albedo.g[k], h->albedo.b[k]};
         const float lobe[3] = {h->lobe.r[k], h->lobe.g[k], h->lobe.b[k]};
         const uint32_t bits = rounding_of(c, b, i, sample);
         float light[3];
         find_light(c, h, k, light);
         for (int n = 0; n < 3; n++) light[n] *= c->plan->radiance_scale;
-        depth[i] = met ? h->distance[k] : 0.0f;
+        depth[i] = met ? h->ahead[k] : 0.0f;
         normals[i] = met ? (uint16_t)packed[i] : 0;
         albedos[i] = shared_exponent_pack_random(albedo, SHARED_EXPONENT_9, bits);
         lights[i] = shared_exponent_pack(light, SHARED_EXPONENT_8);

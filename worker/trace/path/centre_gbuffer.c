@@ -6,10 +6,10 @@
 
 #include "proto/half.h"
 #include "proto/lens_lobe.h"
+#include "proto/lens_slope.h"
 #include "proto/samples.h"
 #include "worker/trace/hit/primary.h"
 #include "worker/trace/path/glossy_lobes.h"
-#include "worker/trace/path/lens_slope.h"
 
 /* Two points match if their normals are up to about 8 degrees apart and if they are off each
  * other's tangent planes by three quarters of a pixel and SLACK of their distance at most. */

@@ -170,7 +170,7 @@ void path_trace(const struct path_context *c, const struct block *b, uint32_t fi
                 struct path_scratch *s);
 
 /* Traces the camera paths in s->pools[0] to their ends, into s->radiance, which begins empty. Those
- * of the lens's light field set `distance`: of the first hit, along the camera's forward. */
+ * of the lens's light field set `ahead`. */
 void path_trace_camera(const struct path_context *c, struct path_scratch *s);
 
 /* Forgets the light field's first `count` samples: `indirect` and `distance`. */

@@ -64,7 +64,7 @@ static void note_depth(const struct path_context *c, const struct path_packet *p
 {
     for (uint32_t i = 0; i < p->count; i++) {
         const float z = path_ahead(c, p, v, i);
-        h->distance[p->slot[i]] = v->surface.hit.on[i] ? z : INFINITY;
+        h->ahead[p->slot[i]] = v->surface.hit.on[i] ? z : INFINITY;
     }
 }
 

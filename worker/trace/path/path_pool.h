@@ -66,9 +66,11 @@ struct path_radiance {
     _Alignas(LANES_ALIGN) float coverage[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float occlusion[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float distance[PATH_SLOTS]; /* of paths that begin on surfaces, to their
-                                                         first hit, and of those of the lens, along
-                                                         the camera's forward: > 0; INFINITY: they
-                                                         met nothing; 0: not traced */
+                                                         first hit: > 0; INFINITY: they met nothing;
+                                                         0: not traced. Of camera paths, for
+                                                         features: 0: they met nothing */
+    _Alignas(LANES_ALIGN) float ahead[PATH_SLOTS];    /* how far ahead of the lens its paths meet
+                                                         something; the same numbers */
 };
 
 /* Sets the fields that no query changes. */

@@ -19,6 +19,13 @@ void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint32_t 
     s->halves = (planes & PLANES_RESIDUAL) != 0;
 }
 
+void path_sums_init_lens(struct path_sums *s, uint32_t strata, uint64_t planes)
+{
+    const struct plan_pass pass = {.count = strata * strata};
+    path_sums_init(s, &pass, 0, planes);
+    s->lens_strata = strata;
+}
+
 static void clear(struct path_rgb *c, size_t slot)
 {
     c->r[slot] = c->g[slot] = c->b[slot] = 0.0f;
@@ -113,16 +120,24 @@ static void add_split(const struct path_radiance *h, size_t first, struct path_s
     if (at == s->parts.length - 1) end_part(s);
 }
 
+/* Returns whether the latest sample is of half a. */
+static bool is_of_half(const struct path_sums *s)
+{
+    const uint32_t l = s->lens_strata, sample = s->first + s->count - 1;
+    uint32_t at;
+    if (l > 0) return plan_lens_half(l, sample);
+    return find_part(s, &at) && at < s->parts.length / 2;
+}
+
 /* Adds what the residual filter reads: features of the first surface, and sums over half the
  * samples. */
 static void add_halves(const struct path_radiance *h, size_t first, struct path_sums *s)
 {
-    uint32_t at;
     add(&h->normal, first, &s->normal);
     add(&h->tint, first, &s->tint);
     for (size_t i = 0; i < LANES; i++) s->distance[i] += h->distance[first + i];
     for (size_t i = 0; i < LANES; i++) s->alpha[i] += h->alpha[first + i];
-    if (!find_part(s, &at) || at >= s->parts.length / 2) return;
+    if (!is_of_half(s)) return;
     add(&h->direct, first, &s->half_scattered);
     add(&h->indirect, first, &s->half_scattered);
     add(&h->diffuse_direct, first, &s->half_direct);

@@ -13,6 +13,7 @@ struct path_sums {
     _Alignas(LANES_ALIGN) float occlusion[LANES];
     uint32_t first;          /* sample of the pass */
     struct plan_split parts; /* of which PATH_HALF_DIFFERENCE2 and halves are made */
+    uint32_t lens_strata;    /* l of lens samples, whose halves are a chequer of the lens; else 0 */
     /* Over the samples in first halves of parts; what is scattered, and its diffuse part. */
     bool halves; /* they are wanted */
     struct lanes3 half_scattered, half_direct, half_indirect;
@@ -29,6 +30,9 @@ struct path_sums {
 /* Begins the sums of a pass that the planes want, of 2^edge_digits times as many samples. */
 void path_sums_init(struct path_sums *s, const struct plan_pass *pass, uint32_t edge_digits,
                     uint64_t planes);
+
+/* The same of all strata x strata lens samples of a pixel. */
+void path_sums_init_lens(struct path_sums *s, uint32_t strata, uint64_t planes);
 
 /* Adds `count` samples of a batch, in their order. Samples that are not finite count as black and
  * are counted in `counters`; `demodulate` as in struct path_context. */

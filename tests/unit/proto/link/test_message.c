@@ -144,7 +144,7 @@ TEST(tile_values)
 {
     EXPECT_WITH(tile, m.pass.number = LIMIT_PASSES, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass.first = LIMIT_SPP + 1, ERR_LIMIT);
-    EXPECT_WITH(tile, m.pass.count = LIMIT_PASS_SPP + 1, ERR_LIMIT);
+    EXPECT_WITH(tile, m.pass.count = LIMIT_PASS_LENS_SAMPLES + 1, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass.strata = LIMIT_STRATA_PER_AXIS + 1, ERR_LIMIT);
     EXPECT_WITH(tile, m.pass = ((struct plan_pass){3, 0, 0, 0, NULL, NULL}), ERR_OK);
     EXPECT_WITH(tile, m.counts_bytes = 0, ERR_OK);

@@ -52,6 +52,7 @@ TEST(fields_light_samples_where_they_have_what_to_filter)
         s->material.metallic = k & 4 ? 0.0f : 0.5f;
         s->material.roughness = 0.5f;
         s->job.lens = filtered ? LENS_AUTO : LENS_AVERAGE;
+        s->job.residual = RESIDUAL_NONE;
         must_make(s);
         const uint32_t light = !filtered                      ? LENS_RELIGHT_OWN
                                : lambert && (area || bounces) ? LENS_RELIGHT_DIFFUSE
@@ -85,6 +86,7 @@ TEST(many_samples_leave_lobes_to_paths)
     struct stage *s = *state;
     s->material.metallic = s->material.roughness = 0.5f;
     s->job.spp = 16;
+    s->job.residual = RESIDUAL_NONE;
     for (int k = 0; k < 2; k++) {
         s->job.width_px = 4000;
         s->job.height_px = k ? 2400 : 2100;
@@ -94,6 +96,40 @@ TEST(many_samples_leave_lobes_to_paths)
         assert_int_equal((s->plan.planes & PLANES_GLOSSY) != 0, !k);
     }
     assert_non_null(strstr(s->report.glossy_filter_why, "4294967296 bytes"));
+}
+
+/* Samples that no field lights are paths of the residual filter. */
+TEST(samples_are_paths_where_fields_light_none)
+{
+    struct stage *s = *state;
+    s->material.metallic = s->material.roughness = 0.5f;
+    s->job.indirect_bounces = 2;
+    for (uint32_t l = 2; l <= LIMIT_PLANE_STRATA_PER_AXIS; l++) {
+        s->job.spp = l * l;
+        must_make(s);
+        assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
+        assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_HALVES);
+        assert_int_equal(s->plan.planes & PLANES_RESIDUAL_READ, PLANES_RESIDUAL_READ);
+        assert_true(plan_lens_has_paths(&s->plan) && s->plan.paths.spp == l * l);
+        assert_int_equal(plan_pass_count(&s->plan), 1);
+        assert_int_equal(s->plan.paths.edge_digits, 0);
+    }
+    s->job.spp = 1;
+    must_make(s);
+    assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_NONE);
+    s->job.spp = 9;
+    s->job.lens_extra = 9;
+    must_make(s);
+    assert_true(s->plan.lens_extra == 9 && s->plan.paths.spp == 0);
+    s->job.lens_extra = 0;
+    s->job.indirect = INDIRECT_CONSTANT;
+    must_make(s);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_INDIRECT);
+    assert_int_equal(s->plan.paths.spp, 0);
+    s->job.residual = RESIDUAL_HALVES;
+    must_make(s);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
+    assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_HALVES);
 }
 
 TEST(some_frames_keep_the_light_of_samples)
@@ -209,6 +245,10 @@ TEST(blocks_fit_a_threads_memory)
     assert_string_equal(s->report.lens_relight_why,
                         "a block's lens samples with their surfaces are above 268435456 bytes");
     assert_non_null(why(s, "light fields of pixel centres"));
+    assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_HALVES);
+    assert_int_equal(block_side_px(&s->plan), 64);
+    s->job.residual = RESIDUAL_NONE;
+    must_make(s);
     assert_int_equal(block_side_px(&s->plan), 128); /* without surfaces */
     s->job.width_px = s->job.height_px = 128;       /* there is not so much around a block */
     must_make(s);
@@ -275,6 +315,7 @@ TEST(layers_of_pixel_centres_have_their_planes)
 {
     struct stage *s = *state;
     s->job.indirect = INDIRECT_ADAPTIVE; /* which leaves samples their light */
+    s->job.residual = RESIDUAL_NONE;
     s->job.layers = LAYER_BEAUTY | LAYER_NORMAL | LAYER_ID | LAYER_SAMPLES | LAYER_FILTER_WIDTH;
     must_make(s);
     assert_int_equal(s->plan.planes,

@@ -28,6 +28,11 @@ struct plan residual_scene_plan(const struct residual_scene *s)
         plan.planes |= PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT);
     plan.occlusion_distance = 0;
     plan.residual_filter = RESIDUAL_FILTER_HALVES;
+    if (s->lens_strata == 0) return plan;
+    plan.planes |= PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE);
+    plan.lens_strata_per_axis = s->lens_strata;
+    plan.camera.aperture_radius = 1;
+    plan.camera.focus_distance = 4;
     return plan;
 }
 
@@ -61,6 +66,16 @@ static void add_sample(struct patch *p, size_t i, const struct residual_sample *
     add(p->path_half_indirect, i, s->indirect);
 }
 
+/* Of sample k through a lens. */
+static void set_lens_sample(struct patch *p, size_t i, uint32_t k, const struct residual_sample *s)
+{
+    const size_t area = (size_t)rect_area(p->rect);
+    p->lens_slope[k * area + i] = s->slope;
+    for (size_t c = 0; c < 3; c++)
+        p->lens_radiance[(k * 3 + c) * area + i] =
+            s->emission[c] + (s->albedo[c] * (s->direct[c] + s->indirect[c]) + s->rest[c]);
+}
+
 static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i, int32_t x,
                       int32_t y)
 {
@@ -68,14 +83,17 @@ static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i,
     const struct plan_split parts = plan_pass_split(&pass);
     const uint32_t end = parts.first + parts.count * parts.length;
     p->paths.spp[i] = (float)pass.count;
-    p->paths.split_spp[i] = (float)(parts.count * parts.length);
+    p->paths.split_spp[i] =
+        (float)(s->lens_strata > 0 ? pass.count / 2 * 2 : parts.count * parts.length);
     p->paths.split_length[i] = (float)parts.length;
     for (uint32_t k = 0; k < pass.count; k++) {
         struct residual_sample sample = {
             .hits = true, .normal = {0, 0, 1}, .distance = 5, .albedo = {0.5f, 0.5f, 0.5f}};
         if (s->show) s->show(s, x, y, k, &sample);
         const bool inside = k >= parts.first && k < end;
-        add_sample(p, i, &sample, inside && (k - parts.first) % parts.length < parts.length / 2);
+        const bool first = inside && (k - parts.first) % parts.length < parts.length / 2;
+        add_sample(p, i, &sample, s->lens_strata ? plan_lens_half(s->lens_strata, k) : first);
+        if (s->lens_strata > 0) set_lens_sample(p, i, k, &sample);
     }
 }
 

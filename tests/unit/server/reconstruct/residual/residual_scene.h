@@ -12,6 +12,7 @@ struct residual_sample {
     float normal[3], distance, albedo[3];
     float tint[3], alpha; /* of all lobes but the diffuse one */
     float emission[3], direct[3], indirect[3], rest[3];
+    float slope; /* through a lens */
 };
 
 struct residual_scene {
@@ -22,8 +23,9 @@ struct residual_scene {
     /* Changes what a sample sees: a grey wall ahead, five units away, that nothing lights. */
     void (*show)(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
                  struct residual_sample *out);
-    float level;      /* as `show` likes */
-    bool no_indirect; /* the plan has no indirect light of the diffuse lobe */
+    float level;          /* as `show` likes */
+    bool no_indirect;     /* the plan has no indirect light of the diffuse lobe */
+    uint32_t lens_strata; /* samples are those of a lens: spp is the square of this; 0: a pinhole */
 };
 
 /* In [0, 1), by pixel, sample and a number for what is asked. */

@@ -222,6 +222,43 @@ TEST(pictures_are_those_of_paths)
     }
 }
 
+/* Where the plan has paths these are the lens's: sums of what its samples bring. */
+TEST(paths_are_the_samples)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = lens_plan(16, 3);
+    p.planes &= ~PLANES_LENS_SURFACE;
+    add_room(f, &p);
+    struct traced alone = trace_all(f, &p);
+    p.planes |= PLANES_RESIDUAL_READ;
+    p.paths.spp = 9;
+    struct traced both = trace_all(f, &p);
+    float seen = 0;
+    for (size_t i = 0; i < 256; i++) {
+        for (uint32_t c = 0; c < 3; c++) {
+            float sum = 0;
+            for (uint32_t k = 0; k < 9; k++) {
+                const float light = value(&both, PLANE_LENS_RADIANCE, k * 3 + c, i);
+                assert_true(light == value(&alone, PLANE_LENS_RADIANCE, k * 3 + c, i));
+                sum += light;
+            }
+            assert_true(samples_f32(both.samples, PLANE_PATH_RADIANCE, c)[i] == sum);
+        }
+        for (uint32_t k = 0; k < 9; k++)
+            assert_true(value(&both, PLANE_LENS_SLOPE, k, i) ==
+                        value(&alone, PLANE_LENS_SLOPE, k, i));
+        const float met = samples_f32(both.samples, PLANE_PATH_COVERAGE, 0)[i];
+        expect_near((double)value(&both, PLANE_LENS_COVERAGE, 0, i), (double)met / 9, 1e-3);
+        seen += met;
+    }
+    assert_true(seen > 256);
+    assert_int_equal(count(&both, COUNTER_LENS_SAMPLES), count(&alone, COUNTER_LENS_SAMPLES));
+    assert_int_equal(count(&both, COUNTER_RAYS_PRIMARY), count(&alone, COUNTER_RAYS_PRIMARY));
+    traced_fini(&alone);
+    traced_fini(&both);
+    free(f);
+}
+
 TEST(tiles_do_not_matter)
 {
     struct scene_fixture *f = fixture_new();

@@ -96,6 +96,25 @@ TEST(halves_are_first_halves_of_parts)
     }
 }
 
+/* Halves of lens samples are every second stratum of the lens, as on a chessboard. */
+TEST(halves_of_lens_samples_are_a_chessboard)
+{
+    static const struct {
+        uint32_t strata;
+        uint64_t half;
+    } cases[] = {{1, 0}, {2, 0x6}, {3, 0xaa}, {4, 0x5a5a}, {5, 0xaaaaaa}};
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        static struct path_sums s;
+        const struct plan_pass pass = {.count = cases[k].strata * cases[k].strata};
+        path_sums_init_lens(&s, cases[k].strata, PLANES_RESIDUAL);
+        add_pass(&s, &pass);
+        expect_sum(&s.half_direct, cases[k].half, 3);
+        expect_sum(&s.half_indirect, cases[k].half, 4);
+        /* As many as the coordinator takes for half of them. */
+        assert_true(s.half_direct.y[0] == 4.0f * (float)(pass.count / 2));
+    }
+}
+
 /* Sums of four times as many samples are those of as many as the pass says. */
 TEST(more_samples_count_as_fewer)
 {

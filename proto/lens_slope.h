@@ -3,6 +3,7 @@
  * the rim of the lens: A f_px (1/z - 1/F). */
 #include <float.h>
 
+#include "proto/half.h"
 #include "proto/plan.h"
 
 /* A plan's A f_px and 1/F. */
@@ -23,4 +24,11 @@ static inline struct lens_sloper lens_sloper_of(const struct plan *plan)
 static inline float lens_slope(struct lens_sloper s, float z)
 {
     return s.scale * (1.0f / z - s.inverse_focus);
+}
+
+/* Returns the slope, a half float, of what meets nothing. */
+static inline float lens_slope_sky(struct lens_sloper s)
+{
+    const float own = -s.scale * s.inverse_focus;
+    return half_to_float(half_from_float(own > -65504.0f ? own : -65504.0f));
 }
