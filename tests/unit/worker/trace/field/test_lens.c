@@ -1,45 +1,11 @@
 /* The light field of the lens: what each of its samples sees, and how that moves. */
 #include <stdlib.h>
 
-#include "proto/half.h"
 #include "proto/lens_pattern.h"
 #include "proto/pattern_path.h"
-#include "tests/unit/unit.h"
-#include "tests/unit/worker/tile_fixture.h"
+#include "tests/unit/worker/trace/field/lens_room.h"
 
 #define HALF_MAX 65504.0f
-
-/* A plan of lens samples alone, from the origin along -z, focused on z = 4. */
-static struct plan lens_plan(int32_t side_px, uint32_t l)
-{
-    struct plan p = fixture_plan(side_px, side_px, (float[]){0, 0, 0}, 0.5f);
-    p.planes = PLANES_LENS;
-    p.light_planes = 0;
-    p.lens_strata_per_axis = l;
-    p.camera.aperture_radius = 0.2f;
-    p.camera.focus_distance = 4;
-    return p;
-}
-
-/* A square that glows and reflects nothing, facing the camera at distance z. */
-static void add_lamp(struct scene_fixture *f, float x, float y, float z, float half,
-                     const float color[3])
-{
-    const uint32_t black = fixture_material(f, 0, 0, 0);
-    memcpy(f->materials[black].emission, color, sizeof f->materials[black].emission);
-    fixture_panel(f, black, (float[]){x, y, -z}, (float[]){half, 0, 0}, (float[]){0, half, 0});
-}
-
-static float value(const struct traced *t, enum plane_id plane, uint32_t component, size_t i)
-{
-    if (plane == PLANE_LENS_RADIANCE) return samples_f32(t->samples, plane, component)[i];
-    return half_to_float(samples_u16(t->samples, plane, component)[i]);
-}
-
-static void expect_near(double is, double should, double tolerance)
-{
-    if (!(fabs(is - should) <= tolerance)) fail_msg("%g is not %g", is, should);
-}
 
 static void expect_slope(float z, double expected)
 {
@@ -161,102 +127,6 @@ TEST(points_are_uniform_over_the_aperture)
     expect_moments(3, (2 + cos(2 * M_PI / 3)) / 12);
     expect_moments(6, (2 + cos(2 * M_PI / 6)) / 12);
     expect_moments(7, (2 + cos(2 * M_PI / 7)) / 12);
-}
-
-/* A room's corner with a lamp, out of focus at both ends. */
-static void add_room(struct scene_fixture *f, struct plan *p)
-{
-    const uint32_t grey = fixture_material(f, 0.7f, 0.6f, 0.5f);
-    fixture_panel(f, grey, (float[]){0, -0.5f, -6}, (float[]){6, 0, 0}, (float[]){0, 0, -6});
-    fixture_panel(f, grey, (float[]){0, 0, -9}, (float[]){6, 0, 0}, (float[]){0, 6, 0});
-    fixture_panel(f, grey, (float[]){0.3f, 0, -2.5f}, (float[]){0.3f, 0, 0}, (float[]){0, 0.3f, 0});
-    add_lamp(f, -0.5f, 0.5f, 3, 0.25f, (float[]){4, 5, 6});
-    fixture_ceiling_light(p, 0, 3, -4, 0.5f, 1);
-    p->bounces = 2;
-}
-
-/* Sums of the channels over the picture, each seed a term; mean and variance of the mean. */
-static void picture_of_seeds(bool lens, double mean[3], double variance[3])
-{
-    enum { SEEDS = 48 };
-    double sum[3] = {0}, squares[3] = {0};
-    struct scene_fixture *f = fixture_new();
-    struct plan p = lens_plan(16, 2);
-    add_room(f, &p);
-    if (!lens) {
-        p.planes = PLANE_BIT(PATH_RADIANCE);
-        p.lens_strata_per_axis = 0;
-        p.paths.spp = 4;
-    }
-    for (uint64_t seed = 1; seed <= SEEDS; seed++) {
-        p.pattern.seed = seed;
-        struct traced t = trace_all(f, &p);
-        for (uint32_t c = 0; c < 3; c++) {
-            double all = 0;
-            for (size_t i = 0; i < 256; i++)
-                for (uint32_t k = 0; k < 4; k++)
-                    all += lens ? (double)value(&t, PLANE_LENS_RADIANCE, k * 3 + c, i)
-                                : (double)samples_f32(t.samples, PLANE_PATH_RADIANCE, c)[i] / 4;
-            sum[c] += all;
-            squares[c] += all * all;
-        }
-        traced_fini(&t);
-    }
-    for (int c = 0; c < 3; c++) {
-        mean[c] = sum[c] / SEEDS;
-        variance[c] = (squares[c] / SEEDS - mean[c] * mean[c]) / (SEEDS - 1);
-    }
-    free(f);
-}
-
-TEST(pictures_are_those_of_paths)
-{
-    double lens[3], paths[3], lens_variance[3], paths_variance[3];
-    picture_of_seeds(true, lens, lens_variance);
-    picture_of_seeds(false, paths, paths_variance);
-    for (int c = 0; c < 3; c++) {
-        const double off = lens[c] - paths[c];
-        assert_true(paths[c] > 100);
-        assert_true(off * off < 16 * (lens_variance[c] + paths_variance[c]));
-        assert_true(lens_variance[c] < 4e-4 * lens[c] * lens[c]); /* else it tells nothing */
-    }
-}
-
-/* Where the plan has paths these are the lens's: sums of what its samples bring. */
-TEST(paths_are_the_samples)
-{
-    struct scene_fixture *f = fixture_new();
-    struct plan p = lens_plan(16, 3);
-    p.planes &= ~PLANES_LENS_SURFACE;
-    add_room(f, &p);
-    struct traced alone = trace_all(f, &p);
-    p.planes |= PLANES_RESIDUAL_READ;
-    p.paths.spp = 9;
-    struct traced both = trace_all(f, &p);
-    float seen = 0;
-    for (size_t i = 0; i < 256; i++) {
-        for (uint32_t c = 0; c < 3; c++) {
-            float sum = 0;
-            for (uint32_t k = 0; k < 9; k++) {
-                const float light = value(&both, PLANE_LENS_RADIANCE, k * 3 + c, i);
-                assert_true(light == value(&alone, PLANE_LENS_RADIANCE, k * 3 + c, i));
-                sum += light;
-            }
-            assert_true(samples_f32(both.samples, PLANE_PATH_RADIANCE, c)[i] == sum);
-        }
-        for (uint32_t k = 0; k < 9; k++)
-            assert_true(value(&both, PLANE_LENS_SLOPE, k, i) ==
-                        value(&alone, PLANE_LENS_SLOPE, k, i));
-        const float met = samples_f32(both.samples, PLANE_PATH_COVERAGE, 0)[i];
-        expect_near((double)value(&both, PLANE_LENS_COVERAGE, 0, i), (double)met / 9, 1e-3);
-        seen += met;
-    }
-    assert_true(seen > 256);
-    assert_int_equal(count(&both, COUNTER_LENS_SAMPLES), count(&alone, COUNTER_LENS_SAMPLES));
-    assert_int_equal(count(&both, COUNTER_RAYS_PRIMARY), count(&alone, COUNTER_RAYS_PRIMARY));
-    traced_fini(&alone);
-    traced_fini(&both);
-    free(f);
 }
 
 TEST(tiles_do_not_matter)
