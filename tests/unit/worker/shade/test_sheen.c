@@ -40,7 +40,7 @@ static double lobe(const float wo[3], const float wi[3], double alpha)
 /* The lobe's albedo, by a midpoint rule that is finest at the horizon. */
 static double albedo(const float wo[3], double alpha)
 {
-    enum { N = 300 };
+    enum { N = 150 };
     double sum = 0;
     for (int i = 0; i < N; i++)
         for (int j = 0; j < N; j++) {
