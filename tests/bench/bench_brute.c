@@ -41,7 +41,7 @@ static void bench(uint32_t profile, uint32_t l)
     struct patch *patch = accuracy_patch(&scene, l);
     float *factored = filter(patch, &factored_s);
     const double start = cpu_s();
-    float *brute = accuracy_brute(&scene, patch, factored);
+    float *brute = accuracy_brute(&scene, patch, &truth, factored);
     const double brute_s = cpu_s() - start;
     const double error = truth_rmse(&truth, factored, truth.irradiance);
     const double brute_error = truth_rmse(&truth, brute, truth.irradiance);

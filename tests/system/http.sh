@@ -248,7 +248,10 @@ check "a part of another version is the whole" is 200 -H 'Range: bytes=10-19' -H
 check "a part of this version is a part" is 206 -H 'Range: bytes=10-19' -H "If-Range: $tag" "$image.exr"
 check "a known picture is not sent" is 304 -H "If-None-Match: $tag" "$image.exr"
 check "the PNG is one" bash -c "curl -sS --noproxy '*' '$image.png' | head -c 8 | cmp - <(printf '\x89PNG\r\n\x1a\n')"
+check "a part of it is a part" is 206 -H 'Range: bytes=1-3' "$image.png"
+check "... its bytes" cmp "$tmp/body" <(printf PNG)
 check "with another exposure, too" is 200 "$image.png?exposure=-2.5"
+check "... which is drawn, and comes whole" is 200 -H 'Range: bytes=1-3' "$image.png?exposure=-2.5"
 check "and another layer" is 200 "$image.png?layer=normal"
 tag=$(header ETag)
 check "which is known by its tag" is 304 -H "If-None-Match: $tag" "$image.png?layer=normal"

@@ -52,6 +52,16 @@ uint32_t fixture_material(struct scene_fixture *f, float r, float g, float b)
     return f->material_count++;
 }
 
+uint32_t fixture_glossy(struct scene_fixture *f, const float color[3], float roughness,
+                        float metallic)
+{
+    const uint32_t m = fixture_material(f, color[0], color[1], color[2]);
+    f->materials[m].specular = 1.0f;
+    f->materials[m].roughness = roughness;
+    f->materials[m].metallic = metallic;
+    return m;
+}
+
 uint32_t fixture_texture(struct scene_fixture *f, uint32_t w, uint32_t h, const uint8_t *rgba,
                          uint32_t image_flags)
 {

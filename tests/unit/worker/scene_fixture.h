@@ -32,6 +32,10 @@ const struct scene *fixture_scene(struct scene_fixture *f);
 /* A grey material; its index. Change its record for more. */
 uint32_t fixture_material(struct scene_fixture *f, float r, float g, float b);
 
+/* The same with a lobe of facets. */
+uint32_t fixture_glossy(struct scene_fixture *f, const float color[3], float roughness,
+                        float metallic);
+
 /* An RGBA8 texture of w x h; its index. */
 uint32_t fixture_texture(struct scene_fixture *f, uint32_t w, uint32_t h, const uint8_t *rgba,
                          uint32_t image_flags);

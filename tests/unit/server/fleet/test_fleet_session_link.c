@@ -53,6 +53,44 @@ TEST(an_unknown_hello_is_refused)
     world_close(w);
 }
 
+/* Worker's own HELLOs have a name of a few words; those of others may hold what they like. */
+static void send_named(struct peer *p, const char *name)
+{
+    struct message_hello m;
+    fill_hello(&m);
+    bytes_write_u32(&p->w, m.protocol_version);
+    bytes_write_u32(&p->w, m.capabilities);
+    bytes_write_string(&p->w, m.build_id);
+    bytes_write_string(&p->w, m.embree_version);
+    bytes_write_string(&p->w, m.isa);
+    bytes_write_string(&p->w, name);
+    bytes_write_u32(&p->w, m.threads);
+    bytes_write_u64(&p->w, m.pid);
+    peer_send(p, MESSAGE_HELLO, 1, NULL, 0);
+}
+
+TEST(names_that_are_too_long_end_the_session)
+{
+    static char name[10001];
+    static const size_t lengths[] = {LIMIT_NAME_BYTES - 1, LIMIT_NAME_BYTES, 10000};
+    struct world *w = world_open(LONG_MS, LONG_MS);
+    struct peer peers[3];
+    for (size_t i = 0; i < 3; i++) {
+        struct wire_frame_view f;
+        peers[i] = peer_open(w);
+        memset(name, 'a', lengths[i]);
+        send_named(&peers[i], name);
+        if (i == 0)
+            peer_expect(&peers[i], MESSAGE_WELCOME, &f);
+        else
+            peer_expect_close(&peers[i]);
+    }
+    assert_int_equal(totals(w).corrupt, 2);
+    assert_int_equal(fleet_count(w->fleet), 1);
+    for (size_t i = 0; i < 3; i++) peer_close(&peers[i]);
+    world_close(w);
+}
+
 TEST(out_of_state_and_damaged_messages_end_the_session)
 {
     struct world *w = world_open(LONG_MS, LONG_MS);

@@ -38,14 +38,20 @@ static bool synthetic_path_hits(int32_t x, int32_t y, uint32_t sample)
     return synthetic_random(x, y, sample, 1) < (float)((x + 2 * y) % 5) * 0.25f;
 }
 
+/* Light of a path that hits. */
+static float synthetic_light(enum plane_id plane, int32_t x, int32_t y, uint32_t sample, uint32_t c)
+{
+    return synthetic_random(x, y, sample, 8 * plane + c);
+}
+
 float synthetic_path(enum plane_id plane, int32_t x, int32_t y, uint32_t sample, uint32_t c)
 {
     const bool hits = synthetic_path_hits(x, y, sample);
     switch (plane) {
     case PLANE_PATH_RADIANCE:
-        return synthetic_path(PLANE_PATH_EMISSION, x, y, sample, c) +
-               synthetic_path(PLANE_PATH_DIRECT, x, y, sample, c) +
-               synthetic_path(PLANE_PATH_INDIRECT, x, y, sample, c);
+        if (!hits) return 0.25f * (float)(c + 1);
+        return synthetic_light(PLANE_PATH_DIRECT, x, y, sample, c) +
+               synthetic_light(PLANE_PATH_INDIRECT, x, y, sample, c);
     case PLANE_PATH_COVERAGE:
         return hits ? 1.0f : 0.0f;
     case PLANE_PATH_VISIBILITY:
@@ -53,7 +59,7 @@ float synthetic_path(enum plane_id plane, int32_t x, int32_t y, uint32_t sample,
     case PLANE_PATH_EMISSION:
         return hits ? 0.0f : 0.25f * (float)(c + 1);
     default:
-        return hits ? synthetic_random(x, y, sample, 8 * plane + c) : 0.0f;
+        return hits ? synthetic_light(plane, x, y, sample, c) : 0.0f;
     }
 }
 

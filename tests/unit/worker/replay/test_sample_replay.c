@@ -15,13 +15,8 @@ static struct plan room(struct scene_fixture *f)
 {
     struct plan p = floor_plan(f, 3.0f, SIDE_PX);
     f->materials[0].base_color[1] = 0.25f;
-    uint32_t metal = fixture_material(f, 0.9f, 0.8f, 0.7f);
-    f->materials[metal].metallic = 1.0f;
-    f->materials[metal].roughness = 0.3f;
-    f->materials[metal].specular = 1.0f;
-    uint32_t glossy = fixture_material(f, 0.2f, 0.6f, 0.2f);
-    f->materials[glossy].specular = 1.0f;
-    f->materials[glossy].roughness = 0.4f;
+    const uint32_t metal = fixture_glossy(f, (float[]){0.9f, 0.8f, 0.7f}, 0.3f, 1.0f);
+    const uint32_t glossy = fixture_glossy(f, (float[]){0.2f, 0.6f, 0.2f}, 0.4f, 0.0f);
     uint32_t glass = fixture_material(f, 0.9f, 0.9f, 0.9f);
     f->materials[glass].transmission = 1.0f;
     f->materials[glass].specular = 1.0f;

@@ -89,7 +89,7 @@ TEST(threads_that_learn_at_once_learn_the_same)
     room_fixture_begin(&r);
     room_fixture_add_room(&r);
     learn_alone();
-    for (int k = 0; k < 100; k++) {
+    for (int k = 0; k < 40; k++) {
         struct openness *other = openness_create(r.scene);
         pthread_t id[7];
         pthread_barrier_init(&start, NULL, (unsigned)threads[k % 2]);

@@ -2,8 +2,7 @@
 #include <math.h>
 
 #include "tests/random.h"
-#include "tests/unit/unit.h"
-#include "worker/shade/bsdf.h"
+#include "tests/unit/worker/shade/inside_case.h"
 
 static const struct bsdf metal = {.model = BSDF_GLTF,
                                   .base_color = {1, 1, 1},
@@ -105,20 +104,7 @@ TEST(a_coat_with_the_surfaces_normal_is_not_bent)
 
 TEST(volumes_have_no_coat_inside)
 {
-    const float wo[3] = {0.1f, 0, 0.995f}, wi[3] = {-0.1f, 0, 0.995f};
-    struct bsdf plain = {.model = BSDF_GLTF,
-                         .alpha_u = 0.3f,
-                         .alpha_v = 0.3f,
-                         .base_color = {1, 1, 1},
-                         .transmission = 1,
-                         .specular = 1,
-                         .specular_f0 = {0.04f, 0.04f, 0.04f},
-                         .ior = 1 / 1.5f,
-                         .inside = true},
-                coated = plain;
-    struct bsdf_value a, b;
+    struct bsdf coated = inside_glass;
     coated.coat = 1;
-    bsdf_evaluate(&plain, wo, wi, &a);
-    bsdf_evaluate(&coated, wo, wi, &b);
-    assert_memory_equal(&a, &b, sizeof a);
+    expect_as_inside_glass(&coated);
 }

@@ -66,13 +66,13 @@ static void split(const struct plan *beside, struct plan *paths, struct plan *fi
     field->light_count = 0;
 }
 
-static void check_sum(const struct plan *plan, uint32_t passes)
+static void check_sum(const struct plan *plan, uint32_t passes, const struct image *paths,
+                      const struct block_statistics *of_paths)
 {
     struct plan paths_plan, field_plan;
-    struct block_statistics sum, of_paths, of_field;
+    struct block_statistics sum, of_field;
     split(plan, &paths_plan, &field_plan);
     struct image *all = render(plan, passes, &sum);
-    struct image *paths = render(&paths_plan, passes, &of_paths);
     struct image *field = render(&field_plan, 1, &of_field);
     is_sum(all, "R", paths, "R", field, "indirect.R");
     is_sum(all, "G", paths, "G", field, "indirect.G");
@@ -93,24 +93,28 @@ static void check_sum(const struct plan *plan, uint32_t passes)
         same(all, field, from_field[i]);
     if (passes == plan_pass_count(plan)) {
         assert_int_equal(sum.sub_samples_unmatched, of_field.sub_samples_unmatched);
-        assert_int_equal(sum.pixels_background, of_paths.pixels_background);
+        assert_int_equal(sum.pixels_background, of_paths->pixels_background);
         assert_int_equal(sum.indirect.pixels_filtered, of_field.indirect.pixels_filtered);
     }
     image_destroy(&all);
-    image_destroy(&paths);
     image_destroy(&field);
 }
 
 /* With every filter, after the first pass and after the last. */
 TEST(pictures_are_sums_of_paths_and_light_fields)
 {
-    struct plan plan;
+    struct plan plan, paths_plan, field_plan;
     synthetic_beside_plan(&plan, 150, 90, 32, 64);
     assert_int_equal(plan_pass_count(&plan), 3);
-    for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_BLEND; f++) {
-        plan.indirect_filter = f;
-        check_sum(&plan, 1);
-        check_sum(&plan, 3);
+    split(&plan, &paths_plan, &field_plan);
+    for (uint32_t passes = 1; passes <= 3; passes += 2) {
+        struct block_statistics of_paths;
+        struct image *paths = render(&paths_plan, passes, &of_paths);
+        for (uint32_t f = INDIRECT_FILTER_NONE; f <= INDIRECT_FILTER_BLEND; f++) {
+            plan.indirect_filter = f;
+            check_sum(&plan, passes, paths, &of_paths);
+        }
+        image_destroy(&paths);
     }
 }
 
@@ -154,7 +158,7 @@ TEST(no_cut_changes_a_bit)
 {
     static const struct {
         int32_t block_px, more_halo_px, tile_px;
-    } cuts[] = {{64, 0, 16}, {37, 0, 64}, {64, 5, 8}, {256, 0, 256}, {31, 3, 100}};
+    } cuts[] = {{37, 0, 64}, {64, 5, 8}, {31, 3, 100}};
     struct block_statistics sum;
     struct plan plan;
     synthetic_beside_plan(&plan, 150, 90, 32, 17);

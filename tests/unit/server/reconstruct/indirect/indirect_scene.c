@@ -58,10 +58,10 @@ static float room_hit_box(const struct room_box *b, const float o[3], const floa
     for (int k = 0; k < 3; k++) {
         const float inverse = 1.0f / (to[k] != 0.0f ? to[k] : 1e-20f);
         const float u = (-b->half[k] - from[k]) * inverse, v = (b->half[k] - from[k]) * inverse;
-        const float first = fminf(u, v);
+        const float first = u < v ? u : v, last = u < v ? v : u;
         axis = first > near ? k : axis;
-        near = fmaxf(near, first);
-        far = fminf(far, fmaxf(u, v));
+        near = first > near ? first : near;
+        far = last < far ? last : far;
     }
     for (int k = 0; k < 3; k++) normal[k] = k != axis ? 0.0f : to[k] > 0.0f ? -1.0f : 1.0f;
     return near <= far && near > ROOM_OFF ? near : ROOM_FAR;

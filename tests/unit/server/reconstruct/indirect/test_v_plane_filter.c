@@ -46,15 +46,15 @@ static struct errors measure(struct rect rect, uint32_t l, int32_t stride)
 }
 
 /* A near textured reflector is what shear is for; there is nothing to win far from it. Measured at
- * these heights, times less error than without shear: 18.5, 7.8, 1.5, 1.03; times brute force's:
- * 1.01, .99, 1.00, 1.01; 15 to 20 times less than plain. The bounds hold that with up to a third to
+ * these heights, times less error than without shear: 18.5, 7.8, 1.03; times brute force's:
+ * 1.01, .99, 1.01; 15 to 20 times less than plain. The bounds hold that with up to a third to
  * spare; no figure of a paper stands behind them. */
 TEST(near_reflector)
 {
     static const struct {
         float height;
         double wins, loses; /* against no shear, against brute force */
-    } cases[] = {{0.05f, 12.0, 1.12}, {0.1f, 5.0, 1.02}, {0.2f, 1.3, 1.02}, {0.3f, 0.95, 1.02}};
+    } cases[] = {{0.05f, 12.0, 1.12}, {0.1f, 5.0, 1.02}, {0.3f, 0.95, 1.02}};
     v_plane_scene_init(&scene, V_PLANE_CHECKER, LINES, LINES);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         scene.height = cases[i].height;
@@ -82,7 +82,7 @@ TEST(room)
 /* More samples, less error. */
 TEST(error_falls)
 {
-    static const uint32_t strata[] = {2, 3, 4, 6, 8, 16};
+    static const uint32_t strata[] = {2, 3, 4, 6, 8};
     const struct rect crop = {250, 340, 314, 404};
     double last = 1.0;
     v_plane_scene_init(&scene, V_PLANE_ROOM, LINES, LINES);

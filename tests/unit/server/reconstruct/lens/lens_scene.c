@@ -102,31 +102,49 @@ void lens_picture_destroy(struct lens_picture *p)
     free(p->out[0]);
 }
 
-float *lens_reference(enum lens_scene scene, uint32_t blades)
+#define LATTICE_MOST 4096
+
+/* A four-dimensional lattice (Roberts' R4): over the lens, and over a pixel. */
+static void lens_lattice(uint32_t blades, int count, float u[][2], double at[][2])
 {
-    const size_t area = (size_t)LENS_SIDE * LENS_SIDE;
-    const int count = scene == LENS_LAMPS ? 4096 : 1024; /* few rays meet a lamp */
-    float *out = calloc(4 * area, sizeof(float));
+    static const double step[4] = {0.856674883854502, 0.733891856627126, 0.628706721037807,
+                                   0.538597257223612};
     struct plan plan = {.camera = {.blade_count = blades, .blade_rotation_rad = 0.2f}};
     struct lens_aperture aperture;
     lens_aperture_init(&plan.camera, &aperture);
+    for (int k = 0; k < count; k++) {
+        float left, right;
+        u[k][1] = lens_aperture_height(&aperture, (float)(k * step[0] - floor(k * step[0])));
+        lens_aperture_chord(&aperture, u[k][1], &left, &right);
+        u[k][0] = left + (right - left) * (float)(k * step[1] - floor(k * step[1]));
+        for (int d = 0; d < 2; d++) at[k][d] = k * step[2 + d] - floor(k * step[2 + d]);
+    }
+}
+
+static float lens_wrap(double at)
+{
+    return (float)(at < 1.0 ? at : at - 1.0);
+}
+
+float *lens_reference(enum lens_scene scene, uint32_t blades)
+{
+    static float u[LATTICE_MOST][2];
+    static double at[LATTICE_MOST][2];
+    const size_t area = (size_t)LENS_SIDE * LENS_SIDE;
+    const int count = scene == LENS_LAMPS ? LATTICE_MOST : 1024; /* few rays meet a lamp */
+    float *out = calloc(4 * area, sizeof(float));
+    lens_lattice(blades, count, u, at);
     for (size_t p = 0; p < area; p++) {
         float least = 1e9f, most = -1e9f;
         out[3 * area + p] = -1.0f;
-        if ((p % LENS_SIDE + p / LENS_SIDE) % 2) continue;
+        if (p % LENS_SIDE % 2 || p / LENS_SIDE % 2) continue;
+        /* another place of the lattice in each pixel */
+        const double shift = (double)p * 0.381966 - floor((double)p * 0.381966);
         for (int k = 0; k < count; k++) {
-            /* a four-dimensional lattice (Roberts' R4), shifted from pixel to pixel */
-            static const double lattice[4] = {0.856674883854502, 0.733891856627126,
-                                              0.628706721037807, 0.538597257223612};
-            const double step = k + (double)p * 0.381966;
-            float u[2], rgb[3], left, right, at[4];
-            for (int d = 0; d < 4; d++)
-                at[d] = (float)(step * lattice[d] - floor(step * lattice[d]));
-            u[1] = lens_aperture_height(&aperture, at[0]);
-            lens_aperture_chord(&aperture, u[1], &left, &right);
-            u[0] = left + (right - left) * at[1];
-            const float s = lens_shade(scene, (float)(p % LENS_SIDE) + at[2],
-                                       (float)(p / LENS_SIDE) + at[3], u[0], u[1], rgb);
+            float rgb[3];
+            const float x = (float)(p % LENS_SIDE) + lens_wrap(at[k][0] + shift);
+            const float y = (float)(p / LENS_SIDE) + lens_wrap(at[k][1] + shift);
+            const float s = lens_shade(scene, x, y, u[k][0], u[k][1], rgb);
             for (size_t c = 0; c < 3; c++) out[c * area + p] += rgb[c] / (float)count;
             least = fminf(least, s);
             most = fmaxf(most, s);

@@ -36,7 +36,7 @@ static inline void lens_picture_create(enum lens_scene scene, uint32_t l, uint32
 
 void lens_picture_destroy(struct lens_picture *p);
 
-/* The dense average of every second pixel, as on a chess board: three planes, and after them 1 at
+/* The dense average of every second pixel of every second row: three planes, and after them 1 at
  * silhouettes and in focus, and -1 at the pixels left out. */
 float *lens_reference(enum lens_scene scene, uint32_t blades);
 

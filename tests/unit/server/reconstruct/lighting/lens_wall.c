@@ -56,15 +56,15 @@ float wall_irradiance(float x, float y)
     return 1.0f + 0.01f * x + 0.02f * y;
 }
 
-static void put_sample(const struct plan *plan, struct samples *s, int32_t x, int32_t y, uint32_t k,
-                       size_t at)
+static void put_sample(const struct plan *plan, const struct lens_pattern *pattern,
+                       struct samples *s, int32_t x, int32_t y, uint32_t k, size_t at)
 {
     static const float normal[3] = {0, 0, 1}, albedo[3] = {0.5f, 0.5f, 0.25f};
     const float found =
         wall_noise ? 40.0f * (float)((7 * x + 13 * y + 5 * (int32_t)k) % 11) : 256.0f;
     const float own[3] = {found, found, found};
     float u[2], p[2];
-    lens_pattern_point(plan, x, y, k / L, k % L, u);
+    lens_pattern_at(pattern, x, y, k / L, k % L, u);
     path_pair(path_key(plan->pattern.seed, plan->pattern.frame, x, y), k, PATH_PIXEL, &p[0], &p[1]);
     const float qx = (float)x + p[0] + wall_slope(plan, NEAR_Z) * u[0];
     const float z = qx < wall_edge ? NEAR_Z : FAR_Z; /* the near wall hides what is behind it */
@@ -80,17 +80,18 @@ static void put_sample(const struct plan *plan, struct samples *s, int32_t x, in
 static void put_pixel(struct samples *s, const struct plan *plan, int32_t x, int32_t y, size_t at,
                       const void *ctx)
 {
-    (void)ctx;
     static const float normal[3] = {0, 0, 1};
     float from[3], d[3];
     plan_camera_ray(plan, (float)x + 0.5f, (float)y + 0.5f, from, d);
     samples_f32(s, PLANE_DEPTH, 0)[at] = depth_at((float)x + 0.5f) / -d[2];
     samples_u32(s, PLANE_NORMAL, 0)[at] = octahedron_pack16(normal);
     samples_light_irradiance(s, 0)[at] = wall_irradiance((float)x + 0.5f, (float)y + 0.5f);
-    for (uint32_t k = 0; k < N; k++) put_sample(plan, s, x, y, k, at);
+    for (uint32_t k = 0; k < N; k++) put_sample(plan, ctx, s, x, y, k, at);
 }
 
 void wall_land(const struct plan *plan, struct film *film)
 {
-    picture_land_pixels(plan, film, put_pixel, NULL);
+    struct lens_pattern pattern;
+    lens_pattern_init(&pattern, plan);
+    picture_land_pixels(plan, film, put_pixel, &pattern);
 }

@@ -79,6 +79,7 @@ TEST(blocks_do_not_show)
     struct lens_relight_statistics small, large;
     struct plan plan;
     for (size_t k = 0; k < 4 * sizeof filters / sizeof filters[0]; k++) {
+        if (filters[k / 4] != LENS_FILTER_SHEARED && k % 2) continue; /* they read no farther */
         wall_plan(&plan, filters[k / 4]);
         plan.camera.aperture_radius = apertures[k % 4];
         wall_noise = true; /* hidden points share what they have found */

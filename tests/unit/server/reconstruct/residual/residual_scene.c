@@ -36,34 +36,64 @@ struct plan residual_scene_plan(const struct residual_scene *s)
     return plan;
 }
 
-static void add(float *const sum[3], size_t i, const float value[3])
+/* A pixel's: a patch's planes are a multiple of pages apart, so that adding to all of them pixel by
+ * pixel leaves none in the cache. */
+struct sums {
+    float radiance[3], emission[3], direct[3], indirect[3], albedo[3], normal[3], tint[3];
+    float alpha, distance, coverage;
+    float half_scattered[3], half_direct[3], half_indirect[3];
+};
+
+static void add(float sum[3], const float value[3])
 {
-    for (int c = 0; c < 3 && sum[c]; c++) sum[c][i] += value[c];
+    for (int c = 0; c < 3; c++) sum[c] += value[c];
 }
 
-static void add_sample(struct patch *p, size_t i, const struct residual_sample *s, bool half)
+static void add_sample(struct sums *sums, const struct residual_sample *s, bool half)
 {
     float scattered[3], radiance[3];
     for (int c = 0; c < 3; c++) {
         scattered[c] = s->albedo[c] * (s->direct[c] + s->indirect[c]) + s->rest[c];
         radiance[c] = s->emission[c] + scattered[c];
     }
-    add(p->path_radiance, i, radiance);
-    add(p->path_emission, i, s->emission);
-    add(p->path_diffuse_direct, i, s->direct);
-    add(p->path_diffuse_indirect, i, s->indirect);
+    add(sums->radiance, radiance);
+    add(sums->emission, s->emission);
+    add(sums->direct, s->direct);
+    add(sums->indirect, s->indirect);
     if (s->hits) {
-        add(p->path_albedo, i, s->albedo);
-        add(p->path_normal, i, s->normal);
-        add(p->path_tint, i, s->tint);
-        p->path_alpha[i] += s->alpha;
-        p->path_distance[i] += s->distance;
-        p->path_coverage[i] += 1.0f;
+        add(sums->albedo, s->albedo);
+        add(sums->normal, s->normal);
+        add(sums->tint, s->tint);
+        sums->alpha += s->alpha;
+        sums->distance += s->distance;
+        sums->coverage += 1.0f;
     }
     if (!half) return;
-    add(p->path_half_scattered, i, scattered);
-    add(p->path_half_direct, i, s->direct);
-    add(p->path_half_indirect, i, s->indirect);
+    add(sums->half_scattered, scattered);
+    add(sums->half_direct, s->direct);
+    add(sums->half_indirect, s->indirect);
+}
+
+static void put(float *const plane[3], size_t i, const float value[3])
+{
+    for (int c = 0; c < 3 && plane[c]; c++) plane[c][i] = value[c];
+}
+
+static void put_sums(struct patch *p, size_t i, const struct sums *sums)
+{
+    put(p->path_radiance, i, sums->radiance);
+    put(p->path_emission, i, sums->emission);
+    put(p->path_diffuse_direct, i, sums->direct);
+    put(p->path_diffuse_indirect, i, sums->indirect);
+    put(p->path_albedo, i, sums->albedo);
+    put(p->path_normal, i, sums->normal);
+    put(p->path_tint, i, sums->tint);
+    p->path_alpha[i] = sums->alpha;
+    p->path_distance[i] = sums->distance;
+    p->path_coverage[i] = sums->coverage;
+    put(p->path_half_scattered, i, sums->half_scattered);
+    put(p->path_half_direct, i, sums->half_direct);
+    put(p->path_half_indirect, i, sums->half_indirect);
 }
 
 /* Of sample k through a lens. */
@@ -82,6 +112,7 @@ static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i,
     const struct plan_pass pass = {.count = s->spp_of ? s->spp_of(x, y) : s->spp};
     const struct plan_split parts = plan_pass_split(&pass);
     const uint32_t end = parts.first + parts.count * parts.length;
+    struct sums sums = {.coverage = 0};
     p->paths.spp[i] = (float)pass.count;
     p->paths.split_spp[i] =
         (float)(s->lens_strata > 0 ? pass.count / 2 * 2 : parts.count * parts.length);
@@ -92,9 +123,10 @@ static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i,
         if (s->show) s->show(s, x, y, k, &sample);
         const bool inside = k >= parts.first && k < end;
         const bool first = inside && (k - parts.first) % parts.length < parts.length / 2;
-        add_sample(p, i, &sample, s->lens_strata ? plan_lens_half(s->lens_strata, k) : first);
+        add_sample(&sums, &sample, s->lens_strata ? plan_lens_half(s->lens_strata, k) : first);
         if (s->lens_strata > 0) set_lens_sample(p, i, k, &sample);
     }
+    put_sums(p, i, &sums);
 }
 
 struct patch *residual_scene_patch(const struct residual_scene *s, struct rect rect)

@@ -215,9 +215,10 @@ static float brute_share(struct brute *b, const struct brute_pixel *p, const flo
     return denominator > 1e-12 ? (float)(numerator / denominator) : otherwise;
 }
 
-/* Brute-force 4D filtering of the receivers that have a wedge; others keep what is in e.
- * steps: the longer of |e_i.x|, |e_i.y| of each receiver and axis. */
-static void brute_filter(struct brute *b, const float *steps, float *e)
+/* Brute-force 4D filtering of the receivers in penumbrae that have a wedge; others keep what is in
+ * e. steps: the longer of |e_i.x|, |e_i.y| of each receiver and axis. */
+static void brute_filter(struct brute *b, const struct shadow_truth *truth, const float *steps,
+                         float *e)
 {
     const struct rect rect = b->receivers->rect, image = b->patch->rect;
     const int32_t width = rect_width(rect);
@@ -225,7 +226,8 @@ static void brute_filter(struct brute *b, const float *steps, float *e)
     for (int32_t y = image.y0; y < image.y1; y++) {
         for (int32_t x = image.x0; x < image.x1; x++) {
             const size_t at = (size_t)(y - rect.y0) * (size_t)width + (size_t)(x - rect.x0);
-            if (all[at].spread < 0.0f) continue;
+            if (all[at].spread < 0.0f || !truth_in_penumbra(truth, patch_pixel(b->patch, x, y)))
+                continue;
             e[patch_pixel(b->patch, x, y)] *= brute_share(b, &all[at], &steps[2 * at], width, 1.0f);
         }
     }
@@ -242,7 +244,8 @@ static float accuracy_unoccluded(const struct receiver_light *light, const struc
     return e;
 }
 
-float *accuracy_brute(struct shadow_scene *s, const struct patch *patch, const float *base)
+float *accuracy_brute(struct shadow_scene *s, const struct patch *patch,
+                      const struct shadow_truth *truth, const float *base)
 {
     const struct rect rect = rect_grow(patch->rect, BRUTE_REACH_PX);
     const size_t area = (size_t)rect_area(rect), inner = (size_t)rect_area(patch->rect);
@@ -273,11 +276,11 @@ float *accuracy_brute(struct shadow_scene *s, const struct patch *patch, const f
         const size_t x = i % (size_t)rect_width(patch->rect);
         const size_t y = i / (size_t)rect_width(patch->rect);
         const size_t at = (y + BRUTE_REACH_PX) * (size_t)rect_width(rect) + x + BRUTE_REACH_PX;
-        const bool wedge = receivers.pixels.spread[at] >= 0.0f;
+        const bool wedge = receivers.pixels.spread[at] >= 0.0f && truth_in_penumbra(truth, i);
         e[i] = wedge ? accuracy_unoccluded(&light, &receivers.pixels, at) : base[i];
     }
     struct brute brute = {.light = &light, .receivers = &receivers, .patch = patch};
-    brute_filter(&brute, steps, e);
+    brute_filter(&brute, truth, steps, e);
     coverage_fini(&coverage);
     wedges_fini(&wedges);
     receivers_fini(&receivers);

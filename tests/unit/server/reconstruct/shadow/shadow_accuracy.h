@@ -44,5 +44,7 @@ struct brute {
     float rho[2], delta[2];
 };
 
-/* The whole picture by brute force; `base` where there is no wedge. Owned by the caller. */
-float *accuracy_brute(struct shadow_scene *s, const struct patch *patch, const float *base);
+/* The picture by brute force; `base` where there is no wedge, and outside penumbrae, which
+ * truth_rmse leaves out. Owned by the caller. */
+float *accuracy_brute(struct shadow_scene *s, const struct patch *patch,
+                      const struct shadow_truth *truth, const float *base);

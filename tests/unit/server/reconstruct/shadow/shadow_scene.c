@@ -63,8 +63,9 @@ static float scene_hit_box(const struct solid *s, const float o[3], const float 
     for (int k = 0; k < 3; k++) {
         const float inverse = 1.0f / (d[k] != 0.0f ? d[k] : 1e-20f);
         const float a = (s->a[k] - o[k]) * inverse, b = (s->b[k] - o[k]) * inverse;
-        near = fmaxf(near, fminf(a, b));
-        far = fminf(far, fmaxf(a, b));
+        const float first = a < b ? a : b, last = a < b ? b : a;
+        near = first > near ? first : near;
+        far = last < far ? last : far;
     }
     return near > far ? -1.0f : scene_first(near, far, least, most);
 }

@@ -9,14 +9,19 @@
 
 static struct shadow_scene scene;
 
-static void furnish(float half, uint32_t profile, float aspect)
+static void furnish_part(int32_t width, int32_t height, uint32_t profile, float aspect)
 {
-    scene_init(&scene, SIDE, SIDE, half, 3);
+    scene_init(&scene, width, height, 1.0f, 3);
     scene_furnish(&scene);
     scene.plan.lights[0].profile = profile;
     for (int k = 0; k < 3; k++) scene.plan.lights[0].half_v[k] *= aspect;
     /* near enough for penumbrae of many pixels */
     scene_camera(&scene.plan, (float[]){0, -11.5f, 9}, (float[]){-0.2f, -1.2f, 0.2f}, ZOOM);
+}
+
+static void furnish(uint32_t profile, float aspect)
+{
+    furnish_part(SIDE, SIDE, profile, aspect);
 }
 
 struct errors {
@@ -35,7 +40,7 @@ static struct errors measure(const struct shadow_truth *truth, uint32_t l, bool 
     print_message("%3u spp: plain %.5f, axis-aligned %.5f, sheared %.5f\n", l * l, r.plain,
                   r.axis_aligned, r.sheared);
     if (brute) {
-        float *all = accuracy_brute(&scene, patch, sheared);
+        float *all = accuracy_brute(&scene, patch, truth, sheared);
         r.brute = truth_rmse(truth, all, truth->irradiance);
         r.difference = truth_rmse(truth, all, sheared);
         print_message("         brute force %.4f, sheared to brute force %.4f\n", r.brute,
@@ -67,7 +72,7 @@ static void check_factors(const struct errors *e, struct factors measured)
 
 /* At most 5 % worse than brute force, and no farther from it than that is from the truth: it is
  * less accurate, as it fits no lines and does not look along edges. */
-static void check_nine(const struct shadow_truth *truth, struct factors measured)
+static void check_brute(const struct shadow_truth *truth, struct factors measured)
 {
     const struct errors e = measure(truth, 3, true);
     assert_true(e.sheared < 1.05 * e.brute);
@@ -75,50 +80,48 @@ static void check_nine(const struct shadow_truth *truth, struct factors measured
     check_factors(&e, measured);
 }
 
-static void check_profile(uint32_t profile, struct factors measured)
-{
-    static const uint32_t strata[] = {2, 3, 4, 5, 8, 16};
-    struct shadow_truth truth;
-    double last = 1.0;
-    furnish(1.0f, profile, 1.0f);
-    truth_init(&truth, &scene);
-    check_nine(&truth, measured);
-    for (size_t i = 0; i < sizeof strata / sizeof *strata; i++) {
-        const double e = measure(&truth, strata[i], false).sheared;
-        assert_true(e < last);
-        last = e;
-    }
-    truth_fini(&truth);
-}
-
 TEST(gaussian_light)
 {
-    check_profile(PROFILE_GAUSSIAN, gaussian_measured);
+    struct shadow_truth truth;
+    furnish(PROFILE_GAUSSIAN, 1.0f);
+    truth_init(&truth, &scene);
+    check_brute(&truth, gaussian_measured);
+    truth_fini(&truth);
 }
 
 TEST(uniform_light)
 {
-    check_profile(PROFILE_UNIFORM, uniform_measured);
+    static const uint32_t strata[] = {2, 3, 4, 5, 8, 16};
+    struct shadow_truth truth;
+    double last = 1.0;
+    furnish(PROFILE_UNIFORM, 1.0f);
+    truth_init(&truth, &scene);
+    for (size_t i = 0; i < sizeof strata / sizeof *strata; i++) {
+        const struct errors e = measure(&truth, strata[i], false);
+        if (strata[i] == 3) check_factors(&e, uniform_measured);
+        assert_true(e.sheared < last);
+        last = e.sheared;
+    }
+    truth_fini(&truth);
 }
 
 TEST(long_light)
 {
     struct shadow_truth truth;
-    furnish(1.0f, PROFILE_UNIFORM, 0.25f);
+    furnish(PROFILE_UNIFORM, 0.25f);
     truth_init(&truth, &scene);
-    check_nine(&truth, long_measured);
+    check_brute(&truth, long_measured);
     truth_fini(&truth);
 }
 
 /* With every bit the same, and slopes all over, h is exactly 1, and exactly 0. */
 TEST(constants_stay)
 {
-    furnish(1.0f, PROFILE_UNIFORM, 1.0f);
+    furnish_part(96, 80, PROFILE_UNIFORM, 1.0f);
     for (uint32_t l = 1; l <= 16; l += l < 5 ? 1 : 11) {
         struct patch *patch = accuracy_patch(&scene, l);
         struct patch_light *light = &patch->lights[0];
         const size_t area = (size_t)rect_area(patch->rect), bytes = area * ((l * l + 7) / 8);
-        float *plain = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, 64, NULL);
         for (size_t i = 0; i < area; i++) light->slope_min[i] = light->slope_max[i] = 0.0f;
         memset(light->visibility, 0xff, bytes);
         float *unoccluded = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, 64, NULL);
@@ -141,7 +144,6 @@ TEST(constants_stay)
             free(dark);
         }
         free(unoccluded);
-        free(plain);
         patch_destroy(&patch);
     }
 }
@@ -165,9 +167,9 @@ static void scatter(struct random *r, struct patch *patch)
 TEST(stripes_keep_what_is_read)
 {
     struct random r = {9};
-    furnish(1.0f, PROFILE_UNIFORM, 1.0f);
+    furnish(PROFILE_UNIFORM, 1.0f);
     struct patch *patch = accuracy_patch(&scene, 3);
-    for (int round = 0; round < 3; round++) {
+    for (int round = 0; round < 2; round++) {
         scatter(&r, patch);
         float *whole = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, SIDE, NULL);
         float *blocks = accuracy_filter(&scene, patch, SHADOW_FILTER_SHEARED, 5, NULL);
@@ -181,7 +183,7 @@ TEST(stripes_keep_what_is_read)
 /* Any cut into blocks, with no more around them than the halo, gives the same bytes. */
 TEST(cuts_do_not_show)
 {
-    furnish(1.0f, PROFILE_UNIFORM, 1.0f);
+    furnish(PROFILE_UNIFORM, 1.0f);
     const struct rect all = {0, 0, SIDE, SIDE};
     struct patch *patch = accuracy_patch(&scene, 3);
     for (uint32_t filter = 1; filter <= 2; filter++) {
@@ -249,7 +251,7 @@ TEST(hard_lights)
 TEST(hard_slopes)
 {
     static const float slopes[] = {0, 6e-5f, 1e-3f, 1, 1e4f, 65504.0f};
-    furnish(1.0f, PROFILE_UNIFORM, 1.0f);
+    furnish_part(56, 48, PROFILE_UNIFORM, 1.0f); /* every pair of slopes, many times over */
     struct patch *patch = accuracy_patch(&scene, 3);
     for (size_t k = 0; k < 36; k++) {
         for (size_t i = 0; i < (size_t)rect_area(patch->rect); i++) {
@@ -280,7 +282,7 @@ TEST(narrow_pictures)
 TEST(orthographic_camera)
 {
     struct shadow_truth truth;
-    furnish(1.0f, PROFILE_UNIFORM, 1.0f);
+    furnish(PROFILE_UNIFORM, 1.0f);
     scene.plan.camera.type = CAMERA_ORTHOGRAPHIC;
     scene.plan.camera.half_width = scene.plan.camera.half_height = 5.0f;
     truth_init(&truth, &scene);

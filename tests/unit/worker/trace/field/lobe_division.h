@@ -11,11 +11,7 @@
 
 static inline uint32_t coated(struct scene_fixture *f, float roughness, float metallic)
 {
-    const uint32_t m = fixture_material(f, 0.6f, 0.5f, 0.4f);
-    f->materials[m].specular = 1.0f;
-    f->materials[m].roughness = roughness;
-    f->materials[m].metallic = metallic;
-    return m;
+    return fixture_glossy(f, (float[]){0.6f, 0.5f, 0.4f}, roughness, metallic);
 }
 
 /* Lights' fields beside paths that leave diffuse lobes out. */

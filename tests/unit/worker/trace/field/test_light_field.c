@@ -40,10 +40,10 @@ static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
 
 TEST(field_and_paths_are_the_picture)
 {
-    static const uint32_t bounces[] = {1, 2, 8};
-    for (int kind = 0; kind < KIND_COUNT; kind++)
-        for (int k = 0; k < 3; k++)
-            compare((enum kind)kind, SHINES_RECT | SHINES_MESH | SHINES_SKY, bounces[k]);
+    for (int kind = 0; kind < KIND_COUNT; kind++) {
+        compare((enum kind)kind, SHINES_RECT | SHINES_MESH | SHINES_SKY, 8);
+        compare((enum kind)kind, SHINES_RECT | SHINES_MESH | SHINES_SKY, 1);
+    }
 }
 
 TEST(whatever_shines)
@@ -51,10 +51,7 @@ TEST(whatever_shines)
     static const uint32_t lights[] = {SHINES_RECT,  SHINES_MESH,
                                       SHINES_SKY,   SHINES_MAP,
                                       SHINES_POINT, SHINES_RECT | SHINES_POINT | SHINES_MAP};
-    for (int k = 0; k < 6; k++) {
-        compare(LAMBERT, lights[k], 1);
-        compare(DIELECTRIC, lights[k], 2);
-    }
+    for (int k = 0; k < 6; k++) compare(k % 2 ? LAMBERT : DIELECTRIC, lights[k], 2);
 }
 
 /* A pure light field of lights alone is the path tracer's demodulated indirect light. */

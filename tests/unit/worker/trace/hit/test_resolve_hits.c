@@ -2,22 +2,16 @@
 #include <stdlib.h>
 
 #include "tests/random.h"
-#include "tests/unit/unit.h"
-#include "tests/unit/worker/tile_fixture.h"
+#include "tests/unit/worker/trace/hit/panel_scene.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
-
-#include "worker/trace/hit/hit_kernels.h"
 
 /* Panel k covers x from k to k + 0.9, y from -0.5 to 0.5. */
 enum panel { TEXTURED, TEXTURED_UNLIT, UNLIT, LAMBERT, GLOSSY, TEXTURED_GLOSSY, SHINING, PLACED };
 enum { PANELS = PLACED + 1 };
 
-static struct scene_fixture *f;
-static struct render_scene *scene;
-
 static const uint8_t texel[4] = {51, 102, 204, 255};
 
-static void add_panel(enum panel kind)
+static void add_panel(int kind)
 {
     const uint32_t m = fixture_material(f, 0.5f, 0.25f, 1.0f);
     struct scene_material *material = &f->materials[m];
@@ -37,28 +31,11 @@ static void add_panel(enum panel kind)
 
 static int open_scene(void **state)
 {
-    struct fault fault = {0};
     (void)state;
-    f = fixture_new();
-    for (int k = 0; k < PANELS; k++) add_panel((enum panel)k);
-    return render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault);
+    return open_panels(PANELS, add_panel);
 }
 
-static int close_scene(void **state)
-{
-    (void)state;
-    render_scene_destroy(&scene);
-    free(f);
-    return 0;
-}
-
-ALL_TESTS(open_scene, close_scene);
-
-static void expect_color(const struct lanes3 *got, int i, float r, float g, float b)
-{
-    assert_true(fabsf(got->x[i] - r) < 1e-6f && fabsf(got->y[i] - g) < 1e-6f);
-    assert_true(fabsf(got->z[i] - b) < 1e-6f);
-}
+ALL_TESTS(open_scene, close_panels);
 
 static void expect_panel(const struct surface *s, int i, enum panel kind)
 {

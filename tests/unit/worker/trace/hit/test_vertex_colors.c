@@ -1,20 +1,15 @@
 /* Colours of vertices multiply base colours, opacity and what unlit surfaces shine. */
 #include <stdlib.h>
 
-#include "tests/unit/unit.h"
-#include "tests/unit/worker/tile_fixture.h"
+#include "tests/unit/worker/trace/hit/panel_scene.h"
 #include "tests/unit/worker/trace/isa_fixture.h"
 #include "worker/scene/alpha.h"
-#include "worker/trace/hit/hit_kernels.h"
 
 enum kind { LAMBERT, GLOSSY, UNLIT, PLAIN, KINDS };
 
-static struct scene_fixture *f;
-static struct render_scene *scene;
-
 /* Panel k covers x from 2k - 1 to 2k + 1. Colours run from red at its left, with alpha 1, to green
  * at its right, with alpha a half. */
-static void add_panel(enum kind kind)
+static void add_panel(int kind)
 {
     const uint32_t m = fixture_material(f, 0.5f, 0.25f, 1.0f);
     struct scene_material *material = &f->materials[m];
@@ -34,38 +29,21 @@ static void add_panel(enum kind kind)
 
 static int open_scene(void **state)
 {
-    struct fault fault = {0};
     (void)state;
-    f = fixture_new();
-    for (int k = 0; k < KINDS; k++) add_panel((enum kind)k);
-    return render_scene_create(fixture_scene(f), 1, NULL, &scene, &fault);
+    return open_panels(KINDS, add_panel);
 }
 
-static int close_scene(void **state)
-{
-    (void)state;
-    render_scene_destroy(&scene);
-    free(f);
-    return 0;
-}
-
-ALL_TESTS(open_scene, close_scene);
-
-static void expect(const struct lanes3 *got, int i, float r, float g, float b)
-{
-    assert_true(fabsf(got->x[i] - r) < 1e-6f && fabsf(got->y[i] - g) < 1e-6f);
-    assert_true(fabsf(got->z[i] - b) < 1e-6f);
-}
+ALL_TESTS(open_scene, close_panels);
 
 static void expect_panel(const struct surface *s, int i, enum kind kind, float right)
 {
     const float red = 0.5f * (1 - right), green = 0.25f * right;
     if (kind == UNLIT)
-        expect(&s->emission, i, red, green, 0);
+        expect_color(&s->emission, i, red, green, 0);
     else if (kind == PLAIN)
-        expect(&s->albedo, i, 0.5f, 0.25f, 1);
+        expect_color(&s->albedo, i, 0.5f, 0.25f, 1);
     else
-        expect(&s->albedo, i, red, green, 0);
+        expect_color(&s->albedo, i, red, green, 0);
 }
 
 /* Lane i looks at panel kind[i % 2]: lanes of one mesh go another way than those of two. */

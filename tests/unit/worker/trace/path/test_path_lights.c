@@ -10,7 +10,7 @@ static struct plan lit_room(struct scene_fixture *f, uint32_t points, uint32_t m
 {
     struct plan p = room(f);
     p.bounces = 1;
-    p.paths.spp = 512;
+    p.paths.spp = 256;
     fixture_ceiling_light(&p, -1.5f, 0.4f, 1, 0.1f, 1)->color[1] = 9.0f;
     for (uint32_t k = 0; k < points; k++) {
         struct plan_light *l = fixture_light(&p, k % 3 ? LIGHT_POINT : LIGHT_SPOT, 1);
@@ -86,8 +86,8 @@ TEST(lights_add_up)
         }
         for (uint32_t k = 0; k < 3; k++) f->materials[meshes[k]].emission[k] = 4.0f;
         struct traced all = trace_passes(f, &p);
-        expect_equal_light(&all, &sum, PLANE_PATH_DIRECT, 512);
-        expect_equal_light(&all, &sum, PLANE_PATH_INDIRECT, 512);
+        expect_equal_light(&all, &sum, PLANE_PATH_DIRECT, 256);
+        expect_equal_light(&all, &sum, PLANE_PATH_INDIRECT, 256);
         traced_fini(&all);
         traced_fini(&sum);
         free(f);
