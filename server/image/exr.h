@@ -1,6 +1,7 @@
 #pragma once
-/* Reads and writes OpenEXR files through the C core API. Written files have one part of scan lines,
- * compressed by ZIP. */
+/* Reads and writes OpenEXR files through the C core API. Written files have one part of scan lines.
+ */
+#include "proto/exr_codec.h"
 #include "server/image/image.h"
 
 struct exr_metadata {
@@ -8,6 +9,7 @@ struct exr_metadata {
     uint64_t seed;
     uint32_t spp;
     int32_t frame;
+    enum exr_codec codec;
     bool half; /* store all channels but depth, id and samples as half floats, clamped */
 };
 
