@@ -6,7 +6,8 @@
 #include <unistd.h>
 
 #include "proto/half.h"
-#include "server/image/exr.h"
+#include "server/image/exr_attributes.h"
+#include "server/image/exr_dwa.h"
 #include "server/image/exr_file.h"
 #include "server/image/exr_zip.h"
 
@@ -53,20 +54,6 @@ static exr_result_t add_channels(struct exr_rows *w)
     return r;
 }
 
-static exr_result_t add_metadata(struct exr_rows *w)
-{
-    const struct exr_metadata *m = w->metadata;
-    exr_context_t context = w->context;
-    char seed[24];
-    snprintf(seed, sizeof seed, "%llu", (unsigned long long)m->seed);
-    exr_result_t r = exr_attr_set_string(context, 0, "shearwater:seed", seed);
-    if (!r && m->job) r = exr_attr_set_string(context, 0, "shearwater:job", m->job);
-    if (!r && m->build) r = exr_attr_set_string(context, 0, "shearwater:build", m->build);
-    if (!r) r = exr_attr_set_int(context, 0, "shearwater:spp", (int32_t)m->spp);
-    if (!r) r = exr_attr_set_int(context, 0, "shearwater:frame", m->frame);
-    return r;
-}
-
 static exr_compression_t compression_of(enum exr_codec codec)
 {
     static const exr_compression_t of[] = {
@@ -86,7 +73,7 @@ static exr_result_t write_header(struct exr_rows *w)
                                                 w->image->height_px,
                                                 compression_of(w->metadata->codec));
     if (!r) r = add_channels(w);
-    if (!r) r = add_metadata(w);
+    if (!r) r = exr_attributes_add(w->context, w->metadata);
     if (!r) r = exr_write_header(w->context);
     if (!r) r = exr_get_scanlines_per_chunk(w->context, 0, &w->chunk_rows);
     return r;
@@ -134,6 +121,7 @@ static exr_result_t bind(struct exr_rows *w, int32_t y)
 static void choose_compressor(struct exr_rows *w)
 {
     const enum exr_codec codec = w->metadata->codec;
+    if (codec == EXR_CODEC_DWAA) w->encoder.compress_fn = exr_dwa_compress;
     if (codec != EXR_CODEC_ZIP && codec != EXR_CODEC_ZIPS) return;
     w->encoder.compress_fn = exr_zip_compress;
     w->encoder.encoding_user_data = w->zip;

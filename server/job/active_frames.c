@@ -340,6 +340,9 @@ static int start_work(struct active_job *job, struct active_frame *frame)
                             : u > 0            ? u * u
                                                : l * l,
                      .frame = active_frame_number(job, frame),
+                     .fps = job_frame_count(document) > 1 ? document->fps : 0,
+                     .camera = plan.camera,
+                     .has_camera = true,
                      .half = document->pixel_type == PIXEL_HALF,
                      .codec = document->exr_compression},
         .png = picture_png_options(document),
