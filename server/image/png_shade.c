@@ -91,7 +91,7 @@ size_t png_shader_row_bytes(const struct png_shader *s)
 /* v clipped to [0, 1]; NaN gives 0. */
 static float clip(float v)
 {
-    return v > 0.0f ? fminf(v, 1.0f) : 0.0f;
+    return v > 0.0f ? (v < 1.0f ? v : 1.0f) : 0.0f;
 }
 
 /* Stores round(most * v) of v in [0, 1]. Returns where the next sample goes. */

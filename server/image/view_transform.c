@@ -27,7 +27,7 @@ static const double agx_outset[3][3] = {
 
 static double clip(double v, double most)
 {
-    return v > 0.0 ? fmin(v, most) : 0.0; /* NaN, too */
+    return v > 0.0 ? (v < most ? v : most) : 0.0; /* NaN, too */
 }
 
 static void turn(const double matrix[3][3], double v[3])
@@ -46,7 +46,7 @@ static double filmic(double v)
 static double agx_sigmoid(double v)
 {
     const double range = AGX_MOST_EV - AGX_LEAST_EV;
-    const double x = clip((log2(fmax(v, 1e-10)) - AGX_LEAST_EV) / range, 1.0);
+    const double x = clip((log2(v > 1e-10 ? v : 1e-10) - AGX_LEAST_EV) / range, 1.0);
     return (((((15.5 * x - 40.14) * x + 31.96) * x - 6.868) * x + 0.4298) * x + 0.1191) * x -
            0.00232;
 }
@@ -57,7 +57,7 @@ static void agx(double v[3])
     turn(agx_inset, v);
     for (int c = 0; c < 3; c++) v[c] = agx_sigmoid(v[c]);
     turn(agx_outset, v);
-    for (int c = 0; c < 3; c++) v[c] = pow(fmax(v[c], 0.0), 2.2);
+    for (int c = 0; c < 3; c++) v[c] = v[c] > 0.0 ? pow(v[c], 2.2) : 0.0;
     turn(rec709_of_2020, v);
 }
 
