@@ -71,7 +71,7 @@ kernels  := $(filter %_kernels.c,$(server_src) $(worker_src) $(unet_src))
 obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B)/obj/$(f).%.o),$(B)/obj/$(f).o))
 
 proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
-server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXR-3_1 -lOpenEXRCore-3_1 -lImath-3_1 -lstdc++ -lpng -lcurl $(proto_libs)
+server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXR-3_1 -lOpenEXRCore-3_1 -lstdc++ -lpng -lcurl $(proto_libs)
 import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp -lmeshoptimizer -ldraco -lstdc++ $(proto_libs)
 worker_libs := -lembree3 -luv $(proto_libs)
 

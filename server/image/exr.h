@@ -49,6 +49,7 @@ struct exr_selection {
     bool whole;         /* the data window must be the display window: else ERR_UNSUPPORTED */
 };
 
-/* Reads a file in memory, which faults call `name`; DWA compression is refused. ERR_MISSING if it has none of the channels. */
+/* Reads a file in memory, which faults call `name`; DWA compression is refused. ERR_MISSING if it
+ * has none of the channels. */
 int exr_read_memory(const void *data, size_t size_bytes, const char *name,
                     const struct exr_selection *selection, struct image **out, struct fault *fault);
