@@ -32,7 +32,9 @@ CFLAGS   = $(STD) $(WARN) $(OPT) $(TUNE) $(EXTRA)
 CXXFLAGS = -std=c++17 -Wall -Wextra $(if $(WERROR),-Werror) -O2 -g $(EXTRA)
 
 proto_src  := $(sort $(shell find proto -name '*.c'))
-server_src := $(filter-out server/main.c,$(sort $(shell find server -name '*.c' -not -path 'server/import/*')))
+# OpenEXR's DWA codec speaks C++ only.
+server_src := $(filter-out server/main.c,$(sort $(shell find server -name '*.c' -not -path 'server/import/*'))) \
+              server/image/dwa/dwa_shim.cc
 # libdraco speaks C++ only.
 import_cxx_src := $(sort $(shell find server/import -name '*.cc'))
 # Environment maps come through the coordinator's reader of OpenEXR.
@@ -69,7 +71,7 @@ kernels  := $(filter %_kernels.c,$(server_src) $(worker_src) $(unet_src))
 obj = $(foreach f,$(basename $(1)),$(if $(filter $(f).c,$(kernels)),$(isas:%=$(B)/obj/$(f).%.o),$(B)/obj/$(f).o))
 
 proto_libs  := -lblosc -lgnutls -lnettle -ljansson -lisal -lm -lpthread
-server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl $(proto_libs)
+server_libs := -lmicrohttpd -luv -lsqlite3 -lOpenEXR-3_1 -lOpenEXRCore-3_1 -lstdc++ -lpng -lcurl $(proto_libs)
 import_libs := -lassimp -lOpenEXRCore-3_1 -lpng -lturbojpeg -lwebp -lmeshoptimizer -ldraco -lstdc++ $(proto_libs)
 worker_libs := -lembree3 -luv $(proto_libs)
 
@@ -292,6 +294,7 @@ compile = $(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP
 $(B)/obj/%.o: %.c
 	@mkdir -p $(@D)
 	$(compile) -c $< -o $@
+$(B)/obj/server/image/dwa/%.o: CPPFLAGS += -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
 $(B)/obj/%.o: %.cc
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(CXXFLAGS) $(MARCH) -MMD -MP -c $< -o $@

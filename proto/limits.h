@@ -17,13 +17,14 @@
 #define LIMIT_PASS_LENS_SAMPLES     256       /* the same through a lens, all of which are in one */
 #define LIMIT_PASSES                1026      /* passes of a frame: those of LIMIT_SPP (plan.h) */
 #define LIMIT_LENS_BLADES           32        /* sides of an aperture; more is a circle */
-#define LIMIT_FILTER_MU             100       /* factor of filter widths; beyond, all are capped */
-#define LIMIT_FRAMES                100000    /* frames of a job */
-#define LIMIT_FRAME_RUNS            64        /* runs of numbers, such as 20-40x2, of a job */
-#define LIMIT_TIME_S                1e9       /* seconds; of a scene, both ways from 0 */
-#define LIMIT_PRIORITY              100       /* |priority| */
-#define LIMIT_COORDINATE            1e15f     /* |scene unit|; Embree aborts on 1e18 */
-#define LIMIT_RADIANCE              1e12f     /* radiance, intensity or irradiance of a light */
+#define LIMIT_EXPOSURE_EV           32     /* stops: 2^32 covers every radiance of a half float */
+#define LIMIT_FILTER_MU             100    /* factor of filter widths; beyond, all are capped */
+#define LIMIT_FRAMES                100000 /* frames of a job */
+#define LIMIT_FRAME_RUNS            64     /* runs of numbers, such as 20-40x2, of a job */
+#define LIMIT_TIME_S                1e9    /* seconds; of a scene, both ways from 0 */
+#define LIMIT_PRIORITY              100    /* |priority| */
+#define LIMIT_COORDINATE            1e15f  /* |scene unit|; Embree aborts on 1e18 */
+#define LIMIT_RADIANCE              1e12f  /* radiance, intensity or irradiance of a light */
 
 /* Memory of a coordinator. */
 #define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples that a frame with rounds keeps */

@@ -85,6 +85,18 @@ const struct json_choice job_pixel_filter_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_exr_codec_words[] = {
+    {"none", EXR_CODEC_NONE, NULL}, {"zips", EXR_CODEC_ZIPS, NULL}, {"zip", EXR_CODEC_ZIP, NULL},
+    {"piz", EXR_CODEC_PIZ, NULL},   {"dwaa", EXR_CODEC_DWAA, NULL}, {NULL, 0, NULL},
+};
+
+const struct json_choice job_view_curve_words[] = {
+    {"linear", VIEW_LINEAR, NULL},
+    {"filmic", VIEW_FILMIC, NULL},
+    {"agx", VIEW_AGX, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_light_type_words[] = {
     {"point", LIGHT_POINT, NULL},
     {"spot", LIGHT_SPOT, NULL},
@@ -122,6 +134,21 @@ uint32_t layer_from_name(const char *name)
     for (const struct json_choice *w = job_layer_words; w->name; w++)
         if (strcmp(w->name, name) == 0) return w->value;
     return 0;
+}
+
+bool view_curve_from_name(const char *name, enum view_curve *out)
+{
+    for (const struct json_choice *w = job_view_curve_words; w->name; w++) {
+        if (strcmp(w->name, name) != 0) continue;
+        *out = (enum view_curve)w->value;
+        return true;
+    }
+    return false;
+}
+
+const char *view_curve_name(enum view_curve curve)
+{
+    return job_word(job_view_curve_words, curve);
 }
 
 const char *filter_method_name(enum filter_method method)

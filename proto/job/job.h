@@ -10,7 +10,10 @@
  *              default_light: bool,
  *              default_camera: "front" | "three_quarter"}; asset is required
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
- *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent"}
+ *   image     {width, height, pixel_type: "float" | "half", pixel_filter: "box" | "tent",
+ *              exr_compression: "none" | "zips" | "zip" | "piz" | "dwaa",
+ *              view: "linear" | "filmic" | "agx", exposure: stops, png_bits: 8 | 16,
+ *              png_alpha: bool}
  *   lights    [{type: rectangle | directional | point | spot, ...}]; see openapi.yaml
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
@@ -27,9 +30,11 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/exr_codec.h"
 #include "proto/json.h"
 #include "proto/plan.h"
 #include "proto/scene/relative_path.h"
+#include "proto/view_curve.h"
 
 /* A file that the scene's main file refers to by a relative name. */
 struct job_file {
@@ -147,6 +152,11 @@ struct job {
     int32_t width_px, height_px;    /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
     enum pixel_type pixel_type;     /* of the EXR; default float */
     enum pixel_filter pixel_filter; /* of paths; default box. A tent asks for paths */
+    enum exr_codec exr_compression; /* default zip */
+    enum view_curve view;           /* of PNG files and the viewer; default agx */
+    float exposure;                 /* stops, LIMIT_EXPOSURE_EV either way; default 0 */
+    uint32_t png_bits;              /* of a sample, 8 or 16; default 8 */
+    bool png_alpha;                 /* default false: over black */
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS]; /* strata_per_axis and power are set by the plan */
     bool scene_lights;                      /* use the scene's own lights; default true */
@@ -224,6 +234,9 @@ uint32_t job_strata_per_axis(uint32_t spp);
 const char *layer_name(enum layer layer);
 /* Returns the bit of a name, or 0. */
 uint32_t layer_from_name(const char *name);
+/* Finds the view of a name, such as "agx". False for another text. */
+bool view_curve_from_name(const char *name, enum view_curve *out);
+const char *view_curve_name(enum view_curve curve);
 const char *filter_method_name(enum filter_method method);
 const char *indirect_method_name(enum indirect_method method);
 const char *residual_method_name(enum residual_method method);

@@ -13,6 +13,8 @@ int job_environment_read(struct json_cursor *at, const struct json_member *membe
 /* Reads the lens. null and an aperture of radius 0 mean none, with all fields 0. */
 int job_lens_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                   void *job);
+/* The members of the object image. */
+extern const struct json_member job_image_members[];
 /* Reads frames, an object or a list as a text. */
 int job_frames_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                     void *job);
@@ -23,6 +25,7 @@ int job_lights_read(struct json_cursor *at, const struct json_member *member, co
 
 /* Writes the environment; none is null. */
 json_t *job_environment_write(const struct job_environment *environment);
+json_t *job_image_write(const struct job *job);
 json_t *job_lights_write(const struct job *job);
 json_t *job_frames_write(const struct job *job);
 
@@ -44,6 +47,8 @@ extern const struct json_choice job_lens_words[];
 extern const struct json_choice job_pixel_type_words[];
 extern const struct json_choice job_view_words[];
 extern const struct json_choice job_pixel_filter_words[];
+extern const struct json_choice job_exr_codec_words[];
+extern const struct json_choice job_view_curve_words[];
 extern const struct json_choice job_light_type_words[];
 extern const struct json_choice job_profile_words[];
 

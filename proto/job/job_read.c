@@ -171,13 +171,6 @@ static const struct json_member scene_members[] = {
                   "digest as \"asset\""),
     {.name = NULL}};
 
-static const struct json_member image_members[] = {
-    NUMBER("width", json_member_i32, width_px, 1, LIMIT_IMAGE_SIDE_PX),
-    NUMBER("height", json_member_i32, height_px, 1, LIMIT_IMAGE_SIDE_PX),
-    WORD("pixel_type", pixel_type, job_pixel_type_words),
-    WORD("pixel_filter", pixel_filter, job_pixel_filter_words),
-    {.name = NULL}};
-
 static const struct json_member effects_members[] = {
     NUMBER("indirect_bounces", json_member_u32, indirect_bounces, 0, LIMIT_INDIRECT_BOUNCES),
     {.name = "ambient_occlusion", .read = read_ambient_occlusion},
@@ -212,7 +205,7 @@ static const struct json_member filter_members[] = {
 
 static const struct json_member job_members[] = {
     {.name = "scene", .read = json_member_object, .members = scene_members, .required = true},
-    OBJECT("image", image_members),
+    OBJECT("image", job_image_members),
     {.name = "lights", .read = job_lights_read},
     {.name = "environment", .read = job_environment_read},
     {.name = "lens", .read = job_lens_read},
@@ -233,6 +226,9 @@ static void set_defaults(struct job *job)
                         .width_px = 720,
                         .height_px = 720,
                         .pixel_type = PIXEL_FLOAT,
+                        .exr_compression = EXR_CODEC_ZIP,
+                        .view = VIEW_AGX,
+                        .png_bits = 8,
                         .scene_lights = true,
                         .default_light = true,
                         .indirect_bounces = 1,

@@ -47,18 +47,6 @@ static json_t *write_scene(const struct job *job)
     return checked(object, failures);
 }
 
-static json_t *write_image(const struct job *job)
-{
-    const char *pixel_type = job_word(job_pixel_type_words, job->pixel_type);
-    json_t *object = json_object();
-    int failures = set(object, "width", json_integer(job->width_px));
-    failures += set(object, "height", json_integer(job->height_px));
-    failures += set(object, "pixel_type", json_string(pixel_type));
-    failures += set(object, "pixel_filter",
-                    json_string(job_word(job_pixel_filter_words, job->pixel_filter)));
-    return checked(object, failures);
-}
-
 static json_t *write_effects(const struct job *job)
 {
     json_t *object = json_object();
@@ -112,7 +100,7 @@ json_t *job_write(const struct job *job)
 {
     json_t *object = json_object();
     int failures = set(object, "scene", write_scene(job));
-    failures += set(object, "image", write_image(job));
+    failures += set(object, "image", job_image_write(job));
     failures += set(object, "lights", job_lights_write(job));
     failures += set(object, "environment", job_environment_write(&job->environment));
     failures += set(object, "lens", job_lens_write(job));

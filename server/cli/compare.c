@@ -180,12 +180,13 @@ static int write_picture(const struct comparison *c, struct fault *fault)
 {
     struct image *picture = NULL;
     struct output_file file;
+    const struct png_options plain = {0};
     uint8_t *png = NULL;
     size_t size_bytes = 0;
     int error = difference_picture(c->reference, c->test, c->layer, (double)c->range_percent / 100,
                                    (int32_t)c->box_px, &picture, fault);
     if (error) return error;
-    error = png_encode(picture, "beauty", 0.0f, &png, &size_bytes);
+    error = png_encode(picture, "beauty", &plain, &png, &size_bytes);
     image_destroy(&picture);
     if (error) return fault_set(fault, error, "", "the difference picture cannot be encoded");
     error = output_file_open(&file, c->picture, fault);
@@ -275,7 +276,7 @@ int cli_compare(int argc, char **argv)
         {"gamma", 0, OPTION_TEXT, "GAMMA",
          "gamma of both pictures for SSIM and FLIP (default: 1, sRGB alone)", 0, 0,
          &c.perceptual.gamma},
-        {"curve", 0, OPTION_TEXT, "linear|filmic",
+        {"curve", 0, OPTION_TEXT, "linear|filmic|agx",
          "tone curve of both pictures for SSIM and FLIP (default: linear)", 0, 0,
          &c.perceptual.curve},
         {"ppd", 0, OPTION_TEXT, "PIXELS",

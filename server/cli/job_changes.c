@@ -86,10 +86,29 @@ static int set_animation(const struct job_changes *changes, json_t *document, st
     return error;
 }
 
+/* How the picture's files are, but for its size. */
+static int set_files(const struct job_changes *changes, json_t *document, struct fault *fault)
+{
+    json_t *exposure = NULL;
+    int error = 0;
+    if (changes->view) error = set_member(document, "image", "view", json_string(changes->view));
+    if (!error && changes->exposure)
+        error = read_number("--exposure", changes->exposure, &exposure, fault);
+    if (!error && exposure) error = set_member(document, "image", "exposure", exposure);
+    if (!error && changes->png_bits > 0)
+        error = set_member(document, "image", "png_bits", json_integer(changes->png_bits));
+    if (!error && changes->png_alpha)
+        error = set_member(document, "image", "png_alpha", json_true());
+    if (!error && changes->compression)
+        error = set_member(document, "image", "exr_compression", json_string(changes->compression));
+    return error;
+}
+
 int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault)
 {
     int error = 0;
     if (changes->size) error = set_size(changes->size, document, fault);
+    if (!error) error = set_files(changes, document, fault);
     if (!error && changes->camera) error = set_camera(changes->camera, document);
     if (!error && changes->variant)
         error = set_member(document, "scene", "variant", json_string(changes->variant));

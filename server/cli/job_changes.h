@@ -20,6 +20,11 @@ struct job_changes {
     const char *glossy;      /* filter.glossy; NULL */
     const char *lens;        /* filter.lens; NULL */
     const char *residual;    /* filter.residual; NULL */
+    const char *view;        /* image.view; NULL */
+    const char *exposure;    /* image.exposure, a number; NULL */
+    const char *compression; /* image.exr_compression; NULL */
+    long png_bits;           /* image.png_bits; 0 */
+    bool png_alpha;          /* image.png_alpha true */
     long bounces;            /* effects.indirect_bounces; -1 */
     long spp;                /* sampling.spp; 0 */
     long tile_px;            /* sampling.tile_px; 0 */
@@ -44,6 +49,18 @@ struct job_changes {
 /* The lines of a command's option table that fill *c. */
 #define JOB_CHANGES_OPTIONS(c)                                                                     \
     JOB_CHANGE_TEXT("size", 's', "WxH", "pixels of the picture instead of the job's", &(c)->size), \
+        JOB_CHANGE_TEXT("view", 0, "linear|filmic|agx", "how PNG files and the viewer show light", \
+                        &(c)->view),                                                               \
+        JOB_CHANGE_TEXT("exposure", 0, "STOPS", "exposure of PNG files and the viewer",            \
+                        &(c)->exposure),                                                           \
+        JOB_CHANGE_NUMBER("png-bits", 0, "bits of a PNG's samples: 8 or 16", 8, 16,                \
+                          &(c)->png_bits),                                                         \
+        {.name = "png-alpha",                                                                      \
+         .kind = OPTION_FLAG,                                                                      \
+         .text = "a PNG that is transparent where no surface is",                                  \
+         .out = &(c)->png_alpha},                                                                  \
+        JOB_CHANGE_TEXT("exr-compression", 0, "none|zips|zip|piz|dwaa",                            \
+                        "compression of EXR files", &(c)->compression),                            \
         JOB_CHANGE_TEXT("camera", 'c', "NAME|INDEX", "camera of the scene instead of the job's",   \
                         &(c)->camera),                                                             \
         JOB_CHANGE_TEXT("variant", 0, "NAME", "variant of the scene's materials", &(c)->variant),  \

@@ -3,24 +3,19 @@
 #include <math.h>
 #include <stdlib.h>
 
-static double clip(double v)
-{
-    return v > 0.0 ? fmin(v, 1.0) : 0.0; /* NaN, too */
-}
+#include "server/image/view_transform.h"
 
-static double filmic_of(double v)
+/* Puts pixel i of what the curve shows of `light` into the planes. */
+static void put(const struct view_transform *curve, double gamma, const double light[3],
+                float *const planes[3], size_t i)
 {
-    const double x = fmax(v, 0.0) * 0.6;
-    /* Both grow beyond all doubles only where the quotient has long been above one. */
-    return x > 1e6 ? 1.0 : x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
-}
-
-static float displayed(double v, double scale, const struct display_transform *view)
-{
-    const double linear = clip(view->filmic ? filmic_of(v * scale) : v * scale);
-    const double encoded =
-        linear <= 0.0031308 ? 12.92 * linear : 1.055 * pow(linear, 1 / 2.4) - 0.055;
-    return (float)pow(encoded, 1 / view->gamma);
+    double shown[3];
+    view_transform_apply(curve, light, shown);
+    for (int c = 0; c < 3; c++) {
+        const double v = shown[c];
+        const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
+        planes[c][i] = (float)pow(encoded, 1 / gamma);
+    }
 }
 
 static int allocate(int32_t width, int32_t height, struct display_pair *out)
@@ -47,17 +42,20 @@ static bool is_finite(const struct plane *const rgb[3], int32_t x, int32_t y)
 static void fill(const struct plane *const r[3], const struct plane *const t[3],
                  const struct display_transform *view, struct display_pair *out)
 {
-    const double scale = exp2(view->exposure_ev);
+    const struct view_transform curve = view_transform_of(view->curve, view->exposure_ev);
     size_t i = 0;
     for (int32_t y = 0; y < out->height_px; y++)
         for (int32_t x = 0; x < out->width_px; x++, i++) {
             if (!is_finite(r, x, y) || !is_finite(t, x, y)) continue;
             out->counts[i] = 1;
             out->count++;
+            double in_reference[3], in_test[3];
             for (int c = 0; c < 3; c++) {
-                out->reference[c][i] = displayed((double)*plane_at(r[c], x, y), scale, view);
-                out->test[c][i] = displayed((double)*plane_at(t[c], x, y), scale, view);
+                in_reference[c] = (double)*plane_at(r[c], x, y);
+                in_test[c] = (double)*plane_at(t[c], x, y);
             }
+            put(&curve, view->gamma, in_reference, out->reference, i);
+            put(&curve, view->gamma, in_test, out->test, i);
         }
 }
 

@@ -2,18 +2,20 @@
 /* Two pictures after the display transform, as a screen shows them. The perceptual metrics compare
  * these.
  *
- * A number v becomes srgb(clip(curve(v * 2^exposure)))^(1 / gamma), as in the viewer's shader. The
- * curve is v itself, or Narkowicz's fit of the ACES curve (2015) at 0.6 v. */
+ * A pixel v becomes srgb(curve(v * 2^exposure))^(1 / gamma), as in the viewer's shader; the curves
+ * are those of view_transform.h. */
 #include <stdbool.h>
 
+#include "proto/view_curve.h"
 #include "server/image/image.h"
 
 struct display_transform {
     double exposure_ev, gamma;
-    bool filmic;
+    enum view_curve curve;
 };
 
-#define DISPLAY_PLAIN ((struct display_transform){.exposure_ev = 0, .gamma = 1, .filmic = false})
+#define DISPLAY_PLAIN                                                                              \
+    ((struct display_transform){.exposure_ev = 0, .gamma = 1, .curve = VIEW_LINEAR})
 
 /* Arrays of width * height, row by row. Where either picture is not finite, the pixel does not
  * count and both are black. One allocation. */

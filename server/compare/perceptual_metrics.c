@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/job/job.h"
+
 /* Parses a decimal number; `otherwise` without a text. */
 static int parse(const char *option, const char *text, double least, double most, double otherwise,
                  double *out, struct fault *fault)
@@ -27,9 +29,9 @@ int perceptual_metrics_parse(struct perceptual_metrics *l, struct fault *fault)
         error = parse("ppd", l->ppd, FLIP_PPD_MIN, FLIP_PPD_MAX, FLIP_PPD, &l->pixels_per_degree,
                       fault);
     if (error) return error;
-    l->view.filmic = l->curve && strcmp(l->curve, "filmic") == 0;
-    if (l->curve && !l->view.filmic && strcmp(l->curve, "linear") != 0)
-        return fault_set(fault, ERR_SYNTAX, "", "--curve: \"%.60s\" is neither linear nor filmic",
+    l->view.curve = VIEW_LINEAR;
+    if (l->curve && !view_curve_from_name(l->curve, &l->view.curve))
+        return fault_set(fault, ERR_SYNTAX, "", "--curve: \"%.60s\" is not linear, filmic or agx",
                          l->curve);
     return 0;
 }

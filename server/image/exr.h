@@ -1,6 +1,8 @@
 #pragma once
-/* Reads and writes OpenEXR files through the C core API. Written files have one part of scan lines,
- * compressed by ZIP. */
+/* Reads and writes OpenEXR files through the C core API. Written files have one part of scan lines.
+ */
+#include "proto/exr_codec.h"
+#include "proto/plan.h"
 #include "server/image/image.h"
 
 struct exr_metadata {
@@ -8,6 +10,10 @@ struct exr_metadata {
     uint64_t seed;
     uint32_t spp;
     int32_t frame;
+    double fps;                /* of a sequence; 0: left out */
+    struct plan_camera camera; /* where has_camera */
+    bool has_camera;
+    enum exr_codec codec;
     bool half; /* store all channels but depth, id and samples as half floats, clamped */
 };
 
@@ -30,8 +36,8 @@ int exr_rows_finish(struct exr_rows **rows, struct fault *fault);
 /* Frees and nulls a writer, and removes its file. NULL is ignored. */
 void exr_rows_abort(struct exr_rows **rows);
 
-/* Reads a flat scan-line or tiled file of half, float or uint channels, any compression of the core
- * library (PIZ too), the data window as the image. The caller owns it. ERR_NOT_FOUND, ERR_IO,
+/* Reads a flat scan-line or tiled file of half, float or uint channels, any compression, the data
+ * window as the image. The caller owns it. ERR_NOT_FOUND, ERR_IO,
  * ERR_CORRUPT, ERR_LIMIT, and ERR_UNSUPPORTED for several parts, deep or subsampled channels. */
 int exr_read(const char *path, struct image **out, struct fault *fault);
 
@@ -43,6 +49,7 @@ struct exr_selection {
     bool whole;         /* the data window must be the display window: else ERR_UNSUPPORTED */
 };
 
-/* Reads a file in memory, which faults call `name`. ERR_MISSING if it has none of the channels. */
+/* Reads a file in memory, which faults call `name`; DWA compression is refused. ERR_MISSING if it
+ * has none of the channels. */
 int exr_read_memory(const void *data, size_t size_bytes, const char *name,
                     const struct exr_selection *selection, struct image **out, struct fault *fault);

@@ -1,39 +1,21 @@
-#include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#include "server/image/exr.h"
-#include "server/image/exr_file.h"
+#include "server/image/exr_reader.h"
 
-/* A file being read. */
-struct reader {
-    const char *path;
-    const struct exr_selection *selection; /* NULL: everything */
-    struct fault *fault;
-    struct exr_file file;
-    exr_context_t context;
-    exr_decode_pipeline_t decoder;
-    bool decoding; /* decoder is initialised */
-    exr_attr_box2i_t window;
-    struct image *image;
-    float *sink; /* a row, for channels that are passed over */
-};
-
-static int refuse(struct reader *r, int code, const char *why)
+static int refuse(struct exr_reader *r, int code, const char *why)
 {
     return fault_set(r->fault, code, r->path, "%s", why);
 }
 
-static int check(struct reader *r, exr_result_t result)
+static int check(struct exr_reader *r, exr_result_t result)
 {
     return exr_file_fault(&r->file, result, r->path, r->fault);
 }
 
 /* Accepts one flat part. Deep parts are never touched, because the library's readers of them are
  * not safe. */
-static int check_storage(struct reader *r, bool *tiled)
+static int check_storage(struct exr_reader *r, bool *tiled)
 {
     int parts = 0;
     exr_storage_t storage;
@@ -49,17 +31,18 @@ static int check_storage(struct reader *r, bool *tiled)
 }
 
 /* The library's C core knows these by name only. */
-static int check_compression(struct reader *r)
+static int check_compression(struct exr_reader *r, bool *dwa)
 {
-    exr_compression_t compression;
+    exr_compression_t compression = EXR_COMPRESSION_NONE;
     int error = check(r, exr_get_compression(r->context, 0, &compression));
-    if (!error && (compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB))
+    *dwa = compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
+    if (!error && *dwa && !r->read_dwa)
         error = refuse(r, ERR_UNSUPPORTED,
                        "DWA compression is not read: save it with ZIP or PIZ compression");
     return error;
 }
 
-static int check_window(struct reader *r, int64_t *width, int64_t *height)
+static int check_window(struct exr_reader *r, int64_t *width, int64_t *height)
 {
     int error = check(r, exr_get_data_window(r->context, 0, &r->window));
     if (error) return error;
@@ -73,7 +56,7 @@ static int check_window(struct reader *r, int64_t *width, int64_t *height)
     return 0;
 }
 
-static int check_whole(struct reader *r)
+static int check_whole(struct exr_reader *r)
 {
     exr_attr_box2i_t display;
     int error = check(r, exr_get_display_window(r->context, 0, &display));
@@ -83,7 +66,7 @@ static int check_whole(struct reader *r)
     return error;
 }
 
-static bool is_wanted(const struct reader *r, const char *channel)
+static bool is_wanted(const struct exr_reader *r, const char *channel)
 {
     if (!r->selection) return true;
     for (uint32_t c = 0; c < r->selection->channel_count; c++)
@@ -92,7 +75,7 @@ static bool is_wanted(const struct reader *r, const char *channel)
 }
 
 /* The wanted channels' names, borrowed from the context. */
-static int list_channels(struct reader *r, const char *names[IMAGE_CHANNELS], uint32_t *count)
+static int list_channels(struct exr_reader *r, const char *names[IMAGE_CHANNELS], uint32_t *count)
 {
     const exr_attr_chlist_t *channels;
     int error = check(r, exr_get_channels(r->context, 0, &channels));
@@ -110,7 +93,7 @@ static int list_channels(struct reader *r, const char *names[IMAGE_CHANNELS], ui
     return *count > 0 ? 0 : refuse(r, ERR_MISSING, "it has none of the channels that are wanted");
 }
 
-static int create_image(struct reader *r)
+static int create_image(struct exr_reader *r)
 {
     const char *names[IMAGE_CHANNELS];
     uint32_t count = 0;
@@ -129,7 +112,7 @@ static int create_image(struct reader *r)
 
 /* Sends a skipped channel's rows to one row, over each other. Not every path of the library checks
  * for NULL. */
-static void pass_over(const struct reader *r, exr_coding_channel_info_t *channel)
+static void pass_over(const struct exr_reader *r, exr_coding_channel_info_t *channel)
 {
     channel->decode_to_ptr = (uint8_t *)r->sink;
     channel->user_bytes_per_element = 4;
@@ -139,7 +122,7 @@ static void pass_over(const struct reader *r, exr_coding_channel_info_t *channel
 }
 
 /* Binds channels to where a chunk's rows go. The library converts halves and integers to floats. */
-static int bind(struct reader *r, int32_t x, int32_t y)
+static int bind(struct exr_reader *r, int32_t x, int32_t y)
 {
     for (int16_t c = 0; c < r->decoder.channel_count; c++) {
         exr_coding_channel_info_t *channel = &r->decoder.channels[c];
@@ -161,7 +144,7 @@ static int bind(struct reader *r, int32_t x, int32_t y)
 }
 
 /* x, y: the chunk's corner in the image. */
-static int read_chunk(struct reader *r, const exr_chunk_info_t *chunk, int32_t x, int32_t y)
+static int read_chunk(struct exr_reader *r, const exr_chunk_info_t *chunk, int32_t x, int32_t y)
 {
     bool first = !r->decoding;
     int error;
@@ -177,7 +160,7 @@ static int read_chunk(struct reader *r, const exr_chunk_info_t *chunk, int32_t x
     return error ? error : check(r, exr_decoding_run(r->context, 0, &r->decoder));
 }
 
-static int read_scanlines(struct reader *r)
+static int read_scanlines(struct exr_reader *r)
 {
     int32_t rows = 0;
     int error = check(r, exr_get_scanlines_per_chunk(r->context, 0, &rows));
@@ -191,7 +174,7 @@ static int read_scanlines(struct reader *r)
 }
 
 /* The finest level alone. */
-static int read_tiles(struct reader *r)
+static int read_tiles(struct exr_reader *r)
 {
     int32_t width = 0, height = 0;
     int error = check(r, exr_get_tile_sizes(r->context, 0, 0, 0, &width, &height));
@@ -207,50 +190,32 @@ static int read_tiles(struct reader *r)
     return error;
 }
 
-static int read_file(struct reader *r)
+int exr_reader_run(struct exr_reader *r)
 {
-    bool tiled = false;
+    bool tiled = false, dwa = false;
     exr_context_initializer_t init;
     exr_file_context(&r->file, &init);
     init.write_fn = NULL;
     int error = check(r, exr_start_read(&r->context, r->path, &init));
     if (error) return error;
     error = check_storage(r, &tiled);
-    if (!error) error = check_compression(r);
+    if (!error) error = check_compression(r, &dwa);
     if (!error) error = create_image(r);
-    if (!error) error = tiled ? read_tiles(r) : read_scanlines(r);
+    if (!error) error = dwa ? r->read_dwa(r) : tiled ? read_tiles(r) : read_scanlines(r);
     if (r->decoding) exr_decoding_destroy(r->context, &r->decoder);
     exr_finish(&r->context);
-    return error;
-}
-
-int exr_read(const char *path, struct image **out, struct fault *fault)
-{
-    struct reader r = {.path = path, .fault = fault};
-    *out = NULL;
-    r.file.fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (r.file.fd < 0) {
-        int code = errno == ENOENT ? ERR_NOT_FOUND : ERR_IO;
-        return fault_set(fault, code, path, "%s", strerror(errno));
-    }
-    int error = read_file(&r);
-    close(r.file.fd);
-    if (error)
-        image_destroy(&r.image);
-    else
-        *out = r.image;
     return error;
 }
 
 int exr_read_memory(const void *data, size_t size_bytes, const char *name,
                     const struct exr_selection *selection, struct image **out, struct fault *fault)
 {
-    struct reader r = {.path = name,
-                       .selection = selection,
-                       .fault = fault,
-                       .file = {.fd = -1, .memory = data, .memory_bytes = size_bytes}};
+    struct exr_reader r = {.path = name,
+                           .selection = selection,
+                           .fault = fault,
+                           .file = {.fd = -1, .memory = data, .memory_bytes = size_bytes}};
     *out = NULL;
-    int error = read_file(&r);
+    int error = exr_reader_run(&r);
     free(r.sink);
     if (error)
         image_destroy(&r.image);

@@ -6,7 +6,8 @@
 #include <unistd.h>
 
 #include "proto/half.h"
-#include "server/image/exr.h"
+#include "server/image/exr_attributes.h"
+#include "server/image/exr_dwa.h"
 #include "server/image/exr_file.h"
 #include "server/image/exr_zip.h"
 
@@ -53,18 +54,14 @@ static exr_result_t add_channels(struct exr_rows *w)
     return r;
 }
 
-static exr_result_t add_metadata(struct exr_rows *w)
+static exr_compression_t compression_of(enum exr_codec codec)
 {
-    const struct exr_metadata *m = w->metadata;
-    exr_context_t context = w->context;
-    char seed[24];
-    snprintf(seed, sizeof seed, "%llu", (unsigned long long)m->seed);
-    exr_result_t r = exr_attr_set_string(context, 0, "shearwater:seed", seed);
-    if (!r && m->job) r = exr_attr_set_string(context, 0, "shearwater:job", m->job);
-    if (!r && m->build) r = exr_attr_set_string(context, 0, "shearwater:build", m->build);
-    if (!r) r = exr_attr_set_int(context, 0, "shearwater:spp", (int32_t)m->spp);
-    if (!r) r = exr_attr_set_int(context, 0, "shearwater:frame", m->frame);
-    return r;
+    static const exr_compression_t of[] = {
+        [EXR_CODEC_NONE] = EXR_COMPRESSION_NONE, [EXR_CODEC_ZIPS] = EXR_COMPRESSION_ZIPS,
+        [EXR_CODEC_ZIP] = EXR_COMPRESSION_ZIP,   [EXR_CODEC_PIZ] = EXR_COMPRESSION_PIZ,
+        [EXR_CODEC_DWAA] = EXR_COMPRESSION_DWAA,
+    };
+    return of[codec];
 }
 
 static exr_result_t write_header(struct exr_rows *w)
@@ -73,9 +70,10 @@ static exr_result_t write_header(struct exr_rows *w)
     exr_result_t r = exr_add_part(w->context, NULL, EXR_STORAGE_SCANLINE, &part);
     if (!r)
         r = exr_initialize_required_attr_simple(w->context, 0, w->image->width_px,
-                                                w->image->height_px, EXR_COMPRESSION_ZIP);
+                                                w->image->height_px,
+                                                compression_of(w->metadata->codec));
     if (!r) r = add_channels(w);
-    if (!r) r = add_metadata(w);
+    if (!r) r = exr_attributes_add(w->context, w->metadata);
     if (!r) r = exr_write_header(w->context);
     if (!r) r = exr_get_scanlines_per_chunk(w->context, 0, &w->chunk_rows);
     return r;
@@ -119,6 +117,16 @@ static exr_result_t bind(struct exr_rows *w, int32_t y)
     return EXR_ERR_SUCCESS;
 }
 
+/* In place of the library's own, where it has none or a slow one. */
+static void choose_compressor(struct exr_rows *w)
+{
+    const enum exr_codec codec = w->metadata->codec;
+    if (codec == EXR_CODEC_DWAA) w->encoder.compress_fn = exr_dwa_compress;
+    if (codec != EXR_CODEC_ZIP && codec != EXR_CODEC_ZIPS) return;
+    w->encoder.compress_fn = exr_zip_compress;
+    w->encoder.encoding_user_data = w->zip;
+}
+
 static exr_result_t write_chunk(struct exr_rows *w, int32_t y)
 {
     exr_chunk_info_t chunk;
@@ -134,8 +142,7 @@ static exr_result_t write_chunk(struct exr_rows *w, int32_t y)
     if (!r) r = bind(w, y);
     if (!r && first) {
         r = exr_encoding_choose_default_routines(w->context, 0, &w->encoder);
-        w->encoder.compress_fn = exr_zip_compress;
-        w->encoder.encoding_user_data = w->zip;
+        choose_compressor(w);
     }
     return r ? r : exr_encoding_run(w->context, 0, &w->encoder);
 }

@@ -11,26 +11,27 @@
 static const struct layer_channels {
     const char *name;
     const char *channels[4];
+    bool is_light;
 } layers[] = {
-    {"beauty", {"R", "G", "B", "A"}},
-    {"direct", {"direct.R", "direct.G", "direct.B"}},
-    {"indirect", {"indirect.R", "indirect.G", "indirect.B"}},
-    {"albedo", {"albedo.R", "albedo.G", "albedo.B"}},
-    {"normal", {"normal.X", "normal.Y", "normal.Z"}},
-    {"depth", {"depth.Z"}},
-    {"samples", {"samples.N"}},
-    {"visibility", {"visibility.V"}},
-    {"slope_min", {"slope_min.S"}},
-    {"slope_max", {"slope_max.S"}},
-    {"emission", {"emission.R", "emission.G", "emission.B"}},
-    {"id", {"id.I"}},
-    {"filter_width", {"filter_width.W"}},
-    {"error", {"error.R", "error.G", "error.B"}},
-    {"occlusion", {"occlusion.O"}},
-    {"diffuse_direct", {"diffuse_direct.R", "diffuse_direct.G", "diffuse_direct.B"}},
-    {"diffuse_indirect", {"diffuse_indirect.R", "diffuse_indirect.G", "diffuse_indirect.B"}},
-    {"motion.backward", {"motion.backward.X", "motion.backward.Y"}},
-    {"motion.forward", {"motion.forward.X", "motion.forward.Y"}},
+    {"beauty", {"R", "G", "B", "A"}, true},
+    {"direct", {"direct.R", "direct.G", "direct.B"}, true},
+    {"indirect", {"indirect.R", "indirect.G", "indirect.B"}, true},
+    {"albedo", {"albedo.R", "albedo.G", "albedo.B"}, false},
+    {"normal", {"normal.X", "normal.Y", "normal.Z"}, false},
+    {"depth", {"depth.Z"}, false},
+    {"samples", {"samples.N"}, false},
+    {"visibility", {"visibility.V"}, false},
+    {"slope_min", {"slope_min.S"}, false},
+    {"slope_max", {"slope_max.S"}, false},
+    {"emission", {"emission.R", "emission.G", "emission.B"}, true},
+    {"id", {"id.I"}, false},
+    {"filter_width", {"filter_width.W"}, false},
+    {"error", {"error.R", "error.G", "error.B"}, false},
+    {"occlusion", {"occlusion.O"}, false},
+    {"diffuse_direct", {"diffuse_direct.R", "diffuse_direct.G", "diffuse_direct.B"}, true},
+    {"diffuse_indirect", {"diffuse_indirect.R", "diffuse_indirect.G", "diffuse_indirect.B"}, true},
+    {"motion.backward", {"motion.backward.X", "motion.backward.Y"}, false},
+    {"motion.forward", {"motion.forward.X", "motion.forward.Y"}, false},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 
@@ -134,4 +135,11 @@ bool image_layer_planes(const struct image *image, const char *layer, const stru
         return true;
     }
     return foreign_planes(image, layer, rgb);
+}
+
+bool image_layer_is_light(const char *layer)
+{
+    for (uint32_t b = 0; b < LAYER_COUNT; b++)
+        if (!strcmp(layers[b].name, layer)) return layers[b].is_light;
+    return true;
 }

@@ -39,3 +39,8 @@ const struct plane *image_plane(const struct image *image, const char *name);
  * Z for "normal". A scalar layer gives its channel three times. Returns false if the image lacks
  * it. */
 bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3]);
+
+/* Returns whether a layer is light, which people see through a view (view_transform.h): beauty and
+ * its parts, and layers of files of others. Albedo and errors are colours of another kind, all else
+ * are numbers. */
+bool image_layer_is_light(const char *layer);

@@ -5,6 +5,7 @@
 
 #include "proto/runtime/build.h"
 #include "proto/samples.h"
+#include "server/job/frame/picture_file.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
@@ -339,7 +340,12 @@ static int start_work(struct active_job *job, struct active_frame *frame)
                             : u > 0            ? u * u
                                                : l * l,
                      .frame = active_frame_number(job, frame),
-                     .half = document->pixel_type == PIXEL_HALF},
+                     .fps = job_frame_count(document) > 1 ? document->fps : 0,
+                     .camera = plan.camera,
+                     .has_camera = true,
+                     .half = document->pixel_type == PIXEL_HALF,
+                     .codec = document->exr_compression},
+        .png = picture_png_options(document),
         .plan = &plan,
         .motion = active_frame_motion(job, frame),
         .pool = jobs->options.pool,

@@ -13,6 +13,7 @@
 #include "proto/runtime/thread_pool.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
+#include "server/image/png_shade.h"
 #include "server/job/principal.h"
 #include "server/job/steering.h"
 #include "server/store/job_store.h"
@@ -128,6 +129,7 @@ struct jobs_picture {
     struct image *image;    /* so far: borrowed for the call; NULL before the first tile */
     uint64_t revision;      /* another with every block, and with every view */
     const struct exr_metadata *metadata;
+    struct png_options png_options; /* the job's, of layers of light */
 };
 typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);
 void jobs_picture(struct jobs *jobs, const struct principal *principal, const char *id,

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/job/frame/picture_file.h"
 #include "server/job/job_log.h"
 #include "server/job/jobs_table.h"
 
@@ -266,6 +267,7 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
     *error = job_frame_find(&active->prepared->job, number, &at) ? 0 : ERR_NOT_FOUND;
     if (*error) return true;
     const struct active_frame *frame = &active->frames[at];
+    out->png_options = picture_png_options(&active->prepared->job);
     if (frame->work) {
         picture_so_far(shown_of(active, frame), out);
     } else if (!digest_is_zero(&frame->exr)) {
@@ -274,6 +276,19 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
         out->png = frame->png;
     }
     return true;
+}
+
+/* A document that cannot be read has the defaults. */
+static struct png_options png_options_of_row(const struct job_row *row)
+{
+    struct job job;
+    struct fault fault;
+    struct png_options options = {0};
+    if (!row->document || job_read(row->document, strlen(row->document), &job, &fault) != 0)
+        return options;
+    options = picture_png_options(&job);
+    job_fini(&job);
+    return options;
 }
 
 static void on_picture_row(void *ctx, int error, const struct job_row *row,
@@ -287,6 +302,7 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
         picture.finished = true;
         picture.exr = frames[i].exr;
         picture.png = frames[i].png;
+        picture.png_options = png_options_of_row(row);
     }
     /* A job that waits will have the picture; one that has ended without it will not. */
     if (!error && !picture.finished && !jobs_table_find(q->jobs, q->id)) error = ERR_NOT_FOUND;

@@ -36,7 +36,7 @@ await runAll(async () => {
   // From outside: there is nothing around the box, and its edges cover parts of pixels.
   const camera = { eye: [0.3, 1.2, 6], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 30 };
   const scene = { file: join(process.cwd(), "tests/scenes/cornell-box/cornell-box.glb"), camera };
-  const image = { width: 256, height: 256 }, layers = ["beauty", "albedo", "depth"];
+  const image = { width: 256, height: 256, view: "linear" }, layers = ["beauty", "albedo", "depth"];
   const fine = submit(url, { scene, image, layers, sampling: { spp: 64 }, filter: { method: "none" } });
   const rough = submit(url, { scene, image, layers, sampling: { spp: 4 }, filter: { method: "none" } });
   const plain = submit(url, { image: { width: 96, height: 96 }, layers: ["beauty"], scene: { file: scene.file, camera: { eye: [0, 1, 2.5], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 20 } } });
@@ -54,7 +54,7 @@ await runAll(async () => {
     const pixels = ({ width, height, channels }) => ({ seen: new Uint8Array(width * height).fill(1),
       numbers: Float32Array.from({ length: width * height * 3 }, (_, i) => channels.get("RGB"[i % 3])[Math.floor(i / 3)]) });
     const first = pixels(exr), other = pixels(await read("rough")), { width, height } = exr;
-    for (const view of [{ exposure: 0, gamma: 1, curve: "linear" }, { exposure: 1.5, gamma: 1.4, curve: "filmic" }]) {
+    for (const view of [{ exposure: 0, gamma: 1, curve: "linear" }, { exposure: 1.5, gamma: 1.4, curve: "filmic" }, { exposure: 0.5, gamma: 1, curve: "agx" }]) {
       const pair = displayPair({ width, height, first, other, view }), similarity = ssim(pair), errors = flip(pair);
       const { ssim: wanted, flip: figures } = told("--exposure", String(view.exposure), "--gamma", String(view.gamma), "--curve", view.curve);
       const near = (a, b, what) => expect(Math.abs(a - b) < 1e-5, `${what}: ${a} here, ${b} by the command`);

@@ -59,7 +59,7 @@ await runAll(async () => {
   const url = await startServer();
   const complaints = [];
   const page = await openPage(complaints, { viewport: { width: 1400, height: 1000 } });
-  const id = submit(url, { layers: LAYERS, filter: { method: "sheared" }, effects: { indirect_bounces: 1 } });
+  const id = submit(url, { layers: LAYERS, image: { width: 320, height: 320, view: "linear" }, filter: { method: "sheared" }, effects: { indirect_bounces: 1 } });
   const plain = submit(url, { layers: LAYERS.slice(0, 3), filter: { method: "average", indirect: "average" }, image: { width: 320, height: 320, pixel_type: "half" } });
   await page.goto(`${url}/#/jobs/${id}`);
   await until("finished", async () => /finished/.test(await text(page, "progress-text")), 90);

@@ -1,7 +1,7 @@
 // sources: tests/fuzz/answers.c server/http/*.c server/http/*/*.c server/stream/*.c
 // sources: server/access/*.c server/store/*.c server/metric/*.c
 // archives: libserver.a
-// libs: -lmicrohttpd -luv -lsqlite3 -lOpenEXRCore-3_1 -lpng -lcurl
+// libs: -lmicrohttpd -luv -lsqlite3 -lOpenEXR-3_1 -lOpenEXRCore-3_1 -lstdc++ -lpng -lcurl
 /* The coordinator's HTTP edge with libmicrohttpd, store, streams and jobs behind it, over real
  * sockets. Input: the bytes that clients send, where 0xff and another byte make a step: the loop
  * comes to rest (0: what is sent goes in halves), no more will be sent (1), a new connection (2),

@@ -87,6 +87,7 @@ good=("{$scene_member}"
     "{\"scene\": {\"asset\": \"$asset\", \"camera\": 0}}"
     "{\"scene\": {\"asset\": \"$asset\", \"camera\": {\"eye\": [0, 1, 4], \"target\": [0, 1, 0], \"up\": [0, 1, 0], \"yfov_deg\": 179}}}"
     "{$scene_member, \"image\": {\"width\": 1, \"height\": 16384, \"pixel_type\": \"half\"}}"
+    "{$scene_member, \"image\": {\"view\": \"agx\", \"exposure\": -32, \"png_bits\": 16, \"png_alpha\": true, \"exr_compression\": \"piz\"}}"
     "{$scene_member, \"lights\": [{$rectangle, \"radiance\": [1, 1, 1], \"profile\": \"gaussian\"}]}"
     "{$scene_member, \"lights\": [{\"type\": \"point\", \"position\": [0, 1, 0], \"intensity\": [1, 0, 0]},
         {\"type\": \"directional\", \"direction\": [0, -2, 0], \"irradiance\": [0, 1, 0]},
@@ -123,6 +124,9 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{\"scene\": {\"asset\": \"$asset\", \"files\": {\"a.bin\": \"b\"}}}"
     "{$scene_member, \"image\": {\"width\": 0}}" "{$scene_member, \"image\": {\"width\": 16385}}"
     "{$scene_member, \"image\": {\"width\": 1.5}}" "{$scene_member, \"image\": {\"pixel_type\": \"byte\"}}"
+    "{$scene_member, \"image\": {\"view\": \"aces\"}}" "{$scene_member, \"image\": {\"exposure\": 32.5}}"
+    "{$scene_member, \"image\": {\"png_bits\": 12}}" "{$scene_member, \"image\": {\"png_alpha\": 1}}"
+    "{$scene_member, \"image\": {\"exr_compression\": \"b44\"}}"
     "{$scene_member, \"image\": []}" "{$scene_member, \"lights\": [{\"type\": \"sun\"}]}"
     "{$scene_member, \"lights\": [{$rectangle}]}"
     "{$scene_member, \"lights\": [{$rectangle, \"radiance\": [-1, 0, 0]}]}"
@@ -223,7 +227,11 @@ try 304 GET $p -H "If-None-Match: $(header ETag)" "/v1/jobs/$id/frames/1/image.p
 try 206 GET $p -H 'Range: bytes=0-9' "/v1/jobs/$id/frames/1/image.png"
 try 416 GET $p -H 'Range: bytes=999999999-' "/v1/jobs/$id/frames/1/image.png"
 try 200 GET $p "/v1/jobs/$id/frames/1/image.png?layer=depth&exposure=1.5"
+try 200 GET $p "/v1/jobs/$id/frames/1/image.png?view=filmic&bits=16&alpha=1"
 try 404 GET $p "/v1/jobs/$id/frames/1/image.png?layer=normal"
+try 400 GET $p "/v1/jobs/$id/frames/1/image.png?view=aces"
+try 400 GET $p "/v1/jobs/$id/frames/1/image.png?bits=12"
+try 400 GET $p "/v1/jobs/$id/frames/1/image.png?alpha=2"
 try 400 GET $p "/v1/jobs/$id/frames/1/image.png?layer=paint"
 so_far() { # the picture of a running frame, once it has a first tile
     local end=$((SECONDS + 60 * slower))

@@ -73,8 +73,9 @@ function choice(form, spec, pointer) {
   const select = make("select", {}, ...names.map((name) =>
     make("option", { value: show(name), selected: name === value }, show(name).replaceAll("_", " "))));
   select.addEventListener("change", () => {
-    if (select.value === spec.otherwise) form.remove(pointer);
-    else form.set(pointer, select.value);
+    const chosen = names[select.selectedIndex]; // a number or a text
+    if (chosen === spec.otherwise) form.remove(pointer);
+    else form.set(pointer, chosen);
   });
   return field(form, pointer, spec.label, select);
 }

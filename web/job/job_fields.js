@@ -55,6 +55,11 @@ export const GROUPS = [
     { at: "/image/height", label: "Height", unit: "px", kind: "integer", min: 1, max: 16384, otherwise: 720 },
     { at: "/image/pixel_type", label: "EXR pixel type", kind: "choice", of: ["float", "half"], otherwise: "float" },
     { at: "/image/pixel_filter", label: "Pixel filter", kind: "choice", of: ["box", "tent"], otherwise: "box" },
+    { at: "/image/exr_compression", label: "EXR compression", kind: "choice", of: ["none", "zips", "zip", "piz", "dwaa"], otherwise: "zip" },
+    { at: "/image/view", label: "View", kind: "choice", of: ["linear", "filmic", "agx"], otherwise: "agx" },
+    { at: "/image/exposure", label: "Exposure", unit: "stops", kind: "number", min: -32, max: 32, otherwise: 0 },
+    { at: "/image/png_bits", label: "PNG bits", kind: "choice", of: [8, 16], otherwise: 8 },
+    { at: "/image/png_alpha", label: "PNG is transparent where no surface is", kind: "flag", otherwise: false },
     { at: "/scene/default_camera", label: "Camera where the scene has none", kind: "choice", of: ["front", "three_quarter"], otherwise: "front" }] },
   { title: "Lights", fields: [
     { at: "/scene/lights", label: "Use the scene's own lights", kind: "flag", otherwise: true },

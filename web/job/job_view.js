@@ -94,6 +94,7 @@ export class JobView {
     this.steering.show(job);
     this.frame = firstFrame(job.document);
     this.showProgress(job.progress ?? {});
+    this.picture.setLook(job.document?.image);
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
     this.at.live.show(this.id, { ...job, state: this.state });

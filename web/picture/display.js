@@ -3,6 +3,10 @@
 const SHOWN_AS = { normal: "vector", depth: "colour", samples: "colour", filter_width: "colour", error: "colour",
                    visibility: "colour", id: "colour", slope_min: "sign", slope_max: "sign" };
 const RANGE_SAMPLES = 40000;
+// Layers of light share the job's exposure and view. All others, files of the person's too, have
+// colours that are no light, or numbers: a view would only falsify them.
+const LIGHT = new Set(["beauty", "direct", "indirect", "emission", "diffuse_direct", "diffuse_indirect"]);
+const PLAIN = { exposure: 0, curve: "linear" };
 
 export class Display {
   // `controls`: the page's elements by name. `onChange()` after every change.
@@ -10,7 +14,9 @@ export class Display {
     this.at = controls;
     this.onChange = onChange;
     this.byLayer = new Map();
-    Object.assign(this, { exposure: 0, gamma: 1, curve: "linear", behind: "black", dither: true, clipMarks: false });
+    Object.assign(this, { gamma: 1, behind: "black", dither: true, clipMarks: false });
+    this.asked = { exposure: 0, curve: "agx" }; // by the job
+    this.tones = { light: { ...this.asked }, plain: { ...PLAIN } };
     this.setLayer("beauty");
     for (const name of ["exposure", "gamma"])
       controls[name].addEventListener("input", () => this.set(name, Number(controls[name].value)));
@@ -29,12 +35,26 @@ export class Display {
     const own = this.byLayer.get(layer) 
       ?? { shownAs: SHOWN_AS[layer] ?? "picture", low: 0, high: 1, auto: true, logarithmic: layer === "error" };
     this.byLayer.set(layer, own);
-    Object.assign(this, own);
+    Object.assign(this, own, this.tone);
     this.show();
   }
 
+  get isLight() { return LIGHT.has(this.layer); }
+  get tone() { return this.tones[this.isLight ? "light" : "plain"]; }
+
+  // How a job is seen, where it is shown first: {view, exposure} of its document.
+  ask({ view = "agx", exposure = 0 }) {
+    this.asked = { exposure, curve: view };
+    this.tones.light = { ...this.asked };
+    Object.assign(this, this.tone);
+    this.show();
+    this.onChange();
+  }
+
   set(name, value) {
+    if (name === "curve" && !this.isLight) return;
     this[name] = value;
+    if (name in this.tone) this.tone[name] = value;
     const own = this.byLayer.get(this.layer);
     if (name in own) own[name] = value;
     if (this.logarithmic) this.keepPositive();
@@ -49,7 +69,8 @@ export class Display {
   }
 
   reset() {
-    Object.assign(this, { exposure: 0, gamma: 1, curve: "linear" });
+    this.gamma = 1;
+    Object.assign(this, Object.assign(this.tone, this.isLight ? this.asked : PLAIN));
     this.show();
     this.onChange();
   }
@@ -100,6 +121,7 @@ export class Display {
     at.gammaText.textContent = this.gamma.toFixed(2);
     at.tone.hidden = this.shownAs !== "picture";
     at.range.hidden = this.shownAs !== "colour" && this.shownAs !== "sign";
+    at.curve.disabled = !this.isLight;
     at.low.disabled = this.shownAs === "sign";
     at.logarithmic.disabled = this.shownAs === "sign";
   }

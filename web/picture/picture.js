@@ -5,11 +5,11 @@
 // page's own time. So only blocks that have changed are drawn again where nothing else has, and while
 // the camera is being moved the canvas has fewer pixels, if drawing was seen to be slow.
 import { magnitudes, signs, STEPS } from "./color_map.js";
-import { BEHIND, CURVES, fragment, VERTEX } from "./shader.js";
+import { BEHIND, fragment, VERTEX } from "./shader.js";
 
 const SAMPLERS = ["first", "other", "ramps", "firstAlpha", "otherAlpha"];
 const UNIFORMS = [...SAMPLERS, "behind", "firstSize", "otherSize", "firstTexels", "otherTexels", "canvasHeight", "zoom", "origin",
-                  "curve", "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
+                  "line", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"];
 
 const SLOW_MS = 8; // for all of the canvas: no GPU
 const BLOCKS_MAX = 64; // that are drawn one by one
@@ -239,10 +239,11 @@ export class Picture {
     this.resize(viewport.canvas, share);
     this.fresh.clear();
     const layers = [this.texture(first), this.texture(other)];
-    const kind = { compare: compare.shown, shownAs: display.shownAs, mean: viewport.zoom < 0.99 && !(hurried && share < 1),
+    const isPicture = display.shownAs === "picture" && compare.shown !== "difference"; // a difference is no light
+    const kind = { compare: compare.shown, shownAs: display.shownAs, curve: isPicture ? display.curve : "linear", mean: viewport.zoom < 0.99 && !(hurried && share < 1),
       alpha: Boolean(first?.alpha || other?.alpha) };
     const zoom = viewport.zoom * share, line = compare.line(canvas.width, canvas.height);
-    const shown = ["curve", "behind", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"].map((name) => display[name]);
+    const shown = ["behind", "exposure", "gamma", "low", "high", "dither", "clipMarks", "logarithmic"].map((name) => display[name]);
     const sizes = [first, other].map((image) => image && [image.width, image.height, Boolean(image.numbers), image.detail]);
     const now = JSON.stringify([kind, zoom, viewport.x, viewport.y, line, shown, sizes]);
     const parts = this.parts(now, [first, other], { zoom, x: viewport.x, y: viewport.y }, share);
@@ -270,7 +271,6 @@ export class Picture {
     gl.uniform1f(at.zoom, zoom);
     gl.uniform2f(at.origin, viewport.x, viewport.y);
     gl.uniform3f(at.line, ...line);
-    gl.uniform1i(at.curve, CURVES[display.curve]);
     gl.uniform1i(at.behind, BEHIND[display.behind ?? "black"]);
     for (const name of ["exposure", "gamma", "low", "high"]) gl.uniform1f(at[name], display[name]);
     for (const name of ["dither", "clipMarks", "logarithmic"]) gl.uniform1i(at[name], display[name] ? 1 : 0);

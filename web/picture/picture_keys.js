@@ -1,5 +1,6 @@
 // What each key does to the picture.
-import { BEHIND, CURVES, SHOWN_AS } from "./shader.js";
+import { BEHIND, SHOWN_AS } from "./shader.js";
+import { CURVES } from "./view_transform.js";
 
 const PAN = 64; // pixels of the canvas
 
@@ -27,10 +28,10 @@ export function pictureKeys(view) {
     { keys: ["Shift+l", "PageUp"], shown: ["Shift+L", "PageUp"], name: "previous layer", run: () => view.stepLayer(-1) },
     { keys: ["e"], name: "brighter by a quarter stop", run: expose(0.25) },
     { keys: ["Shift+e"], shown: ["Shift+E"], name: "darker", run: expose(-0.25) },
-    { keys: ["0"], name: "reset exposure, gamma and curve", run: () => { display.reset(); say("0 EV"); } },
+    { keys: ["0"], name: "exposure, gamma and view as the job has them", run: () => { display.reset(); say(`${display.exposure} EV`); } },
     { keys: ["g"], name: "gamma up", run: () => { display.step("gamma", 0.1); say(`gamma ${display.gamma}`); } },
     { keys: ["Shift+g"], shown: ["Shift+G"], name: "gamma down", run: () => { display.step("gamma", -0.1); say(`gamma ${display.gamma}`); } },
-    { keys: ["t"], name: "next tone curve", run: next("curve", Object.keys(CURVES)) },
+    { keys: ["t"], name: "next view: linear, filmic, AgX", run: next("curve", CURVES) },
     { keys: ["m"], name: "next way to show: picture, false colours, signs, vectors", run: next("shownAs", Object.keys(SHOWN_AS)) },
     { keys: ["o"], name: "mark clipped pixels", run: () => { display.set("clipMarks", !display.clipMarks); say(display.clipMarks ? "marked" : "unmarked"); } },
     { keys: ["h"], name: "next background of transparent pixels: black, checkerboard, white, alpha", run: next("behind", Object.keys(BEHIND)) },

@@ -136,6 +136,14 @@ export class PictureView {
     if (this.at.underText.textContent !== text) this.at.underText.textContent = text;
   }
 
+  // How the job's document says that its picture is seen, once: what the person chooses then stays. A
+  // picture that goes on in another job is seen as before.
+  setLook(image = {}) {
+    if (this.lookOf === this.job) return;
+    this.lookOf = this.job;
+    if (!this.under) this.display.ask(image);
+  }
+
   // The names of the job's layers.
   setLayers(names) {
     if (names.join() === this.layers.join()) return;

@@ -2,23 +2,25 @@
 // which colour that is. Numbers that the controls change are uniforms; kinds of pictures are programs of
 // their own, since what draws without a GPU runs through all that a program has.
 
+import { viewedText } from "./view_transform.js";
+
 export const VERTEX = `#version 300 es
 void main() {
   gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0);
 }`;
 
 export const SHOWN_AS = { picture: 0, colour: 1, sign: 2, vector: 3 };
-export const CURVES = { linear: 0, filmic: 1 };
 export const BEHIND = { black: 0, checkerboard: 1, white: 2, alpha: 3 };
 export const COMPARE = { off: 0, wipe: 1, other: 2, difference: 3 };
 
-// compare and shownAs as above; alpha: a layer has some; mean: pixels of the picture are smaller than the
-// canvas's.
-export const fragment = ({ compare, shownAs, alpha, mean }) => `#version 300 es
+// compare and shownAs as above; curve as in view_transform.js; alpha: a layer has some; mean: pixels of the
+// picture are smaller than the canvas's.
+export const fragment = ({ compare, shownAs, curve, alpha, mean }) => `#version 300 es
 #define COMPARE ${COMPARE[compare]}
 #define SHOWN_AS ${SHOWN_AS[shownAs]}
 #define ALPHA ${Number(alpha)}
 #define MEAN ${Number(mean)}
+#define LINEAR ${Number(curve === "linear")}
 precision highp float;
 precision highp int;
 uniform sampler2D first, other, ramps, firstAlpha, otherAlpha; // without alpha one texel of 1
@@ -26,7 +28,7 @@ uniform ivec2 firstSize, otherSize;
 uniform vec2 firstTexels, otherTexels; // of the texture a pixel of the picture: below 1 of a coarse one
 uniform float canvasHeight, zoom;   // zoom: pixels of the canvas a pixel of the picture
 uniform vec2 origin;                // the picture's point in the canvas's upper left corner
-uniform int curve, behind;
+uniform int behind;
 uniform vec3 line;                  // of the wipe: x * line.x + y * line.y > line.z is the other's
 uniform float exposure, gamma, low, high;
 uniform bool dither, clipMarks, logarithmic;
@@ -75,11 +77,7 @@ vec3 encode(vec3 linear) {
   return pow(max(srgb, 0.0), vec3(1.0 / gamma));
 }
 
-// Narkowicz's fit of the ACES curve (2015); 0.6 brings its middle grey to where the linear curve has it.
-vec3 filmic(vec3 v) {
-  v = max(v, 0.0) * 0.6;
-  return v * (2.51 * v + 0.03) / (v * (2.43 * v + 0.59) + 0.14);
-}
+${viewedText(curve)}
 
 // A number of the screen's pixel, the same at every drawing, triangular in (-1, 1).
 float noise(uvec2 p, uint channel) {
@@ -112,9 +110,14 @@ vec3 shown(vec3 v, float alpha, vec2 screen) {
   if (behind == 3) return vec3(alpha);
   v *= exp2(exposure);
   bool stripe = mod(screen.x + screen.y, 8.0) < 4.0;
-  if (clipMarks && any(greaterThan(v, vec3(1.0))) && stripe) return vec3(0.9, 0.1, 0.1);
-  if (curve == 1) v = filmic(v);
-  v = clamp(v, 0.0, 1.0);
+#if LINEAR == 1
+  bool clipped = any(greaterThan(v, vec3(1.0)));
+  v = viewed(v);
+#else
+  v = viewed(v);
+  bool clipped = any(greaterThan(v, vec3(0.9955))); // the byte 255
+#endif
+  if (clipMarks && clipped && stripe) return vec3(0.9, 0.1, 0.1);
 #if ALPHA == 1
   v += (1.0 - alpha) * ground(screen);
 #endif

@@ -1,16 +1,15 @@
 /* /v1/jobs/{id}/frames/{n}/image.exr and image.png. */
 #include "server/http/resource/picture.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/http/etag.h"
 #include "server/http/resource/object_file.h"
 #include "server/http/resource/picture_task.h"
+#include "server/http/resource/png_query.h"
 
-#define EXPOSURE_MAX  32.0f /* stops; 2^32 covers every radiance that a half float can hold */
-#define ENCODINGS_MAX 2u    /* at once: each holds copies of planes */
+#define ENCODINGS_MAX 2u /* at once: each holds copies of planes */
 
 const char *picture_layer(const struct request *r)
 {
@@ -62,20 +61,6 @@ bool picture_pixels_request(struct request *r, struct pixels_request *out)
     return !fault;
 }
 
-static bool read_exposure(struct request *r, float *out)
-{
-    const char *text = target_parameter(&r->target, "exposure");
-    char *end = NULL;
-    *out = 0;
-    if (!text) return true;
-    /* strtof would also take blanks, hexadecimal and names of infinities. */
-    if (*text && strspn(text, "+-.0123456789") == strlen(text)) *out = strtof(text, &end);
-    if (end && *end == '\0' && fabsf(*out) <= EXPOSURE_MAX) return true;
-    request_problem(r, PROBLEM_MALFORMED, "exposure must be a number of stops from -32 to 32",
-                    NULL);
-    return false;
-}
-
 /* Counts an encoding that begins; false, and a problem is sent, when too many are in work. */
 static bool may_encode(struct request *r)
 {
@@ -106,9 +91,26 @@ static void start_unless_known(struct request *r, struct picture_task *t)
         start(r, t);
 }
 
+/* Reads how a layer is asked for. False: a problem is sent. */
+static bool read_png_options(struct request *r, const struct jobs_picture *picture,
+                             struct png_options *out)
+{
+    const struct png_options own = png_options_of_layer(&picture->png_options, picture_layer(r));
+    return png_query_read(r, &own, out);
+}
+
+/* Begins a tag of what a PNG file is of, and adds what it is like. */
+static void tag(struct picture_task *t, const char *of)
+{
+    const struct png_options *o = &t->png_options;
+    snprintf(t->etag, sizeof t->etag, "\"%.40s-%.24s-%g-%d%d%d\"", of, t->layer,
+             (double)o->exposure_ev, (int)o->view, o->is_deep, o->alpha);
+}
+
 static void answer_so_far(struct request *r, const struct jobs_picture *picture)
 {
-    float exposure;
+    char of[48];
+    struct png_options options;
     const struct picture_source source = {.image = picture->image,
                                           .metadata = picture->metadata,
                                           .layer = picture_layer(r),
@@ -117,21 +119,22 @@ static void answer_so_far(struct request *r, const struct jobs_picture *picture)
         request_problem(r, PROBLEM_NOT_FOUND, "no tile of this frame is there yet", NULL);
         return;
     }
-    if (!read_exposure(r, &exposure) || !may_encode(r)) return;
+    if (!read_png_options(r, picture, &options) || !may_encode(r)) return;
     struct picture_task *t =
         picture_task_create(r->match.id == ROUTE_IMAGE_EXR ? PICTURE_EXR : PICTURE_PNG, &source);
     if (t) {
-        t->exposure = exposure;
+        t->png_options = options;
         t->so_far = true;
-        snprintf(t->etag, sizeof t->etag, "\"%llx-%llx-%.31s-%g\"",
-                 (unsigned long long)r->http->start_ns, (unsigned long long)picture->revision,
-                 source.layer, (double)exposure);
+        snprintf(of, sizeof of, "%llx-%llx", (unsigned long long)r->http->start_ns,
+                 (unsigned long long)picture->revision);
+        tag(t, of);
     }
     start_unless_known(r, t);
 }
 
-/* Another layer or exposure than the stored PNG's is made from the EXR. */
-static void answer_from_exr(struct request *r, const struct digest *exr, float exposure)
+/* Another layer or look than the stored PNG's is made from the EXR. */
+static void answer_from_exr(struct request *r, const struct digest *exr,
+                            const struct png_options *options)
 {
     char hex[DIGEST_HEX_BYTES];
     const struct picture_source source = {
@@ -139,27 +142,28 @@ static void answer_from_exr(struct request *r, const struct digest *exr, float e
     struct picture_task *t = may_encode(r) ? picture_task_create(PICTURE_PNG, &source) : NULL;
     if (r->response) return;
     if (t) {
-        t->exposure = exposure;
+        t->png_options = *options;
         digest_to_hex(exr, hex);
-        snprintf(t->etag, sizeof t->etag, "\"%.24s-%.24s-%g\"", hex, source.layer,
-                 (double)exposure);
+        hex[24] = '\0';
+        tag(t, hex);
     }
     start_unless_known(r, t);
 }
 
 static void answer_finished(struct request *r, const struct jobs_picture *picture)
 {
-    float exposure;
+    struct png_options options;
     if (r->match.id == ROUTE_IMAGE_EXR) {
         object_file_answer(r, &picture->exr, "image/x-exr", "exr");
         return;
     }
-    if (!read_exposure(r, &exposure)) return;
-    bool as_stored = exposure == 0.0f && strcmp(picture_layer(r), "beauty") == 0;
+    if (!read_png_options(r, picture, &options)) return;
+    bool as_stored = png_query_is_same(&options, &picture->png_options) &&
+                     strcmp(picture_layer(r), "beauty") == 0;
     if (as_stored && !digest_is_zero(&picture->png))
         object_file_answer(r, &picture->png, "image/png", "png");
     else
-        answer_from_exr(r, &picture->exr, exposure);
+        answer_from_exr(r, &picture->exr, &options);
 }
 
 static bool found(struct request *r, int error, const struct jobs_picture *picture)
@@ -198,8 +202,9 @@ void route_image_exr(struct request *r)
 
 void route_image_png(struct request *r)
 {
-    float exposure;
-    if (picture_layer_is_known(r) && read_exposure(r, &exposure)) ask(r, on_picture);
+    const struct png_options any = {0};
+    struct png_options options;
+    if (picture_layer_is_known(r) && png_query_read(r, &any, &options)) ask(r, on_picture);
 }
 
 static void on_feed(void *ctx, int error, const struct jobs_picture *picture)

@@ -1,5 +1,5 @@
 #pragma once
-/* Answers with a frame's picture: the finished file, the blocks so far, another layer or exposure,
+/* Answers with a frame's picture: the finished file, the blocks so far, another layer or look,
  * or the pixel feed of a finished frame. Encoding runs on the pool. */
 #include "server/http/request.h"
 #include "server/stream/stream.h"

@@ -34,23 +34,30 @@ static struct image *copy_all(const struct image *image)
     return copy_channels(image, names, image->channel_count);
 }
 
-/* The channels that show a layer; an image without it gives its first channel, which does not show
- * it either. */
+/* Adds the name of the channel that a plane is of, once. */
+static uint32_t add_name(const struct image *image, const struct plane *plane, const char **names,
+                         uint32_t count)
+{
+    for (uint32_t i = 0; i < image->channel_count; i++) {
+        const struct image_channel *channel = &image->channels[i];
+        if (channel->plane.data != plane->data) continue;
+        for (uint32_t k = 0; k < count; k++)
+            if (names[k] == channel->name) return count;
+        names[count++] = channel->name;
+    }
+    return count;
+}
+
+/* The channels that show a layer, and beauty's alpha; an image without the layer gives its first
+ * channel, which does not show it either. */
 static struct image *copy_layer(const struct image *image, const char *layer)
 {
-    const struct plane *rgb[3];
-    const char *names[3];
+    const struct plane *rgb[3], *alpha = image_plane(image, "A");
+    const char *names[4] = {image->channels[0].name};
     uint32_t count = 0;
-    if (!image_layer_planes(image, layer, rgb)) {
-        names[0] = image->channels[0].name;
-        return copy_channels(image, names, 1);
-    }
-    for (uint32_t i = 0; i < image->channel_count && count < 3; i++) {
-        const struct plane *plane = &image->channels[i].plane;
-        if (plane->data == rgb[0]->data || plane->data == rgb[1]->data ||
-            plane->data == rgb[2]->data)
-            names[count++] = image->channels[i].name;
-    }
+    if (!image_layer_planes(image, layer, rgb)) return copy_channels(image, names, 1);
+    for (int c = 0; c < 3; c++) count = add_name(image, rgb[c], names, count);
+    if (alpha && strcmp(layer, "beauty") == 0) count = add_name(image, alpha, names, count);
     return copy_channels(image, names, count);
 }
 
@@ -124,7 +131,7 @@ static void run(struct pool_task *task)
     t->error = t->image ? 0 : exr_read(t->exr_path, &t->image, &fault);
     if (t->error) return;
     if (t->form == PICTURE_PNG)
-        t->error = png_encode(t->image, t->layer, t->exposure, &t->png, &t->png_bytes);
+        t->error = png_encode(t->image, t->layer, &t->png_options, &t->png, &t->png_bytes);
     else if (t->form == PICTURE_EXR)
         t->error = write_exr(t);
     else if (!image_layer_planes(t->image, t->layer, rgb))

@@ -2,6 +2,7 @@
 /* Encodes a picture on the pool, from a copy of planes or from a stored EXR. */
 #include "server/http/etag.h"
 #include "server/http/request.h"
+#include "server/image/png_shade.h"
 
 enum picture_form {
     PICTURE_PNG,
@@ -25,7 +26,7 @@ struct picture_task {
     struct image *image; /* owned; read from exr_path when NULL */
     char exr_path[OBJECTS_PATH_BYTES];
     char layer[32];
-    float exposure;
+    struct png_options png_options;
     bool so_far; /* it will change, and must not be cached */
     char etag[ETAG_BYTES];
     struct exr_metadata metadata;

@@ -9,9 +9,13 @@ int fingerprint_of(const struct job *job, char out[FINGERPRINT_BYTES])
 {
     char hex[DIGEST_HEX_BYTES];
     struct digest digest;
+    static const char *const files[] = {"exr_compression", "view", "exposure", "png_bits",
+                                        "png_alpha"};
     json_t *document = job_write(job);
     json_object_del(document, "priority");
     json_object_del(document, "live");
+    for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
+        json_object_del(json_object_get(document, "image"), files[i]);
     json_object_del(json_object_get(document, "sampling"), "tile_px");
     char *text = json_text(document, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(document);

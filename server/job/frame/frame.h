@@ -10,6 +10,7 @@
 #include "proto/runtime/thread_pool.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
+#include "server/image/png_shade.h"
 #include "server/job/frame/state.h"
 #include "server/job/frame/statistics.h"
 #include "server/job/frame/tile_order.h"
@@ -45,6 +46,7 @@ struct frame_options {
     int32_t number;
     uint32_t layers;
     struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
+    struct png_options png;       /* of layers of light */
     const struct plan *plan;      /* copied */
     const struct motion *motion;  /* borrowed for the frame's life; NULL: nothing moves */
     struct thread_pool *pool;

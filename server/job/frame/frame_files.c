@@ -14,12 +14,15 @@ void frame_files_init(struct frame *f)
 {
     for (int k = 0; k < PICTURE_FILE_COUNT; k++) {
         struct frame_file *file = &f->files.of[k];
+        const char *layer = shown_layer(f);
         file->frame = f;
-        file->picture = (struct picture_file){.kind = (enum picture_file_kind)k,
-                                              .image = f->image,
-                                              .metadata = &f->options.metadata,
-                                              .layer = shown_layer(f),
-                                              .objects = f->options.objects};
+        file->picture =
+            (struct picture_file){.kind = (enum picture_file_kind)k,
+                                  .image = f->image,
+                                  .metadata = &f->options.metadata,
+                                  .layer = layer,
+                                  .png_options = png_options_of_layer(&f->options.png, layer),
+                                  .objects = f->options.objects};
     }
 }
 

@@ -5,6 +5,14 @@
 
 #include "server/image/png.h"
 
+struct png_options picture_png_options(const struct job *job)
+{
+    return (struct png_options){.view = job->view,
+                                .exposure_ev = job->exposure,
+                                .is_deep = job->png_bits == 16,
+                                .alpha = job->png_alpha};
+}
+
 static int begin_exr(struct picture_file *file, struct fault *fault)
 {
     char path[OBJECTS_PATH_BYTES + 16];
@@ -21,7 +29,7 @@ static int begin(struct picture_file *file, struct fault *fault)
 {
     if (file->exr || file->png) return 0;
     if (file->kind == PICTURE_FILE_EXR) return begin_exr(file, fault);
-    const int error = png_rows_begin(file->image, file->layer, 0, &file->png);
+    const int error = png_rows_begin(file->image, file->layer, &file->png_options, &file->png);
     return error ? fault_set(fault, error, "", "the PNG file could not be begun") : 0;
 }
 

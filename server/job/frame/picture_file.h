@@ -3,7 +3,9 @@
  * encoded while others are still traced, so that little is left to do after the last. In the end
  * the file becomes an object under its digest. Calls block, are for the pool, and come one at a
  * time. */
+#include "proto/job/job.h"
 #include "server/image/exr.h"
+#include "server/image/png_shade.h"
 #include "server/store/objects.h"
 
 struct exr_rows;
@@ -16,11 +18,15 @@ struct picture_file {
     const struct image *image;           /* borrowed, as all below */
     const struct exr_metadata *metadata; /* EXR */
     const char *layer;                   /* PNG: that people look at */
+    struct png_options png_options;      /* of that layer */
     const struct objects *objects;
     struct exr_rows *exr; /* owned; begun and not finished; in `dir` */
     struct png_rows *png; /* owned; the same */
     char dir[OBJECTS_PATH_BYTES];
 };
+
+/* Returns how a job's PNG files show light. */
+struct png_options picture_png_options(const struct job *job);
 
 /* Writes rows before `end`, as far as they fill what is encoded at once. They may change no more.
  * After an error the file is gone, and can be begun again with all rows. */

@@ -56,6 +56,8 @@ static void check_same(const struct job *a, const struct job *b)
     assert_true(x.width_px == y.width_px && x.height_px == y.height_px);
     assert_true(x.pixel_type == y.pixel_type && x.pixel_filter == y.pixel_filter &&
                 x.scene_lights == y.scene_lights);
+    assert_true(x.view == y.view && x.exposure == y.exposure && x.png_bits == y.png_bits);
+    assert_true(x.png_alpha == y.png_alpha && x.exr_compression == y.exr_compression);
     assert_true(x.light_count == y.light_count && x.indirect_bounces == y.indirect_bounces);
     assert_true(x.spp == y.spp && x.light_spp == y.light_spp);
     assert_true(x.indirect_spp == y.indirect_spp && x.seed == y.seed && x.mu == y.mu);

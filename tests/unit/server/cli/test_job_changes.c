@@ -49,6 +49,25 @@ TEST(numbers_and_words_replace)
                  "{\"sampling\": 3, \"filter\": [], \"effects\": null}");
 }
 
+TEST(files_and_how_they_are_seen_replace)
+{
+    struct fault fault = {0};
+    struct job_changes changes = JOB_CHANGES_NONE;
+    json_t *document = json_object();
+    changes.view = "filmic";
+    changes.exposure = "-1.5";
+    changes.png_bits = 16;
+    changes.png_alpha = true;
+    changes.compression = "piz";
+    check_change(&changes, "{\"image\": {\"width\": 9, \"view\": \"linear\"}}",
+                 "{\"image\": {\"width\": 9, \"view\": \"filmic\", \"exposure\": -1.5,"
+                 " \"png_bits\": 16, \"png_alpha\": true, \"exr_compression\": \"piz\"}}");
+    changes.exposure = "nan";
+    assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_RANGE);
+    assert_string_equal(fault.detail, "--exposure: \"nan\" is no number");
+    json_decref(document);
+}
+
 TEST(sizes_and_cameras_replace)
 {
     struct fault fault = {0};

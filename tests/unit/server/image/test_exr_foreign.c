@@ -123,20 +123,23 @@ TEST(what_is_not_read_is_refused)
         assert_int_equal(exr_read(path_of("s.exr"), &image, &fault), ERR_UNSUPPORTED);
 }
 
-TEST(dwa_is_refused_with_advice)
+/* Environment maps are files of strangers: what reads DWA is not for them. */
+TEST(dwa_in_memory_is_refused_with_advice)
 {
-    struct image *image;
+    static const char *const names[] = {"R"};
+    const struct exr_selection selection = {
+        .channels = names, .channel_count = 1, .pixels_max = 100};
+    const struct exr_metadata metadata = {.codec = EXR_CODEC_DWAA};
+    struct image *image, *back;
     struct fault fault = {0};
-    exr_context_t file;
-    int part;
-    assert_int_equal(exr_start_write(&file, path_of("dwa.exr"), EXR_WRITE_FILE_DIRECTLY, NULL), 0);
-    exr_add_part(file, NULL, EXR_STORAGE_SCANLINE, &part);
-    exr_initialize_required_attr_simple(file, 0, 4, 4, EXR_COMPRESSION_DWAA);
-    exr_add_channel(file, 0, "Y", EXR_PIXEL_HALF, EXR_PERCEPTUALLY_LINEAR, 1, 1);
-    assert_int_equal(exr_write_header(file), 0);
-    static const uint8_t rows[32];
-    assert_int_equal(exr_write_scanline_chunk(file, 0, 0, rows, sizeof rows), 0);
-    exr_finish(&file);
-    assert_int_equal(exr_read(path_of("dwa.exr"), &image, &fault), ERR_UNSUPPORTED);
+    uint8_t bytes[4096];
+    assert_int_equal(image_create(1, 4, 4, &image), 0);
+    assert_int_equal(exr_write(path_of("dwa.exr"), image, &metadata, &fault), 0);
+    image_destroy(&image);
+    FILE *file = fopen(path_of("dwa.exr"), "rb");
+    const size_t size_bytes = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    assert_int_equal(exr_read_memory(bytes, size_bytes, "dwa.exr", &selection, &back, &fault),
+                     ERR_UNSUPPORTED);
     assert_non_null(strstr(fault.detail, "ZIP or PIZ"));
 }

@@ -46,7 +46,8 @@ static struct picture encode(const struct image *image, const char *layer, float
 {
     uint8_t *data;
     size_t size_bytes;
-    assert_int_equal(png_encode(image, layer, exposure, &data, &size_bytes), 0);
+    const struct png_options options = {.exposure_ev = exposure};
+    assert_int_equal(png_encode(image, layer, &options, &data, &size_bytes), 0);
     struct picture p = decode(data, size_bytes);
     assert_int_equal(p.width, image->width_px);
     assert_int_equal(p.height, image->height_px);
@@ -108,8 +109,9 @@ TEST(a_layer_that_is_not_there_is_refused)
 {
     uint8_t *data;
     size_t size_bytes;
+    const struct png_options plain = {0};
     struct image *image = make_image(beauty, 4, 3, 3);
-    assert_int_equal(png_encode(image, "albedo", 0.0f, &data, &size_bytes), ERR_NOT_FOUND);
+    assert_int_equal(png_encode(image, "albedo", &plain, &data, &size_bytes), ERR_NOT_FOUND);
     assert_null(data);
     image_destroy(&image);
 }
@@ -118,9 +120,10 @@ TEST(equal_pictures_are_equal_bytes)
 {
     uint8_t *a, *b;
     size_t a_bytes, b_bytes;
+    const struct png_options half = {.exposure_ev = 0.5f, .view = VIEW_AGX, .is_deep = true};
     struct image *image = make_image(beauty, 4, 300, 200);
-    assert_int_equal(png_encode(image, "beauty", 0.5f, &a, &a_bytes), 0);
-    assert_int_equal(png_encode(image, "beauty", 0.5f, &b, &b_bytes), 0);
+    assert_int_equal(png_encode(image, "beauty", &half, &a, &a_bytes), 0);
+    assert_int_equal(png_encode(image, "beauty", &half, &b, &b_bytes), 0);
     assert_int_equal(a_bytes, b_bytes);
     assert_memory_equal(a, b, a_bytes);
     free(a);
@@ -128,20 +131,25 @@ TEST(equal_pictures_are_equal_bytes)
     image_destroy(&image);
 }
 
-/* Also of a layer that is scaled by its largest value, which is in the last row. */
+/* Also of what waits for the last row: a layer that is scaled by its largest value, which is there,
+ * and a picture with alpha. */
 TEST(rows_from_the_top_are_the_same_bytes)
 {
     static const char *const depth[] = {"depth.Z"};
-    for (int scaled = 0; scaled < 2; scaled++) {
+    const struct png_options all[] = {{.exposure_ev = 0.5f},
+                                      {.exposure_ev = 0.5f},
+                                      {.view = VIEW_FILMIC, .alpha = true, .is_deep = true}};
+    for (int k = 0; k < 3; k++) {
+        const bool scaled = k == 1;
         struct image *image = make_image(scaled ? depth : beauty, scaled ? 1 : 4, 30, 20);
         struct image *forming = make_image(scaled ? depth : beauty, scaled ? 1 : 4, 30, 20);
         const char *layer = scaled ? "depth" : "beauty";
         struct png_rows *rows;
         uint8_t *a, *b;
         size_t a_bytes, b_bytes;
-        assert_int_equal(png_encode(image, layer, 0.5f, &a, &a_bytes), 0);
+        assert_int_equal(png_encode(image, layer, &all[k], &a, &a_bytes), 0);
         memset(forming->data, 0, sizeof(float) * 30 * 20 * image->channel_count);
-        assert_int_equal(png_rows_begin(forming, layer, 0.5f, &rows), 0);
+        assert_int_equal(png_rows_begin(forming, layer, &all[k], &rows), 0);
         for (int32_t end = 0; end <= 20; end += 4) {
             for (uint32_t c = 0; c < image->channel_count; c++)
                 memcpy(forming->channels[c].plane.data, image->channels[c].plane.data,

@@ -15,6 +15,11 @@ TEST(fingerprints_leave_out_how)
     assert_int_equal(fingerprint_of(&s->job, a), 0);
     s->job.priority = 7;
     s->job.tile_px = 64;
+    s->job.view = VIEW_FILMIC;
+    s->job.exposure = 2;
+    s->job.png_bits = 16;
+    s->job.png_alpha = true;
+    s->job.exr_compression = EXR_CODEC_PIZ;
     assert_int_equal(fingerprint_of(&s->job, b), 0);
     assert_string_equal(a, b);
     const struct job job = s->job;
