@@ -10,8 +10,8 @@ int fingerprint_of(const struct job *job, char out[FINGERPRINT_BYTES])
     char hex[DIGEST_HEX_BYTES];
     struct digest digest;
     json_t *document = job_write(job);
-    json_object_del(document, "priority");
-    json_object_del(document, "live");
+    static const char *const idle[] = {"priority", "live", "name", "comment", "labels"};
+    for (size_t i = 0; i < sizeof idle / sizeof *idle; i++) json_object_del(document, idle[i]);
     json_object_del(json_object_get(document, "sampling"), "tile_px");
     char *text = json_text(document, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(document);

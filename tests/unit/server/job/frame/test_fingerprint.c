@@ -15,8 +15,11 @@ TEST(fingerprints_leave_out_how)
     assert_int_equal(fingerprint_of(&s->job, a), 0);
     s->job.priority = 7;
     s->job.tile_px = 64;
+    char name[] = "a name", comment[] = "a comment", label[] = "a label";
+    s->job.marks = (struct job_marks){name, comment, {label}, 1};
     assert_int_equal(fingerprint_of(&s->job, b), 0);
     assert_string_equal(a, b);
+    s->job.marks = (struct job_marks){0};
     const struct job job = s->job;
 #define OTHER(change)                                                                              \
     do {                                                                                           \
