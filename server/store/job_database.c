@@ -214,6 +214,17 @@ static int insert_row(struct job_database *db, const struct job_row *row)
     return finish(db, s);
 }
 
+static int insert_marks(struct job_database *db, const struct job_row *row)
+{
+    if (!row->name && !row->labels) return 0;
+    sqlite3_stmt *s = statement(db, QUERY_INSERT_MARKS);
+    if (!s) return finish(db, s);
+    bind_text(s, 1, row->id);
+    bind_text(s, 2, row->name);
+    bind_text(s, 3, row->labels);
+    return finish(db, s);
+}
+
 static int insert_key(struct job_database *db, const char *key, const struct digest *body,
                       const char *id)
 {
@@ -244,6 +255,7 @@ int job_database_insert(struct job_database *db, const struct job_row *row, cons
     error = insert_row(db, row);
     /* ERR_EXISTS is for keys; an id that was given twice is the caller's mistake. */
     if (error == ERR_EXISTS) return ERR_STATE;
+    if (!error) error = insert_marks(db, row);
     if (!error && key) error = insert_key(db, key, body, row->id);
     return error;
 }
@@ -377,6 +389,8 @@ int job_database_list(struct job_database *db, const struct job_listing *listing
     bind_text(s, 3, listing->text);
     if (listing->state) bind_text(s, 4, listing->state);
     if (listing->owner) bind_text(s, 5, listing->owner);
+    bind_text(s, 6, listing->name);
+    bind_text(s, 7, listing->label);
     int error = read_jobs(db, s, false, out);
     out->more = out->count > listing->limit;
     return error;

@@ -58,6 +58,13 @@ static const char *const migrations[] = {
     "  bytes INTEGER NOT NULL,"
     "  PRIMARY KEY (owner, asset)) WITHOUT ROWID;"
     "CREATE TABLE removals (object BLOB PRIMARY KEY) WITHOUT ROWID;",
+    "CREATE TABLE marks ("
+    "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  name TEXT,"
+    "  labels TEXT) WITHOUT ROWID;",
+    "CREATE TABLE thumbnails ("
+    "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  png BLOB NOT NULL);",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

@@ -31,6 +31,9 @@ struct job_row {
     char owner[JOB_OWNER_BYTES]; /* the tenant that submitted it; "": before there were tenants */
     char trace[TRACE_CONTEXT_TEXT_BYTES]; /* of the request that submitted it (trace_context_keep);
                                              "": not known */
+    const char *name;                     /* the document's */
+    const char *labels;                   /* the document's, each between line breaks: "\na\nb\n" */
+    struct digest png; /* read only: of the last frame that has one; zero: none */
 };
 
 /* One row of `frames`. */
@@ -103,12 +106,22 @@ typedef void (*job_store_found)(void *ctx, int error, const struct job_row *row,
                                 const struct frame_row *frames, size_t frame_count);
 void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx);
 
+/* Keeps a small picture of a job that has ended, until the job is removed. The bytes are copied. */
+void job_store_keep_thumbnail(struct job_store *s, const char *id, const void *png,
+                              size_t size_bytes);
+/* Finds it. png NULL: there is none. Borrowed. */
+typedef void (*job_store_pictured)(void *ctx, int error, const void *png, size_t size_bytes);
+void job_store_find_thumbnail(struct job_store *s, const char *id, job_store_pictured done,
+                              void *ctx);
+
 /* Selects jobs, newest first. */
 struct job_listing {
     const char *state;  /* NULL: any */
     const char *cursor; /* strictly before this id; NULL: from the newest */
     const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
     const char *owner;  /* NULL: any */
+    const char *name;   /* in the name, ASCII letters in either case; NULL: any */
+    const char *label;  /* one of the labels; NULL: any */
     size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
 };
 /* Lists jobs. A text is searched in all documents while everything else waits: ERR_STATE while that
