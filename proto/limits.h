@@ -38,6 +38,7 @@
 #define LIMIT_NAME_BYTES            256  /* bytes of any name, with its end */
 #define LIMIT_JOB_NAME              200  /* characters of a job's name */
 #define LIMIT_JOB_COMMENT           4000 /* characters of a job's comment */
+#define LIMIT_WEBHOOK_URL_BYTES     1024 /* bytes of the address that is told of a job's end */
 #define LIMIT_JOB_LABELS            16   /* labels of a job */
 #define LIMIT_JOB_LABEL             64   /* characters of a label */
 #define LIMIT_POINTER_BYTES         256  /* bytes of a JSON pointer in a fault */

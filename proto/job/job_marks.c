@@ -122,6 +122,42 @@ int job_labels_read(struct json_cursor *at, const struct json_member *m, const j
     return error;
 }
 
+/* What else is wrong with an address is found where it is called (server/webhook). */
+static int read_url(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    (void)m;
+    int error = json_cursor_expect(at, v, JSON_STRING, "an http or https URL");
+    if (error) return error;
+    const char *url = json_string_value(v);
+    if (strlen(url) > LIMIT_WEBHOOK_URL_BYTES)
+        return json_cursor_refuse(at, ERR_LIMIT, "%zu bytes are above the limit of %d", strlen(url),
+                                  LIMIT_WEBHOOK_URL_BYTES);
+    if (strncmp(url, "http://", 7) != 0 && strncmp(url, "https://", 8) != 0)
+        return json_cursor_refuse(at, ERR_RANGE, "it does not begin with http:// or https://");
+    for (const char *c = url; *c; c++)
+        if (*c <= ' ' || *c > '~')
+            return json_cursor_refuse(at, ERR_RANGE, "a URL has visible ASCII characters only");
+    char **out = &((struct job *)o)->marks.webhook;
+    *out = strdup(url);
+    return *out ? 0 : json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
+}
+
+static const struct json_member webhook_members[] = {
+    {.name = "url", .read = read_url, .required = true}, {.name = NULL}};
+
+int job_webhook_read(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
+{
+    (void)m;
+    if (json_is_null(v)) return 0;
+    int error = json_cursor_expect(at, v, JSON_OBJECT, "an object with a url, or null");
+    return error ? error : json_cursor_members(at, v, webhook_members, o);
+}
+
+json_t *job_webhook_write(const char *url)
+{
+    return url ? json_pack("{s:s}", "url", url) : json_null();
+}
+
 json_t *job_text_write(const char *text)
 {
     return text ? json_string(text) : json_null();
@@ -142,6 +178,7 @@ void job_marks_fini(struct job_marks *marks)
 {
     free(marks->name);
     free(marks->comment);
+    free(marks->webhook);
     for (uint32_t i = 0; i < marks->label_count; i++) free(marks->labels[i]);
     *marks = (struct job_marks){0};
 }
@@ -151,13 +188,14 @@ int job_marks_copy(const struct job_marks *marks, struct job_marks *out)
     *out = (struct job_marks){0};
     if (marks->name) out->name = strdup(marks->name);
     if (marks->comment) out->comment = strdup(marks->comment);
+    if (marks->webhook) out->webhook = strdup(marks->webhook);
     for (uint32_t i = 0; i < marks->label_count; i++) {
         out->labels[i] = strdup(marks->labels[i]);
         if (!out->labels[i]) break;
         out->label_count++;
     }
     if (!out->name == !marks->name && !out->comment == !marks->comment &&
-        out->label_count == marks->label_count)
+        !out->webhook == !marks->webhook && out->label_count == marks->label_count)
         return 0;
     job_marks_fini(out);
     return ERR_MEMORY;

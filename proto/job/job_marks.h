@@ -1,6 +1,6 @@
 #pragma once
-/* A job's marks: the name, comment and labels by which people find it again. They change no pixel.
- */
+/* A job's marks: the name, comment and labels by which people find it again, and the address that
+ * is told of its end. They change no pixel. */
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -12,6 +12,7 @@ struct job_marks {
     char *comment;                  /* owned; may have line breaks and tabs; NULL: none */
     char *labels[LIMIT_JOB_LABELS]; /* owned; in the order of their bytes, all different */
     uint32_t label_count;
+    char *webhook; /* owned; an http or https URL; NULL: none */
 };
 
 void job_marks_fini(struct job_marks *marks);

@@ -228,6 +228,7 @@ static const struct json_member job_members[] = {
     {.name = "name", .read = job_name_read},
     {.name = "comment", .read = job_comment_read},
     {.name = "labels", .read = job_labels_read},
+    {.name = "webhook", .read = job_webhook_read},
     {.name = NULL}};
 
 static void set_defaults(struct job *job)

@@ -111,6 +111,7 @@ static void on_ended(void *ctx, int error)
         return;
     }
     jobs_event_state(job);
+    webhooks_soon(jobs->options.webhooks);
     jobs_remember_ended(jobs, job->id);
     if (jobs->options.spools) spools_remove(jobs->options.spools, job->id, -1);
     jobs_table_remove(jobs, job);

@@ -19,6 +19,7 @@
 #include "server/store/objects.h"
 #include "server/store/spools.h"
 #include "server/stream/stream.h"
+#include "server/webhook/webhooks.h"
 
 struct jobs;
 
@@ -34,6 +35,7 @@ struct jobs_options {
     struct streams *streams;
     struct thread_pool *pool;   /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
+    struct webhooks *webhooks;  /* tells of the ends of jobs; NULL: nobody */
     size_t tenant_jobs_max;     /* of active jobs, of each tenant; 0: no quota */
     uint64_t live_idle_ms;      /* without a move, until a resting live job ends */
 };

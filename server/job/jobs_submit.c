@@ -40,6 +40,8 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
     if (jobs->count >= LIMIT_JOBS_WAITING)
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
+    const char *url = job->marks.webhook;
+    if (url && webhooks_check(jobs->options.webhooks, url, fault) != 0) return fault->code;
     const unsigned live = jobs->live_count + jobs->live_coming;
     if (job->live && live >= LIVE_MAX)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
@@ -186,6 +188,7 @@ static int insert(struct jobs *jobs, const struct principal *principal, const ch
                           .updated_ms = s->job->created_ms,
                           .priority = job->priority,
                           .name = job->marks.name,
+                          .webhook = job->marks.webhook,
                           .labels = job->marks.label_count ? labels : NULL};
     memcpy(row.id, s->job->id, sizeof row.id);
     memcpy(row.owner, s->job->owner, sizeof row.owner);

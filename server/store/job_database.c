@@ -8,6 +8,7 @@
 #include "server/store/asset_tables.h"
 #include "server/store/job_queries.h"
 #include "server/store/job_schema.h"
+#include "server/store/job_webhooks.h"
 
 struct job_database {
     char *path;                            /* owned */
@@ -256,6 +257,7 @@ int job_database_insert(struct job_database *db, const struct job_row *row, cons
     /* ERR_EXISTS is for keys; an id that was given twice is the caller's mistake. */
     if (error == ERR_EXISTS) return ERR_STATE;
     if (!error) error = insert_marks(db, row);
+    if (!error && row->webhook) error = job_webhooks_add(db->db, row->id, row->webhook);
     if (!error && key) error = insert_key(db, key, body, row->id);
     return error;
 }

@@ -65,6 +65,11 @@ static const char *const migrations[] = {
     "CREATE TABLE thumbnails ("
     "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
     "  png BLOB NOT NULL);",
+    "CREATE TABLE webhooks ("
+    "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  url TEXT NOT NULL,"
+    "  tries INTEGER NOT NULL DEFAULT 0,"
+    "  due_ms INTEGER NOT NULL DEFAULT 0) WITHOUT ROWID;",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

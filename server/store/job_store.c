@@ -52,6 +52,7 @@ void job_store_submit(struct job_store *s, const struct job_row *row, const char
     r->report = job_request_copy(row->report, &error);
     r->name = job_request_copy(row->name, &error);
     r->labels = job_request_copy(row->labels, &error);
+    r->webhook = job_request_copy(row->webhook, &error);
     r->key = job_request_copy(idempotency_key, &error);
     r->created_ms = row->created_ms;
     r->updated_ms = row->updated_ms;

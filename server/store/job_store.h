@@ -8,6 +8,7 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/limits.h"
 #include "proto/log/trace_context.h"
 #include "server/metric/duration_histogram.h"
 #include "server/store/objects.h"
@@ -33,6 +34,7 @@ struct job_row {
                                              "": not known */
     const char *name;                     /* the document's */
     const char *labels;                   /* the document's, each between line breaks: "\na\nb\n" */
+    const char *webhook;                  /* the document's; not read back */
     struct digest png; /* read only: of the last frame that has one; zero: none */
 };
 
@@ -113,6 +115,24 @@ void job_store_keep_thumbnail(struct job_store *s, const char *id, const void *p
 typedef void (*job_store_pictured)(void *ctx, int error, const void *png, size_t size_bytes);
 void job_store_find_thumbnail(struct job_store *s, const char *id, job_store_pictured done,
                               void *ctx);
+
+/* A job that has ended and has yet to be told of (server/webhook). */
+struct webhook_row {
+    char id[JOB_ID_BYTES], state[16];
+    char url[LIMIT_WEBHOOK_URL_BYTES + 1];
+    char name[4 * LIMIT_JOB_NAME + 1]; /* "": none */
+    uint32_t tries;                    /* that have failed */
+    int64_t due_ms;                    /* when it is tried again; 0: now */
+};
+#define WEBHOOKS_READ 32
+
+/* Finds those that are due first, at most WEBHOOKS_READ. Borrowed. */
+typedef void (*job_store_hooked)(void *ctx, int error, const struct webhook_row *rows,
+                                 size_t count);
+void job_store_list_webhooks(struct job_store *s, job_store_hooked done, void *ctx);
+/* Notes that one failed, and when it is tried again; due_ms < 0: it is over and forgotten. */
+void job_store_note_webhook(struct job_store *s, const char *id, uint32_t tries, int64_t due_ms,
+                            job_store_done done, void *ctx);
 
 /* Selects jobs, newest first. */
 struct job_listing {

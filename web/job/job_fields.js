@@ -50,7 +50,11 @@ export const GROUPS = [
   { title: "Name", fields: [
     { at: "/name", label: "Name", kind: "word", longest: 200, otherwise: null },
     { at: "/labels", label: "Labels", kind: "words", otherwise: [], hint: "parted by commas; jobs are found by them" },
-    { at: "/comment", label: "Comment", kind: "text", longest: 4000, otherwise: null }] },
+    { at: "/comment", label: "Comment", kind: "text", longest: 4000, otherwise: null },
+    { at: "/webhook", label: "Tell of its end", kind: "variant", of: [
+      { label: "nobody", value: null, is: (value) => !isObject(value), fields: [] },
+      { label: "an address", value: { url: "https://" }, is: isObject,
+        fields: [{ at: "/url", label: "Address (URL)", kind: "word", longest: 1024, hint: "its host must be one that the operator allows" }] }] }] },
   { title: "Camera", fields: [{ at: "/scene/camera", label: "Camera", kind: "camera" }] },
   { title: "Materials", fields: [
     { at: "/scene/variant", label: "Variant", kind: "word", longest: 255, otherwise: null, hint: "a name in the scene; none: its own materials" }] },

@@ -10,7 +10,7 @@ int fingerprint_of(const struct job *job, char out[FINGERPRINT_BYTES])
     char hex[DIGEST_HEX_BYTES];
     struct digest digest;
     json_t *document = job_write(job);
-    static const char *const idle[] = {"priority", "live", "name", "comment", "labels"};
+    static const char *const idle[] = {"priority", "live", "name", "comment", "labels", "webhook"};
     for (size_t i = 0; i < sizeof idle / sizeof *idle; i++) json_object_del(document, idle[i]);
     json_object_del(json_object_get(document, "sampling"), "tile_px");
     char *text = json_text(document, JSON_COMPACT | JSON_SORT_KEYS);

@@ -51,6 +51,7 @@ static void check_same_marks(const struct job_marks *a, const struct job_marks *
 {
     check_same_text(a->name, b->name);
     check_same_text(a->comment, b->comment);
+    check_same_text(a->webhook, b->webhook);
     assert_int_equal(a->label_count, b->label_count);
     for (uint32_t i = 0; i < a->label_count; i++) assert_string_equal(a->labels[i], b->labels[i]);
 }

@@ -16,7 +16,7 @@ TEST(fingerprints_leave_out_how)
     s->job.priority = 7;
     s->job.tile_px = 64;
     char name[] = "a name", comment[] = "a comment", label[] = "a label";
-    s->job.marks = (struct job_marks){name, comment, {label}, 1};
+    s->job.marks = (struct job_marks){name, comment, {label}, 1, label};
     assert_int_equal(fingerprint_of(&s->job, b), 0);
     assert_string_equal(a, b);
     s->job.marks = (struct job_marks){0};
