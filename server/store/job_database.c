@@ -6,6 +6,7 @@
 
 #include "proto/runtime/clock.h"
 #include "server/store/asset_tables.h"
+#include "server/store/job_mark_rows.h"
 #include "server/store/job_queries.h"
 #include "server/store/job_schema.h"
 #include "server/store/job_webhooks.h"
@@ -215,17 +216,6 @@ static int insert_row(struct job_database *db, const struct job_row *row)
     return finish(db, s);
 }
 
-static int insert_marks(struct job_database *db, const struct job_row *row)
-{
-    if (!row->name && !row->labels) return 0;
-    sqlite3_stmt *s = statement(db, QUERY_INSERT_MARKS);
-    if (!s) return finish(db, s);
-    bind_text(s, 1, row->id);
-    bind_text(s, 2, row->name);
-    bind_text(s, 3, row->labels);
-    return finish(db, s);
-}
-
 static int insert_key(struct job_database *db, const char *key, const struct digest *body,
                       const char *id)
 {
@@ -256,7 +246,7 @@ int job_database_insert(struct job_database *db, const struct job_row *row, cons
     error = insert_row(db, row);
     /* ERR_EXISTS is for keys; an id that was given twice is the caller's mistake. */
     if (error == ERR_EXISTS) return ERR_STATE;
-    if (!error) error = insert_marks(db, row);
+    if (!error) error = job_mark_rows_add(db->db, row);
     if (!error && row->webhook) error = job_webhooks_add(db->db, row->id, row->webhook);
     if (!error && key) error = insert_key(db, key, body, row->id);
     return error;

@@ -24,7 +24,6 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_INSERT] =
         "INSERT INTO jobs (" JOB_RECORD_OWN_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
         " ?10, ?11)",
-    [QUERY_INSERT_MARKS] = "INSERT INTO marks (job, name, labels) VALUES (?1, ?2, ?3)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
                      " report = coalesce(?4, report), updated_ms = ?5 WHERE id = ?1",
