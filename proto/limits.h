@@ -35,18 +35,23 @@
 #define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */
 #define LIMIT_CHANGE_BYTES          65536   /* bytes of a document that changes a job or a worker */
 #define LIMIT_JSON_VALUES           32768 /* values of a document; a million take a tenth of a second */
-#define LIMIT_JSON_DEPTH            64  /* nesting; jansson's own cap is 2048 */
-#define LIMIT_JOB_ID_BYTES          64  /* bytes of a job's id, with its end */
-#define LIMIT_NAME_BYTES            256 /* bytes of any name, with its end */
-#define LIMIT_POINTER_BYTES         256 /* bytes of a JSON pointer in a fault */
-#define LIMIT_DETAIL_BYTES          512 /* bytes of a fault's sentence */
-#define LIMIT_SCENE_FILES           512 /* files beside a scene's main file */
-#define LIMIT_PATH_BYTES            512 /* bytes of a relative path inside a scene */
-#define LIMIT_WARNINGS              64  /* warnings kept for a scene or a job */
-#define LIMIT_IDEMPOTENCY_KEY_BYTES 128 /* bytes of an Idempotency-Key header */
-#define LIMIT_LOG_LINES             200 /* lines of a job's log */
-#define LIMIT_LIST_TEXT_BYTES       128 /* bytes that a listing may be searched for */
-#define LIMIT_CAMERAS_LISTED        64  /* cameras that a plan names */
+#define LIMIT_JSON_DEPTH            64   /* nesting; jansson's own cap is 2048 */
+#define LIMIT_JOB_ID_BYTES          64   /* bytes of a job's id, with its end */
+#define LIMIT_NAME_BYTES            256  /* bytes of any name, with its end */
+#define LIMIT_JOB_NAME              200  /* characters of a job's name */
+#define LIMIT_JOB_COMMENT           4000 /* characters of a job's comment */
+#define LIMIT_WEBHOOK_URL_BYTES     1024 /* bytes of the address that is told of a job's end */
+#define LIMIT_JOB_LABELS            16   /* labels of a job */
+#define LIMIT_JOB_LABEL             64   /* characters of a label */
+#define LIMIT_POINTER_BYTES         256  /* bytes of a JSON pointer in a fault */
+#define LIMIT_DETAIL_BYTES          512  /* bytes of a fault's sentence */
+#define LIMIT_SCENE_FILES           512  /* files beside a scene's main file */
+#define LIMIT_PATH_BYTES            512  /* bytes of a relative path inside a scene */
+#define LIMIT_WARNINGS              64   /* warnings kept for a scene or a job */
+#define LIMIT_IDEMPOTENCY_KEY_BYTES 128  /* bytes of an Idempotency-Key header */
+#define LIMIT_LOG_LINES             200  /* lines of a job's log */
+#define LIMIT_LIST_TEXT_BYTES       128  /* bytes that a listing may be searched for */
+#define LIMIT_CAMERAS_LISTED        64   /* cameras that a plan names */
 
 /* Assets and scene blobs. */
 #define LIMIT_ASSET_BYTES         2147483648ULL /* bytes of an uploaded file */

@@ -14,6 +14,7 @@ static const struct command {
     {"serve", cli_serve, "run the coordinator with local workers"},
     {"render", cli_render, "render a job file here and now"},
     {"submit", cli_submit, "submit a job file to a coordinator"},
+    {"jobs", cli_jobs, "list a coordinator's jobs, by name, label or state"},
     {"watch", cli_watch, "follow a job until it ends"},
     {"steer", cli_steer, "pause or resume a job, or change what is rendered first"},
     {"cancel", cli_cancel, "cancel a job"},

@@ -50,9 +50,9 @@ export async function getChanged(path, tag) {
   return { body, tag: response.headers.get("ETag") };
 }
 export const jobUrl = (id) => `/v1/jobs/${id}`;
-// Of those of {state, text, cursor, limit} that say something.
-export const jobsUrl = (query) =>
-  `/v1/jobs?${new URLSearchParams(Object.entries(query).filter(([, value]) => value))}`;
+// Of those of {state, name, label, text, cursor, limit} that say something. A form's "+" is no blank there.
+export const jobsUrl = (query) => `/v1/jobs?${Object.entries(query).filter(([, value]) => value)
+  .map(([name, value]) => `${name}=${encodeURIComponent(value)}`).join("&")}`;
 export const workersUrl = "/v1/workers";
 export const drainWorker = (id, drain) => request(`/v1/workers/${id}`, {
   method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ drain }),

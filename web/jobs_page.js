@@ -1,4 +1,5 @@
-// The page of all jobs. What it shows is what its address says: state, text and the page of the list.
+// The page of all jobs. What it shows is what its address says: state, name, label, text and the page of
+// the list.
 import { jobsUrl } from "./api.js";
 import { showConnection } from "./connection.js";
 import { JobRows } from "./job/job_rows.js";
@@ -19,8 +20,8 @@ const PACE = { quickMs: 1000, slowMs: 4000 };
 const PACE_OF_TEXT = { quickMs: 5000, slowMs: 20000 }; // all documents are read for each look
 
 const view = () => {
-  const { state, text, cursor } = Object.fromEntries(new URLSearchParams(location.search));
-  return { state, text, cursor };
+  const { state, name, label, text, cursor } = Object.fromEntries(new URLSearchParams(location.search));
+  return { state, name, label, text, cursor };
 };
 const address = (query) => {
   const parts = new URLSearchParams(Object.entries(query).filter(([, value]) => value)).toString();
@@ -28,29 +29,29 @@ const address = (query) => {
 };
 
 function show({ jobs, next }) {
-  const { state, text, cursor } = view();
-  const filtered = Boolean(state || text);
+  const { cursor, ...filters } = view();
+  const filtered = Object.values(filters).some(Boolean);
   rows.show(jobs);
   const sum = jobs.length === 1 ? "1 job" : `${jobs.length} jobs`;
   $("count").textContent = jobs.length > 0 ? `${sum} on this page${next ? ", older ones follow" : ""}.`
     : filtered ? "No job matches." : cursor ? "There are no older jobs." : "No jobs yet.";
   $("older").hidden = !next;
-  if (next) $("older").href = address({ state, text, cursor: next });
+  if (next) $("older").href = address({ ...filters, cursor: next });
   $("newest").hidden = !cursor;
-  $("newest").href = address({ state, text });
+  $("newest").href = address(filters);
 }
 
 // The address is all that is remembered.
 function route() {
-  const { state, text, cursor } = view();
+  const { state, name, label, text, cursor } = view();
   $("state").value = state ?? "";
   if ($("state").selectedIndex < 0) $("state").value = "";
-  $("text").value = text ?? "";
-  $("clear").hidden = !state && !text && !cursor;
-  const which = [state, text && `“${text}”`, cursor && "older"].filter(Boolean).join(", ");
+  for (const [id, value] of Object.entries({ name, label, text })) $(id).value = value ?? "";
+  $("clear").hidden = !state && !name && !label && !text && !cursor;
+  const which = [state, name && `“${name}”`, label && `label ${label}`, text && `“${text}”`, cursor && "older"].filter(Boolean).join(", ");
   document.title = `Jobs${which ? `: ${which}` : ""} · Shearwater`;
   Object.assign(poll, text ? PACE_OF_TEXT : PACE);
-  poll.follow(jobsUrl({ limit: ROWS, state, text, cursor }));
+  poll.follow(jobsUrl({ limit: ROWS, state, name, label, text, cursor }));
 }
 
 function go(to) {
@@ -60,7 +61,7 @@ function go(to) {
 
 $("filters").addEventListener("submit", (event) => {
   event.preventDefault();
-  go(address({ state: $("state").value, text: $("text").value.trim() }));
+  go(address(Object.fromEntries(["state", "name", "label", "text"].map((id) => [id, $(id).value.trim()]))));
 });
 $("state").addEventListener("change", () => $("filters").requestSubmit());
 for (const id of ["older", "newest", "clear"])

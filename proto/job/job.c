@@ -189,6 +189,7 @@ void job_fini(struct job *job)
     free(job->files);
     job->files = NULL;
     job->file_count = 0;
+    job_marks_fini(&job->marks);
 }
 
 int job_copy(const struct job *job, struct job *out)
@@ -202,7 +203,8 @@ int job_copy(const struct job *job, struct job *out)
         if (!out->files[i].path) break;
         out->file_count++;
     }
-    if (out->files && out->file_count == job->file_count) return 0;
+    const int error = job_marks_copy(&job->marks, &out->marks);
+    if (!error && out->files && out->file_count == job->file_count) return 0;
     job_fini(out);
     return ERR_MEMORY;
 }

@@ -23,6 +23,7 @@
  *   filter    {method, indirect, glossy, lens, residual, mu}
  *   layers    [names]; frames {first, last} or "1-10,20-40x2"; fps; start_time_s; priority;
  *             live: bool
+ *   name, comment: text or null; labels [texts]; webhook: {url} or null
  *
  * A member of a later version is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
 #include <jansson.h>
@@ -31,6 +32,7 @@
 #include "proto/digest.h"
 #include "proto/error.h"
 #include "proto/exr_codec.h"
+#include "proto/job/job_marks.h"
 #include "proto/json.h"
 #include "proto/plan.h"
 #include "proto/scene/relative_path.h"
@@ -191,6 +193,7 @@ struct job {
     int32_t priority;    /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;     /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
     bool live;           /* its camera is moved while it is open (job_view_read); default false */
+    struct job_marks marks; /* default none */
 };
 
 /* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,

@@ -21,6 +21,16 @@ int job_frames_read(struct json_cursor *at, const struct json_member *member, co
 int job_lights_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                     void *job);
 
+/* Read the marks. null is none. */
+int job_name_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                  void *job);
+int job_comment_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                     void *job);
+int job_labels_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                    void *job);
+int job_webhook_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                     void *job);
+
 /* Write members that job.h has no writer of. Return a new reference; NULL on failed allocation. */
 
 /* Writes the environment; none is null. */
@@ -28,6 +38,10 @@ json_t *job_environment_write(const struct job_environment *environment);
 json_t *job_image_write(const struct job *job);
 json_t *job_lights_write(const struct job *job);
 json_t *job_frames_write(const struct job *job);
+json_t *job_webhook_write(const char *url);
+json_t *job_labels_write(const struct job_marks *marks);
+/* Writes a text; NULL is null. */
+json_t *job_text_write(const char *text);
 
 /* Write floats as the shortest decimals that read back to the same bits. Return a new reference;
  * NULL on failed allocation. */

@@ -218,6 +218,10 @@ static const struct json_member job_members[] = {
     NUMBER("start_time_s", read_f64, start_time_s, -LIMIT_TIME_S, LIMIT_TIME_S),
     NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
     {.name = "live", .read = json_member_bool, .offset = JOB(live)},
+    {.name = "name", .read = job_name_read},
+    {.name = "comment", .read = job_comment_read},
+    {.name = "labels", .read = job_labels_read},
+    {.name = "webhook", .read = job_webhook_read},
     {.name = NULL}};
 
 static void set_defaults(struct job *job)

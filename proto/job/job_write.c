@@ -113,5 +113,9 @@ json_t *job_write(const struct job *job)
     failures += set(object, "start_time_s", json_real(job->start_time_s));
     failures += set(object, "priority", json_integer(job->priority));
     failures += set(object, "live", json_boolean(job->live));
+    failures += set(object, "name", job_text_write(job->marks.name));
+    failures += set(object, "comment", job_text_write(job->marks.comment));
+    failures += set(object, "labels", job_labels_write(&job->marks));
+    failures += set(object, "webhook", job_webhook_write(job->marks.webhook));
     return checked(object, failures);
 }

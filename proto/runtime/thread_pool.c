@@ -273,6 +273,11 @@ bool thread_pool_withdraw(struct thread_pool *pool, struct pool_task *task)
     return taken;
 }
 
+unsigned thread_pool_threads(const struct thread_pool *pool)
+{
+    return pool->thread_count;
+}
+
 unsigned thread_pool_pending(const struct thread_pool *pool)
 {
     return pool->pending;

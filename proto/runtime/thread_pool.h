@@ -43,6 +43,8 @@ void thread_pool_submit_first(struct thread_pool *pool, struct pool_task *task);
 bool thread_pool_withdraw(struct thread_pool *pool, struct pool_task *task);
 
 /* Returns how many tasks were submitted and are not yet done. */
+/* Returns how many threads it has. */
+unsigned thread_pool_threads(const struct thread_pool *pool);
 unsigned thread_pool_pending(const struct thread_pool *pool);
 
 /* Lets queued tasks run, calls their done functions and joins the threads; afterwards the loop must

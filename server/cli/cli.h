@@ -5,6 +5,7 @@
 int cli_serve(int argc, char **argv);
 int cli_render(int argc, char **argv);
 int cli_submit(int argc, char **argv);
+int cli_jobs(int argc, char **argv);
 int cli_watch(int argc, char **argv);
 int cli_steer(int argc, char **argv);
 int cli_cancel(int argc, char **argv);

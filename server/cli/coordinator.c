@@ -25,6 +25,7 @@ struct coordinator {
     struct spools *spools;
     struct thread_pool *pool;
     struct streams *streams;
+    struct webhooks *webhooks;
     struct jobs *jobs;
     struct fleet *fleet;
     struct http *http;
@@ -42,6 +43,7 @@ static void close_rooms(struct coordinator *c)
     c->closed = true;
     if (c->jobs) jobs_stop(c->jobs);
     if (c->http) http_stop(c->http);
+    webhooks_stop(c->webhooks);
     thread_pool_destroy(&c->pool);
     spools_destroy(&c->spools);
     job_store_close(&c->store);
@@ -149,6 +151,17 @@ static uint64_t live_idle_ms(void)
     return ms >= 1 && ms <= 86400000 ? ms : LIVE_IDLE_MS;
 }
 
+static int open_webhooks(struct coordinator *c, const struct coordinator_options *options,
+                         struct fault *fault)
+{
+    const struct webhooks_options webhooks = {.loop = &c->loop,
+                                              .log = options->log,
+                                              .store = c->store,
+                                              .hosts = options->webhook_hosts,
+                                              .key_path = options->webhook_key};
+    return options->webhook_hosts ? webhooks_create(&webhooks, &c->webhooks, fault) : 0;
+}
+
 static int open_jobs(struct coordinator *c, const struct coordinator_options *options,
                      struct fault *fault)
 {
@@ -159,6 +172,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
                                 .tenant_jobs_max = options->tenant_jobs,
                                 .live_idle_ms = live_idle_ms(),
                                 .store = c->store,
+                                .webhooks = c->webhooks,
                                 .objects = &c->objects,
                                 .spools = options->ephemeral ? NULL : c->spools,
                                 .streams = c->streams,
@@ -211,6 +225,7 @@ static int open_http(struct coordinator *c, const struct coordinator_options *op
         .spools = c->spools,
         .pool = c->pool,
         .jobs = c->jobs,
+        .webhooks = c->webhooks,
         .fleet = c->fleet,
         .streams = c->streams,
         .feed_bytes_per_s = options->feed_mb_per_s * INT64_C(1000000),
@@ -230,6 +245,7 @@ int coordinator_create(const struct coordinator_options *options, struct coordin
     if (!c) return fault_set(fault, ERR_MEMORY, "", "no memory to start");
     init_loop(c);
     int error = open_store(c, options, fault);
+    if (!error) error = open_webhooks(c, options, fault);
     if (!error) error = open_jobs(c, options, fault);
     if (!error) error = open_fleet(c, options, fault);
     if (!error) error = open_http(c, options, fault);
@@ -270,6 +286,7 @@ void coordinator_destroy(struct coordinator **coordinator)
     uv_close((uv_handle_t *)&c->hangup, NULL);
     uv_run(&c->loop, UV_RUN_DEFAULT);
     jobs_destroy(&c->jobs);
+    webhooks_destroy(&c->webhooks);
     streams_destroy(&c->streams);
     int error = uv_loop_close(&c->loop);
     assert(error == 0);

@@ -23,6 +23,8 @@ struct coordinator_options {
      * is NULL when it went well. */
     void (*reloaded)(size_t count, const struct fault *fault);
     const char *worker_key;    /* file: what workers over TCP must have; NULL: nothing */
+    const char *webhook_hosts; /* that jobs may have told of their end (webhooks.h); NULL: none */
+    const char *webhook_key;   /* file: what signs that */
     const char *worker_listen; /* TCP for workers; NULL: none */
     unsigned workers;          /* local ones */
     unsigned worker_threads;   /* of each */

@@ -104,6 +104,50 @@ static int set_files(const struct job_changes *changes, json_t *document, struct
     return error;
 }
 
+static bool has_label(const json_t *labels, const char *label, size_t length)
+{
+    size_t i;
+    json_t *one;
+    json_array_foreach (labels, i, one)
+        if (json_string_length(one) == length && memcmp(json_string_value(one), label, length) == 0)
+            return true;
+    return false;
+}
+
+/* Adds labels, parted by commas, to those that are there. */
+static int add_labels(const char *list, json_t *document, struct fault *fault)
+{
+    json_t *labels = json_object_get(document, "labels");
+    if (!labels && json_object_set_new(document, "labels", labels = json_array()))
+        return ERR_MEMORY;
+    if (!json_is_array(labels)) return 0;
+    for (const char *at = list, *end; at; at = *end ? end + 1 : NULL) {
+        end = strchrnul(at, ',');
+        const size_t length = (size_t)(end - at);
+        if (has_label(labels, at, length)) continue;
+        json_t *label = json_stringn(at, length);
+        if (!label) return fault_set(fault, ERR_RANGE, "", "--label: \"%.40s\" is no UTF-8", list);
+        if (json_array_append_new(labels, label)) return ERR_MEMORY;
+    }
+    return 0;
+}
+
+static int set_text(const char *option, const char *text, json_t *document, struct fault *fault)
+{
+    json_t *value = json_string(text);
+    if (!value) return fault_set(fault, ERR_RANGE, "", "--%s: it is no UTF-8", option);
+    return json_object_set_new(document, option, value) ? ERR_MEMORY : 0;
+}
+
+static int set_marks(const struct job_changes *changes, json_t *document, struct fault *fault)
+{
+    int error = 0;
+    if (changes->name) error = set_text("name", changes->name, document, fault);
+    if (!error && changes->comment) error = set_text("comment", changes->comment, document, fault);
+    if (!error && changes->labels) error = add_labels(changes->labels, document, fault);
+    return error;
+}
+
 int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault)
 {
     int error = 0;
@@ -113,6 +157,7 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     if (!error && changes->variant)
         error = set_member(document, "scene", "variant", json_string(changes->variant));
     if (!error) error = set_animation(changes, document, fault);
+    if (!error) error = set_marks(changes, document, fault);
     if (!error && changes->no_default_light)
         error = set_member(document, "scene", "default_light", json_false());
     if (!error && changes->environment)

@@ -14,6 +14,9 @@ struct job_changes {
     const char *time;        /* scene.time_s, a number; NULL */
     const char *frames;      /* frames, "1-10,20-40x2"; NULL */
     const char *fps;         /* fps, a number; NULL */
+    const char *name;        /* name; NULL */
+    const char *comment;     /* comment; NULL */
+    const char *labels;      /* labels to add, parted by commas; NULL */
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
@@ -71,6 +74,10 @@ struct job_changes {
         JOB_CHANGE_TEXT("frames", 0, "LIST", "frames instead of the job's, as 1-10,20-40x2",       \
                         &(c)->frames),                                                             \
         JOB_CHANGE_TEXT("fps", 0, "N", "frames per second instead of the job's", &(c)->fps),       \
+        JOB_CHANGE_TEXT("name", 0, "TEXT", "name of the job, to find it by", &(c)->name),          \
+        JOB_CHANGE_TEXT("comment", 0, "TEXT", "comment on the job", &(c)->comment),                \
+        JOB_CHANGE_TEXT("label", 0, "LIST", "labels beside the job's, parted by commas",           \
+                        &(c)->labels),                                                             \
         {.name = "no-default-light",                                                               \
          .kind = OPTION_FLAG,                                                                      \
          .text = "no studio light where nothing lights the scene",                                 \

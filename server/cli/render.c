@@ -11,6 +11,7 @@
 #include "server/cli/cli.h"
 #include "server/cli/client/output_file.h"
 #include "server/cli/embedded_server.h"
+#include "server/cli/frame_files.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
@@ -75,22 +76,6 @@ static int parse(int argc, char **argv, struct render_options *o)
     return option_parse(&table, argc, argv, &arguments);
 }
 
-/* "shot.####.exr" -> "shot.0007.exr"; "out.exr" -> "out.0007.exr" when there are several frames. */
-static void frame_path(const char *path, int32_t frame, bool several, char *out, size_t capacity)
-{
-    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
-    const char *dot = strrchr(name, '.'), *mark = strchr(name, '#');
-    const int digits = mark ? (int)strspn(mark, "#") : 0;
-    if (!dot) dot = path + strlen(path);
-    if (mark)
-        snprintf(out, capacity, "%.*s%0*d%s", (int)(mark - path), path, digits, frame,
-                 mark + digits);
-    else if (several)
-        snprintf(out, capacity, "%.*s.%04d%s", (int)(dot - path), path, frame, dot);
-    else
-        snprintf(out, capacity, "%s", path);
-}
-
 /* Checks outputs before the work, so that a missing folder is not noticed hours later. */
 static int check_outputs(const struct render_options *o, struct fault *fault)
 {
@@ -115,7 +100,8 @@ static int check_frames(const struct render_options *o, const json_t *document, 
     for (int k = 0; k < 2 && !error; k++) {
         char path[4096];
         if (!outputs[k]) continue;
-        frame_path(outputs[k], job_frame_number(&job, count - 1), count > 1, path, sizeof path);
+        frame_files_path(outputs[k], job_frame_number(&job, count - 1), count > 1, path,
+                         sizeof path);
         error = output_file_check_picture(path, endings[k], fault);
     }
     return error;
@@ -136,25 +122,6 @@ static int await_worker(struct client *c, struct fault *fault)
     return fault_set(fault, ERR_KILLED, "",
                      interrupted ? "interrupted"
                                  : "no worker has come up: shearwater-worker does not start");
-}
-
-static int save_frames(struct client *c, const json_t *job, const struct render_options *o,
-                       struct fault *fault)
-{
-    const char *id = json_string_value(json_object_get(job, "id"));
-    struct job frames;
-    const char *const outputs[] = {o->exr, o->png}, *const kinds[] = {"exr", "png"};
-    int error = job_frames_of(json_object_get(job, "document"), &frames);
-    const uint32_t count = error ? 0 : job_frame_count(&frames);
-    for (uint32_t i = 0; i < 2 * count && !error; i++) {
-        char url[128], path[4096];
-        const int32_t frame = job_frame_number(&frames, i / 2);
-        if (!outputs[i % 2]) continue;
-        snprintf(url, sizeof url, "/v1/jobs/%s/frames/%d/image.%s", id, frame, kinds[i % 2]);
-        frame_path(outputs[i % 2], frame, count > 1, path, sizeof path);
-        error = client_download(c, url, path, fault);
-    }
-    return error;
 }
 
 static double seconds(struct timeval t)
@@ -210,7 +177,7 @@ static int render(struct client *c, const char *path, json_t *document,
     json_decref(accepted);
     error = await_worker(c, fault);
     if (!error) error = job_watch(c, id, progress, job, fault);
-    if (!error) error = save_frames(c, *job, o, fault);
+    if (!error) error = frame_files_save(c, *job, o->exr, o->png, fault);
     return error;
 }
 

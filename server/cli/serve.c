@@ -78,7 +78,8 @@ static int serve(const struct coordinator_options *options)
 }
 
 struct serve_choices {
-    const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format;
+    const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format,
+        *webhook_hosts, *webhook_key;
     bool with_parent, ephemeral, quiet;
     long tenant_jobs, tenant_assets_mib, threads, workers, feed_mb_per_s, stream_share;
 };
@@ -118,6 +119,13 @@ static int parse(struct serve_choices *o, int argc, char **argv)
         {"worker-key", 0, OPTION_TEXT, "FILE",
          "key that workers over TCP must have: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
          &o->worker_key},
+        {"webhook-hosts", 0, OPTION_TEXT, "HOST[:PORT],...",
+         "hosts that jobs may have told of their end (default: none). Without a port it is that of "
+         "https or http. Needs --webhook-key",
+         0, 0, &o->webhook_hosts},
+        {"webhook-key", 0, OPTION_TEXT, "FILE",
+         "key that signs what they are told: 64 hexadecimal digits (openssl rand -hex 32)", 0, 0,
+         &o->webhook_key},
         {"feed-rate", 0, OPTION_NUMBER, "MB",
          "total MB/s for pixel feeds while rendering, once there are more than 8 of them "
          "(default: 24; 0: unlimited)",
@@ -154,6 +162,8 @@ static bool go_together(const struct serve_choices *o)
 {
     if (!o->cert != !o->key)
         fprintf(stderr, "--tls-cert and --tls-key go together\n");
+    else if (!o->webhook_hosts != !o->webhook_key)
+        fprintf(stderr, "--webhook-hosts and --webhook-key go together\n");
     else if (!log_format_from_name(o->format, &server_log.format))
         fprintf(stderr, "--log-format is text or json, not \"%.64s\"\n", o->format);
     else if ((o->tenant_jobs || o->tenant_assets_mib) && !o->tokens)
@@ -199,6 +209,8 @@ int cli_serve(int argc, char **argv)
                                                 .reloaded = on_reloaded,
                                                 .worker_listen = o.worker_listen,
                                                 .worker_key = o.worker_key,
+                                                .webhook_hosts = o.webhook_hosts,
+                                                .webhook_key = o.webhook_key,
                                                 .workers = (unsigned)o.workers,
                                                 .worker_threads = (unsigned)o.threads,
                                                 .pool_threads = (unsigned)cores,

@@ -1,23 +1,14 @@
-/* shearwater watch: a running job's progress, and its picture when it is done. */
+/* shearwater watch: a running job's progress, and its pictures when it is done. */
 #include <stdio.h>
 
-#include "proto/job/job.h"
 #include "server/cli/cli.h"
 #include "server/cli/client/client_target.h"
 #include "server/cli/client/output_file.h"
+#include "server/cli/frame_files.h"
 #include "server/cli/job_file.h"
 #include "server/cli/job_watch.h"
 #include "server/cli/option.h"
 #include "server/cli/tev/tev_push.h"
-
-static int save(struct client *c, const char *id, int32_t frame, const char *kind, const char *path,
-                struct fault *fault)
-{
-    char url[128];
-    if (!path) return 0;
-    snprintf(url, sizeof url, "/v1/jobs/%.32s/frames/%d/image.%s", id, frame, kind);
-    return client_download(c, url, path, fault);
-}
 
 /* Begins to show the job's layers in tev, if that is asked for. */
 static int show(struct client *c, const struct client_target *target, const char *id,
@@ -48,8 +39,9 @@ int cli_watch(int argc, char **argv)
     bool quiet = false, anywhere = false;
     const struct option_line lines[] = {
         CLIENT_TARGET_OPTIONS(&target),
-        {"output", 'o', OPTION_TEXT, "OUT.exr", "save the first frame with all layers", 0, 0, &exr},
-        {"png", 'p', OPTION_TEXT, "OUT.png", "save the first frame as an 8-bit picture", 0, 0,
+        {"output", 'o', OPTION_TEXT, "OUT.exr",
+         "save all layers; # is the frame's number, as in shot.####.exr", 0, 0, &exr},
+        {"png", 'p', OPTION_TEXT, "OUT.png", "save the layer beauty as an 8-bit sRGB picture", 0, 0,
          &png},
         {"tev", 't', OPTION_TEXT, "HOST:PORT",
          "show all layers in a running tev while they form (tev listens at 127.0.0.1:14158)", 0, 0,
@@ -60,8 +52,9 @@ int cli_watch(int argc, char **argv)
     };
     const struct option_table table = {
         .usage = "shearwater watch JOB-ID [options]",
-        .summary =
-            "Shows a job's progress until it ends. The exit status is 0 if the job finished.",
+        .summary = "Shows a job's progress until it ends, and then saves its frames if it is told "
+                   "where. The "
+                   "exit status is 0 if the job finished.",
         .lines = lines,
         .line_count = sizeof lines / sizeof *lines,
         .least_arguments = 1,
@@ -77,14 +70,12 @@ int cli_watch(int argc, char **argv)
     progress_begin(&progress, quiet);
     int error = exr ? output_file_check_picture(exr, "exr", &fault) : 0;
     if (!error && png) error = output_file_check_picture(png, "png", &fault);
+    const char *const outputs[] = {exr, png};
+    if (!error) error = output_files_check_apart(outputs, 2, &fault);
     if (!error) error = client_target_open(&target, &client, &fault);
     if (!error) error = show(client, &target, argv[1], tev, anywhere, &push, &fault);
     if (!error) error = job_watch(client, argv[1], &progress, &job, &fault);
-    struct job frames;
-    if (!error) error = job_frames_of(json_object_get(job, "document"), &frames);
-    const int32_t first = error ? 0 : job_frame_number(&frames, 0);
-    if (!error) error = save(client, argv[1], first, "exr", exr, &fault);
-    if (!error) error = save(client, argv[1], first, "png", png, &fault);
+    if (!error) error = frame_files_save(client, job, exr, png, &fault);
     if (push) {
         struct fault pushed = {0};
         const int unseen = tev_push_finish(&push, &pushed);

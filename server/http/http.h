@@ -21,6 +21,7 @@ struct http_options {
     const struct objects *objects;
     struct job_store *store;     /* for assets, and for metrics */
     const struct spools *spools; /* for metrics */
+    struct webhooks *webhooks;   /* for metrics; may be NULL */
     struct thread_pool *pool;    /* hashing uploads, encoding pictures; NULL: after http_stop */
     struct jobs *jobs;
     struct fleet *fleet;

@@ -387,10 +387,7 @@ void active_job_open_frame(struct active_job *job)
     job->frames_opened++;
     jobs_table_open(jobs, job, frame);
     active_job_log(job, "frame", "frame %d is begun", active_frame_number(job, frame));
-    if (job->trace_started_us == 0) {
-        job->trace_started_us = jobs_clock_us();
-        job->trace_started_fraction = active_job_fraction(job);
-    }
+    if (job->pace.started_us == 0) active_job_pace_start(job);
     if (!job->shown && !job->view) show(job, frame);
     job->revision++;
     active_frame_tell(job, frame);

@@ -111,6 +111,7 @@ static void on_ended(void *ctx, int error)
         return;
     }
     jobs_event_state(job);
+    webhooks_soon(jobs->options.webhooks);
     jobs_remember_ended(jobs, job->id);
     if (jobs->options.spools) spools_remove(jobs->options.spools, job->id, -1);
     jobs_table_remove(jobs, job);
@@ -137,9 +138,7 @@ void active_job_pause(struct active_job *job, bool paused)
     }
     job->work_started_us = jobs_clock_us();
     job->work_started_cpu_us = jobs_loop_cpu_us();
-    if (job->trace_started_us == 0) return;
-    job->trace_started_us = job->work_started_us;
-    job->trace_started_fraction = active_job_fraction(job);
+    if (job->pace.started_us != 0) active_job_pace_start(job);
 }
 
 static void end(struct active_job *job, enum job_state state)

@@ -11,6 +11,7 @@
 #include "server/job/frame/state.h"
 #include "server/job/frame/statistics.h"
 #include "server/job/jobs.h"
+#include "server/job/pace.h"
 #include "server/job/prepare/preparation.h"
 
 /* The steps that failed because of the machine and are tried again (active_retry.c); of a job,
@@ -73,8 +74,7 @@ struct active_job {
     struct statistics statistics; /* of ended frames and of earlier runs, without shelved frames */
     uint64_t work_started_us;     /* clock; 0: not in work */
     uint64_t work_started_cpu_us; /* of the loop's thread */
-    uint64_t trace_started_us;
-    double trace_started_fraction;
+    struct pace pace; /* of tracing; not started before the first frame */
     bool progress_due;
     struct rect last_tile; /* landed since progress was published; empty: none */
     int32_t last_tile_frame;
@@ -196,6 +196,9 @@ void active_job_statistics(const struct active_job *job, struct statistics *out)
  * to which other jobs' work adds. */
 void active_job_add_work(const struct active_job *job, struct statistics *sum);
 double active_job_fraction(const struct active_job *job);
+/* Starts the pace anew, for its time left; notes what has been spent meanwhile. */
+void active_job_pace_start(struct active_job *job);
+void active_job_pace_note(struct active_job *job);
 
 /* Writes the address of a frame's picture: kind "exr" or "png". */
 void active_job_picture_path(const char *id, int32_t number, const char *kind, char out[96]);

@@ -31,16 +31,65 @@ double active_job_fraction(const struct active_job *job)
     return sum / job->frame_count;
 }
 
-/* Estimates the time left from the pace since tracing began in this run; null until there is
- * one. */
-static json_t *eta_of(const struct active_job *job, double fraction)
+/* CPU time of workers on all that has landed. */
+static double cost_us(const struct active_job *job)
 {
-    double gained = fraction - job->trace_started_fraction;
-    if (job->state != JOB_RUNNING || job->paused || job->trace_started_us == 0 || gained < 0.005)
-        return json_null();
-    double elapsed_s = (double)(jobs_clock_us() - job->trace_started_us) * 1e-6;
-    double eta_s = elapsed_s * (1 - fraction) / gained;
-    return json_real(round(eta_s * 10) / 10);
+    struct statistics statistics;
+    active_job_statistics(job, &statistics);
+    const uint64_t *value = statistics.counters.value;
+    return (double)(value[COUNTER_TRACE_CPU_US] + value[COUNTER_PACK_CPU_US]);
+}
+
+void active_job_pace_start(struct active_job *job)
+{
+    pace_start(&job->pace, jobs_clock_us(), cost_us(job));
+}
+
+void active_job_pace_note(struct active_job *job)
+{
+    pace_note(&job->pace, jobs_clock_us(), cost_us(job));
+}
+
+/* The CPU time that open frames have taken, and will take: of workers, and of filters. */
+struct open_work {
+    double done_us, left_us, filters_us;
+    uint32_t frames;
+};
+
+static struct open_work open_work_of(const struct active_job *job, double all_us)
+{
+    struct open_work sum = {0};
+    const struct jobs *jobs = job->jobs;
+    for (unsigned i = 0; i < jobs->open_count; i++)
+        if (jobs->open[i].job == job) sum.done_us += frame_done_us(jobs->open[i].frame->work);
+    const double mean_us =
+        job->frames_finished > 0 ? fmax(0.0, all_us - sum.done_us) / job->frames_finished : 0.0;
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        const struct frame *work = jobs->open[i].frame->work;
+        if (jobs->open[i].job != job) continue;
+        sum.left_us += pace_frame_left_us(frame_left_us(work), frame_done_us(work),
+                                          frame_traced_share(work), mean_us);
+        sum.filters_us += frame_filters_left_us(work);
+        sum.frames++;
+    }
+    return sum;
+}
+
+/* Estimates the time left: what open frames still cost, what frames to come will as those so far
+ * do, at the latest pace; and the filters' work that waits. null until there is a pace. */
+static json_t *eta_of(const struct active_job *job)
+{
+    if (job->state != JOB_RUNNING || job->paused) return json_null();
+    const double all_us = cost_us(job);
+    const struct open_work open = open_work_of(job, all_us);
+    const uint32_t begun = job->frames_finished + open.frames;
+    double left_us = open.left_us;
+    if (begun > 0 && begun < job->frame_count)
+        left_us += (job->frame_count - begun) * ((all_us + open.left_us) / begun);
+    const double traced_s = pace_time_s(&job->pace, left_us);
+    if (traced_s < 0.0) return json_null();
+    const double filtered_s = open.filters_us * 1e-6 / thread_pool_threads(job->jobs->options.pool);
+    return json_real(round((traced_s + filtered_s) * 10) / 10);
 }
 
 /* Passes of tiles, as a frame counts them. */
@@ -67,10 +116,10 @@ json_t *active_job_progress(const struct active_job *job)
         if (!frame->work && frame->state == FRAME_ENCODING) done += each;
     }
     double fraction = active_job_fraction(job);
-    json_t *progress = json_pack(
-        "{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
-        (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s", eta_of(job, fraction),
-        "frames_done", (int)job->frames_finished, "frames_total", (int)job->frame_count);
+    json_t *progress =
+        json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
+                  (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s", eta_of(job),
+                  "frames_done", (int)job->frames_finished, "frames_total", (int)job->frame_count);
     if (progress && job->view) json_object_set_new(progress, "view", live_view_json(job));
     return progress;
 }

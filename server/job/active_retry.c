@@ -54,7 +54,7 @@ static void reset(struct active_job *job)
     job->plan = NULL;
     job->tiles_beyond = 0;
     job->runs++;
-    job->work_started_us = job->trace_started_us = 0;
+    job->work_started_us = job->pace.started_us = 0;
     jobs_set_state(job->jobs, job, JOB_QUEUED);
     job->revision++;
 }

@@ -114,6 +114,7 @@ static void tell_progress(struct active_job *job)
     if (job_state_is_final(job->state)) return;
     tell_tile(job);
     active_job_keep_log(job);
+    active_job_pace_note(job);
     json_t *progress = active_job_progress(job);
     if (progress)
         json_object_set_new(progress, "revision", json_integer((json_int_t)job->revision));

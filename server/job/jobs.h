@@ -20,6 +20,7 @@
 #include "server/store/objects.h"
 #include "server/store/spools.h"
 #include "server/stream/stream.h"
+#include "server/webhook/webhooks.h"
 
 struct jobs;
 
@@ -35,6 +36,7 @@ struct jobs_options {
     struct streams *streams;
     struct thread_pool *pool;   /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
+    struct webhooks *webhooks;  /* tells of the ends of jobs; NULL: nobody */
     size_t tenant_jobs_max;     /* of active jobs, of each tenant; 0: no quota */
     uint64_t live_idle_ms;      /* without a move, until a resting live job ends */
 };
@@ -82,18 +84,19 @@ typedef void (*jobs_planned)(void *ctx, const struct fault *fault, json_t *repor
 void jobs_dry_run(struct jobs *jobs, const struct principal *principal, struct job *job,
                   jobs_planned done, void *ctx);
 
-/* Gets a job: {id, state, owner, created, document, progress {tiles_done, tiles_total, fraction,
- * eta_s}, plan {integrator, effects, layers, planes, skipped: [{what, why}], lights, environment,
- * camera, warnings}, statistics {...}, warnings, error, log (job_log.h), frames: [{number, state,
- * exr, png}], priority, revision}. exr and png are addresses, null until the file is there. For
- * paused, region and near see steering.h. NULL: no such job. Borrowed. */
+/* Gets a job: {id, state, name, labels, owner, created, document, progress {tiles_done,
+ * tiles_total, fraction, eta_s}, plan {integrator, effects, layers, planes, skipped: [{what, why}],
+ * lights, environment, camera, warnings}, statistics {...}, warnings, error, log (job_log.h),
+ * frames: [{number, state, exr, png}], priority, revision}. exr and png are addresses, null until
+ * the file is there. For paused, region and near see steering.h. NULL: no such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const struct principal *principal, const char *id,
               jobs_answer done, void *ctx);
 
-/* Lists jobs: {jobs: [{id, state, owner, created, priority, paused, progress, revision, width,
- * height}], next: cursor or null}. ERR_RANGE for an unknown state or an invalid cursor; ERR_STATE
- * (job_store.h). The listing's owner counts only for a principal that sees all. */
+/* Lists jobs: {jobs: [{id, state, name, labels, owner, created, priority, paused, progress,
+ * revision, width, height}], next: cursor or null}. ERR_RANGE for an unknown state or an invalid
+ * cursor; ERR_STATE (job_store.h). The listing's owner counts only for a principal that sees all.
+ */
 void jobs_list(struct jobs *jobs, const struct principal *principal,
                const struct job_listing *listing, jobs_answer done, void *ctx);
 
@@ -134,6 +137,22 @@ struct jobs_picture {
 typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);
 void jobs_picture(struct jobs *jobs, const struct principal *principal, const char *id,
                   int32_t frame, jobs_pictured done, void *ctx);
+
+/* The picture that stands for a job in lists: the small one that is kept, or what one can be made
+ * of. */
+struct jobs_thumbnail {
+    const void *kept; /* a PNG, borrowed for the call; NULL: none yet */
+    size_t kept_bytes;
+    const struct image *image;      /* of the frame that forms, borrowed for the call; NULL: none */
+    uint64_t revision;              /* of that image */
+    struct png_options png_options; /* by which it is shown */
+    struct digest png;              /* without these: of the last finished frame, an object */
+    bool ended; /* this picture is the job's last: what is made of it may be kept */
+};
+/* ERR_NOT_FOUND: no such job, or no picture yet. */
+typedef void (*jobs_thumbnailed)(void *ctx, int error, const struct jobs_thumbnail *thumbnail);
+void jobs_thumbnail(struct jobs *jobs, const struct principal *principal, const char *id,
+                    jobs_thumbnailed done, void *ctx);
 
 /* Counts for metrics and readiness. */
 struct jobs_totals {

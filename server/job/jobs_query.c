@@ -69,11 +69,23 @@ static bool is_paused(const struct job_row *row)
            !job_state_is_final(state);
 }
 
+/* Makes an array of a row's labels: "\na\nb\n". */
+static json_t *labels_of(const struct job_row *row)
+{
+    json_t *array = json_array();
+    const char *at = row->labels && *row->labels ? row->labels + 1 : "";
+    for (const char *end; (end = strchr(at, '\n')); at = end + 1)
+        json_array_append_new(array, json_stringn(at, (size_t)(end - at)));
+    return array;
+}
+
 static json_t *summary_of(const struct active_job *active, const struct job_row *row)
 {
     const char *state = active ? job_state_name(active->state) : row->state;
-    return json_pack("{s:s,s:s,s:s,s:o,s:i,s:b}", "id", row->id, "state", state ? state : "queued",
-                     "owner", row->owner, "created", time_json(row->created_ms), "priority",
+    return json_pack("{s:s,s:s,s:s?,s:o,s:s,s:o,s:o,s:i,s:b}", "id", row->id, "state",
+                     state ? state : "queued", "name", row->name, "labels", labels_of(row), "owner",
+                     row->owner, "thumbnail", jobs_thumbnail_address(active, row), "created",
+                     time_json(row->created_ms), "priority",
                      (int)(active ? active->priority : row->priority), "paused",
                      (int)(active ? active_job_is_paused(active) : is_paused(row)));
 }
@@ -249,13 +261,16 @@ static const struct frame *shown_of(const struct active_job *active,
 }
 
 /* Frames of a view, and of the views before, have the same blocks. */
-static void picture_so_far(const struct frame *work, struct jobs_picture *out)
+bool jobs_picture_so_far(const struct active_job *active, const struct active_frame *frame,
+                         struct jobs_picture *out)
 {
+    const struct frame *work = shown_of(active, frame);
     const uint64_t drawn = work ? frame_revision(work) : 0;
-    if (drawn == 0) return;
+    if (drawn == 0) return false;
     out->revision = frame_id(work) << 32 | drawn;
     out->image = (struct image *)frame_image(work);
     out->metadata = frame_metadata(work);
+    return true;
 }
 
 /* Finds the picture of an active job's frame. False when only the store can tell. */
@@ -269,7 +284,7 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
     const struct active_frame *frame = &active->frames[at];
     out->png_options = picture_png_options(&active->prepared->job);
     if (frame->work) {
-        picture_so_far(shown_of(active, frame), out);
+        jobs_picture_so_far(active, frame, out);
     } else if (!digest_is_zero(&frame->exr)) {
         out->finished = true;
         out->exr = frame->exr;

@@ -40,6 +40,8 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
     if (jobs->count >= LIMIT_JOBS_WAITING)
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
+    const char *url = job->marks.webhook;
+    if (url && webhooks_check(jobs->options.webhooks, url, fault) != 0) return fault->code;
     const unsigned live = jobs->live_count + jobs->live_coming;
     if (job->live && live >= LIVE_MAX)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
@@ -150,6 +152,19 @@ static bool look_up_key(struct jobs *jobs, const struct principal *principal, co
     return true;
 }
 
+/* Returns the labels as a row has them, which the caller frees. */
+static char *join_labels(const struct job_marks *marks)
+{
+    size_t size_bytes = 2;
+    for (uint32_t i = 0; i < marks->label_count; i++) size_bytes += strlen(marks->labels[i]) + 1;
+    char *text = malloc(size_bytes), *at = text;
+    if (!text) return NULL;
+    *at++ = '\n';
+    for (uint32_t i = 0; i < marks->label_count; i++) at += sprintf(at, "%s\n", marks->labels[i]);
+    *at = '\0';
+    return text;
+}
+
 static int insert(struct jobs *jobs, const struct principal *principal, const char *key,
                   const struct digest *body, struct submission *s)
 {
@@ -158,9 +173,12 @@ static int insert(struct jobs *jobs, const struct principal *principal, const ch
     struct digest *list = list_assets(job, &assets.count);
     json_t *document = list ? job_write(job) : NULL;
     char *text = json_text(document, JSON_COMPACT);
+    char *labels = join_labels(&job->marks);
     assets.items = list;
     json_decref(document);
-    if (!text) {
+    if (!text || !labels) {
+        free(text);
+        free(labels);
         free(list);
         return ERR_MEMORY;
     }
@@ -168,7 +186,10 @@ static int insert(struct jobs *jobs, const struct principal *principal, const ch
                           .state = job_state_name(JOB_QUEUED),
                           .created_ms = s->job->created_ms,
                           .updated_ms = s->job->created_ms,
-                          .priority = job->priority};
+                          .priority = job->priority,
+                          .name = job->marks.name,
+                          .webhook = job->marks.webhook,
+                          .labels = job->marks.label_count ? labels : NULL};
     memcpy(row.id, s->job->id, sizeof row.id);
     memcpy(row.owner, s->job->owner, sizeof row.owner);
     trace_context_keep(&s->job->trace, row.trace);
@@ -176,6 +197,7 @@ static int insert(struct jobs *jobs, const struct principal *principal, const ch
     jobs->coming++;
     job_store_submit(jobs->options.store, &row, key, body, &assets, on_inserted, s);
     free(text);
+    free(labels);
     free(list);
     return 0;
 }

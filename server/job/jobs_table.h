@@ -126,6 +126,11 @@ void jobs_progress_soon(struct jobs *jobs, struct active_job *job);
 void jobs_set_state(struct jobs *jobs, struct active_job *job, enum job_state state);
 void jobs_event(struct active_job *job, const char *name, json_t *data,
                 bool final); /* takes data */
+/* Finds the image so far of a frame in work. False: there is none yet. */
+bool jobs_picture_so_far(const struct active_job *active, const struct active_frame *frame,
+                         struct jobs_picture *out);
+/* Makes the address of a job's thumbnail, null while there is none. */
+json_t *jobs_thumbnail_address(const struct active_job *active, const struct job_row *row);
 void jobs_event_state(struct active_job *job);
 /* Keeps an ended job's last events for late readers, for a while. */
 void jobs_remember_ended(struct jobs *jobs, const char *id);

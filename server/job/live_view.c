@@ -162,7 +162,7 @@ static void begin(struct active_job *job)
     live_view_hide(job);
     active_job_drop_frames(job);
     job->view->level = 0;
-    job->trace_started_us = 0;
+    job->pace.started_us = 0;
     go(job, JOB_RUNNING);
     jobs_progress_soon(job->jobs, job);
     if (has_place && active_job_has_unopened(job)) active_job_open_frame(job);
@@ -267,7 +267,7 @@ static void next_level(struct active_job *job)
     view->last = active_job_take_work(job, &job->frames[0]);
     view->shown = false;
     view->level++;
-    job->trace_started_us = 0;
+    job->pace.started_us = 0;
     active_job_open_frame(job);
 }
 

@@ -6,8 +6,10 @@
 
 #include "proto/runtime/clock.h"
 #include "server/store/asset_tables.h"
+#include "server/store/job_mark_rows.h"
 #include "server/store/job_queries.h"
 #include "server/store/job_schema.h"
+#include "server/store/job_webhooks.h"
 
 struct job_database {
     char *path;                            /* owned */
@@ -244,6 +246,8 @@ int job_database_insert(struct job_database *db, const struct job_row *row, cons
     error = insert_row(db, row);
     /* ERR_EXISTS is for keys; an id that was given twice is the caller's mistake. */
     if (error == ERR_EXISTS) return ERR_STATE;
+    if (!error) error = job_mark_rows_add(db->db, row);
+    if (!error && row->webhook) error = job_webhooks_add(db->db, row->id, row->webhook);
     if (!error && key) error = insert_key(db, key, body, row->id);
     return error;
 }
@@ -377,6 +381,8 @@ int job_database_list(struct job_database *db, const struct job_listing *listing
     bind_text(s, 3, listing->text);
     if (listing->state) bind_text(s, 4, listing->state);
     if (listing->owner) bind_text(s, 5, listing->owner);
+    bind_text(s, 6, listing->name);
+    bind_text(s, 7, listing->label);
     int error = read_jobs(db, s, false, out);
     out->more = out->count > listing->limit;
     return error;

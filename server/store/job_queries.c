@@ -7,6 +7,12 @@
     " AND (?3 IS NULL OR instr(lower(id), lower(?3)) > 0 OR instr(lower(document), lower(?3)) > "  \
     "0)"
 
+/* What is marked so is found in the marks alone, which are small beside documents and reports. */
+#define HAS_MARKS                                                                                  \
+    " AND ((?6 IS NULL AND ?7 IS NULL) OR id IN (SELECT job FROM marks WHERE"                      \
+    " (?6 IS NULL OR instr(lower(name), lower(?6)) > 0) AND"                                       \
+    " (?7 IS NULL OR instr(labels, char(10) || ?7 || char(10)) > 0)))"
+
 static const char *const query_text[QUERY_COUNT] = {
     [QUERY_BEGIN] = "BEGIN IMMEDIATE",
     [QUERY_COMMIT] = "COMMIT",
@@ -16,7 +22,7 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_UNDO] = "ROLLBACK TO change",
     [QUERY_FIND_KEY] = "SELECT body, job FROM keys WHERE key = ?1",
     [QUERY_INSERT] =
-        "INSERT INTO jobs (" JOB_RECORD_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
+        "INSERT INTO jobs (" JOB_RECORD_OWN_COLUMNS ") VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9,"
         " ?10, ?11)",
     [QUERY_INSERT_KEY] = "INSERT INTO keys (key, body, job) VALUES (?1, ?2, ?3)",
     [QUERY_UPDATE] = "UPDATE jobs SET state = coalesce(?2, state), error = coalesce(?3, error),"
@@ -33,15 +39,18 @@ static const char *const query_text[QUERY_COUNT] = {
     [QUERY_GET] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE id = ?1",
     [QUERY_FRAMES] = "SELECT " JOB_RECORD_FRAME_COLUMNS " FROM frames WHERE job = ?1"
                      " ORDER BY number",
-    [QUERY_LIST] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)" HAS_TEXT
-                   " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?4"
-                         " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_OWNER] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
-                         " AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
-    [QUERY_LIST_OWNER_STATE] =
+    [QUERY_LIST] =
+        "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE (?1 IS NULL OR id < ?1)" HAS_TEXT HAS_MARKS
+        " ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_STATE] =
+        "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE state = ?4"
+        " AND (?1 IS NULL OR id < ?1)" HAS_TEXT HAS_MARKS " ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_OWNER] =
         "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
-        " AND state = ?4 AND (?1 IS NULL OR id < ?1)" HAS_TEXT " ORDER BY id DESC LIMIT ?2",
+        " AND (?1 IS NULL OR id < ?1)" HAS_TEXT HAS_MARKS " ORDER BY id DESC LIMIT ?2",
+    [QUERY_LIST_OWNER_STATE] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE owner = ?5"
+                               " AND state = ?4 AND (?1 IS NULL OR id < ?1)" HAS_TEXT HAS_MARKS
+                               " ORDER BY id DESC LIMIT ?2",
     [QUERY_UNFINISHED] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs"
                          " WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY id",
     [QUERY_REMEMBER_BLOB] = "INSERT INTO blobs (source, blob) VALUES (?1, ?2)"

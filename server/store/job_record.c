@@ -77,6 +77,9 @@ int job_records_add(struct job_records *out, sqlite3_stmt *s)
     if (!error) error = copy_text(s, 2, &job->row.state);
     if (!error) error = copy_text(s, 3, &job->row.error);
     if (!error) error = copy_text(s, 4, &job->row.report);
+    if (!error) error = copy_text(s, 11, &job->row.name);
+    if (!error) error = copy_text(s, 12, &job->row.labels);
+    job_record_digest(s, 13, &job->row.png);
     job->row.created_ms = sqlite3_column_int64(s, 5);
     job->row.updated_ms = sqlite3_column_int64(s, 6);
     job->row.priority = sqlite3_column_int(s, 7);
@@ -94,6 +97,8 @@ void job_records_fini(struct job_records *records)
         free((void *)(uintptr_t)row->state);
         free((void *)(uintptr_t)row->error);
         free((void *)(uintptr_t)row->report);
+        free((void *)(uintptr_t)row->name);
+        free((void *)(uintptr_t)row->labels);
         free(records->items[i].frames);
     }
     free(records->items);

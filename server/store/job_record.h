@@ -4,9 +4,14 @@
 
 #include "server/store/job_store.h"
 
-/* Columns in the order that job_records_add reads. */
-#define JOB_RECORD_COLUMNS                                                                         \
+/* Columns of `jobs`, and all columns in the order that job_records_add reads. */
+#define JOB_RECORD_OWN_COLUMNS                                                                     \
     "id, document, state, error, report, created_ms, updated_ms, priority, paused, owner, trace"
+#define JOB_RECORD_COLUMNS                                                                         \
+    JOB_RECORD_OWN_COLUMNS ", (SELECT name FROM marks WHERE job = id),"                            \
+                           " (SELECT labels FROM marks WHERE job = id),"                           \
+                           " (SELECT png FROM frames WHERE job = id AND png NOT NULL"              \
+                           " ORDER BY number DESC LIMIT 1)"
 #define JOB_RECORD_FRAME_COLUMNS "number, state, exr, png"
 
 struct job_record {

@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "server/store/asset_tables.h"
+#include "server/store/job_thumbnails.h"
+#include "server/store/job_webhooks.h"
 
 struct job_request *job_request_create(enum request_kind kind, const char *id, void *ctx)
 {
@@ -25,7 +27,12 @@ void job_request_free(struct job_request *r)
     free(r->key);
     free(r->cursor);
     free(r->text);
+    free(r->name);
+    free(r->labels);
     free(r->assets);
+    free(r->png);
+    free(r->webhook);
+    free(r->webhooks);
     job_records_fini(&r->records);
     free(r);
 }
@@ -97,7 +104,10 @@ static int perform_insert(struct job_database *db, struct job_request *r)
                           .created_ms = r->created_ms,
                           .updated_ms = r->updated_ms,
                           .priority = r->priority,
-                          .paused = r->paused};
+                          .paused = r->paused,
+                          .name = r->name,
+                          .labels = r->labels,
+                          .webhook = r->webhook};
     memcpy(row.id, r->id, sizeof row.id);
     memcpy(row.owner, r->owner, sizeof row.owner);
     memcpy(row.trace, r->trace, sizeof row.trace);
@@ -162,6 +172,14 @@ static int perform(struct job_request *r, struct job_database *db)
         return job_database_remove(db, r->id);
     case REQUEST_REMEMBER_BLOB:
         return perform_remember_blob(db, r);
+    case REQUEST_KEEP_THUMBNAIL:
+        return job_thumbnails_keep(job_database_connection(db), r->id, r->png, r->png_bytes);
+    case REQUEST_FIND_THUMBNAIL:
+        return job_thumbnails_find(job_database_connection(db), r->id, &r->png, &r->png_bytes);
+    case REQUEST_NOTE_WEBHOOK:
+        return job_webhooks_note(job_database_connection(db), r->id, r->tries, r->due_ms);
+    case REQUEST_LIST_WEBHOOKS:
+        return job_webhooks_list(job_database_connection(db), &r->webhooks, &r->webhook_count);
     case REQUEST_GET:
         return job_database_get(db, r->id, &r->records);
     case REQUEST_LIST:
@@ -169,6 +187,8 @@ static int perform(struct job_request *r, struct job_database *db)
                                  &(struct job_listing){.state = r->state,
                                                        .cursor = r->cursor,
                                                        .text = r->text,
+                                                       .name = r->name,
+                                                       .label = r->labels,
                                                        .owner = r->owned ? r->owner : NULL,
                                                        .limit = r->limit},
                                  &r->records);
@@ -232,6 +252,8 @@ void job_request_answer(const struct job_request *r)
     case REQUEST_UPDATE_DOCUMENT:
     case REQUEST_REMOVE:
     case REQUEST_NOTE_REMOVAL:
+    case REQUEST_KEEP_THUMBNAIL:
+    case REQUEST_NOTE_WEBHOOK:
     case REQUEST_FIND_ASSETS:
         if (r->call.done) r->call.done(r->ctx, r->error);
         break;
@@ -243,6 +265,12 @@ void job_request_answer(const struct job_request *r)
         break;
     case REQUEST_GET:
         answer_found(r);
+        break;
+    case REQUEST_LIST_WEBHOOKS:
+        r->call.hooked(r->ctx, r->error, r->webhooks, r->error ? 0 : r->webhook_count);
+        break;
+    case REQUEST_FIND_THUMBNAIL:
+        r->call.pictured(r->ctx, r->error, r->png, r->png_bytes);
         break;
     case REQUEST_LIST:
         answer_listed(r);

@@ -12,9 +12,13 @@ enum request_kind {
     REQUEST_REMOVE,
     REQUEST_KEEP_ASSET,
     REQUEST_NOTE_REMOVAL,
+    REQUEST_KEEP_THUMBNAIL,
+    REQUEST_NOTE_WEBHOOK,
     REQUEST_REMEMBER_BLOB, /* the last that writes */
     REQUEST_FIND_KEY,
     REQUEST_GET,
+    REQUEST_FIND_THUMBNAIL,
+    REQUEST_LIST_WEBHOOKS,
     REQUEST_LIST,
     REQUEST_FIND_BLOB,
     REQUEST_FIND_ASSETS,
@@ -33,7 +37,7 @@ struct job_request {
     int error;
     void *ctx;
     char id[JOB_ID_BYTES], owner[JOB_OWNER_BYTES], trace[TRACE_CONTEXT_TEXT_BYTES];
-    char *state, *fault, *report, *document, *key, *cursor, *text;
+    char *state, *fault, *report, *document, *key, *cursor, *text, *name, *labels, *webhook;
     int64_t created_ms, updated_ms;
     int32_t priority;
     bool owned;                            /* REQUEST_LIST: of `owner` alone */
@@ -50,6 +54,12 @@ struct job_request {
     bool existed;                  /* REQUEST_KEEP_ASSET */
     struct removal_pass pass;      /* of REQUEST_PASS_REMOVALS: the last one, then this one */
     struct asset_users users;
+    struct webhook_row *webhooks; /* owned */
+    size_t webhook_count;
+    uint32_t tries;
+    int64_t due_ms;
+    void *png; /* owned */
+    size_t png_bytes;
     size_t limit;
     char existing[JOB_ID_BYTES];
     struct job_records records;
@@ -62,6 +72,8 @@ struct job_request {
         job_store_kept kept;
         job_store_gave_up gave_up;
         job_store_passed passed;
+        job_store_pictured pictured;
+        job_store_hooked hooked;
     } call;
 };
 

@@ -58,6 +58,18 @@ static const char *const migrations[] = {
     "  bytes INTEGER NOT NULL,"
     "  PRIMARY KEY (owner, asset)) WITHOUT ROWID;"
     "CREATE TABLE removals (object BLOB PRIMARY KEY) WITHOUT ROWID;",
+    "CREATE TABLE marks ("
+    "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  name TEXT,"
+    "  labels TEXT) WITHOUT ROWID;",
+    "CREATE TABLE thumbnails ("
+    "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  png BLOB NOT NULL);",
+    "CREATE TABLE webhooks ("
+    "  job TEXT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,"
+    "  url TEXT NOT NULL,"
+    "  tries INTEGER NOT NULL DEFAULT 0,"
+    "  due_ms INTEGER NOT NULL DEFAULT 0) WITHOUT ROWID;",
 };
 #define VERSION ((int)(sizeof migrations / sizeof migrations[0]))
 

@@ -8,21 +8,9 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "server/store/job_batches.h"
-#include "server/store/job_request.h"
-#include "server/store/removal_timer.h"
+#include "server/store/job_store_internal.h"
 
-struct job_store {
-    struct job_batches batches;
-    struct job_database *db;
-    int lock_fd;
-    bool searching; /* for a text in all jobs */
-    struct asset_room room;
-    struct removal_timer removals;
-    struct removal_pass pass; /* the last one */
-};
-
-static void look_at_removals(struct job_store *s)
+void job_store_look_at_removals(struct job_store *s)
 {
     if (s->room.objects) removal_timer_soon(&s->removals);
 }
@@ -32,7 +20,7 @@ static void on_performed(void *ctx, const struct job_request *r)
 {
     struct job_store *store = ctx;
     if (r->text) store->searching = false;
-    if (job_request_may_wait(r)) look_at_removals(store);
+    if (job_request_may_wait(r)) job_store_look_at_removals(store);
 }
 
 void job_store_totals(const struct job_store *s, struct job_store_totals *out)
@@ -46,16 +34,6 @@ void job_store_insert(struct job_store *s, const struct job_row *row, const char
                       const struct digest *body, job_store_inserted done, void *ctx)
 {
     job_store_submit(s, row, idempotency_key, body, NULL, done, ctx);
-}
-
-static int claim_assets(struct job_store *s, struct job_request *r, const char *owner,
-                        const struct job_assets *assets)
-{
-    r->room = s->room;
-    snprintf(r->claim.owner, sizeof r->claim.owner, "%s", owner);
-    r->claim.sees_all = assets->sees_all;
-    r->tell_missing = assets->missing;
-    return job_request_take_assets(r, assets->items, assets->count);
 }
 
 void job_store_submit(struct job_store *s, const struct job_row *row, const char *idempotency_key,
@@ -72,6 +50,9 @@ void job_store_submit(struct job_store *s, const struct job_row *row, const char
     r->state = job_request_copy(row->state, &error);
     r->fault = job_request_copy(row->error, &error);
     r->report = job_request_copy(row->report, &error);
+    r->name = job_request_copy(row->name, &error);
+    r->labels = job_request_copy(row->labels, &error);
+    r->webhook = job_request_copy(row->webhook, &error);
     r->key = job_request_copy(idempotency_key, &error);
     r->created_ms = row->created_ms;
     r->updated_ms = row->updated_ms;
@@ -80,7 +61,7 @@ void job_store_submit(struct job_store *s, const struct job_row *row, const char
     memcpy(r->owner, row->owner, sizeof r->owner);
     memcpy(r->trace, row->trace, sizeof r->trace);
     if (body) r->body = *body;
-    if (assets && !error) error = claim_assets(s, r, row->owner, assets);
+    if (assets && !error) error = job_store_claim_assets(s, r, row->owner, assets);
     r->call.inserted = done;
     job_batches_submit(&s->batches, r, error);
 }
@@ -198,6 +179,8 @@ void job_store_list(struct job_store *s, const struct job_listing *listing, job_
     r->state = job_request_copy(listing->state, &error);
     r->cursor = job_request_copy(listing->cursor, &error);
     r->text = job_request_copy(listing->text, &error);
+    r->name = job_request_copy(listing->name, &error);
+    r->labels = job_request_copy(listing->label, &error);
     r->limit = listing->limit < LIMIT_LIST_ROWS ? listing->limit : LIMIT_LIST_ROWS;
     r->owned = listing->owner != NULL;
     if (r->owned) snprintf(r->owner, sizeof r->owner, "%s", listing->owner);
@@ -250,73 +233,6 @@ int job_store_unfinished(struct job_store *s,
     }
     job_records_fini(&records);
     return error;
-}
-
-void job_store_set_assets(struct job_store *s, const struct objects *objects, uint64_t tenant_bytes)
-{
-    s->room = (struct asset_room){.objects = objects, .tenant_bytes = tenant_bytes};
-}
-
-/* NULL on failed allocation. */
-static struct job_request *create_claim(const struct job_store *s, enum request_kind kind,
-                                        const struct asset_claim *claim, void *ctx)
-{
-    struct job_request *r = job_request_create(kind, NULL, ctx);
-    if (!r) return NULL;
-    r->room = s->room;
-    r->claim = *claim;
-    return r;
-}
-
-void job_store_keep_asset(struct job_store *s, const struct asset_claim *claim, uint64_t size_bytes,
-                          job_store_kept done, void *ctx)
-{
-    struct job_request *r = create_claim(s, REQUEST_KEEP_ASSET, claim, ctx);
-    if (!r) {
-        done(ctx, ERR_MEMORY, false);
-        return;
-    }
-    r->size_bytes = size_bytes;
-    r->call.kept = done;
-    job_batches_submit(&s->batches, r, 0);
-}
-
-/* Without memory, or when it fails, the next start finds it. */
-void job_store_doubt_asset(struct job_store *s, const struct digest *asset)
-{
-    const struct asset_claim claim = {.asset = *asset};
-    struct job_request *r = create_claim(s, REQUEST_NOTE_REMOVAL, &claim, NULL);
-    if (r) job_batches_submit(&s->batches, r, 0);
-}
-
-void job_store_find_assets(struct job_store *s, const char *owner, const struct job_assets *assets,
-                           job_store_done done, void *ctx)
-{
-    struct job_request *r = job_request_create(REQUEST_FIND_ASSETS, NULL, ctx);
-    if (!r) {
-        done(ctx, ERR_MEMORY);
-        return;
-    }
-    r->call.done = done;
-    job_batches_submit(&s->batches, r, claim_assets(s, r, owner, assets));
-}
-
-void job_store_remove_asset(struct job_store *s, const struct asset_claim *claim,
-                            job_store_gave_up done, void *ctx)
-{
-    struct job_request *r = create_claim(s, REQUEST_REMOVE_ASSET, claim, ctx);
-    if (!r) {
-        done(ctx, ERR_MEMORY, &(struct asset_users){0});
-        return;
-    }
-    r->call.gave_up = done;
-    job_batches_submit(&s->batches, r, 0);
-}
-
-void job_store_resume_removals(struct job_store *s)
-{
-    asset_removal_resume(job_database_connection(s->db), &s->room);
-    look_at_removals(s);
 }
 
 /* Ends a pass of removals. If the disk fails, the round is left and comes again. */

@@ -8,6 +8,7 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/limits.h"
 #include "proto/log/trace_context.h"
 #include "server/metric/duration_histogram.h"
 #include "server/store/objects.h"
@@ -31,6 +32,10 @@ struct job_row {
     char owner[JOB_OWNER_BYTES]; /* the tenant that submitted it; "": before there were tenants */
     char trace[TRACE_CONTEXT_TEXT_BYTES]; /* of the request that submitted it (trace_context_keep);
                                              "": not known */
+    const char *name;                     /* the document's */
+    const char *labels;                   /* the document's, each between line breaks: "\na\nb\n" */
+    const char *webhook;                  /* the document's; not read back */
+    struct digest png; /* read only: of the last frame that has one; zero: none */
 };
 
 /* One row of `frames`. */
@@ -103,12 +108,40 @@ typedef void (*job_store_found)(void *ctx, int error, const struct job_row *row,
                                 const struct frame_row *frames, size_t frame_count);
 void job_store_get(struct job_store *s, const char *id, job_store_found done, void *ctx);
 
+/* Keeps a small picture of a job that has ended, until the job is removed. The bytes are copied. */
+void job_store_keep_thumbnail(struct job_store *s, const char *id, const void *png,
+                              size_t size_bytes);
+/* Finds it. png NULL: there is none. Borrowed. */
+typedef void (*job_store_pictured)(void *ctx, int error, const void *png, size_t size_bytes);
+void job_store_find_thumbnail(struct job_store *s, const char *id, job_store_pictured done,
+                              void *ctx);
+
+/* A job that has ended and has yet to be told of (server/webhook). */
+struct webhook_row {
+    char id[JOB_ID_BYTES], state[16];
+    char url[LIMIT_WEBHOOK_URL_BYTES + 1];
+    char name[4 * LIMIT_JOB_NAME + 1]; /* "": none */
+    uint32_t tries;                    /* that have failed */
+    int64_t due_ms;                    /* when it is tried again; 0: now */
+};
+#define WEBHOOKS_READ 32
+
+/* Finds those that are due first, at most WEBHOOKS_READ. Borrowed. */
+typedef void (*job_store_hooked)(void *ctx, int error, const struct webhook_row *rows,
+                                 size_t count);
+void job_store_list_webhooks(struct job_store *s, job_store_hooked done, void *ctx);
+/* Notes that one failed, and when it is tried again; due_ms < 0: it is over and forgotten. */
+void job_store_note_webhook(struct job_store *s, const char *id, uint32_t tries, int64_t due_ms,
+                            job_store_done done, void *ctx);
+
 /* Selects jobs, newest first. */
 struct job_listing {
     const char *state;  /* NULL: any */
     const char *cursor; /* strictly before this id; NULL: from the newest */
     const char *text;   /* in the id or the document, ASCII letters in either case; NULL: any */
     const char *owner;  /* NULL: any */
+    const char *name;   /* in the name, ASCII letters in either case; NULL: any */
+    const char *label;  /* one of the labels; NULL: any */
     size_t limit;       /* rows, at most LIMIT_LIST_ROWS */
 };
 /* Lists jobs. A text is searched in all documents while everything else waits: ERR_STATE while that

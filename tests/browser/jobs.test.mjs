@@ -90,6 +90,30 @@ await runAll(async () => {
     await until("none", async () => (await text(page, "count")) === "No job matches.");
   });
 
+  await test("a name and a label find a job by the keyboard; a label leads to all that have it", async () => {
+    const named = submit(url, { ...tiny, name: "Gulls <b>over</b> the sea", labels: ["show:gulls", "sc 010"], comment: "for Ana" });
+    await page.goto(`${url}/jobs.html`);
+    await page.getByRole("searchbox", { name: "Name" }).fill("GULLS <b>");
+    await page.keyboard.press("Enter");
+    await until("the one job", async () => (await page.locator("#rows li").count()) === 1);
+    expect((await row(named).locator("a").first().textContent()) === "Gulls <b>over</b> the sea", "another name");
+    expect((await row(named).locator(".label").allTextContents()).join() === "sc 010,show:gulls", "other labels");
+    const picture = row(named).getByRole("img", { name: "Gulls <b>over</b> the sea" });
+    await until("its small picture", () => picture.evaluate((img) => img.complete && img.naturalWidth === 16));
+    const before = await page.evaluate(() => performance.getEntriesByType("resource").filter(({ name }) => name.includes("/thumbnail")).length);
+    await clean(page, "a named job");
+    await page.screenshot({ path: shot("named") });
+    await page.getByRole("link", { name: "Jobs with the label sc 010" }).click();
+    await until("the label in its field", async () => (await page.inputValue("#label")) === "sc 010" && (await page.inputValue("#name")) === "");
+    await until("the one job", async () => (await page.locator("#rows li").count()) === 1 && (await row(named).count()) === 1);
+    await row(named).locator("a").first().click();
+    await until("its name is the title", async () => (await text(page, "job-title")) === "Gulls <b>over</b> the sea");
+    await until("its comment is on the page", async () => (await page.textContent("#panel, main")).includes("for Ana"));
+    await page.request.delete(`${url}/v1/jobs/${named}?purge=1`);
+    expect(before === 1, `it was asked for ${before} times`);
+    expect((await page.request.get(`${url}/v1/jobs/${named}/thumbnail`)).status() === 404, "the picture outlives its job");
+  });
+
   await test("an address by hand that the server refuses is told so", async () => {
     await page.goto(`${url}/jobs.html?state=done`);
     await until("the sentence", async () => /state must be/.test(await text(page, "problem")));

@@ -112,6 +112,8 @@ good=("{$scene_member}"
     "{$scene_member, \"filter\": {\"indirect\": \"adaptive\", \"mu\": 2}}"
     "{$scene_member, \"filter\": {\"glossy\": \"bandlimit\"}}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
+    "{$scene_member, \"name\": null, \"comment\": \"two\\nlines\", \"labels\": [], \"webhook\": null}"
+    "{$scene_member, \"name\": \"$(printf 'ä%.0s' {1..200})\", \"labels\": [\"b\", \"a:1\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
     "{\"scene\": {\"asset\": \"$asset\", \"file\": \"a.glb\"}}"
@@ -142,6 +144,10 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"layers\": [\"beauty\", \"beauty\"]}" "{$scene_member, \"layers\": [\"filter_widths\"]}"
     "{$scene_member, \"frames\": {\"first\": -1}}" "{$scene_member, \"priority\": 101}"
     "{$scene_member, \"effects\": {\"ambient_occlusion\": {}}}"
+    "{$scene_member, \"name\": \"\"}" "{$scene_member, \"name\": \"a\\nb\"}" "{$scene_member, \"name\": \"a\\u202eb\"}"
+    "{$scene_member, \"name\": \"$(printf 'ä%.0s' {1..201})\"}" "{$scene_member, \"comment\": \"\\u0007\"}"
+    "{$scene_member, \"labels\": [\"a\", \"a\"]}" "{$scene_member, \"labels\": [\"a,b\"]}" "{$scene_member, \"labels\": null}"
+    "{$scene_member, \"webhook\": {}}" "{$scene_member, \"webhook\": {\"url\": \"ftp://a/\"}}" "{$scene_member, \"webhook\": \"http://a/\"}"
     "{$scene_member, \"effects\": {\"ambient_occlusion\": {\"distance\": 0}}}"
     "{$scene_member, \"environment\": {}}" "{$scene_member, \"environment\": []}"
     "{$scene_member, \"environment\": {\"asset\": \"$map\", \"radiance\": [1, 1, 1]}}"
@@ -198,6 +204,20 @@ try 304 GET /v1/jobs -H "If-None-Match: $(header ETag)" "/v1/jobs?cursor=$next&s
 try 200 GET /v1/jobs "/v1/jobs?limit=1&text=${asset:0:20}"
 check "... and the next page is looked through, too" grep -q "&text=${asset:0:20}>; rel=.next" "$tmp/head"
 try 400 GET /v1/jobs '/v1/jobs?text='
+for name in 'Gulls, first' 'gulls, second'; do
+    try 202 POST /v1/jobs "${json[@]}" -d "{$scene_member, \"image\": {\"width\": 8, \"height\": 8}, \"name\": \"$name\",
+        \"labels\": [\"sc 1\"]}" /v1/jobs
+done
+try 200 GET /v1/jobs '/v1/jobs?limit=1&name=GULLS%2C&label=sc%201'
+check "a name and a label find jobs" jq -e '.jobs[0].name == "gulls, second" and .jobs[0].labels == ["sc 1"]' "$tmp/body"
+check "... and the next page looks for them, too" grep -q '&name=GULLS%2C&label=sc%201>; rel=.next' "$tmp/head"
+try 200 GET /v1/jobs "/v1/jobs?limit=1&name=gulls&cursor=$(jq -r .next "$tmp/body")"
+check "... and ends with the first" jq -e '.jobs[0].name == "Gulls, first" and .next == null' "$tmp/body"
+try 200 GET /v1/jobs '/v1/jobs?label=sc'
+check "a part of a label finds none" jq -e '.jobs == []' "$tmp/body"
+check "the command line lists what it found" eval '"$build/shearwater" jobs --server "$url" --name gulls, --label "sc 1" | grep -c "ulls, .* \[sc 1\]" | grep -qx 2'
+try 400 GET /v1/jobs '/v1/jobs?name='
+try 400 GET /v1/jobs '/v1/jobs?label=a,b'
 check "a finished job tells what happened to it" jq -e '(.log | map(.what)) == ["state", "state", "state", "frame", "frame", "state"] and
     .log[0].time == .created and .log[-1].text == "finished: all files are stored"' "$tmp/job"
 
@@ -221,6 +241,19 @@ try 304 GET $p -H "If-None-Match: $(header ETag)" "/v1/jobs/$id/frames/1/image.e
 try 206 GET $p -H 'Range: bytes=0-9' "/v1/jobs/$id/frames/1/image.exr"
 try 416 GET $p -H 'Range: bytes=999999999-' "/v1/jobs/$id/frames/1/image.exr"
 try 404 GET $p "/v1/jobs/$id/frames/7/image.exr"
+p='/v1/jobs/{id}/thumbnail'
+try 200 GET $p "/v1/jobs/$id/thumbnail"
+small() { # small: the answer is a PNG of at most 160 px, and not a black one
+    [ "$(head -c 8 "$tmp/body" | xxd -p)" = 89504e470d0a1a0a ] && [ "$(stat -c %s "$tmp/body")" -gt 500 ] &&
+        (( 16#$(xxd -s 16 -l 4 -p "$tmp/body") <= 160 && 16#$(xxd -s 20 -l 4 -p "$tmp/body") <= 160 ))
+}
+check "it is a small PNG" small
+tag=$(header ETag) && cp "$tmp/body" "$tmp/thumbnail"
+try 304 GET $p -H "If-None-Match: $tag" "/v1/jobs/$id/thumbnail?of=x"
+try 200 GET $p "$(jq -r .thumbnail "$tmp/job")"
+check "the second time it is the kept one, the same" eval '[ "$(header ETag)" = "$tag" ] && cmp "$tmp/body" "$tmp/thumbnail"'
+try 404 GET $p "/v1/jobs/$none/thumbnail"
+try 400 GET $p "/v1/jobs/$id/thumbnail?size=9"
 p='/v1/jobs/{id}/frames/{n}/image.png'
 try 200 GET $p "/v1/jobs/$id/frames/1/image.png"
 try 304 GET $p -H "If-None-Match: $(header ETag)" "/v1/jobs/$id/frames/1/image.png"

@@ -63,7 +63,9 @@ elsewhere() {
     id=$("$build/shearwater" submit "$tmp/list.json" --server "$url" --quiet) || return 1
     await_state "$id" finished 60 || return 1
     for frame in 1 5 9 25 49; do exr "$id" "$tmp/r.$frame.exr" $frame || return 1; done
+    "$build/shearwater" watch "$id" --server "$url" --quiet -o "$tmp/w.####.exr" -p "$tmp/w.png" || return 1
     serve_stop
+    for frame in 0001 0005 0009 0025 0049; do cmp "$tmp/w.$frame.exr" "$tmp/l.$frame.exr" && [ -s "$tmp/w.$frame.png" ] || return 1; done
     for frame in 1 5 9 25 49; do cmp "$tmp/r.$frame.exr" "$tmp/l.$(printf %04d $frame).exr" || return 1; done
 }
 check "a worker with files of its own makes the same" elsewhere

@@ -56,13 +56,28 @@ function number(form, spec, pointer) {
     { hint: limits(spec), check: () => misfit(spec, form.get(pointer)) });
 }
 
-// A name, or nothing.
-function word(form, spec, pointer) {
-  const input = make("input", { type: "text", autocomplete: "off", spellcheck: "false", maxlength: spec.longest });
+function written(form, spec, pointer, input) {
   input.value = show(form.get(pointer));
   input.addEventListener("input", () => {
     if (input.value === "") form.remove(pointer);
     else form.set(pointer, input.value);
+  });
+  return field(form, pointer, spec.label, input, { hint: spec.hint ?? "" });
+}
+
+// A name, or nothing; a text has lines.
+const word = (form, spec, pointer) =>
+  written(form, spec, pointer, make("input", { type: "text", autocomplete: "off", spellcheck: "false", maxlength: spec.longest }));
+const lines = (form, spec, pointer) => written(form, spec, pointer, make("textarea", { rows: 2, maxlength: spec.longest }));
+
+function words(form, spec, pointer) {
+  const input = make("input", { type: "text", autocomplete: "off", spellcheck: "false" });
+  const value = form.get(pointer);
+  input.value = Array.isArray(value) ? value.join(", ") : show(value);
+  input.addEventListener("input", () => {
+    const all = input.value.split(",").map((one) => one.trim()).filter(Boolean);
+    if (all.length === 0) form.remove(pointer);
+    else form.set(pointer, all);
   });
   return field(form, pointer, spec.label, input, { hint: spec.hint ?? "" });
 }
@@ -144,4 +159,4 @@ function digest(form, spec, pointer) {
     field(form, pointer, `${spec.label} digest (SHA-256)`, input, { extra: [name] }));
 }
 
-export const CONTROLS = { number, integer: number, word, choice, flag, vector: triple, color: triple, several, digest };
+export const CONTROLS = { number, integer: number, word, words, text: lines, choice, flag, vector: triple, color: triple, several, digest };

@@ -3,7 +3,7 @@
 //
 // A field: {at: its place below its group's, label, kind, ...}. Kinds: integer and number ({min, max,
 // above: exclusive, otherwise: the default}), choice ({of, otherwise}), flag, vector, color, several
-// ({of, otherwise}), digest, variant ({of: [{label, value, is, fields}]}: another shape of the same
+// ({of, otherwise}), words (a list, parted by commas), word and text ({longest}), digest, variant ({of: [{label, value, is, fields}]}: another shape of the same
 // member), lights. A member that is left empty is left out: its default holds.
 
 const COORDINATE = 1e15, RADIANCE = 1e12;
@@ -47,6 +47,14 @@ export const LOOK_AT_FIELDS = [vector("/eye", "Eye"), vector("/target", "Target"
   { at: "/yfov_deg", label: "Vertical field of view", unit: "°", kind: "number", above: 0, max: 179, otherwise: 45 }];
 
 export const GROUPS = [
+  { title: "Name", fields: [
+    { at: "/name", label: "Name", kind: "word", longest: 200, otherwise: null },
+    { at: "/labels", label: "Labels", kind: "words", otherwise: [], hint: "parted by commas; jobs are found by them" },
+    { at: "/comment", label: "Comment", kind: "text", longest: 4000, otherwise: null },
+    { at: "/webhook", label: "Tell of its end", kind: "variant", of: [
+      { label: "nobody", value: null, is: (value) => !isObject(value), fields: [] },
+      { label: "an address", value: { url: "https://" }, is: isObject,
+        fields: [{ at: "/url", label: "Address (URL)", kind: "word", longest: 1024, hint: "its host must be one that the operator allows" }] }] }] },
   { title: "Camera", fields: [{ at: "/scene/camera", label: "Camera", kind: "camera" }] },
   { title: "Materials", fields: [
     { at: "/scene/variant", label: "Variant", kind: "word", longest: 255, otherwise: null, hint: "a name in the scene; none: its own materials" }] },

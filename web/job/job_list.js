@@ -1,5 +1,7 @@
 // The list of jobs: newest first, refreshed while the page is seen, older pages on demand.
 import { listJobs } from "../api.js";
+import { nameOf } from "./progress_text.js";
+import { showThumbnail } from "./thumbnail.js";
 
 const REFRESH_MS = 2000;
 
@@ -67,11 +69,15 @@ function makeRow(id) {
   const row = document.createElement("li");
   const link = document.createElement("a");
   link.href = `#/jobs/${id}`;
-  for (const name of ["when", "state", "size", "part"]) {
+  for (const name of ["name", "when", "state", "size", "part"]) {
     const span = document.createElement("span");
     span.className = name;
     link.append(span);
   }
+  const thumb = document.createElement("span");
+  thumb.className = "thumb";
+  thumb.append(document.createElement("img"));
+  link.append(thumb);
   row.append(link);
   return row;
 }
@@ -79,7 +85,10 @@ function makeRow(id) {
 function setText(element, text) { if (element.textContent !== text) element.textContent = text; }
 
 function fill(row, job) {
-  const [when, state, size, part] = row.firstElementChild.children;
+  const [name, when, state, size, part, thumb] = row.firstElementChild.children;
+  setText(name, job.name ?? "");
+  name.hidden = !job.name;
+  showThumbnail(thumb.firstElementChild, job, job.name ? "" : nameOf(job));
   setText(when, new Date(job.created).toLocaleString());
   setText(state, job.paused ? `${job.state}, paused` : job.state);
   state.dataset.state = job.state;

@@ -33,6 +33,9 @@ export class JobPanel {
     at.section.hidden = false;
     at.again.href = `submit.html?job=${job.id}`;
     replaceRows(at.standing, [
+      ["Id", job.id],
+      ["Labels", (job.labels ?? []).join(", ")],
+      ["Comment", job.document?.comment],
       ["State", job.state],
       ["Done", `${percent(job.state, job.progress?.fraction)} %`],
       ["Time left", timeLeft(job)],

@@ -92,6 +92,7 @@ export class JobView {
     this.state = job.state;
     this.paused = job.paused;
     this.steering.show(job);
+    this.at.title.textContent = job.name ?? `Job ${job.id}`;
     this.frame = firstFrame(job.document);
     this.showProgress(job.progress ?? {});
     this.picture.setLook(job.document?.image);

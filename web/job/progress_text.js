@@ -17,3 +17,6 @@ export const timeLeft = (job) => {
   const eta = job.progress?.eta_s;
   return !ENDED.has(job.state) && Number.isFinite(eta) ? `${seconds(eta)} left` : "";
 };
+
+// What people call a job: its name, or the end of its id.
+export const nameOf = (job) => job.name ?? `Job ${job.id.slice(-8)}`;

@@ -152,6 +152,8 @@ static bool read_listing(struct request *r, struct job_listing *out)
     out->cursor = target_parameter(&r->target, "cursor");
     out->state = target_parameter(&r->target, "state");
     out->text = target_parameter(&r->target, "text");
+    out->name = target_parameter(&r->target, "name");
+    out->label = target_parameter(&r->target, "label");
     out->limit = LIMIT_LIST_ROWS / 2;
     if (limit) {
         size_t digits = strspn(limit, "0123456789");
@@ -165,6 +167,10 @@ static bool read_listing(struct request *r, struct job_listing *out)
         fault = "cursor must be the next of an earlier page";
     else if (out->text && (!out->text[0] || strlen(out->text) > LIMIT_LIST_TEXT_BYTES))
         fault = "text must have 1 to 128 bytes";
+    else if (out->name && (!out->name[0] || strlen(out->name) > LIMIT_LIST_TEXT_BYTES))
+        fault = "name must have 1 to 128 bytes";
+    else if (out->label && job_label_fault(out->label))
+        fault = "label must be a label: 1 to 64 characters, none of them a comma or a control";
     if (fault) request_problem(r, PROBLEM_MALFORMED, fault, NULL);
     return !fault;
 }
@@ -179,16 +185,29 @@ static void escape(const char *text, char *out)
     }
 }
 
+/* Adds "&key=value" to an address; nothing without a value. */
+static void add_parameter(char *link, size_t capacity, const char *key, const char *value)
+{
+    char escaped[3 * 4 * LIMIT_JOB_LABEL + 1]; /* of the longest value that read_listing lets in */
+    if (!value) return;
+    const size_t length = strlen(link);
+    escape(value, escaped);
+    snprintf(link + length, capacity - length, "&%s=%s", key, escaped);
+}
+_Static_assert(4 * LIMIT_JOB_LABEL >= LIMIT_LIST_TEXT_BYTES, "a text fits, too");
+
 /* RFC 8288: where the next page is. */
 static void add_next_link(struct request *r, struct MHD_Response *response, const char *next)
 {
     struct job_listing listing;
-    char text[3 * LIMIT_LIST_TEXT_BYTES + 1] = "", link[256 + sizeof text];
+    char link[256 + 3 * (2 * LIMIT_LIST_TEXT_BYTES + 4 * LIMIT_JOB_LABEL)];
     if (!next || !read_listing(r, &listing)) return;
-    if (listing.text) escape(listing.text, text);
-    snprintf(link, sizeof link, "</v1/jobs?limit=%zu&cursor=%.64s%s%s%s%s>; rel=\"next\"",
-             listing.limit, next, listing.state ? "&state=" : "",
-             listing.state ? listing.state : "", text[0] ? "&text=" : "", text);
+    snprintf(link, sizeof link, "</v1/jobs?limit=%zu&cursor=%.64s", listing.limit, next);
+    add_parameter(link, sizeof link, "state", listing.state);
+    add_parameter(link, sizeof link, "text", listing.text);
+    add_parameter(link, sizeof link, "name", listing.name);
+    add_parameter(link, sizeof link, "label", listing.label);
+    strcat(link, ">; rel=\"next\"");
     response_header(response, "Link", link);
 }
 

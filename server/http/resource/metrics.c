@@ -221,6 +221,19 @@ static void write_streams(FILE *out, struct streams *streams)
     write_stream_cpu(out, &t);
 }
 
+static void write_webhooks(FILE *out, const struct webhooks *webhooks)
+{
+    struct webhooks_totals t;
+    webhooks_totals(webhooks, &t);
+    const struct metric_sample outcomes[] = {
+        {"delivered", t.delivered}, {"failed", t.failed}, {"given_up", t.given_up}};
+    metric_family(out, "shearwater_webhooks_total", "counter",
+                  "Calls that told of a job's end; those that failed are repeated.");
+    metric_labelled(out, "shearwater_webhooks_total", "outcome", outcomes, 3);
+    metric_single(out, "shearwater_webhooks_in_flight", "gauge", "Such calls on their way.",
+                  t.in_flight);
+}
+
 void route_metrics(struct request *r)
 {
     char *text = NULL;
@@ -239,6 +252,7 @@ void route_metrics(struct request *r)
     write_demand(out, r->http);
     write_http(out, r->http);
     write_streams(out, r->http->options.streams);
+    write_webhooks(out, r->http->options.webhooks);
     metrics_store(out, r->http);
     metrics_log(out, r->http->options.log);
     metrics_host(out, r->http);

@@ -12,8 +12,8 @@ int fingerprint_of(const struct job *job, char out[FINGERPRINT_BYTES])
     static const char *const files[] = {"exr_compression", "view", "exposure", "png_bits",
                                         "png_alpha"};
     json_t *document = job_write(job);
-    json_object_del(document, "priority");
-    json_object_del(document, "live");
+    static const char *const idle[] = {"priority", "live", "name", "comment", "labels", "webhook"};
+    for (size_t i = 0; i < sizeof idle / sizeof *idle; i++) json_object_del(document, idle[i]);
     for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
         json_object_del(json_object_get(document, "image"), files[i]);
     json_object_del(json_object_get(document, "sampling"), "tile_px");

@@ -78,6 +78,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error)
         error = tile_queue_create(&f->grid, f->block_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
+    if (!error) frame_costs_create(f);
     if (!error)
         error = film_create(&f->plan, f->block_px, block_core_px(&f->plan), block_halo_px(&f->plan),
                             &f->film);
@@ -217,15 +218,6 @@ uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, 
     for (uint32_t i = 0; i < area && pass->lobes; i++)
         rays += (uint64_t)pass->lobes[i] * pass->lobes[i];
     return rays;
-}
-
-double frame_traced_share(const struct frame *f)
-{
-    if (frame_has_rounds(f)) return f->rounds.shown;
-    const struct plan_pass pass = plan_scheduled_pass(&f->plan, 0);
-    const uint32_t first = frame_pass_samples(&pass);
-    const uint32_t each = first + f->plan.paths.spp - plan_pass_spp(&f->plan, 1);
-    return (double)f->samples_landed / ((double)each * tile_grid_count(&f->grid));
 }
 
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)

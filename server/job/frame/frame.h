@@ -87,6 +87,11 @@ uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now *
 /* Returns the share of all samples that have landed, as passes differ in length. It is 1 only when
  * all have. */
 double frame_traced_share(const struct frame *f);
+/* Estimate the CPU time that workers will still spend on it, and filters on blocks that wait for
+ * them, in us. */
+double frame_left_us(const struct frame *f);
+double frame_done_us(const struct frame *f); /* what they have spent since it was opened */
+double frame_filters_left_us(const struct frame *f);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
 /* Changes the order in which tiles are given. A region stands for the tiles that its pixels need.

@@ -283,6 +283,9 @@ int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
     }
     f->samples_landed +=
         frame_has_rounds(f) ? frame_pass_work(&f->plan, pass, area) : frame_pass_samples(pass);
+    const double work = frame_has_rounds(f) ? (double)frame_pass_work(&f->plan, pass, area)
+                                            : (double)frame_pass_samples(pass) * area;
+    frame_costs_land(f, tile, work, counters ? counters : &(struct counters){0});
     if (frame_has_rounds(f)) frame_rounds_note(f);
     error = submit_ready(f);
     if (error) frame_fail(f, error, "", "a block could not be reconstructed");

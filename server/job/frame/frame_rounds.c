@@ -29,7 +29,7 @@ void frame_rounds_destroy(struct frame *f)
 }
 
 /* Samples of all pixels, as far as is known: at least one a pixel. */
-static double expected(const struct frame *f)
+double frame_rounds_expected(const struct frame *f)
 {
     const double pixels = (double)f->plan.width_px * f->plan.height_px;
     const uint32_t l = f->plan.indirect_strata_per_axis;
@@ -43,7 +43,7 @@ static double expected(const struct frame *f)
 
 void frame_rounds_note(struct frame *f)
 {
-    const double share = (double)f->samples_landed / expected(f);
+    const double share = (double)f->samples_landed / frame_rounds_expected(f);
     if (share > f->rounds.shown) f->rounds.shown = share < SHARE_MAX ? share : SHARE_MAX;
 }
 

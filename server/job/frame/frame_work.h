@@ -7,6 +7,7 @@
 #include <uv.h>
 
 #include "server/film/film.h"
+#include "server/job/frame/cost_map.h"
 #include "server/job/frame/fingerprint.h"
 #include "server/job/frame/frame.h"
 #include "server/job/frame/picture_file.h"
@@ -105,6 +106,7 @@ struct frame {
     struct statistics statistics;
     uint64_t samples_landed; /* a tile's pass counts as its samples a pixel; with rounds, as those
                                 of all its pixels */
+    struct cost_map costs;
     uint64_t blocks_drawn;
     uint32_t blocks_out; /* on the pool */
     uint32_t tasks;      /* on the pool, of any kind */
@@ -226,3 +228,11 @@ static inline uint64_t frame_clock_us(void)
 /* Ends a frame whose image is whole. The pool writes what is left of EXR and PNG, and `encoded` or
  * `failed` follows. For a frame that is kept, `completed` does. */
 void frame_encode(struct frame *f);
+
+/* Returns the samples of all pixels that a frame with rounds is thought to take. */
+double frame_rounds_expected(const struct frame *f);
+
+/* Note what is due, and what has landed with the CPU time that it took (frame_left.c). */
+void frame_costs_create(struct frame *f);
+void frame_costs_land(struct frame *f, uint32_t tile, double samples,
+                      const struct counters *counters);

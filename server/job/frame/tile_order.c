@@ -4,7 +4,13 @@
 
 #include "proto/error.h"
 
+/* Tiles that go first, unless there are few: two in each eighth of the height, as rows come in
+ * order, and in each eighth of the width. */
+#define PROBES        16
+#define TILES_A_PROBE 6
+
 struct place {
+    bool probe;
     int32_t row, column; /* of the cell */
     int32_t inwards;     /* pixels to the nearer of the cell's upper and left borders */
     uint32_t tile;
@@ -18,17 +24,31 @@ static int sign(int64_t difference)
 static int compare_places(const void *a, const void *b)
 {
     const struct place *p = a, *q = b;
+    if (p->probe != q->probe) return p->probe ? -1 : 1;
     if (p->row != q->row) return sign((int64_t)p->row - q->row);
     if (p->column != q->column) return sign((int64_t)p->column - q->column);
     if (p->inwards != q->inwards) return sign((int64_t)p->inwards - q->inwards);
     return sign((int64_t)p->tile - q->tile);
 }
 
+static bool is_probe(const struct tile_grid *grid, struct rect r)
+{
+    if (tile_grid_count(grid) < TILES_A_PROBE * PROBES) return false;
+    for (int64_t k = 0; k < PROBES; k++) {
+        const int64_t row = k / 2, column = (row * 3 + k % 2 * 4) % 8;
+        const int64_t x = (2 * column + 1) * grid->width_px / 16;
+        const int64_t y = (2 * row + 1) * grid->height_px / 16;
+        if (x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) return true;
+    }
+    return false;
+}
+
 static struct place place_of(const struct tile_grid *grid, int32_t cell_px, uint32_t tile)
 {
     const struct rect r = tile_grid_rect(grid, tile);
     const int32_t right = r.x0 % cell_px, down = r.y0 % cell_px;
-    return (struct place){.row = r.y0 / cell_px,
+    return (struct place){.probe = is_probe(grid, r),
+                          .row = r.y0 / cell_px,
                           .column = r.x0 / cell_px,
                           .inwards = right < down ? right : down,
                           .tile = tile};

@@ -4,7 +4,9 @@
  * is farthest from them. So rows of the picture end from the top, and are encoded while others are
  * traced. Blocks of unfinished rows hold no more than a band of tiles as wide as the picture; a
  * space-filling curve would hold half as many again. Only the last block waits for the last tiles.
- * A tile_priority goes before that order. */
+ *
+ * Sixteen tiles go before all these, spread over a picture of a hundred tiles and more: what they
+ * cost tells how long the rest will take (cost_map.h). A tile_priority goes before that order. */
 #include <stdbool.h>
 #include <stdint.h>
 

@@ -41,6 +41,21 @@ static int read_exact(const char *text, size_t size_bytes, struct job *job, stru
     return error;
 }
 
+static void check_same_text(const char *a, const char *b)
+{
+    assert_true(!a == !b);
+    if (a) assert_string_equal(a, b);
+}
+
+static void check_same_marks(const struct job_marks *a, const struct job_marks *b)
+{
+    check_same_text(a->name, b->name);
+    check_same_text(a->comment, b->comment);
+    check_same_text(a->webhook, b->webhook);
+    assert_int_equal(a->label_count, b->label_count);
+    for (uint32_t i = 0; i < a->label_count; i++) assert_string_equal(a->labels[i], b->labels[i]);
+}
+
 static void check_same(const struct job *a, const struct job *b)
 {
     assert_int_equal(a->file_count, b->file_count);
@@ -48,6 +63,7 @@ static void check_same(const struct job *a, const struct job *b)
         assert_string_equal(a->files[i].path, b->files[i].path);
         assert_true(digest_equal(&a->files[i].asset, &b->files[i].asset));
     }
+    check_same_marks(&a->marks, &b->marks);
     struct job x = *a, y = *b;
     x.files = y.files = NULL;
     assert_memory_equal(&x.camera, &y.camera, sizeof x.camera);

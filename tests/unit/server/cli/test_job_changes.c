@@ -68,6 +68,23 @@ TEST(files_and_how_they_are_seen_replace)
     json_decref(document);
 }
 
+TEST(names_replace_and_labels_are_added)
+{
+    struct fault fault = {0};
+    struct job_changes changes = JOB_CHANGES_NONE;
+    changes.name = "new";
+    changes.comment = "why";
+    changes.labels = "b,c d,b";
+    check_change(&changes, "{\"name\": \"old\", \"labels\": [\"a\", \"b\"]}",
+                 "{\"name\": \"new\", \"labels\": [\"a\", \"b\", \"c d\"], \"comment\": \"why\"}");
+    changes = (struct job_changes){.bounces = -1, .labels = "a,"};
+    check_change(&changes, "{}", "{\"labels\": [\"a\", \"\"]}"); /* the server refuses the second */
+    json_t *document = json_object();
+    changes = (struct job_changes){.bounces = -1, .name = "\xff"};
+    assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_RANGE);
+    json_decref(document);
+}
+
 TEST(sizes_and_cameras_replace)
 {
     struct fault fault = {0};

@@ -40,6 +40,7 @@ TEST(finds_every_resource)
         {METHOD_HEAD, "/v1/jobs/" ID, ROUTE_JOB_GET},
         {METHOD_DELETE, "/v1/jobs/" ID "?purge=1", ROUTE_JOB_DELETE},
         {METHOD_GET, "/v1/jobs/" ID "/frames/12/image.exr", ROUTE_IMAGE_EXR},
+        {METHOD_GET, "/v1/jobs/" ID "/thumbnail?of=1", ROUTE_THUMBNAIL},
         {METHOD_GET, "/v1/jobs/" ID "/frames/0/image.png?layer=a&exposure=-1", ROUTE_IMAGE_PNG},
         {METHOD_GET, "/v1/jobs/" ID "/events", ROUTE_EVENTS},
         {METHOD_GET, "/v1/jobs/" ID "/pixels?layer=beauty", ROUTE_PIXELS},

@@ -69,6 +69,49 @@ TEST(listing_pages_from_the_newest)
     assert_int_equal(list(f, "failed", NULL, 10)->count, 0);
 }
 
+static void insert_marked(struct fixture *f, int number, const char *name, const char *labels)
+{
+    struct insertion i = {.error = 1};
+    struct job_row row = make_row(number);
+    row.name = name;
+    row.labels = labels;
+    job_store_insert(f->store, &row, NULL, NULL, on_inserted, &i);
+    settle(f);
+    assert_int_equal(i.error, 0);
+}
+
+static struct listed *find_marked(struct fixture *f, const char *name, const char *label,
+                                  const char *cursor)
+{
+    return find(f,
+                &(struct job_listing){.name = name, .label = label, .cursor = cursor, .limit = 2});
+}
+
+TEST(listing_finds_names_and_labels)
+{
+    struct fixture *f = *state;
+    insert_marked(f, 1, "Gulls 100%", "\na\nshot_1\n");
+    insert_plain(f, 2);
+    insert_marked(f, 3, "gulls again", NULL);
+    insert_marked(f, 4, NULL, "\na\n");
+    insert_marked(f, 5, "The GULLS", "\nshot\n");
+    struct listed *l = find_marked(f, "gulls", NULL, NULL);
+    assert_int_equal(l->count, 2);
+    assert_true(l->more);
+    assert_string_equal(l->ids[1], make_row(3).id);
+    l = find_marked(f, "gulls", NULL, make_row(3).id);
+    assert_int_equal(l->count, 1);
+    assert_false(l->more);
+    assert_string_equal(l->ids[0], make_row(1).id);
+    assert_int_equal(find_marked(f, "0%", NULL, NULL)->count, 1);
+    assert_int_equal(find_marked(f, "_", NULL, NULL)->count, 0);
+    assert_int_equal(find_marked(f, NULL, "a", NULL)->count, 2);
+    assert_int_equal(find_marked(f, NULL, "shot", NULL)->count, 1); /* whole labels alone */
+    assert_int_equal(find_marked(f, "gulls", "a", NULL)->count, 1);
+    job_store_remove(f->store, make_row(4).id, NULL, NULL);
+    assert_int_equal(find_marked(f, NULL, "a", NULL)->count, 1);
+}
+
 static size_t count_with(struct fixture *f, const char *text, const char *state)
 {
     return find(f, &(struct job_listing){.state = state, .text = text, .limit = 10})->count;

@@ -20,8 +20,11 @@ TEST(fingerprints_leave_out_how)
     s->job.png_bits = 16;
     s->job.png_alpha = true;
     s->job.exr_compression = EXR_CODEC_PIZ;
+    char name[] = "a name", comment[] = "a comment", label[] = "a label";
+    s->job.marks = (struct job_marks){name, comment, {label}, 1, label};
     assert_int_equal(fingerprint_of(&s->job, b), 0);
     assert_string_equal(a, b);
+    s->job.marks = (struct job_marks){0};
     const struct job job = s->job;
 #define OTHER(change)                                                                              \
     do {                                                                                           \

