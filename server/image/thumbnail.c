@@ -128,17 +128,28 @@ static void end_row(struct shrinking *s, int32_t y, int32_t rows)
     }
 }
 
+/* What is transparent shows black. */
+static void ask_for_bytes(const struct shrinking *s, int type)
+{
+    const png_color_16 black = {0};
+    png_set_scale_16(s->png);
+    if (type == PNG_COLOR_TYPE_RGB_ALPHA)
+        png_set_background(s->png, &black, PNG_BACKGROUND_GAMMA_SCREEN, 0, 1.0);
+    png_read_update_info(s->png, s->info);
+}
+
 /* Returns whether it is a picture as png.h writes it. */
 static bool read_header(struct shrinking *s)
 {
     png_read_info(s->png, s->info);
     const png_uint_32 width = png_get_image_width(s->png, s->info);
     const png_uint_32 height = png_get_image_height(s->png, s->info);
+    const int type = png_get_color_type(s->png, s->info);
     if (width > LIMIT_IMAGE_SIDE_PX || height > LIMIT_IMAGE_SIDE_PX ||
-        png_get_color_type(s->png, s->info) != PNG_COLOR_TYPE_RGB ||
-        png_get_bit_depth(s->png, s->info) != 8 ||
+        (type != PNG_COLOR_TYPE_RGB && type != PNG_COLOR_TYPE_RGB_ALPHA) ||
         png_get_interlace_type(s->png, s->info) != PNG_INTERLACE_NONE)
         return false;
+    ask_for_bytes(s, type);
     s->width_px = (int32_t)width;
     s->height_px = (int32_t)height;
     fit(s->width_px, s->height_px, &s->width, &s->height);

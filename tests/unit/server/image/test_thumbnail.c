@@ -43,16 +43,22 @@ TEST(sides_fit_and_are_never_enlarged)
     check_sides(1, 5000, 1, 160);
 }
 
-static void write_png(const struct image *image, const char *path)
+static void write_as(const struct image *image, const struct png_options *options, const char *path)
 {
     uint8_t *data;
     size_t size_bytes;
-    assert_int_equal(png_encode(image, "beauty", 0.0f, &data, &size_bytes), 0);
+    assert_int_equal(png_encode(image, "beauty", options, &data, &size_bytes), 0);
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
     assert_int_equal(fwrite(data, 1, size_bytes, file), size_bytes);
     fclose(file);
     free(data);
+}
+
+static void write_png(const struct image *image, const char *path)
+{
+    const struct png_options options = {.view = VIEW_LINEAR};
+    write_as(image, &options, path);
 }
 
 /* Decodes it; the caller frees. */
@@ -129,6 +135,34 @@ TEST(grey_stays_the_same_byte)
         free(data);
         image_destroy(&image);
     }
+}
+
+/* Of 16 bits, and with alpha, whatever is transparent being black. */
+TEST(pictures_of_all_kinds_are_read)
+{
+    static const char *const names[] = {"A", "B", "G", "R"};
+    const struct png_options deep = {.view = VIEW_LINEAR, .is_deep = true};
+    const struct png_options cut = {.view = VIEW_LINEAR, .is_deep = true, .alpha = true};
+    struct image *image;
+    assert_int_equal(image_create_named(names, 4, 200, 100, &image), 0);
+    for (int c = 0; c < 4; c++)
+        for (int32_t y = 0; y < 100; y++)
+            for (int32_t x = 0; x < 200; x++)
+                *plane_at(&image->channels[c].plane, x, y) = x < 100 ? 1.0f : 0.0f;
+    for (int k = 0; k < 2; k++) {
+        uint32_t width, height;
+        uint8_t *data;
+        size_t size_bytes;
+        write_as(image, k ? &cut : &deep, path);
+        assert_int_equal(thumbnail_of_png(path, &data, &size_bytes), 0);
+        uint8_t *rgb = decode(data, size_bytes, &width, &height);
+        assert_true(width == 160 && height == 80);
+        assert_int_equal(rgb[0], 255);
+        assert_int_equal(rgb[3 * 159], 0);
+        free(rgb);
+        free(data);
+    }
+    image_destroy(&image);
 }
 
 TEST(what_is_no_picture_is_refused)
