@@ -70,7 +70,8 @@ static int write_png(const struct image *image, const char *path)
     uint8_t *png = NULL;
     size_t size_bytes = 0;
     FILE *f = fopen(path, "wb");
-    int rc = f ? png_encode(image, "beauty", 0.0f, &png, &size_bytes) : -1;
+    const struct png_options options = {.view = VIEW_LINEAR};
+    int rc = f ? png_encode(image, "beauty", &options, &png, &size_bytes) : -1;
     if (!rc && fwrite(png, 1, size_bytes, f) != size_bytes) rc = -1;
     if (f && fclose(f)) rc = -1;
     free(png);
