@@ -58,8 +58,9 @@ static bool get_part(CURLU *url, CURLUPart part, char *out, size_t capacity)
     char *text = NULL;
     if (curl_url_get(url, part, &text, part == CURLUPART_PORT ? CURLU_DEFAULT_PORT : 0))
         return false;
-    const bool fits = strlen(text) < capacity;
-    if (fits) strcpy(out, text);
+    const size_t length = strlen(text);
+    const bool fits = length < capacity;
+    if (fits) memcpy(out, text, length + 1);
     curl_free(text);
     return fits;
 }

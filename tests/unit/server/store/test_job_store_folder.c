@@ -49,7 +49,7 @@ TEST(a_newer_schema_is_refused)
     close_store(f);
     set_version(f, "PRAGMA user_version = 1000");
     assert_int_equal(open_store(f), ERR_VERSION);
-    set_version(f, "PRAGMA user_version = 6");
+    set_version(f, "PRAGMA user_version = 9");
     assert_int_equal(open_store(f), 0);
 }
 
@@ -62,7 +62,8 @@ TEST(an_older_schema_is_brought_up)
     int error = 1;
     insert_plain(f, 1);
     close_store(f);
-    set_version(f, "DROP TABLE asset_owners; DROP TABLE removals;"
+    set_version(f, "DROP TABLE marks; DROP TABLE thumbnails; DROP TABLE webhooks;"
+                   "DROP TABLE asset_owners; DROP TABLE removals;"
                    "DROP TABLE blob_assets; DROP INDEX blobs_by_blob;"
                    "DROP INDEX frames_by_exr; DROP INDEX frames_by_png;"
                    "DROP INDEX jobs_by_owner; DROP INDEX jobs_by_owner_state;"
