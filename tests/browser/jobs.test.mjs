@@ -100,7 +100,7 @@ await runAll(async () => {
     expect((await row(named).locator(".label").allTextContents()).join() === "sc 010,show:gulls", "other labels");
     const picture = row(named).getByRole("img", { name: "Gulls <b>over</b> the sea" });
     await until("its small picture", () => picture.evaluate((img) => img.complete && img.naturalWidth === 16));
-    const before = await page.evaluate(() => performance.getEntriesByType("resource").filter(({ name }) => name.includes("/thumbnail")).length);
+    const before = await page.evaluate((id) => performance.getEntriesByType("resource").filter(({ name }) => name.includes(`${id}/thumbnail`)).length, named);
     await clean(page, "a named job");
     await page.screenshot({ path: shot("named") });
     await page.getByRole("link", { name: "Jobs with the label sc 010" }).click();

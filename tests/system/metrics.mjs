@@ -49,7 +49,7 @@ export function read(text) {
     return families;
 }
 
-const labelsAllowed = new Set(['build', 'isa', 'kind', 'le', 'level', 'method', 'reason', 'route', 'stage', 'state',
+const labelsAllowed = new Set(['build', 'isa', 'kind', 'le', 'level', 'method', 'outcome', 'reason', 'route', 'stage', 'state',
     'status', 'verdict']);
 const mayBeEmpty = new Set(['shearwater_http_requests_total']); // before the first request has ended
 const scaled = /_(ms|us|ns|millis\w*|micros\w*|nanos\w*|minutes?|hours?|days?|kb|mb|gb|[kmgt]i?bytes|percent|pct|bits)(_|$)/;
