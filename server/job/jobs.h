@@ -149,7 +149,7 @@ struct jobs_thumbnail {
     struct digest png;              /* without these: of the last finished frame, an object */
     bool ended; /* this picture is the job's last: what is made of it may be kept */
 };
-/* ERR_NOT_FOUND: no such job, or no picture yet. */
+/* ERR_NOT_FOUND: no such job; ERR_MISSING: it has no picture. */
 typedef void (*jobs_thumbnailed)(void *ctx, int error, const struct jobs_thumbnail *thumbnail);
 void jobs_thumbnail(struct jobs *jobs, const struct principal *principal, const char *id,
                     jobs_thumbnailed done, void *ctx);

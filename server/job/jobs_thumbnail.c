@@ -27,7 +27,7 @@ static void on_kept(void *ctx, int error, const void *png, size_t size_bytes)
     struct search *s = ctx;
     const struct jobs_thumbnail thumbnail = {
         .kept = png, .kept_bytes = size_bytes, .png = s->png, .ended = s->ended};
-    if (!error && !png && digest_is_zero(&s->png)) error = ERR_NOT_FOUND;
+    if (!error && !png && digest_is_zero(&s->png)) error = ERR_MISSING;
     answer(s, error, error ? NULL : &thumbnail);
 }
 
@@ -99,7 +99,7 @@ void jobs_thumbnail(struct jobs *jobs, const struct principal *principal, const 
     }
     if (is_loaded(active)) {
         const bool found = find_in_work(active, &thumbnail);
-        done(ctx, found ? 0 : ERR_NOT_FOUND, found ? &thumbnail : NULL);
+        done(ctx, found ? 0 : ERR_MISSING, found ? &thumbnail : NULL);
         return;
     }
     struct search *s = calloc(1, sizeof *s);

@@ -34,7 +34,8 @@ area='[{"type": "rectangle", "center": [0, 1.95, 0], "half_u": [0.25, 0, 0], "ha
 point='[{"type": "point", "position": [0, 1.9, 0], "intensity": [1, 1, 1]}]'
 
 # Every subset of {soft shadows, indirect light, occlusion, glossy surfaces, lens}: what runs and what
-# does not. Glossy surfaces without a lens have fields of their diffuse lobes, and paths of the others.
+# does not. Glossy surfaces without a lens have fields of their diffuse lobes, and paths of the others;
+# through a lens they have fields where the residual filter may not clean its samples.
 subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
     local name=s$1-i$2-o$3-g$4-l$5 lights=$point
     [ "$1" = 1 ] && lights=$area
@@ -42,7 +43,8 @@ subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
         .lights = $lights | .effects.indirect_bounces = $i
         | if $o == 1 then .layers += ["occlusion"] | .effects.ambient_occlusion = {distance: 0.4} else . end
         | if $g == 1 then .scene.file = $glossy else . end
-        | if $l == 1 then .lens = {aperture_radius: 0.05, focus_distance: 3.1} else . end' \
+        | if $l == 1 then .lens = {aperture_radius: 0.05, focus_distance: 3.1} else . end
+        | if $l == 1 and $g == 1 then .filter.residual = "none" else . end' \
         "$tmp/all.json" >"$tmp/$name.json"
     check "$name" render "$name" "$name"
     # With a lens paths alone have the layer occlusion, and glossy surfaces have no field of shadows.

@@ -109,7 +109,9 @@ static void on_found(void *ctx, int error, const struct jobs_thumbnail *source)
     char hex[DIGEST_HEX_BYTES], etag[ETAG_BYTES];
     if (!request_back(r)) return;
     if (error == ERR_NOT_FOUND) {
-        request_problem(r, PROBLEM_NOT_FOUND, "there is no such job, or no picture yet", NULL);
+        request_problem(r, PROBLEM_NOT_FOUND, "there is no such job", NULL);
+    } else if (error == ERR_MISSING) { /* also of one that was cancelled since a list told of it */
+        request_answer(r, 204, response_empty());
     } else if (error) {
         request_trouble(r, error, error_text(error));
     } else if (!source->kept) {
