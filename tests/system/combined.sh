@@ -96,6 +96,21 @@ quieter() {
 }
 check "... have more than 2.5 times the error" quieter
 
+# Glossy surfaces through the lens: the residual filter cleans samples that fields would leave noisy.
+clean_glossy() {
+    jq 'del(.filter)' "$tmp/s1-i1-o0-g1-l1.json" >"$tmp/glossy.json"
+    jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/glossy.json" >"$tmp/glossy-paths.json"
+    render glossy-paths glossy-paths --spp 256 && render glossy glossy
+}
+check "glossy surfaces through the lens" clean_glossy
+check "... are cleaned by the residual filter" counts glossy ".residual.pixels_filtered > 0 and .rays.lens == $pixels * 9 and .rays.paths == 0"
+cleaner() {
+    local cleaned fields
+    cleaned=$(figure glossy-paths glossy | jq .rmse) fields=$(figure glossy-paths s1-i1-o0-g1-l1 | jq .rmse)
+    echo "cleaned $cleaned, fields of indirect light $fields" && awk "BEGIN {exit !($cleaned * 1.1 < $fields)}"
+}
+check "... to less of an error" cleaner
+
 # A sky before the open side of the box, and one with a sun in it, through the lens: fields bring what
 # of it is soft, paths the sun's light.
 node --input-type=module -e '
