@@ -81,7 +81,7 @@ uint32_t plan_choose_lens_relight(const struct job *job, const struct scene *sce
 {
     const size_t n = PLAN_FILTER_WHY_BYTES;
     char unused[PLAN_FILTER_WHY_BYTES], but[PLAN_WHY_BYTES];
-    if (job->residual == RESIDUAL_HALVES) {
+    if (job->residual == RESIDUAL_HALVES && plan_lens_paths_possible(job)) {
         snprintf(why, n, "filter.residual is halves, and takes all light along paths");
         return LENS_RELIGHT_OWN;
     }

@@ -130,6 +130,10 @@ TEST(samples_are_paths_where_fields_light_none)
     must_make(s);
     assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_OWN);
     assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_HALVES);
+    s->job.lens = LENS_AXIS_ALIGNED; /* beside which it does not run: fields light samples */
+    must_make(s);
+    assert_int_equal(s->plan.lens_relight, LENS_RELIGHT_INDIRECT);
+    assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_NONE);
 }
 
 TEST(some_frames_keep_the_light_of_samples)
