@@ -31,6 +31,7 @@ for job in alone beside open glossy bandlimit unfiltered; do
     check "... asks for a second set" counts $job '.adaptive.first_rays > 16 * 8000 and .adaptive.second_rays > 0'
     check "$job: three workers, other tiles" render $job b --workers 3 --tile 16
     check "... the same bytes" cmp "$tmp/$job.exr" "$tmp/b.exr"
+    case $job in alone | glossy) ;; *) continue ;; esac
     check "$job: threads" render $job b --workers 1 --worker-threads 2 --tile 40
     check "... the same bytes" cmp "$tmp/$job.exr" "$tmp/b.exr"
     check "... and the same rays" test "$(jq -c '.adaptive' "$tmp/$job.stats")" = "$(jq -c '.adaptive' "$tmp/b.stats")"
@@ -61,7 +62,7 @@ jq '.filter = {indirect: "average"} | .sampling.indirect_spp = 1024 | .sampling.
 check "the truth" render truth truth
 falls() {
     local mu error before=1e9
-    for mu in 0.5 1 2 4; do
+    for mu in 0.5 1 4; do
         jq ".filter.mu = $mu" "$tmp/alone.json" >"$tmp/mu.json"
         render mu mu || return 1
         error=$(compared truth mu diffuse_indirect | jq .rmse)

@@ -29,7 +29,7 @@ no_files() { [ "$(files)" -eq 0 ] || { find "$tmp/data/tmp"; return 1; }; }
 gone() { eventually 30 no_files; }
 
 serve_start "$tmp/data" --workers 1 --worker-threads 1
-submit 1 36
+submit 1 16
 check "rows of the EXR are on disk while tiles are traced" early
 check "the job ends" await_state "$id" finished 300
 check "nothing is left beside its files" gone
@@ -37,11 +37,11 @@ fetch() { curl -sSf --noproxy '*' -o "$2" "$url/v1/jobs/$id/frames/1/image.$1"; 
 check "it has its files" bash -c "$(declare -f fetch); url=$url id=$id; fetch exr '$tmp/a.exr' && fetch png '$tmp/a.png'"
 check "little is left of the frame's time after the last tile" bash -c "
     curl -sS --noproxy '*' '$url/v1/jobs/$id' | jq -e '.statistics.frames | .stored_late_s < 0.5 * .wall_s and .drawn_late_s > 0'"
-submit 2 36
+submit 2 16
 check "... of another job, too" early
 check "it is cancelled" "$build/shearwater" cancel "$id" --server "$url"
 check "nothing is left of it" gone
-submit 3 36
+submit 3 16
 check "... and of a third" early
 serve_stop -KILL
 check "what a killed coordinator leaves" bash -c "[ $(files) -gt 0 ]"
@@ -51,7 +51,7 @@ check "nothing is left beside its files either" gone
 serve_stop
 
 # Blocks as they are never cut by themselves: rows end elsewhere, and the files are the same.
-job 1 36 >"$tmp/job.json"
+job 1 16 >"$tmp/job.json"
 check "the same picture in blocks of 32 and tiles of 32" env SHEARWATER_BLOCK_PX=32 "$build/shearwater" render "$tmp/job.json" --quiet --workers 2 --tile 32 -o "$tmp/b.exr" --png "$tmp/b.png"
 check "... the same EXR" cmp "$tmp/a.exr" "$tmp/b.exr"
 check "... the same PNG" cmp "$tmp/a.png" "$tmp/b.png"

@@ -18,13 +18,13 @@ crash_at() { # crash_at JOB TILES
     return 0 # not what the killed one ends with
 }
 
-plain='"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px": 32}, "filter": {"method": "none"}'
+plain='"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "filter": {"method": "none"}'
 names=(plain filtered rates target lens)
 jobs=("$plain"
-    '"image": {"width": 320, "height": 320}, "sampling": {"spp": 64, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
+    '"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 512}, "filter": {"method": "none"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32, "lens_extra": 36}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 256}, "filter": {"method": "none"}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32, "lens_extra": 16}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 
 start
 for i in "${!jobs[@]}"; do

@@ -32,7 +32,7 @@ reached() { # JOB PICTURE TARGET
 
 for job in box open; do
     check "$job: converged twice" truth $job
-    for spp in 9 16 36; do
+    for spp in 9 36; do
         check "$job: $spp samples" render $job few --spp $spp
         check "... know their error" calibrated $job few
     done

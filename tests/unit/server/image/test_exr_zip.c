@@ -10,7 +10,7 @@
 #include "tests/random.h"
 #include "tests/unit/unit.h"
 
-enum { SMALL_BYTES = 3000, LARGE_BYTES = 1 << 17, TRIALS = 20000, ROUNDS = 400 };
+enum { SMALL_BYTES = 3000, LARGE_BYTES = 1 << 17, TRIALS = 8000, ROUNDS = 400 };
 
 /* Bytes that repeat after a while, with some noise: pairs of equal ones, since these are taken
  * apart. */

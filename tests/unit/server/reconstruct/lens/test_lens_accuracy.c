@@ -7,7 +7,7 @@
 #include "tests/unit/server/reconstruct/lens/lens_scene.h"
 #include "tests/unit/unit.h"
 
-static const uint32_t strata[] = {2, 3, 4, 8, 16};
+static const uint32_t strata[] = {2, 3, 4, 8, 12};
 #define COUNTS (sizeof strata / sizeof *strata)
 
 static struct lens_error run(struct lens_picture *p, uint32_t filter, const float *reference)

@@ -17,7 +17,7 @@
 
 /* A near wall to the left of an edge, a far one behind it; the focus lies between them. Slopes are
  * 6.5 and -3.2 pixels. */
-#define SIDE_PX 72
+#define SIDE_PX 56
 #define EDGE    (0.5f * SIDE_PX)
 #define PI      3.14159265f
 

@@ -70,7 +70,7 @@ TEST(fields_and_paths_are_the_picture)
     static const uint32_t shines = SHINES_RECT | SHINES_MESH | SHINES_SKY;
     for (int kind = 0; kind < KIND_COUNT; kind++) {
         compare((enum kind)kind, shines, is_glossy((enum kind)kind) ? 8 : 2);
-        if (is_glossy((enum kind)kind)) compare((enum kind)kind, shines, 1);
+        if (kind == DIELECTRIC || kind == METAL) compare((enum kind)kind, shines, 1);
     }
 }
 
