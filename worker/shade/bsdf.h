@@ -87,6 +87,15 @@ struct bsdf_sample {
  * normal incidence or transmit. Dividing by it takes textures of such lobes out. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
 
+/* Returns the roughness by which what lobes show is as sharp as it gets: of facets, or of as much of
+ * a coat as there is. */
+static inline float bsdf_sharpest_alpha(const struct bsdf *b)
+{
+    const float facets = 0.5f * (b->alpha_u + b->alpha_v);
+    return b->coat > 0.0f && b->coat_alpha < facets ? facets + b->coat * (b->coat_alpha - facets)
+                                                    : facets;
+}
+
 /* Returns whether light leaves the far side as from a diffuse surface. */
 static inline bool bsdf_is_translucent(const struct bsdf *b)
 {

@@ -22,7 +22,7 @@
 /* Slopes of depth where the picture ends on that side. */
 #define NO_NEIGHBOUR 1e9f
 
-enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3 };
+enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3, PLANES_KNEE = 1 };
 
 static size_t round_up(int32_t n, int32_t of)
 {
@@ -68,6 +68,7 @@ static void hand_out(struct residual_field *f)
         }
         l->variance = take(&next, s, 1);
     }
+    f->light[RESIDUAL_REST].knee = take(&next, s, PLANES_KNEE);
 }
 
 void residual_pad(const struct residual_shape *s, float *planes, int count)
@@ -220,7 +221,7 @@ int residual_field_create(const struct patch *patch, struct residual_field *out)
     memset(out, 0, sizeof *out);
     set_shape(patch->rect, s);
     const size_t bytes =
-        s->plane * (PLANES_FEATURES + RESIDUAL_COMPONENTS * PLANES_LIGHT) * sizeof(float);
+        s->plane * (PLANES_FEATURES + RESIDUAL_COMPONENTS * PLANES_LIGHT + PLANES_KNEE) * sizeof(float);
     out->scratch = patch->scratch;
     out->memory = scratch_take(out->scratch, bytes);
     if (!out->memory) return ERR_MEMORY;

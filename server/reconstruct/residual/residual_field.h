@@ -50,6 +50,7 @@ struct residual_light {
     float *guide[2];    /* weighted sum over rgb of what the weights look at; twice the same but in
                            pass 1 */
     float *variance;    /* of a guide */
+    float *knee;        /* above it guides grow more slowly than light; NULL: nowhere */
     float *probe[2];    /* RESIDUAL_PROBES planes each: what half a and half b have in the mean's
                            error; after the first pass [0] has all. NULL: not wanted */
     float *probed[2];   /* the same of a pass's output */

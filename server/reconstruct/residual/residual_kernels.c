@@ -304,6 +304,16 @@ static void sum_channels(const float *restrict rgb, size_t plane, size_t count, 
     }
 }
 
+/* Bends a guide: far above its knee it grows as light's fourth root. A highlight may be a million
+ * times as bright as what is beside it, which its least weight would drown. */
+static void bend(const float *restrict knee, size_t count, float *restrict guide)
+{
+    for (size_t i = 0; i < count; i++) {
+        const float root = sqrtf(1.0f + fabsf(guide[i]) / (knee[i] + VARIANCE_MIN));
+        guide[i] /= root * sqrtf(root);
+    }
+}
+
 /* Half the mean of squared differences over 3 x 3 pixels: the variance of one half's guide. */
 static void find_variances(const float *restrict a, const float *restrict b, size_t stride,
                            size_t count, float factor, float *restrict out)
@@ -334,6 +344,7 @@ static void kernel_guide(const struct residual_features *f, enum residual_kind k
         for (int h = 0; h < 2; h++) {
             const size_t at = residual_at(s, area.x0 - 1, y);
             sum_channels(light->half[h] + at, s->plane, count + 2, light->guide[h] + at);
+            if (light->knee) bend(light->knee + at, count + 2, light->guide[h] + at);
         }
     for (int32_t y = area.y0; y < area.y1; y++) {
         const size_t at = residual_at(s, area.x0, y);

@@ -10,6 +10,9 @@
 #define TIMES_OTHER 4.0f
 #define WINDOW_PX   8
 
+/* The knee of guides, over the light around. */
+#define KNEE_TIMES 3.0f
+
 /* Excess is read step by step, over a Gaussian that ends after so many; means over a step before
  * and after leave no trace of the steps. */
 #define STEP     5
@@ -146,12 +149,25 @@ static bool split_component(const struct work *w, const struct residual_light *l
     return any;
 }
 
+static void find_knee(const struct work *w, const struct residual_light *l)
+{
+    const struct residual_shape *s = &w->f->shape;
+    for (int32_t y = 0; y < s->height; y++) {
+        const size_t first = residual_at(s, 0, y);
+        for (size_t i = first; i < first + (size_t)s->width; i++)
+            l->knee[i] = KNEE_TIMES / TIMES * w->limits.limit[i];
+    }
+    residual_pad(s, l->knee, 1);
+}
+
 static bool split(const struct work *w, struct residual_field *field)
 {
     bool any = false;
     link_rows(w);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
-        if (!split_component(w, &field->light[c], c, w->excess + 3 * c)) continue;
+        const bool found = split_component(w, &field->light[c], c, w->excess + 3 * c);
+        if (field->light[c].knee) find_knee(w, &field->light[c]);
+        if (!found) continue;
         for (int h = 0; h < 2; h++) residual_pad(&w->f->shape, field->light[c].half[h], 3);
         any = true;
     }

@@ -33,7 +33,7 @@ static void note_lane(const struct path_packet *p, const struct path_vertex *v, 
                    active * t[2] * s->albedo.z[i]});
     set(&h->normal, slot, (float[3]){s->normal.x[i], s->normal.y[i], s->normal.z[i]});
     set(&h->tint, slot, (float[3]){t[0] * tint[0], t[1] * tint[1], t[2] * tint[2]});
-    h->alpha[slot] = lobes ? 0.5f * (b->alpha_u + b->alpha_v) : 0.0f;
+    h->alpha[slot] = lobes ? bsdf_sharpest_alpha(b) : 0.0f;
     h->distance[slot] += s->distance[i];
 }
 

@@ -95,7 +95,7 @@ static void note_tint(const struct path_packet *p, const struct path_vertex *v,
         h->tint.r[slot] = tint[0];
         h->tint.g[slot] = tint[1];
         h->tint.b[slot] = tint[2];
-        h->alpha[slot] = 0.5f * (v->bsdf[i].alpha_u + v->bsdf[i].alpha_v);
+        h->alpha[slot] = bsdf_sharpest_alpha(&v->bsdf[i]);
     }
 }
 

@@ -164,6 +164,37 @@ TEST(patterns_of_metal_stay)
     assert_true(filtered < plain / 4);
 }
 
+/* A small lamp in smooth metal: no noise but that of where samples lie in their pixel. */
+static void show_highlight(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                           struct residual_sample *out)
+{
+    const float u = (float)(x - WIDTH / 2) + residual_random(x, y, sample, 1),
+                v = (float)(y - HEIGHT / 2) + residual_random(x, y, sample, 2);
+    const float r2 = u * u + v * v, falls = 1.0f / (1.0f + 4.0f * r2);
+    (void)s;
+    residual_grey(0.0f, out->albedo);
+    residual_grey(0.7f, out->tint);
+    out->alpha = 0.01f;
+    residual_grey(1e3f * falls * falls * falls, out->rest);
+}
+
+/* What is a million times as bright stays where it is. */
+TEST(highlights_do_not_leak)
+{
+    static struct pictures p;
+    const struct residual_scene s = {
+        .width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_highlight};
+    double all = 0, leaked = 0;
+    make_pictures(&s, 0, &p);
+    for (int32_t i = 0; i < AREA; i++) {
+        const int32_t x = i % WIDTH - WIDTH / 2, y = i / WIDTH - HEIGHT / 2;
+        all += (double)p.plain[i];
+        if (x * x + y * y >= 16) leaked += (double)(p.filtered[i] - p.plain[i]);
+    }
+    print_message("%g of %g leaks from a highlight\n", leaked, all);
+    assert_true(leaked < 0.02 * all);
+}
+
 /* An edge of light alone. */
 static void show_shadow(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
                         struct residual_sample *out)
