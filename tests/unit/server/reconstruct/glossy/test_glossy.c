@@ -6,7 +6,10 @@
 enum { LINES = 512, SIDE = 48, AREA = SIDE * SIDE, FIRST = 232 };
 
 static const struct rect all = {FIRST, FIRST, FIRST + SIDE, FIRST + SIDE};
-static const uint32_t filters[] = {GLOSSY_FILTER_VIRTUAL_HIT, GLOSSY_FILTER_BANDLIMIT};
+static const uint32_t filters[] = {GLOSSY_FILTER_VIRTUAL_HIT, GLOSSY_FILTER_BANDLIMIT,
+                                   GLOSSY_FILTER_SG, GLOSSY_FILTER_SG_MIXTURE, GLOSSY_FILTER_ASG};
+
+#define FILTERS (sizeof filters / sizeof *filters)
 
 /* Light of the floor without noise; the last one is kept, since many filters are held to it. */
 static const float *truth_of(float alpha, float other)
@@ -37,7 +40,7 @@ static float error_of(uint32_t filter, uint32_t l, float alpha, float other)
 
 TEST(errors_fall_with_samples)
 {
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         float before = 1e9f;
         for (uint32_t l = 2; l <= 16; l *= 2) {
             const float plain = error_of(GLOSSY_FILTER_NONE, l, 0.16f, 0.16f);
@@ -55,7 +58,7 @@ TEST(errors_fall_with_samples)
 /* Pixels with more rays are filtered as all would be that have so many. */
 TEST(widths_follow_each_pixels_rays)
 {
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         struct plan few, many;
         floor_plan(&few, LINES, filters[f], 4);
         floor_plan(&many, LINES, filters[f], 8);
@@ -92,6 +95,28 @@ TEST(roughness_has_edges)
     assert_true(error_of(GLOSSY_FILTER_VIRTUAL_HIT, 4, 0.012f, 0.3f) < 0.6f * plain);
     assert_true(error_of(GLOSSY_FILTER_VIRTUAL_HIT, 4, 0.012f, 0.3f) <
                 0.7f * error_of(GLOSSY_FILTER_BANDLIMIT, 4, 0.012f, 0.3f));
+    for (uint32_t f = GLOSSY_FILTER_SG; f <= GLOSSY_FILTER_ASG; f++)
+        assert_true(error_of(f, 4, 0.012f, 0.3f) < 0.6f * plain);
+}
+
+/* Lobes as published do not know how far away is what they see; virtual hits do. */
+TEST(only_virtual_hits_know_distances)
+{
+    for (size_t f = 0; f < FILTERS; f++) {
+        const bool knows =
+            filters[f] == GLOSSY_FILTER_VIRTUAL_HIT || filters[f] == GLOSSY_FILTER_BANDLIMIT;
+        struct plan plan;
+        floor_plan(&plan, LINES, filters[f], 4);
+        struct patch *patch = floor_patch(&plan, all, 0.05f, 0.05f, 16);
+        struct floor_picture far = floor_filter(&plan, patch, all);
+        for (size_t i = 0; i < AREA; i++) patch->glossy_nearness[i] = 50.0f;
+        struct floor_picture near = floor_filter(&plan, patch, all);
+        const size_t bytes = AREA * sizeof(float);
+        assert_int_equal(memcmp(far.channel[0], near.channel[0], bytes) != 0, knows);
+        floor_picture_fini(&far);
+        floor_picture_fini(&near);
+        patch_destroy(&patch);
+    }
 }
 
 /* Weights that vary go out of what lobes see of one light; without them nothing would be exact. */
@@ -133,7 +158,7 @@ TEST(objects_do_not_mix)
 
 TEST(blocks_are_the_whole)
 {
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 3);
         const struct rect inner = {FIRST + 20, FIRST + 8, FIRST + 31, FIRST + 25};
@@ -187,7 +212,7 @@ TEST(filters_know_their_errors)
     struct plan plan;
     floor_plan(&plan, LINES, GLOSSY_FILTER_NONE, 2);
     struct patch *truth = floor_patch(&plan, all, alpha, alpha, TRUTH);
-    for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_BANDLIMIT; f++)
+    for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_LAST; f++)
         for (uint32_t l = 2; l <= 8; l += 2) {
             struct known k = {0};
             floor_plan(&plan, LINES, f, l);
@@ -206,7 +231,7 @@ TEST(filters_know_their_errors)
 /* Errors are asked for where there are halves; they change nothing else. */
 TEST(errors_change_nothing)
 {
-    for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_BANDLIMIT; f++) {
+    for (uint32_t f = GLOSSY_FILTER_NONE; f <= GLOSSY_FILTER_LAST; f++) {
         static float square[3][AREA];
         float *const squares[3] = {square[0], square[1], square[2]};
         struct glossy_statistics statistics = {0};
@@ -235,7 +260,7 @@ TEST(errors_change_nothing)
 /* Blocks know the same errors as the whole, also where tiles have more rays than others. */
 TEST(errors_of_blocks_are_those_of_the_whole)
 {
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         static float square[2][3][AREA], out[2][3][AREA];
         struct glossy_statistics statistics = {0};
         struct plan plan;
@@ -303,7 +328,7 @@ TEST(rays_make_filters_narrower)
 
 TEST(where_nothing_shines_nothing_runs)
 {
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 3);
         struct patch *patch = floor_patch(&plan, all, 0.0f, 0.0f, 1);
@@ -321,7 +346,7 @@ TEST(where_nothing_shines_nothing_runs)
  * has, surfaces seen along themselves, no weight. */
 TEST(odd_numbers_stay_finite)
 {
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         struct plan plan;
         floor_plan(&plan, LINES, filters[f], 2);
         struct patch *patch = floor_patch(&plan, all, 0.2f, 1.0f, 4);
@@ -346,7 +371,7 @@ TEST(odd_numbers_stay_finite)
 TEST(one_pixel_is_itself)
 {
     const struct rect one = {0, 0, 1, 1};
-    for (int f = 0; f < 2; f++) {
+    for (size_t f = 0; f < FILTERS; f++) {
         struct plan plan;
         floor_plan(&plan, 1, filters[f], 2);
         struct patch *patch = floor_patch(&plan, one, 0.2f, 0.2f, 4);
@@ -386,7 +411,7 @@ TEST(what_is_missing_is_refused)
                       empty = {FIRST, FIRST, FIRST, FIRST + 9};
     assert_int_equal(glossy_filter(&plan, patch, outside, out, &statistics), ERR_RANGE);
     assert_int_equal(glossy_filter(&plan, patch, empty, out, &statistics), ERR_RANGE);
-    plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1;
+    plan.glossy_filter = GLOSSY_FILTER_LAST + 1;
     assert_int_equal(glossy_filter(&plan, patch, all, out, &statistics), ERR_RANGE);
     plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT;
     patch->glossy_nearness = NULL;
