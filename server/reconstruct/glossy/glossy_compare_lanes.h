@@ -5,9 +5,7 @@
  *   log 2 + sharp - (log det) / 2 - apart / det / 2
  *
  * and is 0 for a lobe and itself (docs/reconstruction.md, Glossy lobes and Lobes as published). */
-#include <math.h>
 #include <stdbool.h>
-#include <string.h>
 
 #include "server/reconstruct/glossy/glossy_kernels.h"
 #include "server/reconstruct/glossy/glossy_mixture.h"
@@ -41,12 +39,8 @@ static inline void glossy_axis(const float *const in[3], size_t p, struct simd u
     for (int v = 0; v < SIMD_VECTORS; v++) {
         const simd_vector a[3] = {unit[0].v[v], unit[1].v[v], unit[2].v[v]};
         const simd_vector squared = simd_dot(a, a);
-        const simd_vector fit = simd_select(squared > GLOSSY_DET_MIN, squared, simd_all(1.0f).v[v]);
-        float root[SIMD_PER_VECTOR];
-        simd_vector length;
-        memcpy(root, &fit, sizeof root);
-        for (int i = 0; i < SIMD_PER_VECTOR; i++) root[i] = sqrtf(root[i]);
-        length = simd_load_vector(root);
+        const simd_vector fit = simd_select(squared > GLOSSY_DET_MIN, squared, simd_same(1.0f));
+        const simd_vector length = simd_root(fit);
         for (int k = 0; k < 3; k++) unit[k].v[v] = a[k] / length;
         square->v[v] = fit;
     }

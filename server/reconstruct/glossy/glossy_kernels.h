@@ -18,7 +18,8 @@
 enum glossy_shape { GLOSSY_ELLIPTIC, GLOSSY_ROUND, GLOSSY_MIXTURE, GLOSSY_SHAPES };
 
 /* The lobes of pixels. Each is a Gaussian around the mirrored direction with the covariance
- * along along^T + across across^T, both at right angles to it. A shape needs its own arrays. */
+ * along along^T + across across^T, both at right angles to it. The sharpness is such that a lobe
+ * and itself are alike by 1. */
 struct glossy_field {
     int32_t stride;          /* a multiple of SIMD_LANES */
     const float *point[3];   /* from the eye */
@@ -27,7 +28,7 @@ struct glossy_field {
     const float *along[3];   /* in the plane of incidence */
     const float *across[3];  /* at right angles to that; never 0 where the object is not */
     const float *round;      /* variance of the round lobe that fills the same solid angle */
-    const float *sharpness;  /* half the log of that, of mixtures less half that of their sum C */
+    const float *sharpness;  /* half the log of that, and for mixtures what these change in it */
     const float *nearness;   /* mean of 1 / distance of what the lobe sees */
     const float *near_plane; /* neighbours may be that far off the tangent plane */
     const int32_t *object;
