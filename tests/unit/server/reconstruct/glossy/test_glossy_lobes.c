@@ -266,3 +266,24 @@ TEST(a_lobe_is_most_like_itself)
         }
     }
 }
+
+/* Lobes as published do not know how far away is what they see; virtual hits do. */
+TEST(only_virtual_hits_know_distances)
+{
+    enum { SIDE = 32, AREA = SIDE * SIDE };
+    static const struct rect all = {240, 240, 240 + SIDE, 240 + SIDE};
+    for (uint32_t f = GLOSSY_FILTER_VIRTUAL_HIT; f <= GLOSSY_FILTER_LAST; f++) {
+        const bool knows = f == GLOSSY_FILTER_VIRTUAL_HIT || f == GLOSSY_FILTER_BANDLIMIT;
+        struct plan plan;
+        floor_plan(&plan, 512, f, 4);
+        struct patch *patch = floor_patch(&plan, all, 0.05f, 0.05f, 16);
+        struct floor_picture far = floor_filter(&plan, patch, all);
+        for (size_t i = 0; i < AREA; i++) patch->glossy_nearness[i] = 50.0f;
+        struct floor_picture near = floor_filter(&plan, patch, all);
+        const size_t bytes = AREA * sizeof(float);
+        assert_int_equal(memcmp(far.channel[0], near.channel[0], bytes) != 0, knows);
+        floor_picture_fini(&far);
+        floor_picture_fini(&near);
+        patch_destroy(&patch);
+    }
+}
