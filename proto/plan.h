@@ -140,7 +140,11 @@ enum residual_filter {
 enum glossy_filter {
     GLOSSY_FILTER_NONE = 0,        /* the plain average */
     GLOSSY_FILTER_VIRTUAL_HIT = 1, /* by what the neighbours' lobes see of the same points */
-    GLOSSY_FILTER_BANDLIMIT = 2    /* axis-aligned, by the lobes' bandlimits */
+    GLOSSY_FILTER_BANDLIMIT = 2,   /* axis-aligned, by the lobes' bandlimits */
+    GLOSSY_FILTER_SG = 3,          /* by how alike lobes are, each a spherical Gaussian */
+    GLOSSY_FILTER_SG_MIXTURE = 4,  /* ... a mixture of these */
+    GLOSSY_FILTER_ASG = 5,         /* ... an anisotropic one */
+    GLOSSY_FILTER_LAST = GLOSSY_FILTER_ASG
 };
 
 /* How the light field of the lens becomes a picture; of reconstruction, not of tracing.

@@ -49,6 +49,9 @@ const struct json_choice job_glossy_words[] = {
     {"average", GLOSSY_AVERAGE, NULL},
     {"virtual_hit", GLOSSY_VIRTUAL_HIT, NULL},
     {"bandlimit", GLOSSY_BANDLIMIT, NULL},
+    {"sg", GLOSSY_SG, NULL},
+    {"sg_mixture", GLOSSY_SG_MIXTURE, NULL},
+    {"asg", GLOSSY_ASG, NULL},
     {NULL, 0, NULL},
 };
 
@@ -113,7 +116,7 @@ const struct json_choice job_profile_words[] = {
 
 _Static_assert(INDIRECT_ADAPTIVE - INDIRECT_AVERAGE == INDIRECT_FILTER_ADAPTIVE &&
                    INDIRECT_SHEARED - INDIRECT_AVERAGE == INDIRECT_FILTER_SHEARED &&
-                   GLOSSY_BANDLIMIT - GLOSSY_AVERAGE == GLOSSY_FILTER_BANDLIMIT &&
+                   GLOSSY_ASG - GLOSSY_AVERAGE == GLOSSY_FILTER_ASG &&
                    LENS_SHEARED - LENS_AVERAGE == LENS_FILTER_SHEARED,
                "the plan's filters are in the order of the job's");
 

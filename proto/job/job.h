@@ -80,7 +80,15 @@ enum indirect_method {
 };
 
 /* filter.glossy says how the light field of glossy lobes is filtered. */
-enum glossy_method { GLOSSY_AUTO, GLOSSY_AVERAGE, GLOSSY_VIRTUAL_HIT, GLOSSY_BANDLIMIT };
+enum glossy_method {
+    GLOSSY_AUTO,
+    GLOSSY_AVERAGE,
+    GLOSSY_VIRTUAL_HIT,
+    GLOSSY_BANDLIMIT,
+    GLOSSY_SG,
+    GLOSSY_SG_MIXTURE,
+    GLOSSY_ASG
+};
 
 /* filter.residual says how the light of paths is filtered. */
 enum residual_method { RESIDUAL_AUTO, RESIDUAL_NONE, RESIDUAL_HALVES };

@@ -93,7 +93,7 @@ struct job_changes {
                         &(c)->method),                                                             \
         JOB_CHANGE_TEXT("indirect", 0, "auto|average|constant|linear|blend|adaptive|sheared",      \
                         "filter of indirect light and ambient occlusion", &(c)->indirect),         \
-        JOB_CHANGE_TEXT("glossy", 0, "auto|average|virtual_hit|bandlimit",                         \
+        JOB_CHANGE_TEXT("glossy", 0, "auto|average|virtual_hit|bandlimit|sg|sg_mixture|asg",       \
                         "filter of glossy reflections", &(c)->glossy),                             \
         JOB_CHANGE_TEXT("lens", 0, "auto|average|axis_aligned|sheared",                            \
                         "filter of depth of field", &(c)->lens),                                   \

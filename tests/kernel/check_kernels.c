@@ -104,7 +104,7 @@ static void compare_glossy(const struct tier *tier, uint32_t l, uint64_t seed, f
     struct glossy_case k;
     glossy_case_init(&k, 13 + 9 * (int32_t)seed, 47 - 5 * (int32_t)seed, 71 + seed,
                      is_wild(tier, seed));
-    for (enum glossy_kernel i = 0; i < GLOSSY_KERNEL_COUNT; i++)
+    for (uint32_t i = 0; i < GLOSSY_KERNEL_COUNT; i++)
         for (int32_t start = 0; start < 12; start += 5)
             most[i] = fmaxf(most[i], glossy_case_compare(&k, tier->glossy, i, start));
     glossy_case_fini(&k);

@@ -7,19 +7,22 @@
 #include "server/reconstruct/glossy/glossy_kernels.h"
 #include "tests/kernel/kernel_field.h"
 
-enum glossy_kernel { GLOSSY_SPREAD_X, GLOSSY_SPREAD_Y, GLOSSY_KERNEL_COUNT };
+/* Each shape along x and along y. */
+enum { GLOSSY_KERNEL_COUNT = 2 * GLOSSY_SHAPES };
 
-static const char *const glossy_kernel_names[GLOSSY_KERNEL_COUNT] = {"spread x", "spread y"};
+static const char *const glossy_kernel_names[GLOSSY_KERNEL_COUNT] = {
+    "spread x", "spread y", "round x", "round y", "mixed x", "mixed y"};
 
 #define GLOSSY_CASE_REACH    13 /* 16 samples, 512 lines */
 #define GLOSSY_CASE_MARGIN   32
 #define GLOSSY_CASE_CHANNELS 4
-#define GLOSSY_CASE_ARRAYS   25
+#define GLOSSY_CASE_ARRAYS   26
 
 struct glossy_case {
     struct glossy_field field; /* everything in it owned */
     struct glossy_rule rule;
-    float *array[GLOSSY_CASE_ARRAYS]; /* vectors, sharpness, nearness, plane, channels, rules */
+    float *
+        array[GLOSSY_CASE_ARRAYS]; /* vectors, sharpness, nearness, plane, channels, rules, round */
     int32_t *object;
     int32_t width, height; /* without the margin to both sides */
     size_t area;
@@ -46,6 +49,7 @@ static inline void glossy_case_lobe(struct random *r, bool wild, size_t i, struc
         out->array[12 + k][i] = wide * c * (n[a] * t[b] - n[b] * t[a]);
     }
     out->array[15][i] = 0.5f * logf(wide * wide * c);
+    out->array[25][i] = wide * wide * c;
 }
 
 static inline void glossy_case_pixel(struct random *r, bool wild, int32_t x, int32_t y, size_t i,
@@ -77,6 +81,7 @@ static inline void glossy_case_show(struct glossy_case *out, int32_t stride)
         .mirror = {a[6], a[7], a[8]},
         .along = {a[9], a[10], a[11]},
         .across = {a[12], a[13], a[14]},
+        .round = a[25],
         .sharpness = a[15],
         .nearness = a[16],
         .near_plane = a[17],
@@ -124,10 +129,10 @@ static inline int32_t glossy_case_rows(int32_t there)
 /* The kernel over all rows, from pixel `start` of each on, into `out`: as many arrays as there are
  * channels, one after the other. */
 static inline void glossy_case_run(const struct glossy_case *k,
-                                   const struct glossy_kernels *kernels, enum glossy_kernel kernel,
+                                   const struct glossy_kernels *kernels, uint32_t kernel,
                                    int32_t start, float *out)
 {
-    const bool along_x = kernel == GLOSSY_SPREAD_X;
+    const bool along_x = kernel % 2 == 0;
     const int32_t lanes = (k->width - start + SIMD_LANES - 1) / SIMD_LANES;
     float *to[GLOSSY_CASE_CHANNELS];
     for (int c = 0; c < GLOSSY_CASE_CHANNELS; c++) to[c] = out + (size_t)c * k->area;
@@ -139,15 +144,15 @@ static inline void glossy_case_run(const struct glossy_case *k,
             .before = along_x ? GLOSSY_CASE_REACH : glossy_case_rows(y),
             .after = along_x ? GLOSSY_CASE_REACH : glossy_case_rows(k->height - 1 - y),
         };
-        kernels->spread(&k->field, &k->rule, &run, GLOSSY_CASE_CHANNELS,
-                        (const float *const *)(k->array + 18), to);
+        kernels->spread[kernel / 2](&k->field, &k->rule, &run, GLOSSY_CASE_CHANNELS,
+                                    (const float *const *)(k->array + 18), to);
     }
 }
 
 /* Greatest difference from the reference, over the greatest number. */
 static inline float glossy_case_compare(const struct glossy_case *k,
-                                        const struct glossy_kernels *tested,
-                                        enum glossy_kernel kernel, int32_t start)
+                                        const struct glossy_kernels *tested, uint32_t kernel,
+                                        int32_t start)
 {
     const size_t size = GLOSSY_CASE_CHANNELS * k->area;
     float *a = field_memory(size * sizeof *a), *b = field_memory(size * sizeof *b);

@@ -9,7 +9,8 @@
 const char *const case_methods[] = {"auto", "sheared", "axis_aligned", "average", "none", NULL};
 const char *const case_indirects[] = {"auto",  "average", "constant", "linear",
                                       "blend", "sheared", "adaptive", NULL};
-const char *const case_glossies[] = {"auto", "average", "virtual_hit", "bandlimit", NULL};
+const char *const case_glossies[] = {"auto", "average",    "virtual_hit", "bandlimit",
+                                     "sg",   "sg_mixture", "asg",         NULL};
 const char *const case_lenses[] = {"auto", "average", "axis_aligned", "sheared", NULL};
 
 static double on_grid(double v)

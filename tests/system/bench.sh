@@ -44,6 +44,15 @@ blockers() {
 }
 check "a scene of the bench as files for programs without a coordinator" blockers
 
+# Filters of glossy lobes beside each other: what `make bench part=glossy` begins with, on a tiny picture.
+filters_of_lobes() {
+    node tests/bench/glossy_filters.mjs "$build" side=64 reference=64 spp=4 scene=plates repeat=1 "out=$tmp/glossy" 2>"$tmp/said" >"$tmp/lobes" &&
+        jq -es '[.[].method] == ["average", "virtual_hit", "bandlimit", "sg", "sg_mixture", "asg"] and
+            all(.[]; .error > 0 and .trace_cpu_s > 0 and (.filter_s_per_megapixel_of_lobes > 0) == (.method != "average")) and
+            all(.[1:][]; .times_lower > 1.2)' "$tmp/lobes" && grep -q '^sg_mixture  *[0-9]' "$tmp/said"
+}
+check "every filter of glossy lobes beside the average, at equal samples" filters_of_lobes
+
 # The gate: figures that were better by 10 % before, one that is gone, and times within what is allowed.
 tampered() {
     jq '.smoke.figures |= with_entries(if .key == "box constant 16 spp: RMSE" then .value.value *= 0.9 else . end)' tests/bench/figures.json >"$tmp/figures.json"

@@ -111,7 +111,8 @@ export const GROUPS = [
     more: [
     { at: "/filter/indirect", label: "Indirect light", kind: "choice", otherwise: "auto",
       of: ["auto", "average", "constant", "linear", "blend", "adaptive", "sheared"] },
-    { at: "/filter/glossy", label: "Glossy reflections", kind: "choice", of: ["auto", "average", "virtual_hit", "bandlimit"], otherwise: "auto" },
+    { at: "/filter/glossy", label: "Glossy reflections", kind: "choice", otherwise: "auto",
+      of: ["auto", "average", "virtual_hit", "bandlimit", "sg", "sg_mixture", "asg"] },
     { at: "/filter/lens", label: "Depth of field", kind: "choice", of: ["auto", "average", "axis_aligned", "sheared"], otherwise: "auto" },
     { at: "/filter/residual", label: "Light along paths", kind: "choice", of: ["auto", "none", "halves"], otherwise: "auto" }] },
   { title: "Layers", fields: [{ at: "/layers", label: "Layers", kind: "several", of: LAYERS, otherwise: ["beauty"] }] },

@@ -95,7 +95,7 @@ void plan_glossy(const struct job *job, const struct scene *scene, struct plan *
                  struct plan_report *report)
 {
     char *why = report->glossy_filter_why;
-    const bool asked = job->glossy == GLOSSY_VIRTUAL_HIT || job->glossy == GLOSSY_BANDLIMIT;
+    const bool asked = job->glossy != GLOSSY_AUTO && job->glossy != GLOSSY_AVERAGE;
     if (is_possible(job, scene, plan, report, why)) {
         plan->glossy_filter = choose(job, plan, why);
         if (plan->glossy_filter != GLOSSY_FILTER_NONE ||

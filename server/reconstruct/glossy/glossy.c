@@ -20,10 +20,16 @@ static struct glossy_pass filter_pass(const struct plan *plan, const struct patc
     return (struct glossy_pass){.plan = plan, .patch = patch, .width = 1.0f};
 }
 
+/* Whether the filter compares the lobes of pixels. */
+static bool compares(uint32_t filter)
+{
+    return filter == GLOSSY_FILTER_VIRTUAL_HIT || glossy_is_published(filter);
+}
+
 static int32_t filter_reach(const struct plan *plan)
 {
     const struct glossy_pass pass = filter_pass(plan, NULL);
-    return plan->glossy_filter == GLOSSY_FILTER_VIRTUAL_HIT ? glossy_pass_reach(&pass) : 0;
+    return compares(plan->glossy_filter) ? glossy_pass_reach(&pass) : 0;
 }
 
 int32_t glossy_halo_px(const struct plan *plan)
@@ -44,7 +50,7 @@ static bool can_filter(const struct glossy *g)
     const bool lobes = p->glossy[0] && p->glossy_alpha && p->glossy_nearness;
     if (g->variance && !patch_knows_glossy_errors(plan)) return false;
     return whole && lobes && (surfaces || plan->glossy_filter == GLOSSY_FILTER_NONE) &&
-           plan->glossy_filter <= GLOSSY_FILTER_BANDLIMIT;
+           plan->glossy_filter <= GLOSSY_FILTER_LAST;
 }
 
 /* Copies a measured pixel unfiltered, with the squared difference of its half as the variance. */
@@ -87,10 +93,10 @@ static uint64_t store(const struct glossy *g, const struct glossy_neighbourhood 
     return filtered;
 }
 
-/* The filter by virtual hits, and what is known of errors with and without it. */
+/* A filter that compares lobes, and what is known of errors with and without it. */
 static int run(const struct glossy *g, uint64_t *filtered)
 {
-    const bool filters = g->plan->glossy_filter == GLOSSY_FILTER_VIRTUAL_HIT;
+    const bool filters = compares(g->plan->glossy_filter);
     const struct glossy_pass pass = filter_pass(g->plan, g->patch);
     const int32_t reach = filter_reach(g->plan);
     const int32_t beyond = g->variance ? glossy_variance_reach(g->plan) : 0;
@@ -119,7 +125,7 @@ static int filter(const struct glossy *g, struct glossy_statistics *statistics)
     copy(g);
     if (lobes > 0 && which == GLOSSY_FILTER_BANDLIMIT)
         error = glossy_bandlimit(g->plan, g->patch, g->inner, g->out, g->variance, &filtered);
-    else if (lobes > 0 && (which == GLOSSY_FILTER_VIRTUAL_HIT || g->variance))
+    else if (lobes > 0 && (compares(which) || g->variance))
         error = run(g, &filtered);
     if (error) return error;
     statistics->pixels_filtered += filtered;

@@ -10,6 +10,11 @@
  *   weight = similarity^(2 / c^2) exp(-px^2 / (2 cap^2)),  c = 0.42 mu (16 / n)^0.3,
  *   cap = 5 mu (16 / n)^(1/6) px * height / 512; both shrink, so that errors vanish.
  *
+ * Lobes as published (Tokuyoshi 2015, equations 11 to 13) are compared with: the same passes,
+ * widths and neighbours, with lobes that know their axes and widths and not how far away is what
+ * they see. They are spherical Gaussians (SG), mixtures of them, or Gaussians over an ellipse
+ * (ASG).
+ *
  * Bandlimits (Mehta et al. 2013, "Axis-aligned filtering for interactive physically-based diffuse
  * indirect lighting", section 5): rule A of indirect.h with a bandlimit of 3.6 + 0.084 m in place
  * of a clamped cosine's 2.8. That is Blinn and Phong's, whose facets are spread as GGX's are for m

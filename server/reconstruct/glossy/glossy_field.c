@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/glossy/glossy_mixture.h"
 #include "server/reconstruct/patch/surface.h"
 
 #define TINY         1e-30f
@@ -26,11 +27,12 @@ enum own_array {
     SIMILARITY = 18,
     DISTANCE = 19,
     FOOTPRINT = 20,
-    OWN_ARRAYS = 21
+    ROUND = 21,
+    OWN_ARRAYS = 22
 };
 
-/* Returns the natural logarithm of a normal number above 0, as glossy_lanes.h does, since the C
- * library's bits depend on the CPU. */
+/* Returns the natural logarithm of a normal number above 0, as glossy_compare_lanes.h does, since
+ * the C library's bits depend on the CPU. */
 static float natural_log(float x)
 {
     uint32_t bits;
@@ -43,6 +45,30 @@ static float natural_log(float x)
     const float t = (m - 1.0f) / (m + 1.0f), s = t * t;
     const float tail = 1.0f / 3 + s * (1.0f / 5 + s * (1.0f / 7 + s * (1.0f / 9)));
     return (float)e * 0.693147181f + 2.0f * (t + t * s * tail);
+}
+
+/* Returns exp(-x) for x >= 0, as glossy_compare_lanes.h does. */
+static float exp_minus(float x)
+{
+    const float y = x * -0.0625f;
+    if (!(x < 16.0f)) return 0.0f;
+    float p = 1.0f + y * (1.0f + y * (0.5f + y * (1.0f / 6 + y * (1.0f / 24 + y / 120))));
+    for (int k = 0; k < 4; k++) p *= p;
+    return p;
+}
+
+/* The product of a mixture with itself over that of one Gaussian whose variance is `square`,
+ * without what is common to all. */
+static float mixed_with_itself(float square)
+{
+    float sum = 0.0f;
+    for (int l = 0; l < GLOSSY_MIXED; l++)
+        for (int m = 0; m < GLOSSY_MIXED; m++) {
+            const float times = glossy_mixed_times[l] + glossy_mixed_times[m];
+            sum += glossy_mixed_amount[l] * glossy_mixed_amount[m] *
+                   (1.0f - exp_minus(2.0f * times / square)) / times;
+        }
+    return 2.0f * sum;
 }
 
 static int32_t rounded(int32_t count)
@@ -81,6 +107,7 @@ static void show(struct glossy_neighbourhood *p)
         f->along[k] = p->own[ALONG + k];
         f->across[k] = p->own[ACROSS + k];
     }
+    f->round = p->own[ROUND];
     f->sharpness = p->own[SHARPNESS];
     f->nearness = p->own[NEARNESS];
     f->near_plane = p->own[NEAR_PLANE];
@@ -123,7 +150,8 @@ static void tangent(const float n[3], const float v[3], float cosine, float out[
 }
 
 /* The lobe of pixel i, which has a point and a normal; false where it takes no part. */
-static bool set_lobe(const struct surface_view *view, float alpha, size_t i, float *const *own)
+static bool set_lobe(const struct surface_view *view, enum glossy_shape shape, float alpha,
+                     size_t i, float *const *own)
 {
     float v[3], t[3];
     const float n[3] = {own[NORMAL][i], own[NORMAL + 1][i], own[NORMAL + 2][i]};
@@ -140,8 +168,11 @@ static bool set_lobe(const struct surface_view *view, float alpha, size_t i, flo
         own[ALONG + k][i] = wide * (sine * n[k] + cosine * t[k]);
         own[ACROSS + k][i] = wide * cosine * b[k];
     }
-    /* the determinant is wide^4 cosine^2 */
-    own[SHARPNESS][i] = 0.5f * natural_log(wide * wide * cosine);
+    /* the covariance's determinant is the square of the round lobe's variance */
+    const float square = wide * wide * cosine;
+    own[ROUND][i] = square;
+    own[SHARPNESS][i] = 0.5f * natural_log(square);
+    if (shape == GLOSSY_MIXTURE) own[SHARPNESS][i] -= 0.5f * natural_log(mixed_with_itself(square));
     return true;
 }
 
@@ -165,11 +196,25 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
             for (int k = 0; k < 3; k++) p->channel[4 + k][at] = patch->glossy_half[k][q];
             p->channel[7][at] = patch->glossy_half_weight[q];
         }
-        p->own[NEARNESS][at] = near < NEARNESS_MAX ? near : NEARNESS_MAX;
+        p->own[NEARNESS][at] = p->published ? 0.0f : near < NEARNESS_MAX ? near : NEARNESS_MAX;
         p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
-        if (patch_is_glossy(patch, q) && set_lobe(view, patch->glossy_alpha[q], at, p->own))
+        if (patch_is_glossy(patch, q) &&
+            set_lobe(view, p->shape, patch->glossy_alpha[q], at, p->own))
             p->object[at] = (int32_t)patch->id[q];
     }
+}
+
+bool glossy_is_published(uint32_t filter)
+{
+    return filter == GLOSSY_FILTER_SG || filter == GLOSSY_FILTER_SG_MIXTURE ||
+           filter == GLOSSY_FILTER_ASG;
+}
+
+static enum glossy_shape shape_of(uint32_t filter)
+{
+    return filter == GLOSSY_FILTER_SG           ? GLOSSY_ROUND
+           : filter == GLOSSY_FILTER_SG_MIXTURE ? GLOSSY_MIXTURE
+                                                : GLOSSY_ELLIPTIC;
 }
 
 int glossy_neighbourhood_create(const struct plan *plan, const struct patch *patch,
@@ -177,7 +222,10 @@ int glossy_neighbourhood_create(const struct plan *plan, const struct patch *pat
                                 struct glossy_neighbourhood *out)
 {
     struct surface_view view;
+    const uint32_t filter = plan->glossy_filter;
     *out = (struct glossy_neighbourhood){.rect = rect,
+                                         .shape = shape_of(filter),
+                                         .published = glossy_is_published(filter),
                                          .channels = halves ? GLOSSY_MEASURED : GLOSSY_CHANNELS,
                                          .scratch = patch->scratch};
     const int error = carve(out, reach);

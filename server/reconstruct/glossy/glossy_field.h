@@ -1,5 +1,5 @@
 #pragma once
-/* A block and its surroundings as the virtual-hit filter reads them: where pixels lie, and their
+/* A block and its surroundings as filters that compare lobes read them: where pixels lie, and their
  * glossy lobes. */
 #include "server/reconstruct/glossy/glossy_kernels.h"
 #include "server/reconstruct/patch/patch.h"
@@ -7,15 +7,20 @@
 #define GLOSSY_CHANNELS 4 /* light over reflectance, rgb; weight over reflectance */
 #define GLOSSY_MEASURED (2 * GLOSSY_CHANNELS) /* of all rays; of half of them */
 
+/* Returns whether the filter compares lobes as published, without what they see. */
+bool glossy_is_published(uint32_t filter);
+
 struct glossy_neighbourhood {
     struct rect rect; /* in image pixels: what the field knows */
     struct glossy_field field;
-    uint32_t channels; /* GLOSSY_CHANNELS, or GLOSSY_MEASURED with halves */
+    enum glossy_shape shape; /* of its lobes, as the plan's filter compares them */
+    bool published;          /* ... and without parallax */
+    uint32_t channels;       /* GLOSSY_CHANNELS, or GLOSSY_MEASURED with halves */
     float *channel[GLOSSY_MEASURED], *between[GLOSSY_MEASURED];
     float *wide[GLOSSY_MEASURED]; /* with halves: for what is filtered once more */
     size_t area;                  /* numbers of an array */
     size_t origin;                /* where the rect's first pixel lies in it */
-    float *own[21];               /* the field's arrays */
+    float *own[22];               /* the field's arrays */
     int32_t *object;
     struct scratch *scratch; /* the patch's */
     void *memory;            /* owned; from there */
@@ -26,7 +31,8 @@ struct glossy_neighbourhood {
  *
  * A lobe takes part where the surface is not seen at grazing angles, n.v >= 0.05. It is GGX's, as a
  * Gaussian of sigma = alpha / sqrt(2.26), at least that of alpha 0.002. The mirrored lobe is twice
- * as wide in the plane of incidence, and n.v times that across. ERR_MEMORY. */
+ * as wide in the plane of incidence, and n.v times that across. Lobes as published see as if
+ * nothing were met: nearness 0. ERR_MEMORY. */
 int glossy_neighbourhood_create(const struct plan *plan, const struct patch *patch,
                                 struct rect rect, int32_t reach, bool halves,
                                 struct glossy_neighbourhood *out);

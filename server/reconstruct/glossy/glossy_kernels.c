@@ -5,5 +5,7 @@
 #include "server/reconstruct/glossy/glossy_lanes.h"
 
 const struct glossy_kernels KERNELS(glossy_kernels) = {
-    .spread = kernel_spread,
+    .spread = {[GLOSSY_ELLIPTIC] = kernel_spread_elliptic,
+               [GLOSSY_ROUND] = kernel_spread_round,
+               [GLOSSY_MIXTURE] = kernel_spread_mixture},
 };

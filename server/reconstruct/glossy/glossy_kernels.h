@@ -1,5 +1,5 @@
 #pragma once
-/* The inner loop of the virtual-hit filter of glossy lobes, compiled once for each instruction set,
+/* The inner loop of the filters that compare glossy lobes, compiled once for each instruction set,
  * and the arrays it reads. All have the field's layout: rows of `stride` numbers with margins, so
  * that sixteen adjacent receivers can look GLOSSY_REACH_MAX_PX columns to both sides. Pixels whose
  * lobe takes no part have object 0. */
@@ -13,8 +13,13 @@
 #define GLOSSY_TAPS         (2 * GLOSSY_REACH_MAX_PX) /* neighbours on a line, at most */
 #define GLOSSY_CUT          8.0f                      /* exponents beyond weigh 0 */
 
+/* How lobes are compared: as Gaussians over an ellipse, with parallax; as spherical Gaussians; as
+ * the mixtures of these that glossy_mixture.h tells. The last two know no parallax. */
+enum glossy_shape { GLOSSY_ELLIPTIC, GLOSSY_ROUND, GLOSSY_MIXTURE, GLOSSY_SHAPES };
+
 /* The lobes of pixels. Each is a Gaussian around the mirrored direction with the covariance
- * along along^T + across across^T, both at right angles to it. */
+ * along along^T + across across^T, both at right angles to it. The sharpness is such that a lobe
+ * and itself are alike by 1. */
 struct glossy_field {
     int32_t stride;          /* a multiple of SIMD_LANES */
     const float *point[3];   /* from the eye */
@@ -22,7 +27,8 @@ struct glossy_field {
     const float *mirror[3];  /* unit */
     const float *along[3];   /* in the plane of incidence */
     const float *across[3];  /* at right angles to that; never 0 where the object is not */
-    const float *sharpness;  /* a quarter of the log of the covariance's determinant */
+    const float *round;      /* variance of the round lobe that fills the same solid angle */
+    const float *sharpness;  /* half the log of that, and for mixtures what these change in it */
     const float *nearness;   /* mean of 1 / distance of what the lobe sees */
     const float *near_plane; /* neighbours may be that far off the tangent plane */
     const int32_t *object;
@@ -48,11 +54,11 @@ struct glossy_run {
 struct glossy_kernels {
     /* Filters along one line (docs/reconstruction.md, Glossy lobes). out[c] becomes the mean of
      * in[c] over the neighbours on the same object and near the tangent plane, weighted by how
-     * alike their lobes see the same points. Other neighbours are skipped. Constant channels stay
-     * constant to the last bit. */
-    void (*spread)(const struct glossy_field *field, const struct glossy_rule *rule,
-                   const struct glossy_run *run, uint32_t count, const float *const *in,
-                   float *const *out);
+     * alike their lobes are, or see the same points. Other neighbours are skipped. Constant
+     * channels stay constant to the last bit. */
+    void (*spread[GLOSSY_SHAPES])(const struct glossy_field *field, const struct glossy_rule *rule,
+                                  const struct glossy_run *run, uint32_t count,
+                                  const float *const *in, float *const *out);
 };
 
 /* The kernels of each instruction set (kernels.h). AVX2 and AVX-512 give the same bits. */

@@ -10,7 +10,8 @@
 #define CAP_PX       5.0f
 #define REACH        2.5f /* caps */
 #define FOOTPRINT_PX 0.7f /* at SAMPLES */
-#define RULES        61   /* that are kept at a time */
+#define UNBOUND      1e30f
+#define RULES        61 /* that are kept at a time */
 
 /* Squared errors vary less than light does: lobes may differ, if they are of one surface. */
 #define SMOOTH_PX         8.0f
@@ -28,7 +29,8 @@ static struct glossy_rule filter_rule(const struct plan *plan, float n, float wi
     return (struct glossy_rule){
         .similarity = 2.0f / (wide * wide),
         .distance = 0.5f / (cap * cap),
-        .footprint = 0.5f / (footprint * footprint),
+        .footprint =
+            glossy_is_published(plan->glossy_filter) ? UNBOUND : 0.5f / (footprint * footprint),
         .reach = (int32_t)ceilf(REACH * cap),
     };
 }
@@ -88,7 +90,8 @@ static void run_rows(const struct glossy_neighbourhood *around, const struct glo
     for (int32_t y = rect.y0; y < rect.y1; y++) {
         const struct glossy_run run =
             glossy_neighbourhood_run(around, rect, y, along_x, rule->reach);
-        kernels->spread(&around->field, rule, &run, count, (const float *const *)in, out);
+        kernels->spread[around->shape](&around->field, rule, &run, count, (const float *const *)in,
+                                       out);
     }
 }
 

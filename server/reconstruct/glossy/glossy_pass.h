@@ -1,6 +1,6 @@
 #pragma once
-/* One run of the virtual-hit filter over a block, along x and then along y. Each pixel has the rule
- * of its number of rays. */
+/* One run of a filter that compares lobes over a block, along x and then along y. Each pixel has
+ * the rule of its number of rays. */
 #include "server/reconstruct/glossy/glossy_field.h"
 
 struct glossy_pass {

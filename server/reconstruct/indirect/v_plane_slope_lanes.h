@@ -88,17 +88,6 @@ SIMD_INLINE simd_mask v_plane_load_mask(const int32_t *from, size_t n)
     return out;
 }
 
-static inline simd_vector v_plane_root(simd_vector x)
-{
-#ifdef __AVX512F__
-    return (simd_vector)_mm512_sqrt_ps((__m512)x);
-#elif defined __AVX__
-    return (simd_vector)_mm256_sqrt_ps((__m256)x);
-#else
-    return (simd_vector)_mm_sqrt_ps((__m128)x);
-#endif
-}
-
 /* Sums over pixels' samples. */
 struct v_plane_sums {
     simd_vector weight, mean, square;
@@ -144,7 +133,7 @@ SIMD_INLINE void v_plane_slopes_vector(const struct v_plane_strata *s,
     const simd_mask any = (sums.weight > 0.0f) & (inverse > 0.0f);
     const simd_vector scale = simd_where(any, one / simd_select(any, sums.weight, one));
     const simd_vector m = sums.mean * scale, square = simd_fused(sums.square, scale, -m * m);
-    const simd_vector root = v_plane_root(simd_where(any & (square > 0.0f), square));
+    const simd_vector root = simd_root(simd_where(any & (square > 0.0f), square));
     const simd_vector answer = simd_select(any, m, zero - one);
     memcpy(mean + at, &answer, n * sizeof *mean);
     memcpy(deviation + at, &root, n * sizeof *deviation);

@@ -102,6 +102,18 @@ static inline simd_vector simd_dot(const simd_vector a[3], const simd_vector b[3
     return simd_fused(a[2], b[2], simd_fused(a[1], b[1], a[0] * b[0]));
 }
 
+/* Returns the square root, rounded once as IEEE 754 says. */
+static inline simd_vector simd_root(simd_vector x)
+{
+#ifdef __AVX512F__
+    return (simd_vector)_mm512_sqrt_ps((__m512)x);
+#elif defined __AVX__
+    return (simd_vector)_mm256_sqrt_ps((__m256)x);
+#else
+    return (simd_vector)_mm_sqrt_ps((__m128)x);
+#endif
+}
+
 /* Returns a number in all lanes. */
 static inline simd_vector simd_same(float number)
 {

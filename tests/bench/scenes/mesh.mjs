@@ -59,6 +59,32 @@ export function sphere(centre, radius, steps = 64) {
   });
 }
 
+const TAU = 2 * Math.PI;
+
+// A surface p(u, v) over [0,1]^2 that faces p_v x p_u; normals from its slopes.
+function slopes(nu, nv, p) {
+  const h = 1e-4, way = (a, b) => sub(b, a);
+  return grid(nu, nv, (u, v) => ({ position: p(u, v),
+    normal: unit(cross(way(p(u, v - h), p(u, v + h)), way(p(u - h, v), p(u + h, v)))) }));
+}
+
+// A ball whose radius differs by up to `height` either way, `bumps` times around and half as often from pole to pole.
+export function bumpyBall(centre, radius, height, bumps, steps = 256) {
+  return slopes(steps, steps / 2, (u, v) => {
+    const a = TAU * u, b = Math.PI * (0.001 + 0.998 * v), r = radius + height * Math.sin(bumps * a) * Math.sin(bumps * b) * Math.sin(b);
+    return along(centre, [Math.sin(b) * Math.cos(a), Math.cos(b), -Math.sin(b) * Math.sin(a)], r);
+  });
+}
+
+// A horizontal disc with round grooves that are `pitch` apart, their slopes up to `slope`.
+export function groovedDisc(centre, radius, pitch, slope, steps = 96) {
+  const rings = Math.round(12 * radius / pitch);
+  return slopes(steps, rings, (u, v) => {
+    const r = radius * (0.02 + 0.98 * v), y = slope * pitch / TAU * Math.sin(TAU * r / pitch);
+    return along(centre, [r * Math.cos(TAU * u), y, -r * Math.sin(TAU * u)], 1);
+  });
+}
+
 // A round stick with flat ends.
 export function stick(from, to, radius, steps = 24) {
   const axis = unit(sub(to, from));

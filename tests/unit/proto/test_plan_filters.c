@@ -14,11 +14,15 @@ TEST(glossy_filters_are_checked)
                            PLANE_BIT(AMBIENT_VISIBILITY);
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, ERR_OK, "");
     EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, ERR_OK, "");
-    EXPECT(plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT + 1, ERR_RANGE, "glossy_filter");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_SG, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_SG_MIXTURE, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_ASG, ERR_OK, "");
+    EXPECT(plan.glossy_filter = GLOSSY_FILTER_LAST + 1, ERR_RANGE, "glossy_filter");
     EXPECT((plan.glossy_filter = GLOSSY_FILTER_VIRTUAL_HIT, plan.planes &= ~near), ERR_RANGE,
            "planes");
     EXPECT((plan.glossy_filter = GLOSSY_FILTER_BANDLIMIT, plan.planes &= ~PLANE_BIT(ID)), ERR_RANGE,
            "planes");
+    EXPECT((plan.glossy_filter = GLOSSY_FILTER_ASG, plan.planes &= ~near), ERR_RANGE, "planes");
     EXPECT(plan.paths.without_glossy_indirect = 1, ERR_LIMIT, "paths.without_glossy_indirect");
     EXPECT((plan.paths.without_diffuse_indirect = plan.paths.without_glossy_indirect = 1), ERR_OK,
            "");

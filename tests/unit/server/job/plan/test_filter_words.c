@@ -120,7 +120,7 @@ static void report_has(const char *member, const char *(*name)(uint32_t filter),
 TEST(plans_report_those_of_the_contract)
 {
     report_has("indirect_filter", plan_indirect_filter_name, INDIRECT_FILTER_SHEARED);
-    report_has("glossy_filter", plan_glossy_filter_name, GLOSSY_FILTER_BANDLIMIT);
+    report_has("glossy_filter", plan_glossy_filter_name, GLOSSY_FILTER_LAST);
     report_has("lens_filter", plan_lens_filter_name, LENS_FILTER_SHEARED);
     report_has("lens_relight", plan_lens_relight_name, LENS_RELIGHT_SKY);
 }

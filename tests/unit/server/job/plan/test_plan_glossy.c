@@ -64,6 +64,12 @@ TEST(filters_are_taken_as_asked)
     varnish(s);
     s->job.glossy = GLOSSY_BANDLIMIT;
     expect_field(s, GLOSSY_FILTER_BANDLIMIT, "filter.glossy asks for it");
+    s->job.glossy = GLOSSY_SG;
+    expect_field(s, GLOSSY_FILTER_SG, "filter.glossy asks for it");
+    s->job.glossy = GLOSSY_SG_MIXTURE;
+    expect_field(s, GLOSSY_FILTER_SG_MIXTURE, "filter.glossy asks for it");
+    s->job.glossy = GLOSSY_ASG;
+    expect_field(s, GLOSSY_FILTER_ASG, "filter.glossy asks for it");
     s->job.glossy = GLOSSY_VIRTUAL_HIT;
     expect_field(s, GLOSSY_FILTER_VIRTUAL_HIT, "filter.glossy asks for it");
     s->job.glossy = GLOSSY_AVERAGE;
@@ -112,11 +118,11 @@ TEST(other_surfaces_have_none)
     s->material.transmission = 0;
     s->material.model = MODEL_BLINN_PHONG;
     expect_none(s, none);
-    s->job.glossy = GLOSSY_BANDLIMIT;
+    s->job.glossy = GLOSSY_SG_MIXTURE;
     must_make(s);
     bool warned = false;
     for (uint32_t i = 0; i < s->report.warning_count; i++)
-        warned |= strstr(s->report.warnings[i], "filter.glossy is bandlimit, but") != NULL;
+        warned |= strstr(s->report.warnings[i], "filter.glossy is sg_mixture, but") != NULL;
     assert_true(warned);
 }
 

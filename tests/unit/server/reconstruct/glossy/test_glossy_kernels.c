@@ -12,7 +12,7 @@ static void compare(const struct glossy_kernels *tested)
         struct glossy_case k;
         glossy_case_init(&k, 9 + 11 * (int32_t)seed, 30 - 7 * (int32_t)seed, seed,
                          !rounds && seed != 4);
-        for (enum glossy_kernel i = 0; i < GLOSSY_KERNEL_COUNT; i++)
+        for (uint32_t i = 0; i < GLOSSY_KERNEL_COUNT; i++)
             for (int32_t start = 0; start < 8; start += 7)
                 assert_true(glossy_case_compare(&k, tested, i, start) <= most);
         glossy_case_fini(&k);

@@ -143,7 +143,7 @@ static void resolve(const struct plan *plan, const struct patch *patch, size_t i
 /* The picture: albedo times diffuse light and reflectance times the lobes', each sample its own. */
 TEST(lobes_are_in_the_picture)
 {
-    for (uint32_t filter = 0; filter <= GLOSSY_FILTER_BANDLIMIT; filter++) {
+    for (uint32_t filter = 0; filter <= GLOSSY_FILTER_LAST; filter++) {
         struct plan plan;
         struct resolved out;
         picture_plan(&plan, filter);
@@ -165,7 +165,7 @@ TEST(lobes_are_in_the_picture)
  * what lobes reflect. What samples of a pixel send on differs by their reflectance. */
 TEST(errors_are_in_the_picture)
 {
-    for (uint32_t filter = 0; filter <= GLOSSY_FILTER_BANDLIMIT; filter++) {
+    for (uint32_t filter = 0; filter <= GLOSSY_FILTER_LAST; filter++) {
         struct plan plan;
         struct resolved out;
         picture_plan(&plan, filter);
