@@ -5,7 +5,7 @@
 
 #include "server/job/frame/frame_work.h"
 #include "server/reconstruct/block.h"
-#include "server/reconstruct/compose/motion.h"
+#include "server/reconstruct/motion/motion.h"
 #include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/patch/scratch.h"
 

@@ -341,7 +341,7 @@ void prepared_destroy(struct prepared **prepared)
     if (*prepared) {
         scene_unmap(&(*prepared)->scene);
         environment_unmap(&(*prepared)->map);
-        motion_destroy(&(*prepared)->motion);
+        motion_drop(&(*prepared)->motion);
         shared_base_unref(&(*prepared)->base);
         job_fini(&(*prepared)->job);
     }
