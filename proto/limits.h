@@ -13,6 +13,7 @@
 #define LIMIT_SUB_SAMPLES           3         /* anti-aliasing rays a pixel beside its centre */
 #define LIMIT_LIGHTS                64        /* lights of a frame; each has planes of its own */
 #define LIMIT_INDIRECT_BOUNCES      64        /* bounces after the first; beyond, nothing is left */
+#define LIMIT_TEMPORAL_FRAMES       2         /* on each side, whose samples a frame uses */
 #define LIMIT_PASS_SPP              64        /* samples a pixel that one lease asks for: seconds */
 #define LIMIT_PASS_LENS_SAMPLES     256       /* the same through a lens, all of which are in one */
 #define LIMIT_PASSES                1026      /* passes of a frame: those of LIMIT_SPP (plan.h) */
@@ -27,9 +28,10 @@
 #define LIMIT_RADIANCE              1e12f  /* radiance, intensity or irradiance of a light */
 
 /* Memory of a coordinator. */
-#define LIMIT_TARGET_BYTES 8589934592ULL /* bytes of samples that a frame with rounds keeps */
-#define LIMIT_LENS_BYTES   4294967296ULL /* bytes of lens samples of a frame, all together */
-#define LIMIT_PATCH_BYTES  268435456ULL  /* bytes of samples that a thread works on at once */
+#define LIMIT_TARGET_BYTES 8589934592ULL  /* bytes of samples that a frame with rounds keeps */
+#define LIMIT_WINDOW_BYTES 12884901888ULL /* bytes of the frames of one window, all together */
+#define LIMIT_LENS_BYTES   4294967296ULL  /* bytes of lens samples of a frame, all together */
+#define LIMIT_PATCH_BYTES  268435456ULL   /* bytes of samples that a thread works on at once */
 
 /* Documents. */
 #define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */

@@ -210,6 +210,8 @@ struct plan {
     uint32_t residual_filter; /* enum residual_filter: of what paths bring */
     uint32_t glossy_filter;   /* enum glossy_filter */
     uint32_t lens_filter;     /* enum lens_filter */
+    uint32_t temporal;        /* frames on each side whose samples the residual filter uses, too; 0:
+                                 none, of reconstruction */
     float mu;                 /* > 0, to LIMIT_FILTER_MU: scales filter widths; 1: as they are */
     struct plan_adaptive adaptive;
     uint64_t planes;       /* of PLANE_BIT, samples.h */

@@ -92,6 +92,16 @@ static int check_glossy_filter(const struct plan_field *at, const struct plan *p
 /* Halves of the paths, and what their weights look at. */
 static int check_residual_filter(const struct plan_field *at, const struct plan *plan)
 {
+    const uint64_t finds = PLANES_GEOMETRY | PLANE_BIT(ID);
+    if (plan->temporal > 0 && (plan->residual_filter == RESIDUAL_FILTER_NONE ||
+                               plan->lens_strata_per_axis > 0 || plan_has_rounds(plan)))
+        return plan_field_refuse(at, ERR_RANGE, "temporal",
+                                 "belongs to the residual filter of a pinhole without rounds",
+                                 (double)plan->temporal);
+    if (plan->temporal > 0 && (plan->planes & finds) != finds)
+        return plan_field_refuse(at, ERR_RANGE, "planes",
+                                 "lacks the surfaces that other frames are asked for",
+                                 (double)plan->planes);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     if ((plan->planes & PLANES_RESIDUAL_READ) != PLANES_RESIDUAL_READ)
         return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what the residual filter reads",

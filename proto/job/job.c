@@ -62,6 +62,14 @@ const struct json_choice job_residual_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_temporal_words[] = {
+    {"auto", TEMPORAL_AUTO, NULL},
+    {"none", TEMPORAL_NONE, NULL},
+    {"1", TEMPORAL_ONE, NULL},
+    {"2", TEMPORAL_TWO, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_lens_words[] = {
     {"auto", LENS_AUTO, NULL},
     {"average", LENS_AVERAGE, NULL},
@@ -174,9 +182,20 @@ const char *residual_method_name(enum residual_method method)
     return job_word(job_residual_words, method);
 }
 
+const char *temporal_method_name(enum temporal_method method)
+{
+    return job_word(job_temporal_words, method);
+}
+
 const char *lens_method_name(enum lens_method method)
 {
     return job_word(job_lens_words, method);
+}
+
+bool job_may_be_temporal(const struct job *job)
+{
+    return job->temporal != TEMPORAL_NONE && job_frame_count(job) > 1 &&
+           job->residual != RESIDUAL_NONE && !(job->target_error > 0.0f) && !job->live;
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)

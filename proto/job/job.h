@@ -93,6 +93,14 @@ enum glossy_method {
 /* filter.residual says how the light of paths is filtered. */
 enum residual_method { RESIDUAL_AUTO, RESIDUAL_NONE, RESIDUAL_HALVES };
 
+/* filter.temporal says how many frames on each side lend a frame their samples. */
+enum temporal_method {
+    TEMPORAL_AUTO, /* as many as pay */
+    TEMPORAL_NONE,
+    TEMPORAL_ONE,
+    TEMPORAL_TWO
+};
+
 /* filter.lens says how the light field of the lens is filtered. */
 enum lens_method {
     LENS_AUTO, /* as filter.method says, and under its auto along the slopes */
@@ -190,6 +198,7 @@ struct job {
     enum filter_method method;                     /* default auto */
     enum indirect_method indirect;                 /* default auto */
     enum residual_method residual;                 /* default auto */
+    enum temporal_method temporal;                 /* default auto */
     enum glossy_method glossy;                     /* default auto */
     enum lens_method lens;                         /* default auto */
     float mu;                                      /* (0, 100]; default 1 */
@@ -232,6 +241,9 @@ uint32_t job_frame_count(const struct job *job);
 int32_t job_frame_number(const struct job *job, uint32_t index);
 bool job_frame_find(const struct job *job, int32_t number, uint32_t *index);
 
+/* Returns whether frames may use samples of others, as far as the document tells. */
+bool job_may_be_temporal(const struct job *job);
+
 /* Returns the time in the scene that a frame shows. */
 double job_frame_time_s(const struct job *job, int32_t number);
 
@@ -251,5 +263,6 @@ const char *view_curve_name(enum view_curve curve);
 const char *filter_method_name(enum filter_method method);
 const char *indirect_method_name(enum indirect_method method);
 const char *residual_method_name(enum residual_method method);
+const char *temporal_method_name(enum temporal_method method);
 const char *glossy_method_name(enum glossy_method method);
 const char *lens_method_name(enum lens_method method);

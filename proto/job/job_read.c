@@ -195,6 +195,7 @@ static const struct json_member filter_members[] = {
     WORD("glossy", glossy, job_glossy_words),
     WORD("lens", lens, job_lens_words),
     WORD("residual", residual, job_residual_words),
+    WORD("temporal", temporal, job_temporal_words),
     NUMBER("mu", json_member_f32, mu, 0, LIMIT_FILTER_MU),
     {.name = NULL}};
 
@@ -243,6 +244,7 @@ static void set_defaults(struct job *job)
                         .glossy = GLOSSY_AUTO,
                         .lens = LENS_AUTO,
                         .residual = RESIDUAL_AUTO,
+                        .temporal = TEMPORAL_AUTO,
                         .mu = 1.0f,
                         .layers = LAYER_BEAUTY,
                         .frames = {{1, 1, 1}},

@@ -82,6 +82,7 @@ static json_t *write_filter(const struct job *job)
     failures += set(object, "glossy", json_string(glossy_method_name(job->glossy)));
     failures += set(object, "lens", json_string(lens_method_name(job->lens)));
     failures += set(object, "residual", json_string(residual_method_name(job->residual)));
+    failures += set(object, "temporal", json_string(temporal_method_name(job->temporal)));
     failures += set(object, "mu", job_number_write(job->mu));
     return checked(object, failures);
 }

@@ -172,6 +172,8 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
         error = set_member(document, "filter", "lens", json_string(changes->lens));
     if (!error && changes->residual)
         error = set_member(document, "filter", "residual", json_string(changes->residual));
+    if (!error && changes->temporal)
+        error = set_member(document, "filter", "temporal", json_string(changes->temporal));
     if (!error && changes->bounces >= 0)
         error = set_member(document, "effects", "indirect_bounces", json_integer(changes->bounces));
     if (!error && changes->spp > 0)

@@ -23,6 +23,7 @@ struct job_changes {
     const char *glossy;      /* filter.glossy; NULL */
     const char *lens;        /* filter.lens; NULL */
     const char *residual;    /* filter.residual; NULL */
+    const char *temporal;    /* filter.temporal; NULL */
     const char *view;        /* image.view; NULL */
     const char *exposure;    /* image.exposure, a number; NULL */
     const char *compression; /* image.exr_compression; NULL */
@@ -98,7 +99,9 @@ struct job_changes {
         JOB_CHANGE_TEXT("lens", 0, "auto|average|axis_aligned|sheared",                            \
                         "filter of depth of field", &(c)->lens),                                   \
         JOB_CHANGE_TEXT("residual", 0, "auto|none|halves",                                         \
-                        "filter of light that comes along paths", &(c)->residual)
+                        "filter of light that comes along paths", &(c)->residual),                 \
+        JOB_CHANGE_TEXT("temporal", 0, "auto|none|1|2",                                            \
+                        "frames on each side whose samples a frame uses", &(c)->temporal)
 
 /* Changes the document. The map's file becomes {"environment": {"file": its whole path}}, beside
  * the intensity and rotation of a map that was there. Members of the wrong shape are left for the

@@ -263,9 +263,14 @@ static void begin_reading(struct film *film, uint32_t tile)
     film->tiles[tile].readers++;
 }
 
+void film_hold(struct film *film, bool held)
+{
+    film->held = held;
+}
+
 bool film_next_ready(struct film *film, uint32_t *block)
 {
-    while (film->ready_held > 0) {
+    while (film->ready_held > 0 && !film->held) {
         *block = film->ready[film->ready_first];
         film->ready_first = (film->ready_first + 1) % film->block_count;
         film->ready_held--;

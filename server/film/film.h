@@ -52,6 +52,9 @@ void film_begin_round(struct film *film, const uint32_t *more_passes);
 /* Frees all tiles of a complete film. */
 void film_release(struct film *film);
 
+/* Holds all blocks back, or hands them out from now on. Held blocks keep their tiles. */
+void film_hold(struct film *film, bool held);
+
 /* Takes the next ready block. Returns false if there is none. It is out until film_block_done. */
 bool film_next_ready(struct film *film, uint32_t *block);
 struct rect film_block_rect(const struct film *film, uint32_t block);
@@ -62,6 +65,9 @@ void film_gather_in(struct film *film, struct scratch *scratch);
 
 /* Gathers the block's samples with halo, as floats. The caller owns the patch. */
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
+
+/* Gathers the samples of a rect alone, where all tiles have landed and blocks are held. */
+int film_gather_rect(const struct film *film, struct rect rect, struct patch **out);
 
 /* Ends a block's reconstruction: adds pending passes of its tiles, which may make blocks ready, and
  * frees tiles that no block reads any more. Returns whether it was the block's last time in this

@@ -56,16 +56,15 @@ static int gather_mixed(const struct film *film, struct rect t, struct patch *pa
     return 0;
 }
 
-int film_gather(const struct film *film, uint32_t block, struct patch **out)
+/* Gathers the tiles that a range of columns and rows has, into a patch of `reach`. */
+static int gather(const struct film *film, struct rect t, struct rect reach, struct rect core,
+                  struct patch **out)
 {
     struct patch *patch;
     *out = NULL;
-    assert(block < film->block_count && film->blocks[block].state == BLOCK_OUT);
-    struct rect area = film_block_rect(film, block);
-    int error = patch_create_in(film->scratch, film->plan, film_reach(film, area), &patch);
+    int error = patch_create_in(film->scratch, film->plan, reach, &patch);
     if (error) return error;
-    patch->core = rect_intersect(rect_grow(area, film->core_px), patch->rect);
-    struct rect t = film_tiles_of(film, block);
+    patch->core = rect_intersect(core, patch->rect);
     for (int32_t row = t.y0; row < t.y1; row++) {
         for (int32_t column = t.x0; column < t.x1; column++) {
             uint32_t tile = film_tile_at(film, column, row);
@@ -79,4 +78,18 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
     if (error) patch_destroy(&patch);
     *out = patch;
     return error;
+}
+
+int film_gather(const struct film *film, uint32_t block, struct patch **out)
+{
+    assert(block < film->block_count && film->blocks[block].state == BLOCK_OUT);
+    const struct rect area = film_block_rect(film, block);
+    return gather(film, film_tiles_of(film, block), film_reach(film, area),
+                  rect_grow(area, film->core_px), out);
+}
+
+int film_gather_rect(const struct film *film, struct rect rect, struct patch **out)
+{
+    assert(film->held);
+    return gather(film, film_cells(rect, film->grid.side_px), rect, rect, out);
 }

@@ -44,6 +44,7 @@ struct film {
     int32_t rows_done;                /* of blocks, from the top */
     bool keeps;                       /* whether tiles may be asked for more passes */
     bool more;                        /* whether they were */
+    bool held;                        /* whether blocks are held back */
     struct film_tile *tiles;          /* owned */
     struct film_block *blocks;        /* owned */
     uint32_t *ready;                  /* owned; a ring: blocks in the order of becoming ready */

@@ -9,24 +9,6 @@
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-bool active_job_has_unopened(const struct active_job *job)
-{
-    return job->state == JOB_RUNNING &&
-           job->frames_opened + job->frames_finished < job->frame_count;
-}
-
-static struct active_frame *first_unopened(const struct active_job *job)
-{
-    struct active_frame *frame = job->frames;
-    while (frame->state != FRAME_QUEUED) frame++;
-    return frame;
-}
-
-bool active_job_may_open(const struct active_job *job)
-{
-    return active_job_has_unopened(job) && active_frame_is_prepared(job, first_unopened(job));
-}
-
 /* Floats a pixel that wait for further passes; without these a frame's samples come and go. */
 static uint64_t waiting_floats(const struct plan *plan)
 {
@@ -48,7 +30,7 @@ uint64_t active_job_frame_floats(const struct active_job *job)
 
 /* The pixel feed shows one frame of a job at a time: the first that is in work. Between two there
  * is no end of pictures: what readers lack of the first would be made for nothing. */
-static void show(struct active_job *job, struct active_frame *frame)
+void active_job_show(struct active_job *job, struct active_frame *frame)
 {
     if (frame || job->shown)
         stream_image(job->jobs->options.streams, job->id, frame ? frame_image(frame->work) : NULL);
@@ -59,6 +41,15 @@ static struct active_frame *first_in_work(const struct active_job *job)
 {
     for (unsigned i = 0; i < job->jobs->open_count; i++)
         if (job->jobs->open[i].job == job) return job->jobs->open[i].frame;
+    return NULL;
+}
+
+/* The first that becomes a picture. */
+static struct active_frame *first_drawn(const struct active_job *job)
+{
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job && !job->jobs->open[i].frame->recalled)
+            return job->jobs->open[i].frame;
     return NULL;
 }
 
@@ -94,11 +85,11 @@ static void leave_work(struct active_job *job, struct active_frame *frame)
 static void drop_work(struct active_job *job, struct active_frame *frame)
 {
     if (job->view) live_view_hide(job);
-    if (job->shown == frame) show(job, job->jobs->stopping ? NULL : first_in_work(job));
+    if (job->shown == frame) active_job_show(job, job->jobs->stopping ? NULL : first_drawn(job));
     frame_drop(&frame->work);
 }
 
-static void close_work(struct active_job *job, struct active_frame *frame)
+void active_job_close_work(struct active_job *job, struct active_frame *frame)
 {
     leave_work(job, frame);
     drop_work(job, frame);
@@ -116,6 +107,10 @@ struct frame *active_job_take_work(struct active_job *job, struct active_frame *
 
 static void queue_again(struct active_job *job, struct active_frame *frame)
 {
+    if (frame->recalled) {
+        job->recalls++;
+        return;
+    }
     frame_state_go(&frame->state, FRAME_QUEUED);
     job->frames_opened--;
 }
@@ -124,13 +119,14 @@ void active_job_shelve_frame(struct active_job *job, struct active_frame *frame)
 {
     struct shelved_frame *shelved = shelved_frame_create(frame->work, frame->shelved);
     if (!shelved) { /* counts as a frame of its own */
-        close_work(job, frame);
+        active_job_close_work(job, frame);
     } else {
         frame->shelved = shelved;
         leave_table(job, frame);
         drop_work(job, frame);
     }
     queue_again(job, frame);
+    active_job_recall(job);
 }
 
 void active_job_unshelve_frames(struct active_job *job)
@@ -145,18 +141,20 @@ void active_job_free_frames(struct active_job *job)
         if (frame->retry == RETRY_RECORD)
             active_frame_release_pictures(job->jobs, &frame->exr, &frame->png);
         free(frame->shelved);
+        residual_history_drop(&job->frames[i].history);
         prepared_destroy(&job->frames[i].prepared);
     }
     free(job->frames);
     job->frames = NULL;
     job->frame_count = job->frames_opened = job->frames_finished = 0;
+    job->recalls = 0;
 }
 
 void active_job_drop_frames(struct active_job *job)
 {
     struct active_frame *frame;
     while ((frame = first_in_work(job))) {
-        close_work(job, frame);
+        active_job_close_work(job, frame);
         queue_again(job, frame);
     }
 }
@@ -316,81 +314,39 @@ static void on_encoded(void *ctx, struct frame *work, const struct digest *exr,
     if (frame->state == FRAME_RENDERING) frame_state_go(&frame->state, FRAME_ENCODING);
     note_end(job, work);
     active_job_log(job, "frame", "frame %d is drawn and encoded", active_frame_number(job, frame));
-    close_work(job, frame);
+    active_job_keep_history(job, frame);
+    active_job_close_work(job, frame);
     prepared_destroy(&frame->prepared);
     active_job_record_frame(job, frame);
     jobs_advance_soon(jobs);
 }
 
-static int start_work(struct active_job *job, struct active_frame *frame)
+/* A drawn frame that was recalled has given all that it was recalled for. */
+static void on_waits(void *ctx, struct frame *work)
 {
-    struct jobs *jobs = job->jobs;
-    const struct job *document = &job->prepared->job;
-    struct plan plan = *active_frame_plan(job, frame);
-    const uint32_t l = job_strata_per_axis(document->spp), u = plan.lens_strata_per_axis;
-    plan.pattern.frame = (uint32_t)active_frame_number(job, frame);
-    struct frame_options options = {
-        .id = ++jobs->next_frame_id,
-        .number = active_frame_number(job, frame),
-        .layers = document->layers,
-        .metadata = {.job = job->fingerprint,
-                     .build = build_id(),
-                     .seed = document->seed,
-                     .spp = plan.paths.spp > 0 ? plan.paths.spp
-                            : u > 0            ? u * u
-                                               : l * l,
-                     .frame = active_frame_number(job, frame),
-                     .fps = job_frame_count(document) > 1 ? document->fps : 0,
-                     .camera = plan.camera,
-                     .has_camera = true,
-                     .half = document->pixel_type == PIXEL_HALF,
-                     .codec = document->exr_compression},
-        .png = picture_png_options(document),
-        .plan = &plan,
-        .motion = active_frame_motion(job, frame),
-        .pool = jobs->options.pool,
-        .scratch = jobs->scratch,
-        .objects = jobs->options.objects,
-        .spools = job->view ? NULL : jobs->options.spools, /* views come and go */
-        .kept = job->view != NULL,
-        .counted = frame->shelved ? frame->shelved->passes : NULL,
-        .events = {.ctx = jobs,
-                   .judged = on_judged,
-                   .drawn = on_drawn,
-                   .extended = on_extended,
-                   .traced = on_traced,
-                   .completed = on_completed,
-                   .encoded = on_encoded,
-                   .unstored = on_unstored,
-                   .failed = on_failed},
-    };
-    memcpy(options.job, job->id, sizeof options.job);
-    return frame_create(&options, &frame->work);
+    struct jobs *jobs = ctx;
+    struct active_frame *frame;
+    struct active_job *job = job_of(jobs, work, &frame);
+    if (frame->recalled) {
+        active_job_keep_history(job, frame);
+        active_job_close_work(job, frame);
+        prepared_destroy(&frame->prepared);
+        frame->recalled = false;
+    }
+    active_job_draw_windows(job, frame);
+    jobs_advance_soon(jobs);
 }
 
-void active_job_open_frame(struct active_job *job)
+struct frame_events active_job_frame_events(struct jobs *jobs)
 {
-    struct jobs *jobs = job->jobs;
-    assert(active_job_may_open(job));
-    struct active_frame *frame = first_unopened(job);
-    int error = start_work(job, frame);
-    if (error) {
-        struct fault fault;
-        fault_set(&fault, error, "/image", "no memory for frame %d",
-                  active_frame_number(job, frame));
-        active_job_fail_or_retry(job, &fault);
-        return;
-    }
-    /* The priority is given in pixels of the full picture. */
-    if (!job->view || live_view_scale(job) == 1) frame_steer(frame->work, &job->tile_priority);
-    frame_state_go(&frame->state, FRAME_RENDERING);
-    job->frames_opened++;
-    jobs_table_open(jobs, job, frame);
-    active_job_log(job, "frame", "frame %d is begun", active_frame_number(job, frame));
-    if (job->pace.started_us == 0) active_job_pace_start(job);
-    if (!job->shown && !job->view) show(job, frame);
-    job->revision++;
-    active_frame_tell(job, frame);
-    if (jobs->fleet) fleet_wake(jobs->fleet);
-    active_job_prepare_ahead(job);
+    return (struct frame_events){.ctx = jobs,
+                                 .judged = on_judged,
+                                 .drawn = on_drawn,
+                                 .extended = on_extended,
+                                 .traced = on_traced,
+                                 .waits = on_waits,
+                                 .completed = on_completed,
+                                 .encoded = on_encoded,
+                                 .unstored = on_unstored,
+                                 .failed = on_failed};
 }

@@ -252,6 +252,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     active_job_log_state(job);
     active_job_keep_report(job, job_state_name(job->state));
     jobs_event_state(job);
+    active_job_recall(job);
     if (job->frames_finished == job->frame_count)
         active_job_finish(job);
     else

@@ -32,6 +32,9 @@ struct active_frame {
     enum retry retry;              /* RETRY_STORE, RETRY_RECORD or 0 */
     struct shelved_frame *shelved; /* owned; NULL: none */
     struct prepared *prepared;     /* owned; its own scene and plan; NULL: the job's, or not yet */
+    struct residual_history *history; /* held, when its work is over, for frames to be drawn */
+    bool is_alone;                    /* it has no history that others could use */
+    bool recalled;                    /* it is drawn, and traced again for the history alone */
 };
 
 struct active_job {
@@ -66,6 +69,7 @@ struct active_job {
     char fingerprint[FINGERPRINT_BYTES];
     struct active_frame *frames; /* frame_count, in order of their numbers */
     uint32_t frame_count, frames_opened, frames_finished;
+    uint32_t recalls;           /* recalled frames that are not in work */
     uint64_t tiles_beyond;      /* passes of ended frames that their plan did not tell of */
     struct live_view *view;     /* owned; of a live job that is planned (live_view.h) */
     uint32_t view_before;       /* number of the last view of an earlier run; 0: none */
@@ -74,7 +78,7 @@ struct active_job {
     struct statistics statistics; /* of ended frames and of earlier runs, without shelved frames */
     uint64_t work_started_us;     /* clock; 0: not in work */
     uint64_t work_started_cpu_us; /* of the loop's thread */
-    struct pace pace; /* of tracing; not started before the first frame */
+    struct pace pace;             /* of tracing; not started before the first frame */
     bool progress_due;
     struct rect last_tile; /* landed since progress was published; empty: none */
     int32_t last_tile_frame;
@@ -154,12 +158,29 @@ const struct plan *active_frame_plan(const struct active_job *job,
                                      const struct active_frame *frame);
 
 /* Returns how a frame moves; NULL: nothing does, or no layer shows it. */
-const struct motion *active_frame_motion(const struct active_job *job,
-                                         const struct active_frame *frame);
+struct motion *active_frame_motion(const struct active_job *job, const struct active_frame *frame);
 
 /* Returns the blob that a frame's scene stands on; NULL: none. */
 const struct digest *active_frame_base(const struct active_job *job,
                                        const struct active_frame *frame);
+
+/* -- active_window.c: frames that are drawn with samples of those beside them -- */
+
+/* Returns how many frames on each side may lend samples. */
+uint32_t active_job_reach(const struct active_job *job);
+/* Draws what waited for the history of a frame, or for the news that it has none. */
+void active_job_draw_windows(struct active_job *job, const struct active_frame *frame);
+/* Holds the history of a frame whose work ends, if others need it; lets go of all that none needs.
+ */
+void active_job_keep_history(struct active_job *job, struct active_frame *frame);
+/* Recalls drawn frames whose histories others lack. */
+void active_job_recall(struct active_job *job);
+/* Removes the spools of a finished frame, and of those beside it, that no frame needs any more. */
+void active_job_forget_spools(struct active_job *job, const struct active_frame *frame);
+/* Returns whether a frame may be opened without holding up those before it. */
+bool active_job_is_in_reach(const struct active_job *job, const struct active_frame *frame);
+
+/* -- active_open.c: frames go into work -- */
 
 /* Returns whether it is a running job with a frame that is not yet opened. active_job_open_frame
  * opens the next, once it is prepared (active_frames.c). */
@@ -167,6 +188,12 @@ bool active_job_has_unopened(const struct active_job *job);
 bool active_job_may_open(const struct active_job *job);
 void active_job_open_frame(struct active_job *job);
 void active_job_drop_frames(struct active_job *job);
+/* Takes a frame out of work and drops it. It is not counted as opened any more by the caller. */
+void active_job_close_work(struct active_job *job, struct active_frame *frame);
+/* Shows a frame in work on the pixel feed. */
+void active_job_show(struct active_job *job, struct active_frame *frame);
+/* Returns what tells a job of its frames' work. */
+struct frame_events active_job_frame_events(struct jobs *jobs);
 /* Shelves a frame in work: it waits to be opened again, and then takes up what its spool has. */
 void active_job_shelve_frame(struct active_job *job, struct active_frame *frame);
 /* Counts shelved frames for good. What they have is not taken up any more. */

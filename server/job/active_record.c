@@ -57,8 +57,7 @@ static void on_recorded(void *ctx, int error)
     job->frames_opened--;
     job->frames_finished++;
     job->revision++;
-    if (job->jobs->options.spools)
-        spools_remove(job->jobs->options.spools, job->id, active_frame_number(job, frame));
+    active_job_forget_spools(job, frame);
     active_frame_tell(job, frame);
     if (job->frames_finished == job->frame_count)
         active_job_finish(job);

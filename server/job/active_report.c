@@ -15,7 +15,7 @@
 
 static double frame_fraction(const struct active_frame *frame)
 {
-    if (frame->state == FRAME_FINISHED) return 1;
+    if (frame->recalled) return 0; /* it is counted already */
     if (!frame->work) return frame->state == FRAME_ENCODING ? ENCODED_SHARE : 0;
     if (frame_is_complete(frame->work)) return ENCODED_SHARE;
     return TRACED_SHARE * frame_traced_share(frame->work);
@@ -70,7 +70,7 @@ static struct open_work open_work_of(const struct active_job *job, double all_us
         sum.left_us += pace_frame_left_us(frame_left_us(work), frame_done_us(work),
                                           frame_traced_share(work), mean_us);
         sum.filters_us += frame_filters_left_us(work);
-        sum.frames++;
+        sum.frames += !jobs->open[i].frame->recalled;
     }
     return sum;
 }
@@ -109,7 +109,7 @@ json_t *active_job_progress(const struct active_job *job)
     uint64_t done = each * job->frames_finished + job->tiles_beyond;
     for (uint32_t i = 0; i < job->frame_count; i++) {
         const struct active_frame *frame = &job->frames[i];
-        if (frame->work) {
+        if (frame->work && !frame->recalled) {
             done += frame_tiles_landed(frame->work);
             total += frame_tiles_total(frame->work) - frame_tiles_planned(frame->work);
         }

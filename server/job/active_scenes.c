@@ -22,8 +22,7 @@ const struct plan *active_frame_plan(const struct active_job *job, const struct 
     return frame->prepared ? &frame->prepared->plan : &job->prepared->plan;
 }
 
-const struct motion *active_frame_motion(const struct active_job *job,
-                                         const struct active_frame *frame)
+struct motion *active_frame_motion(const struct active_job *job, const struct active_frame *frame)
 {
     return frame->prepared ? frame->prepared->motion : job->prepared->motion;
 }
@@ -41,7 +40,7 @@ static struct active_frame *next_to_prepare(const struct active_job *job)
     unsigned ahead = 0;
     for (uint32_t i = 0; i < job->frame_count && ahead < SCENES_AHEAD; i++) {
         struct active_frame *frame = &job->frames[i];
-        if (frame->state != FRAME_QUEUED) continue;
+        if (frame->work || (frame->state != FRAME_QUEUED && !frame->recalled)) continue;
         if (!active_frame_is_prepared(job, frame)) return frame;
         ahead++;
     }

@@ -128,7 +128,7 @@ static void insert_open(struct jobs *jobs, unsigned count, struct open_frame one
 void jobs_table_open(struct jobs *jobs, struct active_job *job, struct active_frame *frame)
 {
     assert(job->live ? jobs->open_live < LIVE_MAX
-                     : jobs->open_count - jobs->open_live < OPEN_MAX + PARKED_MAX);
+                     : jobs->open_count - jobs->open_live < OPEN_MAX + PARKED_MAX + WAITING_MAX);
     jobs->open_live += job->live;
     insert_open(jobs, jobs->open_count++, (struct open_frame){.job = job, .frame = frame});
     jobs_mind_scratch(jobs);
@@ -184,8 +184,28 @@ unsigned jobs_table_working(const struct jobs *jobs)
 {
     unsigned count = 0;
     for (unsigned i = 0; i < jobs->open_count; i++)
-        count += jobs_table_is_working(jobs->open[i].job);
+        count += jobs_table_is_working(jobs->open[i].job) &&
+                 !frame_is_waiting(jobs->open[i].frame->work);
     return count;
+}
+
+bool jobs_table_has_window_room(const struct jobs *jobs, const struct active_job *job)
+{
+    unsigned windows = 0;
+    uint64_t bytes = plan_window_bytes(&job->prepared->plan);
+    bool is_first = true;
+    if (active_job_reach(job) == 0) return true;
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        const struct active_job *other = jobs->open[i].job;
+        if (other == job) return true;
+        /* Frames of a job are neighbours here. */
+        const bool is_seen = i > 0 && jobs->open[i - 1].job == other;
+        if (is_seen || !jobs_table_is_working(other) || active_job_reach(other) == 0) continue;
+        windows++;
+        bytes += plan_window_bytes(&other->prepared->plan);
+        is_first = is_first && job->priority > other->priority;
+    }
+    return windows < WINDOWS_MAX && (is_first || bytes <= LIMIT_WINDOW_BYTES);
 }
 
 void jobs_table_close(struct jobs *jobs, struct active_frame *frame)

@@ -11,7 +11,10 @@
 #define OPEN_FLOATS_MAX                                                                            \
     (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K pictures                      \
                                */
-#define PARKED_MAX        12  /* of paused jobs, beside OPEN_MAX */
+#define WAITING_MAX                                                                                \
+    (WINDOWS_MAX * (LIMIT_TEMPORAL_FRAMES + 2)) /* that are traced, and need others beside them */
+#define WINDOWS_MAX       4                     /* jobs with such frames */
+#define PARKED_MAX        12                    /* of paused jobs, beside OPEN_MAX */
 #define PARKED_FLOATS_MAX OPEN_FLOATS_MAX
 #define LIVE_FLOATS_MAX   (4u * OPEN_FLOATS_MAX) /* of live jobs' images: eight 4K pictures */
 #define READY_AHEAD       3  /* jobs that are imported and planned before their turn */
@@ -59,7 +62,8 @@ struct jobs {
                                            start */
     uint64_t submitted;
 
-    struct open_frame open[OPEN_MAX + PARKED_MAX + LIVE_MAX]; /* in order of service */
+    struct open_frame
+        open[OPEN_MAX + WAITING_MAX + PARKED_MAX + LIVE_MAX]; /* in order of service */
     unsigned open_count, open_live;                           /* of these, frames of live jobs */
     unsigned live_count;                                      /* of those in the table */
     unsigned live_coming;                                     /* live jobs being stored */
@@ -81,8 +85,11 @@ void jobs_table_remove(struct jobs *jobs, struct active_job *job);
 struct active_job *jobs_table_find(const struct jobs *jobs, const char *id);
 /* Gives it another priority, and the place that follows from it. */
 void jobs_table_rank(struct jobs *jobs, struct active_job *job, int32_t priority);
-/* Returns how many open frames give tiles out. */
+/* Returns how many open frames give tiles out, or are drawn. */
 unsigned jobs_table_working(const struct jobs *jobs);
+/* Returns whether a job may begin to keep frames that wait for others (active_window.c): a few jobs
+ * do, as memory goes, unless it comes before them all. One that has open frames goes on. */
+bool jobs_table_has_window_room(const struct jobs *jobs, const struct active_job *job);
 /* Returns whether its frames count as work: it is neither live nor paused. */
 bool jobs_table_is_working(const struct active_job *job);
 /* Takes it out of its tenant's turns when its pause begins, or into them when it is over. */

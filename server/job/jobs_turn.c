@@ -98,7 +98,7 @@ static bool may_open(const struct jobs *jobs, const struct active_job *job)
 {
     if (job->paused || !active_job_may_open(job)) return false;
     if (job->live) return has_live_room(jobs, job);
-    return jobs_table_working(jobs) < OPEN_MAX;
+    return jobs_table_working(jobs) < OPEN_MAX && jobs_table_has_window_room(jobs, job);
 }
 
 /* Only jobs that run have frames to open, and those are few of many. */

@@ -54,6 +54,7 @@ export function planRows(plan) {
     ["Glossy filter", filter(plan.glossy_filter, plan.glossy_filter_why)],
     ["Lens filter", filter(plan.lens_filter, plan.lens_filter_why)],
     ["Filter of paths", filter(plan.residual_filter, plan.residual_filter_why)],
+    ["Frames on each side", plan.temporal_why && filter(String(plan.temporal), plan.temporal_why)],
     ["Light through the lens", plan.lens_relight_why && filter(plan.lens_relight, plan.lens_relight_why)],
   ]);
 }

@@ -27,6 +27,8 @@ static void destroy(struct frame *f)
     frame_files_drop(f);
     frame_spool_destroy(f);
     frame_rounds_destroy(f);
+    frame_neighbours_destroy(f);
+    motion_drop(&f->motion);
     tile_queue_destroy(&f->tiles);
     film_destroy(&f->film);
     scratch_destroy(&f->own_scratch);
@@ -62,7 +64,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!f) return ERR_MEMORY;
     f->options = *options;
     f->plan = *options->plan;
-    f->motion = options->motion;
+    f->motion = motion_hold(options->motion);
     f->options.plan = &f->plan;
     if (options->metadata.job) { /* the job may end before its files are written */
         snprintf(f->fingerprint, sizeof f->fingerprint, "%s", options->metadata.job);
@@ -88,6 +90,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
     if (!error && plan_has_rounds(&f->plan)) error = frame_rounds_create(f);
+    if (!error && frame_has_neighbours(f)) frame_neighbours_begin(f);
     if (error) {
         destroy(f);
         return error;

@@ -14,11 +14,11 @@
 #include "server/job/frame/state.h"
 #include "server/job/frame/statistics.h"
 #include "server/job/frame/tile_order.h"
+#include "server/reconstruct/residual/residual_window.h"
 #include "server/store/objects.h"
 #include "server/store/spools.h"
 
 struct frame;
-struct motion;
 
 /* Events for the owner, who may drop the frame from inside each of them. */
 struct frame_events {
@@ -31,6 +31,8 @@ struct frame_events {
     void (*extended)(void *ctx, struct frame *frame);
     /* All tiles have landed with all their passes, so workers may forget the frame. */
     void (*traced)(void *ctx, struct frame *frame);
+    /* The frame waits for its window (frame_history, frame_draw). NULL where plans have none. */
+    void (*waits)(void *ctx, struct frame *frame);
     /* All pixels of a frame that is kept are final. */
     void (*completed)(void *ctx, struct frame *frame);
     /* The files are stored as objects. */
@@ -48,7 +50,7 @@ struct frame_options {
     struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
     struct png_options png;       /* of layers of light */
     const struct plan *plan;      /* copied */
-    const struct motion *motion;  /* borrowed for the frame's life; NULL: nothing moves */
+    struct motion *motion;        /* held; NULL: nothing moves */
     struct thread_pool *pool;
     struct scratch *scratch; /* of the pool's work on blocks; borrowed until the frame's last task
                                 is over; NULL: one of its own */
@@ -102,6 +104,20 @@ void frame_steer(struct frame *f, const struct tile_priority *priority);
  * makes the files of such a frame, once, and those of any frame again after `unstored`. */
 bool frame_is_complete(const struct frame *f);
 void frame_store(struct frame *f);
+
+/* Under a plan with temporal filtering a frame is drawn with samples of the frames beside it. Once
+ * it is traced, it `waits`. Others read its history, borrowed here; NULL before. frame_draw goes on
+ * with as many frames of each side, the nearest first, as `window` has; they are held. */
+struct residual_history *frame_history(const struct frame *f);
+struct frame_window {
+    uint32_t count[MOTION_SIDES];
+    struct residual_history *frames[MOTION_SIDES][LIMIT_TEMPORAL_FRAMES];
+};
+void frame_draw(struct frame *f, const struct frame_window *window);
+/* Returns whether it has its window, or needs none. */
+bool frame_has_window(const struct frame *f);
+/* Returns whether it is traced and waits for that. */
+bool frame_is_waiting(const struct frame *f);
 
 /* Returns a warning for when the frame is encoded: a sentence, "" for none. */
 const char *frame_warning(const struct frame *f);

@@ -5,8 +5,8 @@
 
 #include "server/job/frame/frame_work.h"
 #include "server/reconstruct/block.h"
-#include "server/reconstruct/compose/motion.h"
 #include "server/reconstruct/indirect/indirect_adaptive.h"
+#include "server/reconstruct/motion/motion.h"
 #include "server/reconstruct/patch/scratch.h"
 
 /* A block's work. Its pixels are written beside the image and copied in on the loop's thread, so
@@ -74,6 +74,7 @@ static int reconstruct(struct block_task *t)
     int error = film_gather(f->film, t->block, &patch);
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
     if (!error) patch->lens_drawn = t->drawn;
+    if (!error && frame_has_neighbours(f)) patch->window = &f->neighbours.window;
     if (!error && measured)
         error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
@@ -120,7 +121,7 @@ static int take_pixels(struct scratch *scratch, struct block_task *t, const stru
 static int submit_block(struct frame *f, uint32_t block);
 
 /* Blocks that have come a pass further go to the pool. */
-static int submit_ready(struct frame *f)
+int frame_submit_ready(struct frame *f)
 {
     uint32_t block;
     int error = 0;
@@ -163,7 +164,7 @@ static void block_over(struct frame *f, const struct block_task *t)
         statistics_add_block(&f->statistics, &t->statistics);
         frame_files_feed(f);
     }
-    const int error = submit_ready(f);
+    const int error = frame_submit_ready(f);
     if (error) {
         frame_fail(f, error, "", "a block could not be reconstructed");
         return;
@@ -287,8 +288,9 @@ int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                                             : (double)frame_pass_samples(pass) * area;
     frame_costs_land(f, tile, work, counters ? counters : &(struct counters){0});
     if (frame_has_rounds(f)) frame_rounds_note(f);
-    error = submit_ready(f);
+    error = frame_submit_ready(f);
     if (error) frame_fail(f, error, "", "a block could not be reconstructed");
+    if (!error && frame_has_neighbours(f)) error = frame_neighbours_note(f);
     return error;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it. frame.c keeps the books,
  * frame_results.c turns results into blocks, and frame_spool.c reads results of an earlier run.
- * frame_rounds.c decides when there are passes after the schedule, frame_target.c and
+ * frame_neighbours.c waits for other
+ * frames. frame_rounds.c decides when there are passes after the schedule, frame_target.c and
  * frame_adaptive.c which. frame_files.c turns the image into files. */
 #include <stdatomic.h>
 #include <uv.h>
@@ -64,6 +65,17 @@ struct frame_spool {
     unsigned reading; /* tasks */
 };
 
+/* The frames beside a frame, where its plan asks for them. */
+enum frame_wait { FRAME_TRACES, FRAME_CONDENSES, FRAME_WAITS, FRAME_DRAWS };
+struct frame_neighbours {
+    enum frame_wait state;
+    struct residual_history *history; /* held; NULL before it is traced */
+    uint32_t condensing;              /* tasks */
+    int error;                        /* of one of these; 0: none */
+    struct frame_window held;         /* its frames are held */
+    struct residual_window window;    /* the same, as filters read it */
+};
+
 /* A file that a frame leaves behind. One task works on each at a time. */
 struct frame_file {
     struct pool_task task;
@@ -88,7 +100,7 @@ struct frame {
     struct fault refusal;         /* of the last result that did not fit the plan */
     struct frame_options options; /* options.plan points to `plan` */
     struct plan plan;
-    const struct motion *motion; /* borrowed; NULL: nothing moves */
+    struct motion *motion; /* held; NULL: nothing moves */
     struct bytes_writer plan_bytes;
     struct tile_grid grid;
     struct tile_queue *tiles;
@@ -97,6 +109,7 @@ struct frame {
     struct frame_rounds rounds;     /* all NULL without rounds */
     struct frame_target target;     /* all NULL without one */
     struct frame_adaptive adaptive; /* all NULL without */
+    struct frame_neighbours neighbours;
     struct frame_spool spool;
     struct scratch *scratch, *own_scratch; /* of the pool's work on blocks; NULL: it is borrowed */
     struct image *image; /* on the loop's thread, but rows that are final: the pool reads them */
@@ -140,6 +153,22 @@ bool frame_is_behind(const struct frame *f);
  * that are ready go to the pool. On failure the frame has failed, and may be gone. */
 int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                struct samples **samples, const struct counters *counters);
+
+/* Hands blocks that are ready to the pool. */
+int frame_submit_ready(struct frame *f);
+
+/* -- frame_neighbours.c: frames that are drawn with samples of others -- */
+
+static inline bool frame_has_neighbours(const struct frame *f)
+{
+    return f->plan.temporal > 0;
+}
+/* Holds blocks back from the start. */
+void frame_neighbours_begin(struct frame *f);
+void frame_neighbours_destroy(struct frame *f);
+/* Makes the frame's history once all its tiles have landed. On failure the frame has failed, and
+ * may be gone. */
+int frame_neighbours_note(struct frame *f);
 
 /* -- frame_spool.c: what an earlier run of the coordinator had -- */
 

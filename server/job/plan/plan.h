@@ -102,6 +102,7 @@ struct plan_report {
     char indirect_filter_why[PLAN_FILTER_WHY_BYTES];
     char glossy_filter_why[PLAN_FILTER_WHY_BYTES];
     char residual_filter_why[PLAN_FILTER_WHY_BYTES];
+    char temporal_why[PLAN_FILTER_WHY_BYTES];
     char lens_filter_why[PLAN_FILTER_WHY_BYTES];
     char lens_relight_why[PLAN_FILTER_WHY_BYTES]; /* "" without lens samples */
     uint32_t skip_count;
@@ -128,9 +129,15 @@ int plan_find_camera(const struct job *job, const struct scene *scene, struct pl
 int plan_make(const struct job *job, const struct plan_source *source, int32_t frame,
               struct plan *plan, struct plan_report *report, struct fault *fault);
 
+/* Takes samples of other frames out of a plan, because of `why`. */
+void plan_temporal_none(const char *why, struct plan *plan, struct plan_report *report);
+
+/* Returns the bytes that the frames of a window keep in memory at once; 0 without one. */
+uint64_t plan_window_bytes(const struct plan *plan);
+
 /* Writes the report: {integrator, effects, layers, planes, light_planes, filter, filter_why,
  * indirect_filter, indirect_filter_why, glossy_filter, glossy_filter_why, residual_filter,
- * residual_filter_why, lens_filter, lens_filter_why, lens_relight, lens_relight_why, light_filters,
- * skipped: [{what, why}], lights, environment, emitters, camera, cameras, samples, tiles,
- * warnings}. Returns a new reference; NULL on failed allocation. */
+ * residual_filter_why, temporal, temporal_why, lens_filter, lens_filter_why, lens_relight,
+ * lens_relight_why, light_filters, skipped: [{what, why}], lights, environment, emitters, camera,
+ * cameras, samples, tiles, warnings}. Returns a new reference; NULL on failed allocation. */
 json_t *plan_report_json(const struct plan *plan, const struct plan_report *report);

@@ -100,6 +100,10 @@ bool plan_residual_possible(const struct job *job, const struct plan_report *rep
 void plan_residual_none(struct plan_report *report);
 const char *plan_residual_filter_name(uint32_t filter);
 
+/* Plans temporal filtering, and the planes that find points in other frames, once all else is
+ * planned; or reports why not. */
+void plan_temporal(const struct job *job, struct plan *plan, struct plan_report *report);
+
 /* Plans the list of lone sub-samples (proto/lone.h), once all other planes are planned. Pixels must
  * have sub-samples and light fields for them, and no lens. If not, it reports why. */
 void plan_lone(struct plan *plan, struct plan_report *report);

@@ -204,6 +204,7 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
     return json_pack(
         "{s:s,s:o,s:o,s:o,s:o,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:s,s:o,s:o,s:o,s:o,s:o,"
         "s:o,s:o,"
+        "s:i,s:s,"
         "s:s,s:f,"
         "s:f,s:o,s:o,s:o}",
         "integrator", integrator_names[report->integrator], "effects",
@@ -220,7 +221,8 @@ json_t *plan_report_json(const struct plan *plan, const struct plan_report *repo
         "lens_relight_why", report->lens_relight_why, "skipped", skips_of(report), "lights",
         lights_of(plan, report), "environment", environment_of(plan, report), "emitters",
         emitters_of(plan, report), "camera", camera_of(plan, report), "samples", samples_of(plan),
-        "tiles", tiles_of(plan), "scene", scene, "radiance_scale", (double)plan->radiance_scale,
+        "tiles", tiles_of(plan), "temporal", (int)plan->temporal, "temporal_why",
+        report->temporal_why, "scene", scene, "radiance_scale", (double)plan->radiance_scale,
         "length_unit", (double)plan->length_unit, "warnings", warnings_of(report), "cameras",
         cameras_of(report), "light_filters", plan_light_filters(plan, report));
 }

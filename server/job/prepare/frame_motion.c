@@ -171,6 +171,6 @@ int frame_motion_create(const struct scene *now, const struct scene *const sides
         error = match_bent(now, sides, at, i, &(*out)->parts[i]);
         i++;
     }
-    if (error) motion_destroy(out);
+    if (error) motion_drop(out);
     return error;
 }

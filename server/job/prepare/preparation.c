@@ -118,6 +118,8 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
         error = plan_make(&out->job, &source, out->number, &out->plan, &out->report, &p->fault);
     out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
     if (!error && p->has_motion) error = find_motion(p, &scene);
+    if (!error && out->moves && !out->motion && out->plan.temporal > 0)
+        plan_temporal_none("it is not known how the scene moves", &out->plan, &out->report);
     if (!error && out->job.live)
         out->scene = scene;
     else
@@ -234,7 +236,8 @@ static bool wants_motion(const struct preparation *p)
     char path[OBJECTS_PATH_BYTES];
     struct digest base;
     const struct job *job = &p->prepared->job;
-    if (!(job->layers & LAYERS_MOTION) || job->live) return false;
+    if (!(job->layers & LAYERS_MOTION) && !job_may_be_temporal(job)) return false;
+    if (job->live) return false;
     objects_path(p->objects, &p->scene_blob, path);
     return scene_find_base(path, &base) == 0 && !digest_is_zero(&base);
 }
@@ -341,7 +344,7 @@ void prepared_destroy(struct prepared **prepared)
     if (*prepared) {
         scene_unmap(&(*prepared)->scene);
         environment_unmap(&(*prepared)->map);
-        motion_destroy(&(*prepared)->motion);
+        motion_drop(&(*prepared)->motion);
         shared_base_unref(&(*prepared)->base);
         job_fini(&(*prepared)->job);
     }

@@ -12,7 +12,7 @@ struct prepared {
     struct job job;
     int32_t number;           /* of the frame whose time the scene has */
     bool moves;               /* other frames have other scenes */
-    struct motion *motion;    /* owned; of layers that ask for it; NULL: nothing moves */
+    struct motion *motion;    /* held; for layers and windows; NULL: nothing moves */
     struct shared_base *base; /* what the scene stands on; NULL: nothing */
     struct plan plan;         /* of that frame; others differ in pattern.frame if nothing moves */
     struct plan_report report;

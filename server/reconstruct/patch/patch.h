@@ -18,6 +18,8 @@
 #include "server/reconstruct/patch/mixed_share.h"
 #include "server/reconstruct/patch/scratch.h"
 
+struct residual_window;
+
 #define ARRAY(type, field, dimensions, ...) type *field dimensions;
 #define STACK(type, field, ...)             type *field;
 
@@ -53,10 +55,12 @@ struct patch {
     bool lens_drawn;      /* whether the picture holds the filtered first sets */
     uint8_t *lens_levels; /* borrowed: how much each pixel of the composed block needs a second set
                              (lens_second_set.h), row by row; NULL: not wanted */
-    struct lone_share lone;   /* of the core; entries owned */
-    struct mixed_share mixed; /* the same */
-    struct scratch *scratch;  /* borrowed: of the patch, and for work on it; NULL: the heap */
-    void *memory;             /* owned; taken from there */
+    const struct residual_window *window; /* borrowed: samples of other frames (residual_window.h);
+                                             NULL: none */
+    struct lone_share lone;               /* of the core; entries owned */
+    struct mixed_share mixed;             /* the same */
+    struct scratch *scratch; /* borrowed: of the patch, and for work on it; NULL: the heap */
+    void *memory;            /* owned; taken from there */
 };
 #undef ARRAY
 #undef STACK

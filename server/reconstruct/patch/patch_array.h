@@ -30,9 +30,10 @@ enum patch_reach {
     PATCH_FAR = 1,  /* all */
     PATCH_FAR_INDIRECT = 2,
     PATCH_FAR_LOBES = 4,
-    PATCH_FAR_IDS = PATCH_FAR_INDIRECT | PATCH_FAR_LOBES,
     PATCH_FAR_PATHS = 8,     /* what tells of errors of paths */
     PATCH_FAR_RESIDUAL = 16, /* the filter of what paths bring */
+    PATCH_FAR_HISTORY = 32,  /* what finds a point in other frames */
+    PATCH_FAR_IDS = PATCH_FAR_INDIRECT | PATCH_FAR_LOBES | PATCH_FAR_HISTORY,
 };
 
 struct patch_array {

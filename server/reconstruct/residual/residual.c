@@ -4,6 +4,7 @@
 #include "server/reconstruct/residual/residual_pass.h"
 #include "server/reconstruct/residual/residual_smooth.h"
 #include "server/reconstruct/residual/residual_spikes.h"
+#include "server/reconstruct/residual/residual_window.h"
 
 int32_t residual_halo_px(const struct plan *plan)
 {
@@ -12,6 +13,7 @@ int32_t residual_halo_px(const struct plan *plan)
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
     if (halo < RESIDUAL_SPIKES_SPREAD_PX) halo = RESIDUAL_SPIKES_SPREAD_PX;
     halo += RESIDUAL_SMOOTH_REACH_PX + RESIDUAL_SPIKES_LIMIT_PX;
+    if (plan->temporal > 0) halo += RESIDUAL_WINDOW_REACH_PX;
     return halo + (plan->planes >> PLANE_PATH_M2 & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }
 

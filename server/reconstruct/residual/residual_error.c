@@ -99,8 +99,10 @@ static float change_of(const struct planes *p, size_t i, size_t at, float *apart
         const float then = f->albedo[k] * (l[RESIDUAL_DIRECT].filtered[0][k] +
                                            l[RESIDUAL_INDIRECT].filtered[0][k]) +
                            f->tint[k] * l[RESIDUAL_REST].filtered[0][k];
-        const float plain = (p->patch->path_radiance[c][i] - p->patch->path_emission[c][i]) /
-                            p->patch->paths.spp[i];
+        const float plain = p->field->joined
+                                ? p->field->joined[k]
+                                : (p->patch->path_radiance[c][i] - p->patch->path_emission[c][i]) /
+                                      p->patch->paths.spp[i];
         squares += (now - then) * (now - then) / 3.0f;
         *apart += (now - plain) / 3.0f;
     }
@@ -222,6 +224,8 @@ static void put_pixel(const struct planes *p, int32_t x, int32_t y, float *const
 {
     const size_t i = index_in(p->block, x, y), own = index_in(p->wide, x, y);
     const float samples = p->patch->paths.spp[patch_pixel(p->patch, x, y)];
+    const float part = p->field->own ? p->field->own[place_of(p, x, y)] : 1.0f;
+    for (int c = 0; c < 3; c++) variance[c][i] *= part;
     const float plain = (variance[0][i] + variance[1][i] + variance[2][i]) / 3.0f;
     const float noise = noise_at(p, i, own, samples, plain);
     const float changed = fmaxf(p->sum[CHANGED][i] / p->sum[COUNT][i], 0.0f);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "server/reconstruct/residual/residual_smooth.h"
+#include "server/reconstruct/residual/residual_window.h"
 
 /* Weights of 2^-30 and less are none: an exponent that no pixel survives. */
 #define BARRED 1e4f
@@ -130,6 +131,7 @@ static float mean_of_half(int h, float sum, float sum_a, float spp, float half)
     return mean < LIGHT_MAX ? (mean > -LIGHT_MAX ? mean : -LIGHT_MAX) : LIGHT_MAX;
 }
 
+/* The rest is all that is scattered. */
 static void read_light(const struct run *r, struct residual_field *f)
 {
     const struct patch *p = r->patch;
@@ -139,24 +141,37 @@ static void read_light(const struct run *r, struct residual_field *f)
             float *direct = f->light[RESIDUAL_DIRECT].half[h] + c * plane + r->to;
             float *indirect = f->light[RESIDUAL_INDIRECT].half[h] + c * plane + r->to;
             float *rest = f->light[RESIDUAL_REST].half[h] + c * plane + r->to;
-            const float *albedo = f->features.albedo + c * plane + r->to;
-            const float *tint = f->features.tint + c * plane + r->to;
             for (int32_t x = 0; x < r->count; x++) {
                 const size_t i = r->from + (size_t)x;
                 const float n = p->paths.spp[i], half = 0.5f * p->paths.split_spp[i];
-                const float all = mean_of_half(h, p->path_radiance[c][i] - p->path_emission[c][i],
-                                               p->path_half_scattered[c][i], n, half);
                 direct[x] = mean_of_half(h, p->path_diffuse_direct[c][i], p->path_half_direct[c][i],
                                          n, half);
                 indirect[x] = p->path_diffuse_indirect[c]
                                   ? mean_of_half(h, p->path_diffuse_indirect[c][i],
                                                  p->path_half_indirect[c][i], n, half)
                                   : 0.0f;
-                rest[x] = (all - albedo[x] * (direct[x] + indirect[x])) / tint[x];
+                rest[x] = mean_of_half(h, p->path_radiance[c][i] - p->path_emission[c][i],
+                                       p->path_half_scattered[c][i], n, half);
             }
             const float *barred = f->features.barred + r->to;
             for (int32_t x = 0; x < r->count; x++)
                 if (barred[x] > 0.0f) direct[x] = indirect[x] = rest[x] = 0.0f;
+        }
+}
+
+/* The rest becomes what other lobes bring, before their colour. */
+static void divide_rest(const struct run *r, struct residual_field *f)
+{
+    const size_t plane = f->features.shape.plane;
+    for (int h = 0; h < 2; h++)
+        for (size_t c = 0; c < 3; c++) {
+            const size_t at = c * plane + r->to;
+            const float *direct = f->light[RESIDUAL_DIRECT].half[h] + at;
+            const float *indirect = f->light[RESIDUAL_INDIRECT].half[h] + at;
+            float *rest = f->light[RESIDUAL_REST].half[h] + at;
+            const float *albedo = f->features.albedo + at, *tint = f->features.tint + at;
+            for (int32_t x = 0; x < r->count; x++)
+                rest[x] = (rest[x] - albedo[x] * (direct[x] + indirect[x])) / tint[x];
         }
 }
 
@@ -195,14 +210,20 @@ static void bar_outside(struct residual_features *f)
     for (size_t i = 0; i < s->plane; i++) f->barred[i] = BARRED;
 }
 
-static int read_all_features(const struct patch *patch, struct residual_features *f)
+static void read_own_features(const struct patch *patch, struct residual_features *f)
 {
-    bar_outside(f);
     for (int32_t y = 0; y < f->shape.height; y++) {
         const struct run run = run_of(patch, &f->shape, y);
         read_features(&run, f);
     }
-    const int error = residual_smooth(f, patch->scratch);
+}
+
+static int read_all_features(const struct patch *patch, struct residual_field *field)
+{
+    struct residual_features *f = &field->features;
+    read_own_features(patch, f);
+    int error = patch->window ? residual_window_join_features(patch, field) : 0;
+    if (!error) error = residual_smooth(f, patch->scratch);
     if (error) return error;
     find_slopes(f);
     find_gloss(f);
@@ -215,7 +236,7 @@ static int read_all_features(const struct patch *patch, struct residual_features
     return 0;
 }
 
-int residual_field_create(const struct patch *patch, struct residual_field *out)
+static int create(const struct patch *patch, struct residual_field *out)
 {
     struct residual_shape *s = &out->features.shape;
     memset(out, 0, sizeof *out);
@@ -226,19 +247,44 @@ int residual_field_create(const struct patch *patch, struct residual_field *out)
     out->memory = scratch_take(out->scratch, bytes);
     if (!out->memory) return ERR_MEMORY;
     hand_out(out);
-    const int error = read_all_features(patch, &out->features);
-    if (error) return error;
-    for (int32_t y = 0; y < s->height; y++) {
-        const struct run run = run_of(patch, s, y);
-        read_light(&run, out);
+    bar_outside(&out->features);
+    return 0;
+}
+
+static void read_all_light(const struct patch *patch, bool divided, struct residual_field *f)
+{
+    for (int32_t y = 0; y < f->features.shape.height; y++) {
+        const struct run run = run_of(patch, &f->features.shape, y);
+        read_light(&run, f);
+        if (divided) divide_rest(&run, f);
     }
+}
+
+int residual_field_read(const struct patch *patch, struct residual_field *out)
+{
+    const int error = create(patch, out);
+    if (error) return error;
+    read_own_features(patch, &out->features);
+    read_all_light(patch, false, out);
+    return 0;
+}
+
+int residual_field_create(const struct patch *patch, struct residual_field *out)
+{
+    const struct residual_shape *s = &out->features.shape;
+    int error = create(patch, out);
+    if (!error) error = read_all_features(patch, out);
+    if (error) return error;
+    read_all_light(patch, true, out);
+    if (patch->window) error = residual_window_join(patch, out);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < 2; h++) residual_pad(s, out->light[c].half[h], 3);
-    return 0;
+    return error;
 }
 
 void residual_field_fini(struct residual_field *field)
 {
+    scratch_give(field->scratch, field->joining);
     scratch_give(field->scratch, field->memory);
-    field->memory = NULL;
+    field->memory = field->joining = NULL;
 }

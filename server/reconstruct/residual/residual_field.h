@@ -18,6 +18,24 @@ enum residual_component {
     RESIDUAL_COMPONENTS = 3
 };
 
+/* Light above counts as much to guides: squares of differences stay finite. */
+#define RESIDUAL_GUIDE_MAX 1e15f
+
+/* Channels of a guide have weights of their own, or pure colours of one brightness would be alike.
+ */
+#define RESIDUAL_GUIDE_RED   0.8f
+#define RESIDUAL_GUIDE_GREEN 1.3f
+#define RESIDUAL_GUIDE_BLUE  0.9f
+
+/* Returns what weights look at of a colour. */
+static inline float residual_guide(float red, float green, float blue)
+{
+    const float sum =
+        RESIDUAL_GUIDE_RED * red + RESIDUAL_GUIDE_GREEN * green + RESIDUAL_GUIDE_BLUE * blue;
+    return sum < RESIDUAL_GUIDE_MAX ? (sum > -RESIDUAL_GUIDE_MAX ? sum : -RESIDUAL_GUIDE_MAX)
+                                    : RESIDUAL_GUIDE_MAX;
+}
+
 /* Planes of `plane` floats each, `stride` floats a row. Pixel (0, 0) of the patch is at `origin`.
  */
 struct residual_shape {
@@ -59,12 +77,26 @@ struct residual_light {
 struct residual_field {
     struct residual_features features;
     struct residual_light light[RESIDUAL_COMPONENTS];
+    /* Of fields with samples of other frames (residual_window.h), else NULL: */
+    float *joined;  /* 3 planes: what is scattered in the mean of all samples */
+    float *own;     /* the part that the frame's samples have in that mean, 0 .. 1 */
+    float *spread;  /* what deviations of joined halves are multiplied by for those of pixels that
+                       know nothing of each other: neighbours share what lies between them */
+    uint8_t *still; /* of the patch's pixels, frame by frame: whether nothing has moved there */
+    void *joining;  /* owned; their memory */
     struct scratch *scratch; /* borrowed */
     void *memory;            /* owned; taken from there */
 };
 
-/* Reads the patch, whose plan has the planes of the residual filter. ERR_MEMORY. */
+/* Reads the patch, whose plan has the planes of the residual filter, with the samples of its
+ * window. ERR_MEMORY; the field must be freed then, too. */
 int residual_field_create(const struct patch *patch, struct residual_field *out);
+
+/* Reads what each pixel says for itself: features that are not smoothed, without slopes, and light,
+ * of which the rest is all that is scattered. Nothing is set around the pixels. ERR_MEMORY, the
+ * same. */
+int residual_field_read(const struct patch *patch, struct residual_field *out);
+
 void residual_field_fini(struct residual_field *field);
 
 /* Returns where pixel (x, y) of the patch is, also for pixels in the padding. */

@@ -25,15 +25,6 @@
 /* Pixels of a row whose variances are found at a time. */
 #define VARIANCE_RUN 256
 
-/* Light above counts as much to guides: squares of differences stay finite. */
-#define GUIDE_MAX 1e15f
-
-/* Channels of a guide have weights of their own, or pure colours of one brightness would be alike.
- */
-#define GUIDE_RED   0.8f
-#define GUIDE_GREEN 1.3f
-#define GUIDE_BLUE  0.9f
-
 /* An exponent is in units of a float's last bit, so that whole numbers take one from another. */
 #define EXPONENT_UNIT 8388608.0f /* 2^23 */
 #define EXPONENT_MAX  (30.0f * EXPONENT_UNIT)
@@ -297,11 +288,8 @@ static void kernel_finish_probes(const struct residual_field *field,
 
 static void sum_channels(const float *restrict rgb, size_t plane, size_t count, float *restrict out)
 {
-    for (size_t i = 0; i < count; i++) {
-        const float sum =
-            GUIDE_RED * rgb[i] + GUIDE_GREEN * rgb[plane + i] + GUIDE_BLUE * rgb[2 * plane + i];
-        out[i] = sum < GUIDE_MAX ? (sum > -GUIDE_MAX ? sum : -GUIDE_MAX) : GUIDE_MAX;
-    }
+    for (size_t i = 0; i < count; i++)
+        out[i] = residual_guide(rgb[i], rgb[plane + i], rgb[2 * plane + i]);
 }
 
 /* Bends a guide: far above its knee it grows as light's fourth root. A highlight may be a million

@@ -68,7 +68,8 @@ static void begin_pixel(struct residual_field *f, int component, size_t at, int3
                         float *noise)
 {
     int half;
-    const float size = noise_of(f, component, at, &half);
+    const float spread = f->spread ? f->spread[at] : 1.0f;
+    const float size = spread * noise_of(f, component, at, &half);
     float *to = f->light[component].probe[half] + at;
     for (uint32_t k = 0; k < RESIDUAL_SIGNED; k++)
         to[k * f->features.shape.plane] = size * residual_probe_sign(x, y, k);

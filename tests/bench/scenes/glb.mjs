@@ -113,6 +113,38 @@ export function glbOf(parts, base = empty()) {
   return packGlb(document, binary);
 }
 
+// The same file with a camera of its own and one animation. tracks: [{node, path, times, values}], a node by
+// its name ("camera": that one), values in a row. camera: {eye, target, yfov_deg}.
+export function animated(glb, camera, tracks) {
+  const base = unpack(glb), { document } = base, { view, bytes } = appender(base);
+  const floats = (numbers, type, n, more) => {
+    document.accessors.push({ bufferView: view(Buffer.from(Float32Array.from(numbers).buffer)), componentType: 5126, type, count: numbers.length / n, ...more });
+    return document.accessors.length - 1;
+  };
+  document.cameras = [{ type: "perspective", perspective: { yfov: camera.yfov_deg * Math.PI / 180, znear: 0.01 } }];
+  document.nodes.push({ name: "camera", camera: 0, translation: camera.eye, rotation: facing(camera.eye, camera.target) });
+  document.scenes[document.scene ?? 0].nodes.push(document.nodes.length - 1);
+  const animation = { name: "all", samplers: [], channels: [] };
+  for (const { node, path, times, values } of tracks) {
+    const input = floats(times, "SCALAR", 1, { min: [Math.fround(Math.min(...times))], max: [Math.fround(Math.max(...times))] });
+    const n = path === "rotation" ? 4 : 3;
+    animation.samplers.push({ input, output: floats(values, `VEC${n}`, n), interpolation: "LINEAR" });
+    animation.channels.push({ sampler: animation.samplers.length - 1,
+      target: { node: document.nodes.findIndex((one) => one.name === node), path } });
+  }
+  if (tracks.length > 0) document.animations = [animation];
+  const binary = bytes();
+  document.buffers = [{ byteLength: binary.length }];
+  return packGlb(document, binary);
+}
+
+// The rotation of a camera at `eye` that looks at `target`: first up or down, then round.
+export function facing(eye, target) {
+  const [x, y, z] = target.map((t, i) => t - eye[i]), round = Math.atan2(-x, -z), up = Math.atan2(y, Math.hypot(x, z));
+  const [cr, sr, cu, su] = [Math.cos(round / 2), Math.sin(round / 2), Math.cos(up / 2), Math.sin(up / 2)];
+  return [cr * su, sr * cu, -sr * su, cr * cu];
+}
+
 // Another's .gltf with its one buffer and its images, for glbOf; meshes whose materials match
 // `without` are dropped.
 export function gltfBase(file, without) {

@@ -122,6 +122,17 @@ TEST(filters_are_checked)
     EXPECT(plan.mu = INFINITY, ERR_NOT_FINITE, "mu");
 }
 
+TEST(windows_of_frames_are_checked)
+{
+#define TEMPORAL(n)                                                                                \
+    (without_lens(&plan), plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.temporal = (n))
+    EXPECT(TEMPORAL(LIMIT_TEMPORAL_FRAMES), ERR_OK, "");
+    EXPECT(TEMPORAL(LIMIT_TEMPORAL_FRAMES + 1), ERR_LIMIT, "temporal");
+    EXPECT(plan.temporal = 1, ERR_RANGE, "temporal");
+    EXPECT((TEMPORAL(1), plan.planes &= ~PLANE_BIT(ID)), ERR_RANGE, "planes");
+#undef TEMPORAL
+}
+
 /* The filter of paths needs all that it reads, and halves of whatever there are sums. */
 TEST(residual_filters_are_checked)
 {

@@ -241,6 +241,37 @@ TEST(hostile_depths_stay_finite)
     film_destroy(&film);
 }
 
+/* All that has landed is there to be read, and each block comes once, when it may. */
+TEST(blocks_are_held_back)
+{
+    struct plan plan;
+    struct film *film;
+    struct patch *patch;
+    uint32_t block, blocks = 0;
+    synthetic_plan(&plan, 150, 70, 32);
+    assert_int_equal(film_create(&plan, 64, 2, 5, &film), 0);
+    film_hold(film, true);
+    for (uint32_t tile = 0; tile < 5 * 3; tile++) {
+        land(film, &plan, tile);
+        assert_false(film_next_ready(film, &block));
+    }
+    const struct rect rects[] = {{0, 0, 150, 70}, {63, 31, 65, 33}, {149, 69, 150, 70}};
+    for (size_t i = 0; i < sizeof rects / sizeof *rects; i++) {
+        assert_int_equal(film_gather_rect(film, rects[i], &patch), 0);
+        assert_memory_equal(&patch->rect, &rects[i], sizeof rects[i]);
+        assert_patch(&plan, patch);
+        patch_destroy(&patch);
+    }
+    film_hold(film, false);
+    while (film_next_ready(film, &block)) {
+        blocks++;
+        assert_true(film_block_done(film, block));
+    }
+    assert_int_equal(blocks, film_block_count(film));
+    assert_true(film_complete(film) && film_bytes(film) == 0);
+    film_destroy(&film);
+}
+
 TEST(impossible_films_are_refused)
 {
     struct plan plan;

@@ -72,7 +72,7 @@ TEST(placements_are_matched_within_their_mesh)
     assert_true(m->parts[2].to[MOTION_BACKWARD][3] == 2);
     assert_true(m->parts[3].to[MOTION_FORWARD][3] == 3);
     assert_false(m->parts[1].moves[MOTION_FORWARD]); /* which of the two is not known */
-    motion_destroy(&m);
+    motion_drop(&m);
 }
 
 /* A turn by 90 degrees about z and a doubling, from a turn about x: points of the surface go along.
@@ -99,7 +99,7 @@ TEST(transforms_lead_from_one_place_to_the_other)
         }
         assert_true(fabs(there - wanted) < 1e-6);
     }
-    motion_destroy(&m);
+    motion_drop(&m);
 }
 
 TEST(meshes_of_frames_are_matched_by_names)
@@ -119,5 +119,5 @@ TEST(meshes_of_frames_are_matched_by_names)
     at[0] = 1. / 3;
     motion_mesh_follow(m->parts[2].mesh, MOTION_FORWARD, at);
     assert_true(fabs(at[0] - 6 - 1. / 3) < 1e-6);
-    motion_destroy(&m);
+    motion_drop(&m);
 }

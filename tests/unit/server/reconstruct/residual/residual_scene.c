@@ -28,6 +28,14 @@ struct plan residual_scene_plan(const struct residual_scene *s)
         plan.planes |= PLANE_BIT(PATH_HALF_INDIRECT) | PLANE_BIT(PATH_DIFFUSE_INDIRECT);
     plan.occlusion_distance = 0;
     plan.residual_filter = RESIDUAL_FILTER_HALVES;
+    if (s->temporal > 0) { /* a pixel is a unit wide, and the picture begins at the frame's pan */
+        plan.temporal = s->temporal;
+        plan.planes |= PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+        plan.camera.type = CAMERA_ORTHOGRAPHIC;
+        plan.camera.half_width = 0.5f * (float)s->width;
+        plan.camera.half_height = 0.5f * (float)s->height;
+        plan.camera.eye[0] = (float)(s->pan * s->frame) + plan.camera.half_width;
+    }
     if (s->lens_strata == 0) return plan;
     plan.planes |= PLANE_BIT(LENS_RADIANCE) | PLANE_BIT(LENS_SLOPE);
     plan.lens_strata_per_axis = s->lens_strata;
@@ -106,6 +114,13 @@ static void set_lens_sample(struct patch *p, size_t i, uint32_t k, const struct 
             s->emission[c] + (s->albedo[c] * (s->direct[c] + s->indirect[c]) + s->rest[c]);
 }
 
+static void set_centre(struct patch *p, size_t i, const struct residual_sample *s)
+{
+    for (int c = 0; c < 3; c++) p->normal[c][i] = s->hits ? s->normal[c] : 0.0f;
+    p->depth[i] = s->hits ? s->distance : 0.0f;
+    p->id[i] = s->hits ? s->id : 0;
+}
+
 static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i, int32_t x,
                       int32_t y)
 {
@@ -118,9 +133,13 @@ static void add_pixel(const struct residual_scene *s, struct patch *p, size_t i,
         (float)(s->lens_strata > 0 ? pass.count / 2 * 2 : parts.count * parts.length);
     p->paths.split_length[i] = (float)parts.length;
     for (uint32_t k = 0; k < pass.count; k++) {
-        struct residual_sample sample = {
-            .hits = true, .normal = {0, 0, 1}, .distance = 5, .albedo = {0.5f, 0.5f, 0.5f}};
+        struct residual_sample sample = {.hits = true,
+                                         .id = 1,
+                                         .normal = {0, 0, 1},
+                                         .distance = 5,
+                                         .albedo = {0.5f, 0.5f, 0.5f}};
         if (s->show) s->show(s, x, y, k, &sample);
+        if (k == 0 && s->temporal > 0) set_centre(p, i, &sample);
         const bool inside = k >= parts.first && k < end;
         const bool first = inside && (k - parts.first) % parts.length < parts.length / 2;
         add_sample(&sums, &sample, s->lens_strata ? plan_lens_half(s->lens_strata, k) : first);

@@ -9,6 +9,7 @@
 /* What a sample sees; light of the diffuse lobe is before albedo. */
 struct residual_sample {
     bool hits;
+    uint32_t id; /* of the surface; of sample 0 it is the centre's, as distance and normal are */
     float normal[3], distance, albedo[3];
     float tint[3], alpha; /* of all lobes but the diffuse one */
     float emission[3], direct[3], indirect[3], rest[3];
@@ -25,6 +26,9 @@ struct residual_scene {
                  struct residual_sample *out);
     float level;          /* as `show` likes */
     bool no_indirect;     /* the plan has no indirect light of the diffuse lobe */
+    uint32_t temporal;    /* frames on each side that lend samples; the wall stands */
+    int32_t frame;        /* as `show` likes */
+    int32_t pan;          /* pixels that the camera has gone to the right after a frame */
     uint32_t lens_strata; /* samples are those of a lens: spp is the square of this; 0: a pinhole */
 };
 

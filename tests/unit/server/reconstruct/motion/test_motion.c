@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "proto/job/job.h"
-#include "server/reconstruct/compose/motion.h"
+#include "server/reconstruct/motion/motion.h"
 #include "tests/unit/unit.h"
 
 #define WIDTH  8
@@ -70,7 +70,7 @@ TEST(what_stands_does_not_move)
     struct motion *m = standing(1);
     expect(m, "backward", 0, 0, 0);
     expect(NULL, "forward", 0, 0, 0);
-    motion_destroy(&m);
+    motion_drop(&m);
 }
 
 /* The camera goes 0.5 to the right: what stands goes a pixel to the left. */
@@ -82,7 +82,7 @@ TEST(cameras_move_what_stands)
     m->camera[MOTION_BACKWARD].eye[1] = .25f;
     expect(m, "forward", 0, -1, 0);
     expect(m, "backward", 0, 0, .5f); /* up it was: the wall was lower, and y goes down */
-    motion_destroy(&m);
+    motion_drop(&m);
 }
 
 TEST(rigid_parts_move_by_their_transforms)
@@ -99,7 +99,7 @@ TEST(rigid_parts_move_by_their_transforms)
     expect(m, "backward", 0, 0, 0);
     id[0] = 2; /* no part of this motion: it stands */
     expect(m, "forward", 1, 2, 0);
-    motion_destroy(&m);
+    motion_drop(&m);
 }
 
 /* A wall of two triangles goes up by 0.25, and its right side by 0.75: in the middle by 0.5, in
@@ -126,7 +126,7 @@ TEST(bent_meshes_are_followed_by_their_triangles)
                         1e-5f);
         }
     image_destroy(&image);
-    motion_destroy(&m);
+    motion_drop(&m);
 }
 
 /* Many triangles of many sizes are all found: each point goes where its triangle goes. */
@@ -207,5 +207,5 @@ TEST(the_background_turns_with_the_camera)
     camera->forward[2] = half; /* behind it */
     camera->forward[0] = 0, camera->forward[2] = 1;
     expect(m, "forward", 0, 0, 0);
-    motion_destroy(&m);
+    motion_drop(&m);
 }

@@ -1,4 +1,4 @@
-#include "server/reconstruct/compose/motion.h"
+#include "server/reconstruct/motion/motion.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,31 +9,31 @@ int motion_create(uint32_t part_count, struct motion **out)
     struct motion *m = calloc(1, sizeof *m);
     if (m) m->parts = calloc((size_t)part_count + 1, sizeof *m->parts);
     *out = m;
-    if (m && m->parts) {
+    if (!m) return ERR_MEMORY;
+    m->holders = 1;
+    if (m->parts) {
         m->part_count = part_count;
         return 0;
     }
-    motion_destroy(out);
+    motion_drop(out);
     return ERR_MEMORY;
 }
 
-void motion_destroy(struct motion **motion)
+struct motion *motion_hold(struct motion *motion)
+{
+    if (motion) motion->holders++;
+    return motion;
+}
+
+void motion_drop(struct motion **motion)
 {
     struct motion *m = *motion;
     *motion = NULL;
-    if (!m) return;
+    if (!m || --m->holders > 0) return;
     for (uint32_t i = 0; i < m->part_count; i++) motion_mesh_destroy(&m->parts[i].mesh);
     free(m->parts);
     free(m);
 }
-
-/* A pixel's centre, and what it shows. */
-struct shown {
-    double x, y;  /* of the picture */
-    double at[3]; /* of the world; a direction where there is no surface */
-    bool is_far;
-    const struct motion_part *part; /* NULL: none is known, or it is far */
-};
 
 static double along(const float axis[3], const double v[3])
 {
@@ -65,7 +65,7 @@ static bool is_same3(const float a[3], const float b[3])
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
-static bool is_same(const struct plan_camera *a, const struct plan_camera *b)
+bool motion_is_same_view(const struct plan_camera *a, const struct plan_camera *b)
 {
     return a->type == b->type && is_same3(a->eye, b->eye) && is_same3(a->right, b->right) &&
            is_same3(a->up, b->up) && is_same3(a->forward, b->forward) &&
@@ -85,31 +85,34 @@ static void follow(const struct motion_part *part, enum motion_side side, double
     }
 }
 
-static void move(const struct motion *m, const struct plan *plan, enum motion_side side,
-                 const struct shown *shown, float out[2])
+/* What is known to move; NULL: nothing is, or it is far. */
+static const struct motion_part *part_of(const struct motion *m, const struct motion_point *p)
 {
-    double at[3] = {shown->at[0], shown->at[1], shown->at[2]}, x, y;
-    out[0] = out[1] = 0;
-    const bool moves = shown->part && shown->part->moves[side];
-    if (!moves && is_same(&m->camera[side], &plan->camera)) return;
-    if (moves) follow(shown->part, side, at);
-    if (!project(&m->camera[side], plan, at, shown->is_far, &x, &y)) return;
-    out[0] = (float)(x - shown->x);
-    out[1] = (float)(y - shown->y);
+    return !p->is_far && p->id > 0 && p->id <= m->part_count ? &m->parts[p->id - 1] : NULL;
 }
 
-static void show(const struct motion *m, const struct plan *plan, const struct patch *patch,
-                 int32_t x, int32_t y, size_t i, struct shown *out)
+void motion_show(const struct plan *plan, const struct patch *patch, int32_t x, int32_t y,
+                 struct motion_point *out)
 {
     float origin[3], direction[3];
-    *out = (struct shown){.x = x + 0.5, .y = y + 0.5, .is_far = !(patch->depth[i] > 0)};
+    const size_t i = patch_pixel(patch, x, y);
+    *out = (struct motion_point){
+        .x = x + 0.5, .y = y + 0.5, .is_far = !(patch->depth[i] > 0), .id = patch->id[i]};
     plan_camera_ray(plan, (float)x + 0.5f, (float)y + 0.5f, origin, direction);
     for (int c = 0; c < 3; c++)
         out->at[c] = out->is_far
                          ? (double)direction[c]
                          : (double)origin[c] + (double)patch->depth[i] * (double)direction[c];
-    const uint32_t id = patch->id[i]; /* 1 + the instance; 0: none */
-    if (!out->is_far && id > 0 && id <= m->part_count) out->part = &m->parts[id - 1];
+}
+
+bool motion_follow(const struct motion *m, const struct plan *plan, enum motion_side side,
+                   struct motion_point *p)
+{
+    const struct motion_part *part = m ? part_of(m, p) : NULL;
+    const bool moves = part && part->moves[side];
+    if (!m || (!moves && motion_is_same_view(&m->camera[side], &plan->camera))) return true;
+    if (moves) follow(part, side, p->at);
+    return project(&m->camera[side], plan, p->at, p->is_far, &p->x, &p->y);
 }
 
 void motion_compose(const struct motion *m, const struct plan *plan, const struct patch *patch,
@@ -123,14 +126,12 @@ void motion_compose(const struct motion *m, const struct plan *plan, const struc
                                       image_plane(image, names[side][1])};
         if (!out[0] || !out[1]) continue;
         for (int32_t y = block.y0; y < block.y1; y++) {
-            size_t i = patch_pixel(patch, block.x0, y);
-            for (int32_t x = block.x0; x < block.x1; x++, i++) {
-                struct shown shown;
-                float by[2];
-                show(m, plan, patch, x, y, i, &shown);
-                move(m, plan, (enum motion_side)side, &shown, by);
-                *plane_at(out[0], x, y) = by[0];
-                *plane_at(out[1], x, y) = by[1];
+            for (int32_t x = block.x0; x < block.x1; x++) {
+                struct motion_point p;
+                motion_show(plan, patch, x, y, &p);
+                const bool seen = motion_follow(m, plan, (enum motion_side)side, &p);
+                *plane_at(out[0], x, y) = seen ? (float)(p.x - (x + 0.5)) : 0.0f;
+                *plane_at(out[1], x, y) = seen ? (float)(p.y - (y + 0.5)) : 0.0f;
             }
         }
     }

@@ -1,6 +1,6 @@
 /* Triangles are found by a grid over the mesh's box: a point of the surface lies in a cell that its
  * triangle's box meets. */
-#include "server/reconstruct/compose/motion_mesh.h"
+#include "server/reconstruct/motion/motion_mesh.h"
 
 #include <math.h>
 #include <stdbool.h>
