@@ -50,7 +50,8 @@ eventually 5 workers_are ''
 POD_NAME=$(printf '%010000d' 0) worker long "${link[@]}"; long=$worker
 check "a name of 10 kB is passed over" eventually 5 workers_are "$(uname -n):$long"
 kill $long
-check "one that is given is refused" bash -c "! '$build/shearwater-worker' --connect unix:/x --name $(printf '%0300d' 0) 2>'$tmp/named' && grep -q 'at most 255 bytes' '$tmp/named'"
+check "one that is given is refused" bash -c "! '$build/shearwater-worker' --connect unix:/x --name $(printf '%0300d' 0) 2>'$tmp/named' && grep -q '1 to 255 bytes: give a shorter one' '$tmp/named'"
+check "... as one with a line end" bash -c "! '$build/shearwater-worker' --connect unix:/x --name \$'two\nlines' 2>'$tmp/named' && grep -q 'printable UTF-8' '$tmp/named'"
 
 # The picture, by one worker that stays until it idles.
 worker idle "${link[@]}" --idle-exit 2; idle=$worker
