@@ -235,6 +235,17 @@ int job_store_unfinished(struct job_store *s,
     return error;
 }
 
+int job_store_newest(struct job_store *s, char id[JOB_ID_BYTES])
+{
+    if (!job_batches_are_done(&s->batches)) return ERR_STATE;
+    struct job_records records = {0};
+    const int error = job_database_list(s->db, &(struct job_listing){.limit = 1}, &records);
+    id[0] = '\0';
+    if (!error && records.count > 0) snprintf(id, JOB_ID_BYTES, "%s", records.items[0].row.id);
+    job_records_fini(&records);
+    return error;
+}
+
 /* Ends a pass of removals. If the disk fails, the round is left and comes again. */
 static void on_passed(void *ctx, int error, const struct removal_pass *pass)
 {

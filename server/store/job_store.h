@@ -159,6 +159,9 @@ int job_store_unfinished(struct job_store *s,
                                       const struct frame_row *frames, size_t frame_count),
                          void *ctx);
 
+/* Finds the greatest id of all jobs; "" without jobs. Blocking, at start-up. ERR_STATE as above. */
+int job_store_newest(struct job_store *s, char id[JOB_ID_BYTES]);
+
 /* Remembers which blob an import gave. `source` is a digest over the importer's build, the scene
  * asset and its files, which are `assets`. ERR_NOT_FOUND when one of these has gone meanwhile: the
  * blob goes, too. done may be NULL. */

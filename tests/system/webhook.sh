@@ -51,7 +51,17 @@ check "metrics count what was taken" eventually 10 metric 'shearwater_webhooks_t
 check "... and what failed" metric 'shearwater_webhooks_total{outcome="failed"} [3-9]'
 http -o /dev/null -X DELETE "$url/v1/jobs/$hanging?purge=1"
 
+# One that waits, of a coordinator whose clock is a year ahead of the next one's. (tests/fake/preload_faults.c)
 touch "$tmp/closed"
+serve_stop
+ahead() {
+    head -c 232 /dev/zero >"$tmp/control"
+    node -e 'const fs = require("fs"), file = fs.openSync(process.argv[1], "r+"), b = Buffer.alloc(8);
+        b.writeBigInt64LE(31536000n); fs.writeSync(file, b, 0, 8, 192);' "$tmp/control"
+    LD_PRELOAD=$(realpath "$build/tests/fake/preload_faults.so") FAULTS_FOR=shearwater FAULTS_CONTROL=$tmp/control start "${hosts[@]}"
+    eventually 5 grep -q "^$(($(date +%Y) + 1))-" "$tmp/data/stderr"
+}
+if is_sanitized; then start "${hosts[@]}"; else check "a coordinator's clock is a year ahead" ahead; fi
 late=$(hooked late "http://127.0.0.1:$port/late")
 check "one that is closed is called" eventually 30 calls /late 'length >= 1'
 serve_stop -KILL
