@@ -114,6 +114,23 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
     job_batches_submit(&s->batches, r, 0);
 }
 
+void job_store_mark(struct job_store *s, const char *id, const char *owner, uint64_t seen_revision,
+                    const char *marks, job_store_done done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_MARK, id, ctx);
+    if (!r) {
+        done(ctx, ERR_MEMORY);
+        return;
+    }
+    int error = 0;
+    r->owned = owner != NULL;
+    if (owner) snprintf(r->owner, sizeof r->owner, "%s", owner);
+    r->seen_revision = seen_revision;
+    r->document = job_request_copy(marks, &error);
+    r->call.done = done;
+    job_batches_submit(&s->batches, r, error);
+}
+
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
                             const char *report, job_store_done done, void *ctx)
 {
