@@ -33,6 +33,8 @@ check "a host that is none is refused" cannot --webhook-hosts 'a:b' --webhook-ke
 
 start "${hosts[@]}"
 check "another port is refused" refused "http://127.0.0.1:1/flaky" '127.0.0.1:1 is none of the hosts'
+by_option() { ! "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet --webhook "$1" 2>"$tmp/refused" && grep -q "/webhook/url: $2" "$tmp/refused"; }
+check "... also of submit --webhook" by_option "http://127.0.0.1:2/flaky" '127.0.0.1:2 is none of the hosts'
 check "another name of the host is refused" refused "http://localhost:$port/flaky" "localhost:$port is none"
 check "... in other spellings, too" refused "http://127.0.0.1:$port@hooks.other/" 'it names a user'
 check "a port that is not the scheme's own is refused" refused "https://hooks.example:8443/" 'hooks.example:8443 is none'
@@ -62,7 +64,8 @@ ahead() {
     eventually 5 grep -q "^$(($(date +%Y) + 1))-" "$tmp/data/stderr"
 }
 if is_sanitized; then start "${hosts[@]}"; else check "a coordinator's clock is a year ahead" ahead; fi
-late=$(hooked late "http://127.0.0.1:$port/late")
+submit "$small" >/dev/null # writes the document
+late=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet --name late --webhook "http://127.0.0.1:$port/late")
 check "one that is closed is called" eventually 30 calls /late 'length >= 1'
 serve_stop -KILL
 rm "$tmp/closed"
