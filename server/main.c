@@ -17,6 +17,7 @@ static const struct command {
     {"jobs", cli_jobs, "list a coordinator's jobs, by name, label or state"},
     {"watch", cli_watch, "follow a job until it ends"},
     {"steer", cli_steer, "pause or resume a job, or change what is rendered first"},
+    {"mark", cli_mark, "change a job's name, comment or labels"},
     {"cancel", cli_cancel, "cancel a job"},
     {"workers", cli_workers, "list a coordinator's workers, or launch some by Slurm"},
     {"health", cli_health, "tell whether a coordinator is well"},

@@ -23,7 +23,7 @@ export const listJobs = (cursor) =>
   request(`/v1/jobs?limit=50${cursor ? `&cursor=${encodeURIComponent(cursor)}` : ""}`);
 export const getJob = (id) => request(`/v1/jobs/${id}`);
 export const cancelJob = (id) => request(`/v1/jobs/${id}`, { method: "DELETE" });
-// What `change` has: priority, paused, region, near. `last`: also while the page is left.
+// What `change` has: priority, paused, region, near; or name, comment, labels, of a job that has ended, too. `last`: also while the page is left.
 export const steerJob = (id, change, last = false) => request(`/v1/jobs/${id}`, {
   method: "PATCH", headers: { "Content-Type": "application/json" }, body: JSON.stringify(change), keepalive: last,
 });

@@ -44,8 +44,8 @@ const view = new JobView(picture, {
 const panel = new JobPanel({
   section: $("panel"), again: $("again"), standing: $("standing"), plan: $("plan"), skippedPart: $("skipped-part"),
   skippedTitle: $("skipped-title"), skipped: $("skipped"), times: $("times"), rays: $("rays"), statistics: $("statistics"),
-  log: $("log"),
-}, () => {});
+  log: $("log"), mark: $("mark-open"),
+}, () => {}, (job) => view.show(job));
 const list = new JobList({ list: $("jobs"), empty: $("jobs-empty"), more: $("jobs-more") }, showConnection);
 
 function route() {

@@ -174,6 +174,46 @@ json_t *job_labels_write(const struct job_marks *marks)
     return NULL;
 }
 
+static const struct json_member change_members[] = {{.name = "name", .read = job_name_read},
+                                                    {.name = "comment", .read = job_comment_read},
+                                                    {.name = "labels", .read = job_labels_read},
+                                                    {.name = NULL}};
+
+/* Writes those of `marks` that `given` has; NULL on failed allocation. */
+static json_t *write_change(const struct job_marks *marks, const json_t *given)
+{
+    json_t *change = json_object();
+    int failures = 0;
+    if (json_object_get(given, "name"))
+        failures += json_object_set_new(change, "name", job_text_write(marks->name)) != 0;
+    if (json_object_get(given, "comment"))
+        failures += json_object_set_new(change, "comment", job_text_write(marks->comment)) != 0;
+    if (json_object_get(given, "labels"))
+        failures += json_object_set_new(change, "labels", job_labels_write(marks)) != 0;
+    if (change && failures == 0) return change;
+    json_decref(change);
+    return NULL;
+}
+
+int job_marks_read_change(const char *text, size_t size_bytes, json_t **out, struct fault *fault)
+{
+    json_t *root = NULL;
+    struct job job = {0};
+    struct json_cursor at;
+    *out = NULL;
+    int error = json_read(text, size_bytes, LIMIT_JOB_BYTES, &root, fault);
+    if (error) return error;
+    json_cursor_init(&at, fault);
+    error = json_cursor_members(&at, root, change_members, &job);
+    if (!error && json_object_size(root) == 0)
+        error = json_cursor_refuse(&at, ERR_MISSING, "the document changes nothing");
+    if (!error && !(*out = write_change(&job.marks, root)))
+        error = json_cursor_refuse(&at, ERR_MEMORY, "memory is exhausted");
+    job_marks_fini(&job.marks);
+    json_decref(root);
+    return error;
+}
+
 void job_marks_fini(struct job_marks *marks)
 {
     free(marks->name);

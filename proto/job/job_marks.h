@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "proto/limits.h"
+#include "proto/json.h"
 
 struct job_marks {
     char *name;                     /* owned; NULL: none */
@@ -18,6 +18,11 @@ struct job_marks {
 void job_marks_fini(struct job_marks *marks);
 /* ERR_MEMORY: *out is empty. */
 int job_marks_copy(const struct job_marks *marks, struct job_marks *out);
+
+/* Reads a change of marks: {name, comment, labels}, at least one of them, as in a job document.
+ * *out has the members that were given, as job_write writes them; the caller owns it. On failure
+ * *fault has the code, the JSON pointer and a sentence. */
+int job_marks_read_change(const char *text, size_t size_bytes, json_t **out, struct fault *fault);
 
 /* Returns what is wrong with a label, as the rest of a sentence about it; NULL: nothing. The text
  * must be UTF-8. */

@@ -32,6 +32,12 @@ void message_encode_hello(struct bytes_writer *w, const struct message_hello *m)
     bytes_write_u64(w, m->pid);
 }
 
+/* Tells a name that is too long from a HELLO that was cut. */
+static bool text_is_too_long(struct bytes_reader at, size_t capacity)
+{
+    return bytes_read_u16(&at) >= capacity;
+}
+
 static int check_hello(const struct message_hello *m)
 {
     if (m->threads > LIMIT_THREADS) return ERR_LIMIT;
@@ -52,6 +58,7 @@ int message_decode_hello(const void *payload, size_t size_bytes, struct message_
     bytes_read_string(&r, m->build_id, sizeof m->build_id);
     bytes_read_string(&r, m->embree_version, sizeof m->embree_version);
     bytes_read_string(&r, m->isa, sizeof m->isa);
+    if (text_is_too_long(r, sizeof m->name)) return ERR_LIMIT;
     bytes_read_string(&r, m->name, sizeof m->name);
     m->threads = bytes_read_u32(&r);
     m->pid = bytes_read_u64(&r);

@@ -150,6 +150,10 @@ struct message_tile_fault {
 /* Returns the name of a message: "HELLO" for 1, NULL for an unknown number. */
 const char *message_name(uint16_t type);
 
+/* Returns whether a text is printable UTF-8. No other text travels, since it reaches logs,
+ * terminals and JSON. */
+bool message_text_is_clean(const char *text);
+
 /* One pair a message: encode appends the payload (without the frame header) to w, whose `failed`
  * tells of exhausted memory; decode reads a payload, returns 0 or ERR_TRUNCATED, ERR_TRAILING,
  * ERR_LIMIT, ERR_RANGE. For RESULT and BLOB_PART encode writes all but the trailing byte range,

@@ -4,6 +4,7 @@
 
 #include "proto/error.h"
 #include "proto/limits.h"
+#include "proto/link/message.h"
 
 /* Bytes of the UTF-8 character at `at` (which ends with a NUL), 0 if it is none or a control
  * character. Unicode 15, table 3-7. */

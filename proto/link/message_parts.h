@@ -15,10 +15,6 @@ static inline struct bytes_reader message_reader(const void *payload, size_t siz
     return r;
 }
 
-/* Returns whether a text is printable UTF-8. No other text travels, since it reaches logs,
- * terminals and JSON. */
-bool message_text_is_clean(const char *text);
-
 /* Writes a cleaned text; `capacity` is at most LIMIT_DETAIL_BYTES. */
 void message_write_text(struct bytes_writer *w, const char *text, size_t capacity);
 

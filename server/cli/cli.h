@@ -8,6 +8,7 @@ int cli_submit(int argc, char **argv);
 int cli_jobs(int argc, char **argv);
 int cli_watch(int argc, char **argv);
 int cli_steer(int argc, char **argv);
+int cli_mark(int argc, char **argv);
 int cli_cancel(int argc, char **argv);
 int cli_health(int argc, char **argv);
 int cli_token(int argc, char **argv);

@@ -145,6 +145,10 @@ static int set_marks(const struct job_changes *changes, json_t *document, struct
     if (changes->name) error = set_text("name", changes->name, document, fault);
     if (!error && changes->comment) error = set_text("comment", changes->comment, document, fault);
     if (!error && changes->labels) error = add_labels(changes->labels, document, fault);
+    if (!error && changes->webhook) {
+        json_object_del(document, "webhook");
+        error = set_member(document, "webhook", "url", json_string(changes->webhook));
+    }
     return error;
 }
 

@@ -17,6 +17,7 @@ struct job_changes {
     const char *name;        /* name; NULL */
     const char *comment;     /* comment; NULL */
     const char *labels;      /* labels to add, parted by commas; NULL */
+    const char *webhook;     /* webhook.url; NULL; `render` has no option for it */
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */

@@ -18,6 +18,7 @@ struct bundle {
     struct client *client;
     char folder[2048]; /* with a slash at the end, or empty */
     json_t *files;     /* relative name -> digest, the document's "files" */
+    char material[64]; /* the last that an MTL began; "": none */
     struct fault *fault;
 };
 
@@ -157,23 +158,18 @@ static int add_glb(struct bundle *b, const char *data, size_t size_bytes)
     return length <= size_bytes - 20 ? add_gltf(b, data + 20, length) : 0;
 }
 
-/* Calls `add` with the rest of every line whose first word is `wanted`'s. */
-static int each_line(struct bundle *b, char *text, bool (*wanted)(const char *keyword),
-                     int (*add)(struct bundle *b, char *rest))
+/* Calls `add` for every line of two words or more. */
+static int each_line(struct bundle *b, char *text,
+                     int (*add)(struct bundle *b, const char *keyword, char *rest))
 {
     char *save_line = NULL;
     int error = 0;
     for (char *line = strtok_r(text, "\r\n", &save_line); line && !error;
          line = strtok_r(NULL, "\r\n", &save_line)) {
         char *save = NULL, *keyword = strtok_r(line, " \t", &save);
-        if (keyword && wanted(keyword) && save) error = add(b, save);
+        if (keyword && save) error = add(b, keyword, save);
     }
     return error;
-}
-
-static bool is_mtllib(const char *keyword)
-{
-    return strcmp(keyword, "mtllib") == 0;
 }
 
 /* The maps that the importer reads: others may be missing. */
@@ -183,25 +179,24 @@ static bool is_map(const char *keyword)
            strcasecmp(keyword, "map_emissive") == 0;
 }
 
-static int add_map(struct bundle *b, char *rest)
+/* Uploads a map; of one that is missing, tells whose it is. */
+static int add_map(struct bundle *b, const char *keyword, char *rest)
 {
     struct mtl_map map;
+    char detail[LIMIT_DETAIL_BYTES];
     mtl_map_read(rest, &map);
-    return map.name[0] ? add_file(b, map.name) : 0;
+    const int error = map.name[0] ? add_file(b, map.name) : 0;
+    if (error != ERR_NOT_FOUND) return error;
+    snprintf(detail, sizeof detail, "%s", b->fault->detail);
+    return fault_set(b->fault, error, b->fault->pointer, "%.20s of the material \"%s\": %.350s",
+                     keyword, b->material, detail);
 }
 
-static int add_mtl(struct bundle *b, const char *name)
+static int add_mtl_line(struct bundle *b, const char *keyword, char *rest)
 {
-    char path[4096];
-    size_t size_bytes;
-    int error = add_file(b, name);
-    if (error) return error;
-    snprintf(path, sizeof path, "%s%s", b->folder, name);
-    char *text = read_text(path, &size_bytes, b->fault);
-    if (!text) return b->fault->code;
-    error = each_line(b, text, is_map, add_map);
-    free(text);
-    return error;
+    if (strcmp(keyword, "newmtl") == 0)
+        snprintf(b->material, sizeof b->material, "%s", mtl_name_clean(rest));
+    return is_map(keyword) ? add_map(b, keyword, rest) : 0;
 }
 
 static bool is_there(const struct bundle *b, const char *name)
@@ -211,24 +206,33 @@ static bool is_there(const struct bundle *b, const char *name)
     return access(path, F_OK) == 0;
 }
 
+/* Of one that is missing the importer will warn. */
+static int add_mtl(struct bundle *b, const char *name)
+{
+    char path[4096];
+    size_t size_bytes;
+    if (!is_there(b, name)) return 0;
+    int error = add_file(b, name);
+    if (error) return error;
+    snprintf(path, sizeof path, "%s%s", b->folder, name);
+    char *text = read_text(path, &size_bytes, b->fault);
+    if (!text) return b->fault->code;
+    b->material[0] = '\0';
+    error = each_line(b, text, add_mtl_line);
+    free(text);
+    return error;
+}
+
 /* A name with spaces, or where no file is called so, several names. */
-static int add_libraries(struct bundle *b, char *rest)
+static int add_libraries(struct bundle *b, const char *keyword, char *rest)
 {
     char *save = NULL, *name = mtl_name_clean(rest);
     int error = 0;
-    if (!name[0]) return 0;
-    if (is_there(b, name) || !strpbrk(name, " \t")) return add_mtl(b, name);
-    char *words = strdup(name);
-    if (!words) return ERR_MEMORY;
-    bool all = true;
-    for (char *one = strtok_r(words, " \t", &save); one; one = strtok_r(NULL, " \t", &save))
-        all &= is_there(b, one);
-    memcpy(words, name, strlen(name) + 1);
-    for (char *one = strtok_r(words, " \t", &save); all && one && !error;
+    if (strcmp(keyword, "mtllib") != 0 || !name[0]) return 0;
+    if (is_there(b, name)) return add_mtl(b, name);
+    for (char *one = strtok_r(name, " \t", &save); one && !error;
          one = strtok_r(NULL, " \t", &save))
         error = add_mtl(b, one);
-    if (!all) error = add_mtl(b, name); /* which is missing as a whole */
-    free(words);
     return error;
 }
 
@@ -243,7 +247,7 @@ static int add_references(struct bundle *b, const char *path)
     else if (text[strspn(text, " \t\r\n\xef\xbb\xbf")] == '{')
         error = add_gltf(b, text, size_bytes);
     else
-        error = each_line(b, text, is_mtllib, add_libraries);
+        error = each_line(b, text, add_libraries);
     free(text);
     return error;
 }

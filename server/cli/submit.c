@@ -32,6 +32,8 @@ int cli_submit(int argc, char **argv)
         {"dry-run", 'n', OPTION_FLAG, NULL, "only check the job and print its plan", 0, 0,
          &dry_run},
         JOB_CHANGES_OPTIONS(&changes),
+        JOB_CHANGE_TEXT("webhook", 0, "URL", "tell this address when the job has ended",
+                        &changes.webhook),
         {"quiet", 'q', OPTION_FLAG, NULL, "print only the id", 0, 0, &quiet},
     };
     const struct option_table table = {

@@ -25,6 +25,22 @@ static const char *smaller_isa(const char *a, const char *b)
     return b;
 }
 
+void admission_refuse_greeting(int error, struct message_refused *refused)
+{
+    if (error == ERR_LIMIT)
+        refuse(refused, error,
+               "the worker's name has more than %d bytes, or it has more than %d threads: give it "
+               "a shorter --name or fewer --threads",
+               LIMIT_NAME_BYTES - 1, LIMIT_THREADS);
+    else if (error == ERR_RANGE)
+        refuse(refused, error,
+               "the worker's name is no printable UTF-8, or it has no thread: give it another "
+               "--name");
+    else
+        refuse(refused, error, "the greeting cannot be read (%s): connect a worker of this build",
+               error_text(error));
+}
+
 bool admission_check(const struct admission *a, const struct message_hello *h,
                      struct message_refused *refused)
 {

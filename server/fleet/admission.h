@@ -14,3 +14,7 @@ struct admission {
 /* Returns false when it is refused; *refused has the code and the advice. */
 bool admission_check(const struct admission *a, const struct message_hello *h,
                      struct message_refused *refused);
+
+/* Refuses a HELLO that could not be decoded: with message_decode_hello's error, or ERR_LIMIT if it
+ * is too large to be read. */
+void admission_refuse_greeting(int error, struct message_refused *refused);

@@ -203,6 +203,7 @@ static struct fleet *allocate(uv_loop_t *loop, const struct fleet_options *o,
     if (!fleet) return NULL;
     fleet->loop = loop;
     fleet->client = *client;
+    fleet->log = o->log;
     fleet->beat_ms = or_default(o->beat_ms, DEFAULT_BEAT_MS);
     fleet->silence_ms = or_default(o->silence_ms, DEFAULT_SILENCE_MS);
     fleet->stall_ms = or_default(o->stall_ms, DEFAULT_STALL_MS);

@@ -75,7 +75,7 @@ struct fleet_options {
     const char *key_path; /* what workers over TCP must have (proto/link/link_key.h); NULL: nothing,
                              and loopback only */
     const char *worker_program; /* path of shearwater-worker */
-    const struct log *log;      /* how local workers write their lines; NULL: as text */
+    struct log *log;            /* of refusals; local workers write as it does; NULL: as text */
     const char *cache_dir;      /* for local workers' blobs */
     const char *blob_dir;       /* local workers may map blobs from here without copying */
     unsigned local_workers, worker_threads; /* threads 0: cores / workers, at least 1 */

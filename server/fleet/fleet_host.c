@@ -25,6 +25,13 @@ static bool greet(void *ctx, struct session *s, struct message_welcome *welcome,
     return true;
 }
 
+static void note_refused(void *ctx, const struct session *s, const struct message_refused *refused)
+{
+    const struct fleet *fleet = ctx;
+    const struct log_field fields[] = {{"worker", s->hello.name, 0}, {"detail", refused->text, 0}};
+    log_write(fleet->log, LOG_WARNING, "worker refused", NULL, fields, 2);
+}
+
 static void wake(void *ctx)
 {
     fleet_wake(ctx);
@@ -120,6 +127,7 @@ struct session_host fleet_host(struct fleet *fleet, void (*closed)(void *ctx, st
 {
     return (struct session_host){.ctx = fleet,
                                  .greet = greet,
+                                 .refused = note_refused,
                                  .result = take_result,
                                  .returned = tile_returned,
                                  .gone = fleet_note_gone,

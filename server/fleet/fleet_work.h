@@ -19,6 +19,7 @@ struct gone {
 struct fleet {
     uv_loop_t *loop;
     struct fleet_client client;
+    struct log *log; /* borrowed; may be NULL */
     uint32_t beat_ms, silence_ms, stall_ms;
     struct session_host host;
     struct session **sessions; /* owned, by growing id */

@@ -172,6 +172,10 @@ static void digest_inbox(struct session *s)
     while (session_is_listening(s) && may_read(s)) {
         int e = wire_frame_inbox_next(&s->inbox, &f);
         if (e == ERR_INCOMPLETE) return;
+        if (e == ERR_LIMIT && s->state == SESSION_GREETING) {
+            session_refuse_greeting(s, 0, e);
+            return;
+        }
         if (e == 0) e = session_take(s, &f);
         if (e != 0) {
             end_corrupt(s, e);

@@ -45,6 +45,8 @@ struct session_host {
     /* Decides whether this worker may join: true and *welcome, or false and *refused. */
     bool (*greet)(void *ctx, struct session *s, struct message_welcome *welcome,
                   struct message_refused *refused);
+    /* Tells that it was refused: its name is "" where the HELLO cannot be read. */
+    void (*refused)(void *ctx, const struct session *s, const struct message_refused *refused);
     /* Takes a result that was decoded but not judged; request_id is for the answer. */
     int (*result)(void *ctx, struct session *s, uint64_t request_id,
                   const struct message_result *result);

@@ -2,14 +2,24 @@
  * legal in which state. A negative code ends the session. */
 #include <string.h>
 
+#include "server/fleet/admission.h"
 #include "server/fleet/session.h"
 
 static void refuse(struct session *s, uint64_t request_id, const struct message_refused *refused)
 {
     s->totals->refused++;
+    s->host->refused(s->host->ctx, s, refused);
     message_encode_refused(outbox_payload(&s->outbox), refused);
     outbox_put(&s->outbox, MESSAGE_REFUSED, request_id);
     session_leave(s);
+}
+
+void session_refuse_greeting(struct session *s, uint64_t request_id, int error)
+{
+    struct message_refused refused = {0};
+    s->hello = (struct message_hello){.threads = 1};
+    admission_refuse_greeting(error, &refused);
+    refuse(s, request_id, &refused);
 }
 
 /* The version comes first in every HELLO, whatever follows it. */
@@ -29,8 +39,10 @@ static int take_hello(struct session *s, const struct wire_frame_view *f)
     struct message_refused refused = {0};
     int e = message_decode_hello(f->payload, f->payload_bytes, &s->hello);
     if (e && speaks_another_version(s, f)) e = 0; /* greet refuses it with words */
-    if (e) return e;
-    if (s->hello.threads == 0 || s->hello.threads > LIMIT_THREADS) return ERR_RANGE;
+    if (e) {
+        session_refuse_greeting(s, f->request_id, e);
+        return 0;
+    }
     if (!s->host->greet(s->host->ctx, s, &welcome, &refused)) {
         refuse(s, f->request_id, &refused);
         return 0;

@@ -46,6 +46,19 @@ int job_id_next(struct job_id_source *source, uint64_t now_ms, char out[JOB_ID_B
     return 0;
 }
 
+void job_id_follow(struct job_id_source *source, const char *id)
+{
+    uint8_t bytes[16] = {0};
+    for (int at = 2; at < 130; at++) {
+        const unsigned value = (unsigned)(strchr(alphabet, id[at / 5]) - alphabet);
+        const unsigned one = value >> (4 - at % 5) & 1u;
+        bytes[(at - 2) / 8] |= (uint8_t)(one << (7 - (at - 2) % 8));
+    }
+    source->last_ms = 0;
+    for (int i = 0; i < 6; i++) source->last_ms = source->last_ms << 8 | bytes[i];
+    memcpy(source->random, bytes + 6, sizeof source->random);
+}
+
 bool job_id_is_valid(const char *text)
 {
     return strlen(text) == JOB_ID_BYTES - 1 && strspn(text, alphabet) == JOB_ID_BYTES - 1;

@@ -15,5 +15,9 @@ struct job_id_source {
  * randomness. */
 int job_id_next(struct job_id_source *source, uint64_t now_ms, char out[JOB_ID_BYTES]);
 
+/* Lets all ids that follow be greater than one that is valid: of an earlier process, perhaps under
+ * a clock that was ahead. */
+void job_id_follow(struct job_id_source *source, const char *id);
+
 /* Returns whether a text from outside has the form of an id. */
 bool job_id_is_valid(const char *text);

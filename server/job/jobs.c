@@ -248,7 +248,10 @@ static bool is_unfinished(void *ctx, const char *job)
 int jobs_resume(struct jobs *jobs)
 {
     struct resumption resumption = {.jobs = jobs};
-    int error = job_store_unfinished(jobs->options.store, resume_one, &resumption);
+    char newest[JOB_ID_BYTES];
+    int error = job_store_newest(jobs->options.store, newest);
+    if (!error && job_id_is_valid(newest)) job_id_follow(&jobs->ids, newest);
+    if (!error) error = job_store_unfinished(jobs->options.store, resume_one, &resumption);
     if (!error && !resumption.error && jobs->options.spools)
         spools_sweep(jobs->options.spools, is_unfinished, jobs);
     jobs_advance_soon(jobs);

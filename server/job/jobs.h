@@ -110,6 +110,11 @@ void jobs_cancel(struct jobs *jobs, const struct principal *principal, const cha
 bool jobs_find_work(struct jobs *jobs, const struct principal *principal, uint64_t frame_id,
                     char id[JOB_ID_BYTES], int32_t *number);
 
+/* Changes the name, comment and labels that `marks` gives (job_marks_read_change), of a job in any
+ * state. ERR_MISMATCH as below. 0 when it is durable. */
+void jobs_mark(struct jobs *jobs, const struct principal *principal, const char *id,
+               uint64_t seen_revision, const json_t *marks, job_store_done done, void *ctx);
+
 /* Applies what `steering` gives. ERR_STATE when the job is not active; ERR_MISMATCH when its
  * revision is not the one that was seen (0: any). 0 when it is in force and, but for region and
  * point, durable. */

@@ -133,6 +133,18 @@ static json_t *log_of(const json_t *report, const struct job_row *row)
     return log ? log : json_array();
 }
 
+/* Returns the document; of a live job with the camera and lens that it now has. */
+static json_t *document_of(const struct active_job *active, const struct job_row *row)
+{
+    static const char *const marks[] = {"name", "comment", "labels"};
+    json_t *stored = parse(row->document);
+    if (!active || !active->view) return stored;
+    json_t *document = job_write(&active->prepared->job);
+    copy_members(document, stored, marks, sizeof marks / sizeof marks[0]);
+    json_decref(stored);
+    return document;
+}
+
 static json_t *body_of(const struct active_job *active, const struct job_row *row,
                        const struct frame_row *frames, size_t frame_count)
 {
@@ -142,9 +154,7 @@ static json_t *body_of(const struct active_job *active, const struct job_row *ro
     json_t *report = report_of(active, row);
     json_object_set_new(body, "log", log_of(report, row));
     add_tile_priority(body, active);
-    json_object_set_new(body, "document",
-                        active && active->view ? job_write(&active->prepared->job)
-                                               : parse(row->document));
+    json_object_set_new(body, "document", document_of(active, row));
     copy_members(body, report, keys, sizeof keys / sizeof keys[0]);
     json_decref(report);
     if (active && !active->frames) add_stored_frames(body, frames, frame_count);

@@ -34,7 +34,11 @@ static const char *const query_text[QUERY_COUNT] = {
                            " SELECT id, ?2, ?3, ?4, ?5 FROM jobs WHERE id = ?1"
                            " ON CONFLICT (job, number) DO UPDATE SET state = excluded.state,"
                            " exr = excluded.exr, png = excluded.png",
-    [QUERY_UPDATE_DOCUMENT] = "UPDATE jobs SET document = ?2, updated_ms = ?3 WHERE id = ?1",
+    [QUERY_UPDATE_DOCUMENT] =
+        "UPDATE jobs SET document = json_set(?2, '$.name', json_extract(document, '$.name'),"
+        " '$.comment', json_extract(document, '$.comment'),"
+        " '$.labels', json(coalesce(json_extract(document, '$.labels'), '[]'))),"
+        " updated_ms = ?3 WHERE id = ?1",
     [QUERY_REMOVE] = "DELETE FROM jobs WHERE id = ?1",
     [QUERY_GET] = "SELECT " JOB_RECORD_COLUMNS " FROM jobs WHERE id = ?1",
     [QUERY_FRAMES] = "SELECT " JOB_RECORD_FRAME_COLUMNS " FROM frames WHERE job = ?1"

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "server/store/asset_tables.h"
+#include "server/store/job_mark_rows.h"
 #include "server/store/job_thumbnails.h"
 #include "server/store/job_webhooks.h"
 
@@ -164,6 +165,9 @@ static int perform(struct job_request *r, struct job_database *db)
     case REQUEST_STEER:
         return job_database_steer(db, r->id, r->has_priority ? &r->priority : NULL,
                                   r->has_paused ? &r->paused : NULL);
+    case REQUEST_MARK:
+        return job_mark_rows_change(job_database_connection(db), r->id, r->owned ? r->owner : NULL,
+                                    r->seen_revision, r->document);
     case REQUEST_UPDATE_FRAME:
         return perform_update_frame(db, r);
     case REQUEST_UPDATE_DOCUMENT:
@@ -248,6 +252,7 @@ void job_request_answer(const struct job_request *r)
         break;
     case REQUEST_UPDATE:
     case REQUEST_STEER:
+    case REQUEST_MARK:
     case REQUEST_UPDATE_FRAME:
     case REQUEST_UPDATE_DOCUMENT:
     case REQUEST_REMOVE:

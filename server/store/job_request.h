@@ -7,6 +7,7 @@ enum request_kind {
     REQUEST_INSERT,
     REQUEST_UPDATE,
     REQUEST_STEER,
+    REQUEST_MARK, /* `document` has the marks */
     REQUEST_UPDATE_FRAME,
     REQUEST_UPDATE_DOCUMENT,
     REQUEST_REMOVE,
@@ -40,7 +41,8 @@ struct job_request {
     char *state, *fault, *report, *document, *key, *cursor, *text, *name, *labels, *webhook;
     int64_t created_ms, updated_ms;
     int32_t priority;
-    bool owned;                            /* REQUEST_LIST: of `owner` alone */
+    bool owned; /* REQUEST_LIST, REQUEST_MARK: of `owner` alone */
+    uint64_t seen_revision;
     bool paused, has_priority, has_paused; /* REQUEST_STEER sets what it has */
     struct frame_row frame;                /* its state is `state` */
     struct digest body, source, blob;

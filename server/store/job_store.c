@@ -114,6 +114,23 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
     job_batches_submit(&s->batches, r, 0);
 }
 
+void job_store_mark(struct job_store *s, const char *id, const char *owner, uint64_t seen_revision,
+                    const char *marks, job_store_done done, void *ctx)
+{
+    struct job_request *r = job_request_create(REQUEST_MARK, id, ctx);
+    if (!r) {
+        done(ctx, ERR_MEMORY);
+        return;
+    }
+    int error = 0;
+    r->owned = owner != NULL;
+    if (owner) snprintf(r->owner, sizeof r->owner, "%s", owner);
+    r->seen_revision = seen_revision;
+    r->document = job_request_copy(marks, &error);
+    r->call.done = done;
+    job_batches_submit(&s->batches, r, error);
+}
+
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
                             const char *report, job_store_done done, void *ctx)
 {
@@ -231,6 +248,17 @@ int job_store_unfinished(struct job_store *s,
         const struct job_record *job = &records.items[i];
         each(ctx, &job->row, job->frames, job->frame_count);
     }
+    job_records_fini(&records);
+    return error;
+}
+
+int job_store_newest(struct job_store *s, char id[JOB_ID_BYTES])
+{
+    if (!job_batches_are_done(&s->batches)) return ERR_STATE;
+    struct job_records records = {0};
+    const int error = job_database_list(s->db, &(struct job_listing){.limit = 1}, &records);
+    id[0] = '\0';
+    if (!error && records.count > 0) snprintf(id, JOB_ID_BYTES, "%s", records.items[0].row.id);
     job_records_fini(&records);
     return error;
 }

@@ -98,7 +98,13 @@ void job_store_steer(struct job_store *s, const char *id, const int32_t *priorit
 /* Sets a frame's row and with it the job's report (if not NULL): both or neither. */
 void job_store_update_frame(struct job_store *s, const char *id, const struct frame_row *frame,
                             const char *report, job_store_done done, void *ctx);
-/* Replaces the document of a job whose camera was moved. */
+/* Changes a job's name, comment and labels, whether or not it has ended. marks: those to change, as
+ * job_marks_read_change gives them, in JSON. owner: whose job it must be; NULL: anyone's.
+ * seen_revision: that of a job that is not in work, which it must still have (else ERR_MISMATCH);
+ * 0: any. */
+void job_store_mark(struct job_store *s, const char *id, const char *owner, uint64_t seen_revision,
+                    const char *marks, job_store_done done, void *ctx);
+/* Replaces the document of a job whose camera was moved, but for its marks. */
 void job_store_update_document(struct job_store *s, const char *id, const char *document,
                                job_store_done done, void *ctx);
 void job_store_remove(struct job_store *s, const char *id, job_store_done done, void *ctx);
@@ -158,6 +164,9 @@ int job_store_unfinished(struct job_store *s,
                          void (*each)(void *ctx, const struct job_row *row,
                                       const struct frame_row *frames, size_t frame_count),
                          void *ctx);
+
+/* Finds the greatest id of all jobs; "" without jobs. Blocking, at start-up. ERR_STATE as above. */
+int job_store_newest(struct job_store *s, char id[JOB_ID_BYTES]);
 
 /* Remembers which blob an import gave. `source` is a digest over the importer's build, the scene
  * asset and its files, which are `assets`. ERR_NOT_FOUND when one of these has gone meanwhile: the

@@ -139,6 +139,13 @@ static void on_look(uv_timer_t *timer)
     webhooks_soon(timer->data);
 }
 
+/* A due time beyond the longest pause was written under another clock, before it was set back or on
+ * another host. */
+static bool is_early(const struct webhook_row *row, int64_t now)
+{
+    return row->due_ms > now && row->due_ms - now <= RETRY_MAX_MS;
+}
+
 static void on_listed(void *ctx, int error, const struct webhook_row *rows, size_t count)
 {
     struct webhooks *w = ctx;
@@ -149,7 +156,7 @@ static void on_listed(void *ctx, int error, const struct webhook_row *rows, size
     for (size_t i = 0; !error && i < count; i++) {
         struct fault fault;
         if (is_on_its_way(w, rows[i].id)) continue;
-        if (rows[i].due_ms > now) {
+        if (is_early(&rows[i], now)) {
             if (rows[i].due_ms - now < next_ms) next_ms = rows[i].due_ms - now;
         } else if (webhook_hosts_check(&w->hosts, rows[i].url, &fault) != 0) {
             settle(w, &rows[i], fault.detail); /* the operator has changed the list since */

@@ -343,6 +343,12 @@ await runAll(async () => {
     const whole = await exr.body();
     await page.setInputFiles("#other-file", { name: "cut.exr", mimeType: "image/x-exr", buffer: whole.subarray(0, whole.length / 2) });
     await until("that it is cut off", async () => /cut off/.test(await text(page, "other-problem")));
+    for (const [number, name] of [[4, "PIZ"], [8, "DWAA"]]) { // as jobs of image.exr_compression have them
+      const other = Buffer.from(whole);
+      other[whole.indexOf("compression\0compression\0") + 28] = number;
+      await page.setInputFiles("#other-file", { name: `${name}.exr`, mimeType: "image/x-exr", buffer: other });
+      await until(`what to do with ${name}`, async () => (await text(page, "other-problem")).includes(`compressed with ${name}, which this page does not read: choose its job`));
+    }
     await page.selectOption("#compare", "off");
   });
 

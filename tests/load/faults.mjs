@@ -133,9 +133,12 @@ const clocks = async () => {
     control.clock(-YEAR_S);
     await life.start();
     check("killed today, started a year ago: it is finished, the same bytes", await life.picture(id, 30).catch((e) => e.message) === reference.long);
-    control.clock(YEAR_S);
+    const last = await life.submit(short, "a-year-ago");
     const jobs = (await service.json("/v1/jobs?limit=100")).jobs;
-    check("all jobs are there once", jobs.length === 9 && new Set(jobs.map((job) => job.id)).size === 9, `${jobs.length}`);
+    check("the last one that came is listed first, whatever the year", jobs[0].id === last && jobs[1].id === id, jobs.map((job) => job.id).join(" "));
+    check("... and is finished, the same bytes", await life.picture(last, 30).catch((e) => e.message) === reference.short);
+    control.clock(YEAR_S);
+    check("all jobs are there once", jobs.length === 10 && new Set(jobs.map((job) => job.id)).size === 10, `${jobs.length}`);
     check("all in one process but for that kill", life.deaths === 0);
     await life.end();
     check("nothing is left behind", life.wrong.length === 0, life.wrong.join("\n"));

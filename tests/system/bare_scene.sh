@@ -45,4 +45,13 @@ check "a camera that is not there is refused" refused --camera none
 serve_stop
 gone() { ! "$build/shearwater" render "$tmp/gone.glb" 2>"$tmp/err" && grep -q "gone.glb" "$tmp/err"; }
 check "a scene that is not there is named" gone
+
+# OBJ files come without their libraries: grey, with a warning. An image that is missing is told with its material.
+printf 'mtllib my box.mtl\nusemtl red\n' | cat - "$tmp/a box.obj" >"$tmp/with.obj"
+with() { "$build/shearwater" render "$tmp/with.obj" --spp 1 --size 32x32 -o "$tmp/with.exr" 2>"$tmp/err"; }
+check "an OBJ without its library renders" with
+check "... and a warning names the library" grep -q 'the file "my box.mtl" is missing: its materials are grey' "$tmp/err"
+printf 'newmtl red\nmap_Kd my gone.png\n' >"$tmp/my box.mtl"
+map_gone() { ! with && grep -q 'map_Kd of the material "red": .*/my gone.png: No such file' "$tmp/err"; }
+check "an image that is missing is told with its material" map_gone
 tap_done

@@ -44,7 +44,7 @@ completes() {
 check "bash completes a command" completes serve shearwater se
 check "bash completes an option" completes --listen shearwater serve --li
 check "bash completes an option's word" completes sheared shearwater render --method she
-check "bash completes a file" completes tests/system/man.sh shearwater render tests/system/ma
+check "bash completes a file" completes tests/system/man.sh shearwater render tests/system/man
 check "bash completes the worker's options" completes "--cache --cache-bytes" shearwater-worker --ca
 check "bash offers nothing where anything may stand" completes "" shearwater serve --listen ""
 check "the worker's completion is there, too" test -r "$completion/shearwater-worker"

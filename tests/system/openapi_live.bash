@@ -45,6 +45,24 @@ for document in '{}' '[]' '{"priority": 101}' '{"priority": "1"}' '{"paused": nu
     '{"near": {"x": 0, "y": 0, "z": 0}}'; do
     check "not steered by $document" steers 422 "$document"
 done
+# Marks, on the same.
+marks() { # marks STATUS DOCUMENT: schema and server agree
+    printf '%s' "$2" >"$tmp/document"
+    local fits=200
+    contract schema JobMarks "$tmp/document" >"$tmp/misfits" || fits=422
+    [ $fits = "$1" ] || { echo "the schema says $fits"; cat "$tmp/misfits"; return 1; }
+    answers "$1" PATCH $p "${json[@]}" --data-binary @"$tmp/document" "/v1/jobs/$running"
+}
+for document in '{"name": null}' '{"comment": "two\nlines", "labels": ["b", "a:1"]}' "{\"name\": \"$(printf 'ä%.0s' {1..200})\"}" '{"labels": []}'; do
+    check "marked by ${document:0:60}" marks 200 "$document"
+done
+for document in '{"name": ""}' '{"name": "two\nlines"}' '{"name": 1}' '{"labels": null}' '{"labels": ["a", "a"]}' '{"labels": ["a,b"]}' \
+    '{"comment": "\u0007"}' '{"name": "a", "webhook": null}' '{"labels": [], "priority": 1}' "{\"name\": \"$(printf 'ä%.0s' {1..201})\"}"; do
+    check "not marked by ${document:0:60}" marks 422 "$document"
+done
+try 200 PATCH $p "${json[@]}" -d '{"name": "Ended"}' "/v1/jobs/$id"
+try 412 PATCH $p "${json[@]}" -H 'If-Match: "0"' -d '{"name": "Ended"}' "/v1/jobs/$id"
+try 404 PATCH $p "${json[@]}" -d '{"name": "Nobody"}' "/v1/jobs/$none"
 check "a region beyond the picture" answers 422 PATCH $p "${json[@]}" -d '{"region": {"x": 1500, "y": 0, "width": 37, "height": 1}}' "/v1/jobs/$running"
 check "... is refused at its width" jq -e '.pointer == "/region/width" and (.detail | contains("1537"))' "$tmp/body"
 try 400 PATCH $p "${json[@]}" -d '{"paused"' "/v1/jobs/$running"

@@ -33,6 +33,8 @@ check "a host that is none is refused" cannot --webhook-hosts 'a:b' --webhook-ke
 
 start "${hosts[@]}"
 check "another port is refused" refused "http://127.0.0.1:1/flaky" '127.0.0.1:1 is none of the hosts'
+by_option() { ! "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet --webhook "$1" 2>"$tmp/refused" && grep -q "/webhook/url: $2" "$tmp/refused"; }
+check "... also of submit --webhook" by_option "http://127.0.0.1:2/flaky" '127.0.0.1:2 is none of the hosts'
 check "another name of the host is refused" refused "http://localhost:$port/flaky" "localhost:$port is none"
 check "... in other spellings, too" refused "http://127.0.0.1:$port@hooks.other/" 'it names a user'
 check "a port that is not the scheme's own is refused" refused "https://hooks.example:8443/" 'hooks.example:8443 is none'
@@ -51,8 +53,19 @@ check "metrics count what was taken" eventually 10 metric 'shearwater_webhooks_t
 check "... and what failed" metric 'shearwater_webhooks_total{outcome="failed"} [3-9]'
 http -o /dev/null -X DELETE "$url/v1/jobs/$hanging?purge=1"
 
+# One that waits, of a coordinator whose clock is a year ahead of the next one's. (tests/fake/preload_faults.c)
 touch "$tmp/closed"
-late=$(hooked late "http://127.0.0.1:$port/late")
+serve_stop
+ahead() {
+    head -c 232 /dev/zero >"$tmp/control"
+    node -e 'const fs = require("fs"), file = fs.openSync(process.argv[1], "r+"), b = Buffer.alloc(8);
+        b.writeBigInt64LE(31536000n); fs.writeSync(file, b, 0, 8, 192);' "$tmp/control"
+    LD_PRELOAD=$(realpath "$build/tests/fake/preload_faults.so") FAULTS_FOR=shearwater FAULTS_CONTROL=$tmp/control start "${hosts[@]}"
+    eventually 5 grep -q "^$(($(date +%Y) + 1))-" "$tmp/data/stderr"
+}
+if is_sanitized; then start "${hosts[@]}"; else check "a coordinator's clock is a year ahead" ahead; fi
+submit "$small" >/dev/null # writes the document
+late=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet --name late --webhook "http://127.0.0.1:$port/late")
 check "one that is closed is called" eventually 30 calls /late 'length >= 1'
 serve_stop -KILL
 rm "$tmp/closed"

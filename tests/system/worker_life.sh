@@ -50,7 +50,8 @@ eventually 5 workers_are ''
 POD_NAME=$(printf '%010000d' 0) worker long "${link[@]}"; long=$worker
 check "a name of 10 kB is passed over" eventually 5 workers_are "$(uname -n):$long"
 kill $long
-check "one that is given is refused" bash -c "! '$build/shearwater-worker' --connect unix:/x --name $(printf '%0300d' 0) 2>'$tmp/named' && grep -q 'at most 255 bytes' '$tmp/named'"
+check "one that is given is refused" bash -c "! '$build/shearwater-worker' --connect unix:/x --name $(printf '%0300d' 0) 2>'$tmp/named' && grep -q '1 to 255 bytes: give a shorter one' '$tmp/named'"
+check "... as one with a line end" bash -c "! '$build/shearwater-worker' --connect unix:/x --name \$'two\nlines' 2>'$tmp/named' && grep -q 'printable UTF-8' '$tmp/named'"
 
 # The picture, by one worker that stays until it idles.
 worker idle "${link[@]}" --idle-exit 2; idle=$worker
@@ -74,20 +75,25 @@ short_lives() {
 }
 check "workers with short lives make the same bytes" short_lives
 
-# A clock that is a year ahead: nothing goes by it. (tests/fake/preload_faults.c)
+# Clocks that are a year ahead, or behind: nothing goes by them. (tests/fake/preload_faults.c)
+off_by() { # off_by YEARS NAME
+    head -c 232 /dev/zero >"$tmp/control"
+    node -e 'const fs = require("fs"), file = fs.openSync(process.argv[1], "r+"), b = Buffer.alloc(8);
+        b.writeBigInt64LE(31536000n * BigInt(process.argv[2])); fs.writeSync(file, b, 0, 8, 192);' "$tmp/control" "$1"
+    LD_PRELOAD=$(realpath "$build/tests/fake/preload_faults.so") FAULTS_FOR=shearwater-worker FAULTS_CONTROL=$tmp/control \
+        worker "$2" "${link[@]}" --idle-exit 2 --lifetime 600
+    local pid=$worker
+    id=$(submit "$box")
+    check "a worker whose clock is a year $2 does the work" await_state "$id" finished 60
+    check "... under its own time" grep -q "^$(($(date +%Y) + $1))-" "$tmp/$2.log"
+    exr "$id" "$tmp/$2.exr"
+    check "... with the same bytes" cmp "$tmp/once.exr" "$tmp/$2.exr"
+    check "... and leaves when it idles" leaves "$2" $pid 0 12 "idle"
+}
 if is_sanitized; then
     skip "clocks that differ by a year" "a sanitizer's allocator cannot be preloaded before"
 else
-    head -c 232 /dev/zero >"$tmp/control"
-    node -e 'const fs = require("fs"), file = fs.openSync(process.argv[1], "r+"), b = Buffer.alloc(8);
-        b.writeBigInt64LE(31536000n); fs.writeSync(file, b, 0, 8, 192);' "$tmp/control"
-    LD_PRELOAD=$(realpath "$build/tests/fake/preload_faults.so") FAULTS_FOR=shearwater-worker FAULTS_CONTROL=$tmp/control \
-        worker ahead "${link[@]}" --idle-exit 2 --lifetime 600; ahead=$worker
-    id=$(submit "$box")
-    check "a worker whose clock is a year ahead does the work" await_state "$id" finished 60
-    check "... under its own time" grep -q "^$(($(date +%Y) + 1))-" "$tmp/ahead.log"
-    exr "$id" "$tmp/ahead.exr"
-    check "... with the same bytes" cmp "$tmp/once.exr" "$tmp/ahead.exr"
-    check "... and leaves when it idles" leaves ahead $ahead 0 12 "idle"
+    off_by 1 ahead
+    off_by -1 behind
 fi
 tap_done

@@ -3,6 +3,7 @@
 import { jobUrl } from "../api.js";
 import { definitions, make, setText } from "../elements.js";
 import { documentRows, planRows, rayCounts, skippedRows, stageTimes, statisticsRows } from "./facts.js";
+import { Marks } from "./marks.js";
 import { BarPlot } from "./plots.js";
 import { Poll } from "../poll.js";
 import { ENDED, percent, timeLeft } from "./progress_text.js";
@@ -11,8 +12,9 @@ const stage = (s) => s >= 100 ? `${s.toFixed(0)} s` : s >= 0.1 ? `${s.toFixed(2)
 const count = (n) => n >= 1e6 ? `${(n / 1e6).toFixed(2)} million` : String(n);
 
 export class JobPanel {
-  constructor(at, onConnection) {
+  constructor(at, onConnection, onJob) {
     this.at = at;
+    this.marks = new Marks(at.mark, (job) => { this.show(job); onJob(job); });
     this.times = new BarPlot(at.times, { title: "CPU time by stage", columns: ["Stage", "CPU time"], show: stage });
     this.rays = new BarPlot(at.rays, { title: "Rays by kind", columns: ["Kind", "Rays"], show: count });
     this.poll = new Poll((job) => this.show(job), onConnection, { quickMs: 1000, slowMs: 2000 });
@@ -31,6 +33,7 @@ export class JobPanel {
     if (ENDED.has(job.state)) this.poll.follow(null);
     const { at } = this;
     at.section.hidden = false;
+    this.marks.show(job);
     at.again.href = `submit.html?job=${job.id}`;
     replaceRows(at.standing, [
       ["Id", job.id],

@@ -60,7 +60,10 @@ function readHeader(view) {
   const offsets = at, [left, top, right, bottom] = [0, 4, 8, 12].map((i) => view.getInt32(found.dataWindow + i, true));
   const width = right - left + 1, height = bottom - top + 1, compression = view.getUint8(found.compression);
   if (width < 1 || height < 1 || width * height > MOST_PIXELS) throw new Error("The EXR file's size is out of range.");
-  if (!LINES[compression]) throw new Error(`EXR files of compression ${NAMES[compression] ?? compression} are not supported; those of ZIP are.`);
+  if (!LINES[compression]) {
+    throw new Error(`This EXR file is compressed with ${NAMES[compression] ?? `method ${compression}`}, which this page does not read: `
+      + "choose its job instead, or save it with ZIP (exr_compression).");
+  }
   const channels = [];
   at = found.channels;
   for (let name; (name = text()) !== "";) {

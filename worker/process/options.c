@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "proto/link/message.h"
 #include "proto/log/log.h"
 #include "proto/option_text.h"
 #include "proto/plan.h"
@@ -222,6 +223,20 @@ static int choose_packing(struct options *o, struct fault *fault)
     return fault_set(fault, ERR_RANGE, "--pack", "\"%.64s\" is neither quick nor small", o->pack);
 }
 
+static int check_name(const char *name, struct fault *fault)
+{
+    if (name[0] == '\0' || strlen(name) >= LIMIT_NAME_BYTES)
+        return fault_set(fault, ERR_LIMIT, "--name",
+                         "a name has 1 to %d bytes: give a shorter one, or none to be called "
+                         "HOST:PID",
+                         LIMIT_NAME_BYTES - 1);
+    if (!message_text_is_clean(name))
+        return fault_set(fault, ERR_SYNTAX, "--name",
+                         "a name is printable UTF-8, without line ends: give another, or none to "
+                         "be called HOST:PID");
+    return 0;
+}
+
 static int finish(struct options *o, struct fault *fault)
 {
     if (o->help || o->version || o->dump) return 0;
@@ -231,9 +246,7 @@ static int finish(struct options *o, struct fault *fault)
         return fault_set(fault, ERR_MISSING, "--connect",
                          "give the coordinator's address: unix:PATH or HOST:PORT");
     if (link_check_address(o->connect, fault) != 0) return fault->code;
-    if (o->name && strlen(o->name) >= LIMIT_NAME_BYTES)
-        return fault_set(fault, ERR_LIMIT, "--name", "a name has at most %d bytes",
-                         LIMIT_NAME_BYTES - 1);
+    if (o->name && check_name(o->name, fault) != 0) return fault->code;
     enum log_format format;
     if (!log_format_from_name(o->log_format, &format))
         return fault_set(fault, ERR_RANGE, "--log-format", "\"%.64s\" is neither text nor json",

@@ -1,6 +1,8 @@
-/* PATCH /v1/jobs/{id}: steering a job that has not ended, or moving the camera of a live one. */
+/* PATCH /v1/jobs/{id}: steering a job that has not ended, moving the camera of a live one, or
+ * changing the marks of any. */
 #include <stdlib.h>
 
+#include "proto/job/job_marks.h"
 #include "proto/json.h"
 #include "proto/limits.h"
 #include "server/http/resource/job_body.h"
@@ -10,7 +12,8 @@
 /* A request on its way: looked at beside the job, then in force, then answered. */
 struct patch {
     struct request *r;
-    bool moves; /* else it steers */
+    bool moves;    /* else it marks or steers */
+    json_t *marks; /* owned; NULL: it steers */
     struct steering steering;
 };
 
@@ -27,7 +30,7 @@ static void refuse_stale(struct request *r)
     request_problem(r, PROBLEM_STALE, "the job no longer is the one that If-Match names", NULL);
 }
 
-static void on_steered(void *ctx, int error)
+static void on_changed(void *ctx, int error)
 {
     struct request *r = ctx;
     if (!request_back(r)) return;
@@ -107,53 +110,86 @@ static int check_picture(const struct steering *s, const json_t *body, struct fa
     return steering_check(s, (int32_t)width, (int32_t)height, fault);
 }
 
-static void on_seen(void *ctx, int error, json_t *body)
+static void steer(struct request *r, const struct steering *steering, const json_t *body)
 {
-    struct patch *patch = ctx, seen = *patch;
-    struct request *r = seen.r;
     struct fault fault = {0};
-    free(patch);
+    if (has_ended(body)) {
+        job_body_error(r, ERR_STATE);
+    } else if (check_picture(steering, body, &fault) != 0) {
+        request_fault(r, &fault);
+    } else {
+        request_hold(r);
+        jobs_steer(r->http->options.jobs, &r->principal, r->match.job, revision_of(r, body),
+                   steering, on_changed, r);
+    }
+}
+
+static void mark(struct request *r, const json_t *marks, const json_t *body)
+{
+    request_hold(r);
+    jobs_mark(r->http->options.jobs, &r->principal, r->match.job, revision_of(r, body), marks,
+              on_changed, r);
+}
+
+static void go_on(const struct patch *seen, int error, const json_t *body)
+{
+    struct request *r = seen->r;
     if (!request_back(r)) return;
     if (error || !body) {
         job_body_error(r, error ? error : ERR_NOT_FOUND);
         return;
     }
     error = compare_tags(r, body);
-    if (error == ERR_STATE) {
+    if (error == ERR_STATE)
         refuse_stale(r);
-    } else if (error) {
+    else if (error)
         job_body_error(r, error);
-    } else if (seen.moves) {
+    else if (seen->moves)
         move(r);
-    } else if (has_ended(body)) {
-        job_body_error(r, ERR_STATE);
-    } else if (check_picture(&seen.steering, body, &fault) != 0) {
-        request_fault(r, &fault);
-    } else {
-        request_hold(r);
-        jobs_steer(r->http->options.jobs, &r->principal, r->match.job, revision_of(r, body),
-                   &seen.steering, on_steered, r);
-    }
+    else if (seen->marks)
+        mark(r, seen->marks, body);
+    else
+        steer(r, &seen->steering, body);
 }
 
-/* Finds whether the body has a camera or a lens anywhere. Its errors are found when it is read.
+static void on_seen(void *ctx, int error, json_t *body)
+{
+    struct patch *patch = ctx;
+    go_on(patch, error, body);
+    json_decref(patch->marks);
+    free(patch);
+}
+
+/* Finds what the body asks for. That it asks for more than one is found when it is read.
  * ERR_MEMORY. */
-static int look_for_move(const struct request *r, bool *moves)
+static int look(const struct request *r, bool *moves, bool *marks)
 {
     struct fault ignored;
     json_t *root = NULL;
     const int error =
         json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &root, &ignored);
     *moves = json_object_get(root, "camera") || json_object_get(root, "lens");
+    *marks = json_object_get(root, "name") || json_object_get(root, "comment") ||
+             json_object_get(root, "labels");
     json_decref(root);
     return error == ERR_MEMORY ? error : 0;
+}
+
+static int read_change(struct patch *asked, bool marks, struct fault *fault)
+{
+    const struct request *r = asked->r;
+    const char *text = r->body ? r->body : "";
+    if (asked->moves) return 0; /* jobs_move reads it */
+    return marks ? job_marks_read_change(text, r->body_bytes, &asked->marks, fault)
+                 : steering_read(text, r->body_bytes, &asked->steering, fault);
 }
 
 void route_job_patch(struct request *r)
 {
     struct fault fault = {0};
     struct patch asked = {.r = r};
-    if (look_for_move(r, &asked.moves) != 0) {
+    bool marks = false;
+    if (look(r, &asked.moves, &marks) != 0) {
         job_body_error(r, ERR_MEMORY);
         return;
     }
@@ -161,13 +197,13 @@ void route_job_patch(struct request *r)
         move(r); /* a viewer waits for the picture, so the store is not read */
         return;
     }
-    if (!asked.moves &&
-        steering_read(r->body ? r->body : "", r->body_bytes, &asked.steering, &fault) != 0) {
+    if (read_change(&asked, marks, &fault) != 0) {
         request_fault(r, &fault);
         return;
     }
     struct patch *patch = malloc(sizeof *patch);
     if (!patch) {
+        json_decref(asked.marks);
         job_body_error(r, ERR_MEMORY);
         return;
     }

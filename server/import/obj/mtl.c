@@ -202,23 +202,43 @@ static int read_file(struct mtl *mtl, struct files *files, const char *obj_name,
     return rc;
 }
 
-/* One library, whose name may have spaces; or, where no file is called so, several. */
+/* As read_file, but a file that is missing is found to be so. */
+static int try_file(struct mtl *mtl, struct files *files, const char *obj_name, const char *name,
+                    struct warnings *warnings, bool *missing, struct fault *fault)
+{
+    const int rc = read_file(mtl, files, obj_name, name, warnings, fault);
+    *missing = rc == ERR_NOT_FOUND;
+    return *missing ? 0 : rc;
+}
+
+static void warn_missing(struct warnings *warnings, const char *name)
+{
+    warnings_add(warnings, "mtllib", "the file \"%.200s\" is missing: its materials are grey",
+                 name);
+}
+
+/* One library, whose name may have spaces; or, where no file is called so, several. What is missing
+ * is left out, as other programs do: people pass OBJ files on without them. */
 static int read_libraries(struct mtl *mtl, struct files *files, const char *obj_name, char *rest,
                           struct warnings *warnings, struct fault *fault)
 {
-    struct fault ignored = {0};
-    char *save = NULL, *name = mtl_name_clean(rest);
+    char *save = NULL, *name = mtl_name_clean(rest), words[LINE_BYTES];
+    bool missing = false, found = false;
     if (!name[0]) return 0;
-    int rc = read_file(mtl, files, obj_name, name, warnings, fault);
-    if (rc != ERR_NOT_FOUND || strpbrk(name, " \t") == NULL) return rc;
-    char words[LINE_BYTES];
+    int rc = try_file(mtl, files, obj_name, name, warnings, &missing, fault);
+    if (rc != 0 || !missing) return rc;
+    struct warnings of_words = {0};
     snprintf(words, sizeof words, "%s", name);
-    for (char *one = strtok_r(words, " \t", &save); one; one = strtok_r(NULL, " \t", &save)) {
-        const int error = read_file(mtl, files, obj_name, one, warnings, &ignored);
-        if (error == ERR_NOT_FOUND) return rc; /* of the whole name */
-        if (error != 0) return fault_set(fault, error, ignored.pointer, "%s", ignored.detail);
+    for (char *one = strtok_r(words, " \t", &save); one && rc == 0;
+         one = strtok_r(NULL, " \t", &save)) {
+        rc = try_file(mtl, files, obj_name, one, warnings, &missing, fault);
+        if (missing) warn_missing(&of_words, one);
+        found = found || !missing;
     }
-    return 0;
+    for (uint32_t i = 0; found && i < of_words.count; i++)
+        warnings_add(warnings, "mtllib", "%s", of_words.list[i].sentence);
+    if (!found) warn_missing(warnings, name);
+    return rc;
 }
 
 int mtl_read(struct mtl *mtl, struct files *files, const char *obj_name,

@@ -46,8 +46,8 @@ struct mtl {
     uint32_t count;
 };
 
-/* Reads all libraries that an OBJ names, in its order; of one name the first counts. ERR_NOT_FOUND,
- * ERR_RANGE, ERR_LIMIT, ERR_MEMORY at "mtllib". */
+/* Reads all libraries that an OBJ names, in its order; of one name the first counts. Of libraries
+ * that are missing a warning tells. ERR_RANGE, ERR_LIMIT, ERR_MEMORY at "mtllib". */
 int mtl_read(struct mtl *mtl, struct files *files, const char *obj_name,
              const struct file_view *obj, struct warnings *warnings, struct fault *fault);
 void mtl_fini(struct mtl *mtl);

@@ -13,6 +13,16 @@ static struct cost_cell *cell_of(struct cost_map *m, struct rect tile)
     return &m->cells[y * COST_CELLS + x];
 }
 
+void cost_map_begin_round(struct cost_map *m)
+{
+    for (int i = 0; i < COST_CELLS * COST_CELLS; i++) {
+        struct cost_cell *cell = &m->cells[i];
+        cell->due = 0.0;
+        cell->weight *= 0.25;
+        cell->weight_us *= 0.25;
+    }
+}
+
 void cost_map_due(struct cost_map *m, struct rect tile, double samples)
 {
     cell_of(m, tile)->due += samples;
@@ -24,6 +34,8 @@ void cost_map_land(struct cost_map *m, struct rect tile, double samples, double 
     cell->due = cell->due > samples ? cell->due - samples : 0.0;
     cell->landed += samples;
     cell->us += us;
+    cell->weight += samples;
+    cell->weight_us += us;
 }
 
 double cost_map_done_us(const struct cost_map *m)
@@ -53,9 +65,9 @@ static double guess_rate(const struct cost_map *m, int at)
         const struct cost_cell *cell = &m->cells[i];
         const int dx = i % COST_CELLS - at % COST_CELLS,
                   dy = (i / COST_CELLS - at / COST_CELLS) * ROW_DISTANCE;
-        if (cell->landed <= 0.0) continue;
+        if (cell->weight <= 0.0) continue;
         const double square = dx * dx + dy * dy, weight = 1.0 / (square * square);
-        sum += weight * cell->us / cell->landed;
+        sum += weight * cell->weight_us / cell->weight;
         weights += weight;
     }
     return weights > 0.0 ? sum / weights : 0.0;
@@ -67,7 +79,8 @@ double cost_map_left_us(const struct cost_map *m)
     for (int i = 0; i < COST_CELLS * COST_CELLS; i++) {
         const struct cost_cell *cell = &m->cells[i];
         if (cell->due <= 0.0) continue;
-        left += cell->due * (cell->landed > 0.0 ? cell->us / cell->landed : guess_rate(m, i));
+        left +=
+            cell->due * (cell->weight > 0.0 ? cell->weight_us / cell->weight : guess_rate(m, i));
     }
     return left;
 }

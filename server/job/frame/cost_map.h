@@ -8,8 +8,9 @@
 #define COST_CELLS 8 /* along each side */
 
 struct cost_cell {
-    double due, landed; /* samples of all its pixels: to come, and here */
-    double us;          /* CPU time of those that landed */
+    double due, landed;       /* samples of all its pixels: to come, and here */
+    double us;                /* CPU time of those that landed */
+    double weight, weight_us; /* the same two, but what landed in earlier rounds counts less */
 };
 
 struct cost_map {
@@ -18,6 +19,10 @@ struct cost_map {
 };
 
 void cost_map_init(struct cost_map *m, int32_t width_px, int32_t height_px);
+
+/* Begins a round: what is due is forgotten, and what landed counts for a quarter from now on, since
+ * later passes are longer and so cost less a sample. */
+void cost_map_begin_round(struct cost_map *m);
 
 /* Notes samples that a tile is to get, and those that have landed with their CPU time. */
 void cost_map_due(struct cost_map *m, struct rect tile, double samples);

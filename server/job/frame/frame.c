@@ -80,7 +80,6 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error)
         error = tile_queue_create(&f->grid, f->block_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
-    if (!error) frame_costs_create(f);
     if (!error)
         error = film_create(&f->plan, f->block_px, block_core_px(&f->plan), block_halo_px(&f->plan),
                             &f->film);
@@ -91,6 +90,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
         error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
     if (!error && plan_has_rounds(&f->plan)) error = frame_rounds_create(f);
     if (!error && frame_has_neighbours(f)) frame_neighbours_begin(f);
+    if (!error) frame_costs_create(f);
     if (error) {
         destroy(f);
         return error;

@@ -14,14 +14,26 @@ double frame_traced_share(const struct frame *f)
     return (double)f->samples_landed / ((double)scheduled(f) * tile_grid_count(&f->grid));
 }
 
-void frame_costs_create(struct frame *f)
+/* Other rounds than those of a target are decided on too late to tell where samples will be. */
+static double due(const struct frame *f, uint32_t tile, struct rect rect)
 {
-    const double each = frame_has_rounds(f) ? 0.0 : scheduled(f);
-    cost_map_init(&f->costs, f->plan.width_px, f->plan.height_px);
+    if (frame_has_target(f)) return rounds_due(f->target.rounds, tile);
+    return frame_has_rounds(f) ? 0.0 : (double)scheduled(f) * (double)rect_area(rect);
+}
+
+void frame_costs_foresee(struct frame *f)
+{
+    cost_map_begin_round(&f->costs);
     for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++) {
         const struct rect rect = tile_grid_rect(&f->grid, i);
-        cost_map_due(&f->costs, rect, each * (double)rect_area(rect));
+        cost_map_due(&f->costs, rect, due(f, i, rect));
     }
+}
+
+void frame_costs_create(struct frame *f)
+{
+    cost_map_init(&f->costs, f->plan.width_px, f->plan.height_px);
+    frame_costs_foresee(f);
 }
 
 void frame_costs_land(struct frame *f, uint32_t tile, double samples,
@@ -32,13 +44,12 @@ void frame_costs_land(struct frame *f, uint32_t tile, double samples,
     cost_map_land(&f->costs, tile_grid_rect(&f->grid, tile), samples, us);
 }
 
-/* Rounds decide as they go how many samples there will be. */
 double frame_left_us(const struct frame *f)
 {
     const double landed = cost_map_landed(&f->costs);
-    if (!frame_has_rounds(f)) return cost_map_left_us(&f->costs);
-    const double due = frame_rounds_expected(f) - (double)f->samples_landed;
-    return due > 0.0 && landed > 0.0 ? due * cost_map_done_us(&f->costs) / landed : 0.0;
+    if (!frame_has_rounds(f) || frame_has_target(f)) return cost_map_left_us(&f->costs);
+    const double left = frame_rounds_expected(f) - (double)f->samples_landed;
+    return left > 0.0 && landed > 0.0 ? left * cost_map_done_us(&f->costs) / landed : 0.0;
 }
 
 double frame_done_us(const struct frame *f)

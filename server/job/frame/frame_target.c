@@ -67,6 +67,7 @@ void frame_target_count(struct frame *f)
     f->statistics.target_rounds = report.rounds;
     f->statistics.target_paths = report.paths;
     f->statistics.target_bounces = report.bounces;
+    frame_costs_foresee(f);
 }
 
 static uint64_t millionths(double v)

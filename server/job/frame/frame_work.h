@@ -261,7 +261,9 @@ void frame_encode(struct frame *f);
 /* Returns the samples of all pixels that a frame with rounds is thought to take. */
 double frame_rounds_expected(const struct frame *f);
 
-/* Note what is due, and what has landed with the CPU time that it took (frame_left.c). */
+/* Note what is due, at the start and with each round, and what has landed with the CPU time that it
+ * took (frame_left.c). */
 void frame_costs_create(struct frame *f);
+void frame_costs_foresee(struct frame *f);
 void frame_costs_land(struct frame *f, uint32_t tile, double samples,
                       const struct counters *counters);

@@ -1,53 +1,26 @@
-#include "server/job/frame/rounds.h"
-
 #include <math.h>
 #include <stdlib.h>
 
 #include "proto/limits.h"
+#include "server/job/frame/rounds_work.h"
 
-#define GROWTH_MAX  4.0
-#define GROWTH_MIN  1.02 /* less is not worth a pass */
-#define ROUNDS_MAX  32
-#define AIM         0.985 /* of the target: estimates that end just above it would take a round more */
-#define CHUNK       LIMIT_PASS_SPP
-#define CHUNK_SIDE  8u
-#define BOUNCES_MAX 16384 /* means travel as half floats: beyond, rounding is what is left */
-#define REST_MIN    0.25  /* of what no sample lowers, squared: beside it the rest is small */
+#define GROWTH_MAX 4.0
+#define GROWTH_MIN 1.02 /* less is not worth a pass */
+#define ROUNDS_MAX 32
+#define AIM        0.985 /* of the target: estimates that end just above it would take a round more */
+#define CHUNK      LIMIT_PASS_SPP
+#define CHUNK_SIDE 8u
+#define REST_MIN   0.25 /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
-/* What one tile has of one kind of samples, a pixel. */
-struct kind {
-    double variance; /* summed over pixels; 0 where there are none of the kind */
-    double scale;    /* factor of growth where lambda is 1 */
-    uint32_t n;      /* of the rounds that have ended */
-    uint32_t more;   /* in this round */
-};
-
-enum { PATHS, BOUNCES, KINDS };
-
-/* How squared errors fall with the number of samples. */
-enum law {
-    LAW_MEAN,   /* as 1 / n */
-    LAW_FILTER, /* as n^(-2/3): a filter gets narrower meanwhile */
-    LAWS
-};
-
-struct rounds_tile {
-    struct kind kinds[KINDS];
-    uint32_t area;       /* px */
-    uint32_t first_pass; /* of this round */
-    uint32_t passes;     /* in this round */
-};
-
-struct rounds {
-    const struct plan *plan; /* borrowed */
-    struct tile_grid grid;
-    uint32_t count;
-    double pixels;
-    struct rounds_report report;
-    struct rounds_tile *tiles; /* owned */
-};
+/* Returns how many samples a pixel may take, before the first round tells: what eight pictures took
+ * within a factor of four, or twice the first round's if that is more. */
+static double guess(const struct plan *plan, uint32_t first)
+{
+    const double target = (double)plan->target_error, usual = 0.05 / (target * target);
+    return fmax(2.0 * first, fmin(usual, plan->spp_max));
+}
 
 int rounds_create(const struct plan *plan, struct rounds **out)
 {
@@ -73,9 +46,9 @@ int rounds_create(const struct plan *plan, struct rounds **out)
         t->passes = plan_pass_count(plan);
         r->report.paths += (uint64_t)t->area * plan->paths.spp;
         r->report.bounces += (uint64_t)t->area * l * l;
+        t->expected = t->area * guess(plan, plan->paths.spp + l * l);
+        r->report.expected += t->expected;
     }
-    r->report.expected =
-        2.0 * (double)(r->report.paths + r->report.bounces); /* a guess before the first round */
     *out = r;
     return 0;
 }
@@ -116,12 +89,6 @@ static double three_fifths(double x)
     return root * root * root;
 }
 
-static enum law law_of(const struct rounds *r, int kind)
-{
-    const bool filtered = kind == BOUNCES || r->plan->residual_filter != RESIDUAL_FILTER_NONE;
-    return filtered ? LAW_FILTER : LAW_MEAN;
-}
-
 /* Returns the growth where lambda is 1. */
 static double scale_of(double gain, enum law law)
 {
@@ -137,12 +104,6 @@ struct level {
 static struct level level_at(double lambda)
 {
     return (struct level){lambda, {sqrt(lambda), three_fifths(lambda)}};
-}
-
-static uint32_t most_of(const struct rounds *r, int kind)
-{
-    const uint32_t most = r->plan->spp_max;
-    return kind == BOUNCES && most > BOUNCES_MAX ? BOUNCES_MAX : most;
 }
 
 static double growth(const struct rounds *r, const struct kind *k, int kind,
@@ -276,6 +237,7 @@ static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more
         for (int kind = 0; kind < KINDS; kind++) {
             struct kind *k = &t->kinds[kind];
             k->more = k->n > 0 ? more_of(r, k, kind, growth(r, k, kind, level), room) : 0;
+            *(kind == PATHS ? &r->report.paths : &r->report.bounces) += (uint64_t)t->area * k->more;
             passes = passes_of(k->more) > passes ? passes_of(k->more) : passes;
         }
         t->passes = more_passes[i] = passes;
@@ -312,6 +274,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
             k->scale = k->n > 0 ? scale_of(k->variance / t->area / k->n, law_of(r, kind)) : 0.0;
             variance += k->variance;
         }
+        t->expected = t->area * ((double)t->kinds[PATHS].n + t->kinds[BOUNCES].n);
         fixed += errors[i].variance[ERROR_SOURCE_CENTRES];
         luminance += errors[i].luminance;
     }
@@ -329,22 +292,6 @@ static double rest_wanted(const struct rounds *r)
     const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
     const double rest = error * error - fixed * fixed;
     return rest > 0.0 ? rest : REST_MIN * fixed * fixed;
-}
-
-/* Estimates the samples that the target takes in the end, and in this round. */
-static void foresee(struct rounds *r, const struct level *level)
-{
-    double expected = 0.0;
-    for (uint32_t i = 0; i < r->count; i++) {
-        const struct rounds_tile *t = &r->tiles[i];
-        for (int kind = 0; kind < KINDS; kind++) {
-            const struct kind *k = &t->kinds[kind];
-            const double in_all = growth(r, k, kind, level) * k->n, now = k->n + k->more;
-            expected += t->area * (in_all > now ? in_all : now);
-            *(kind == PATHS ? &r->report.paths : &r->report.bounces) += (uint64_t)t->area * k->more;
-        }
-    }
-    r->report.expected = expected;
 }
 
 static double mean_luminance(const struct rounds *r, const struct rounds_error *errors)
@@ -369,7 +316,7 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
         passes = deal(r, &level, more_passes);
     }
     r->report.threshold = mean > 0.0 ? sqrt(level.lambda) / mean : 0.0;
-    foresee(r, &level);
+    rounds_forecast(r, wanted * mean * mean * r->pixels);
     return passes > 0;
 }
 

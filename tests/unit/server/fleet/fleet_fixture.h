@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "proto/log/log.h"
 #include "server/fleet/fleet.h"
 #include "tests/unit/unit.h"
 
@@ -138,7 +139,8 @@ static inline void make_socket_dir(void)
     mkdir(path, 0700);
 }
 
-static inline struct world *world_open(uint32_t silence_ms, uint32_t stall_ms)
+static inline struct world *world_open_logged(uint32_t silence_ms, uint32_t stall_ms,
+                                              struct log *log)
 {
     char path[100];
     static int worlds; /* a test that failed leaves its socket open */
@@ -146,10 +148,16 @@ static inline struct world *world_open(uint32_t silence_ms, uint32_t stall_ms)
     snprintf(path, sizeof path, SOCKET_DIR "/%d.sock", (long)getpid(), ++worlds);
     const struct fleet_options options = {.socket_path = path,
                                           .listen = "127.0.0.1:0",
+                                          .log = log,
                                           .beat_ms = 50,
                                           .silence_ms = silence_ms,
                                           .stall_ms = stall_ms};
     return world_open_with(&options);
+}
+
+static inline struct world *world_open(uint32_t silence_ms, uint32_t stall_ms)
+{
+    return world_open_logged(silence_ms, stall_ms, NULL);
 }
 
 static inline void world_close(struct world *w)

@@ -53,7 +53,7 @@ TEST(an_unknown_hello_is_refused)
     world_close(w);
 }
 
-/* Worker's own HELLOs have a name of a few words; those of others may hold what they like. */
+/* Workers' own HELLOs have a name of a few words; those of others may hold what they like. */
 static void send_named(struct peer *p, const char *name)
 {
     struct message_hello m;
@@ -69,26 +69,48 @@ static void send_named(struct peer *p, const char *name)
     peer_send(p, MESSAGE_HELLO, 1, NULL, 0);
 }
 
-TEST(names_that_are_too_long_end_the_session)
+static void expect_refusal_of(struct world *w, const char *name, const char *says)
+{
+    struct peer p = peer_open(w);
+    send_named(&p, name);
+    peer_expect_refusal(&p, says);
+    peer_close(&p);
+}
+
+TEST(names_that_are_no_names_are_refused_with_advice)
 {
     static char name[10001];
-    static const size_t lengths[] = {LIMIT_NAME_BYTES - 1, LIMIT_NAME_BYTES, 10000};
     struct world *w = world_open(LONG_MS, LONG_MS);
-    struct peer peers[3];
-    for (size_t i = 0; i < 3; i++) {
-        struct wire_frame_view f;
-        peers[i] = peer_open(w);
-        memset(name, 'a', lengths[i]);
-        send_named(&peers[i], name);
-        if (i == 0)
-            peer_expect(&peers[i], MESSAGE_WELCOME, &f);
-        else
-            peer_expect_close(&peers[i]);
-    }
-    assert_int_equal(totals(w).corrupt, 2);
+    struct peer longest = peer_open(w);
+    struct wire_frame_view f;
+    memset(name, 'a', LIMIT_NAME_BYTES - 1);
+    send_named(&longest, name);
+    peer_expect(&longest, MESSAGE_WELCOME, &f);
+    name[LIMIT_NAME_BYTES - 1] = 'a';
+    expect_refusal_of(w, name, "a shorter --name");
+    memset(name, 'a', 10000); /* more than any HELLO has */
+    expect_refusal_of(w, name, "a shorter --name");
+    expect_refusal_of(w, "two\nlines", "another --name");
+    expect_refusal_of(w, "\xff\xfe", "another --name");
+    assert_int_equal(totals(w).refused, 4);
+    assert_int_equal(totals(w).corrupt, 0);
     assert_int_equal(fleet_count(w->fleet), 1);
-    for (size_t i = 0; i < 3; i++) peer_close(&peers[i]);
+    peer_close(&longest);
     world_close(w);
+}
+
+TEST(refusals_are_logged)
+{
+    char path[] = "/tmp/shearwater-test-refused-XXXXXX", line[1024] = "";
+    struct log log = {.fd = mkstemp(path)};
+    struct world *w = world_open_logged(LONG_MS, LONG_MS, &log);
+    expect_refusal_of(w, "two\nlines", "another --name");
+    world_close(w);
+    assert_true(pread(log.fd, line, sizeof line - 1, 0) > 0);
+    assert_non_null(strstr(line, "warning worker refused"));
+    assert_non_null(strstr(line, "another --name"));
+    close(log.fd);
+    unlink(path);
 }
 
 TEST(out_of_state_and_damaged_messages_end_the_session)
@@ -103,8 +125,8 @@ TEST(out_of_state_and_damaged_messages_end_the_session)
             message_encode_want(&p.w, &(struct message_want){.tiles = 1});
             peer_send(&p, MESSAGE_WANT, 1, NULL, 0);
             break;
-        case 1: /* too large for a HELLO */
-            peer_send(&p, MESSAGE_HELLO, 1, big, sizeof big);
+        case 1: /* no HELLO, and too large for one */
+            peer_send_raw(&p, big, sizeof big);
             break;
         case 2:
             peer_send_raw(&p, "GET / HTTP/1.1\r\n\r\n", 18);

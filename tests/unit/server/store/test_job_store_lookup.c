@@ -112,6 +112,39 @@ TEST(listing_finds_names_and_labels)
     assert_int_equal(find_marked(f, NULL, "a", NULL)->count, 1);
 }
 
+static int mark(struct fixture *f, int number, const char *owner, uint64_t seen, const char *marks)
+{
+    int error = 1;
+    job_store_mark(f->store, make_row(number).id, owner, seen, marks, on_done, &error);
+    settle(f);
+    return error;
+}
+
+TEST(marks_change_with_their_document)
+{
+    struct fixture *f = *state;
+    struct job_row row = make_row(1);
+    struct insertion i = {.error = 1};
+    row.document = "{\"a\":0.69631064,\"name\":null,\"comment\":null,\"labels\":[]}";
+    row.report = "{\"revision\":7}";
+    job_store_insert(f->store, &row, NULL, NULL, on_inserted, &i);
+    insert_marked(f, 2, "gulls", "\na\n");
+    assert_int_equal(mark(f, 1, NULL, 0, "{\"name\":\"Gulls\",\"labels\":[\"a\",\"b c\"]}"), 0);
+    const struct found one = get(f, row.id);
+    assert_string_equal(one.document, "{\"a\":0.69631064,\"name\":\"Gulls\",\"comment\":null,"
+                                      "\"labels\":[\"a\",\"b c\"]}");
+    assert_string_equal(one.report, "{\"revision\":8}");
+    assert_int_equal(find_marked(f, "gulls", "b c", NULL)->count, 1);
+    assert_int_equal(find_marked(f, NULL, "a", NULL)->count, 2);
+    assert_int_equal(mark(f, 1, NULL, 7, "{\"comment\":\"late\"}"), ERR_MISMATCH);
+    assert_int_equal(mark(f, 1, NULL, 8, "{\"labels\":[]}"), 0);
+    assert_int_equal(find_marked(f, NULL, "a", NULL)->count, 1);
+    assert_int_equal(mark(f, 1, "another", 0, "{\"name\":\"Mine\"}"), ERR_NOT_FOUND);
+    assert_int_equal(mark(f, 3, NULL, 0, "{\"name\":\"None\"}"), ERR_NOT_FOUND);
+    assert_int_equal(mark(f, 1, NULL, 0, "{\"name\":null}"), 0);
+    assert_int_equal(find_marked(f, "gulls", NULL, NULL)->count, 1);
+}
+
 static size_t count_with(struct fixture *f, const char *text, const char *state)
 {
     return find(f, &(struct job_listing){.state = state, .text = text, .limit = 10})->count;

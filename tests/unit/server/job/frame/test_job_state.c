@@ -81,6 +81,23 @@ TEST(ids_sort_by_time)
     assert_false(job_id_is_valid("01m7yyd0na0ffwacw3mmcpwbc/"));
 }
 
+/* ... also after a restart under a clock that was set back. */
+TEST(ids_follow_those_of_an_earlier_process)
+{
+    struct job_id_source before = {0};
+    char last[JOB_ID_BYTES], id[JOB_ID_BYTES];
+    for (int i = 0; i < 100; i++) {
+        struct job_id_source after = {0};
+        assert_int_equal(job_id_next(&before, 1800000000000 + (uint64_t)(i % 3), last), 0);
+        job_id_follow(&after, last);
+        assert_int_equal(after.last_ms, before.last_ms);
+        assert_memory_equal(after.random, before.random, sizeof after.random);
+        assert_int_equal(job_id_next(&after, 1700000000000, id), 0);
+        assert_true(strcmp(last, id) < 0);
+        assert_int_equal(strncmp(last, id, 10), 0);
+    }
+}
+
 /* A millisecond's random part that is all ones carries into the time. */
 TEST(ids_grow_over_a_full_random_part)
 {

@@ -241,6 +241,39 @@ TEST(odd_errors_end)
     }
 }
 
+/* Returns what the first round foretells over what there is in the end. `lamp`: so many times its
+ * true error has one tile then, by a path that met a lamp. */
+static double foretold(struct world *w, double lamp)
+{
+    double due = 0.0;
+    measure(w);
+    w->errors[5].variance[ERROR_SOURCE_PATHS] *= lamp;
+    const double before = samples_of(w);
+    assert_true(rounds_decide(w->rounds, w->errors, w->more));
+    const double expected = rounds_report(w->rounds).expected;
+    for (uint32_t t = 0; t < TILES; t++) due += rounds_due(w->rounds, t);
+    assert_true(fabs(due + before - expected) < 1e-6 * expected);
+    trace(w);
+    for (measure(w); rounds_decide(w->rounds, w->errors, w->more); measure(w)) trace(w);
+    for (uint32_t t = 0; t < TILES; t++) assert_true(rounds_due(w->rounds, t) == 0.0);
+    return expected / samples_of(w);
+}
+
+TEST(samples_to_come_are_foreseen_within_a_third)
+{
+    static const float targets[] = {0.06f, 0.04f, 0.03f, 0.02f};
+    static const double lamps[] = {1.0, 100.0, 1e6};
+    for (size_t k = 0; k < 4; k++)
+        for (size_t i = 0; i < 3; i++) {
+            struct world w;
+            begin(&w, targets[k], 4096);
+            const double ratio = foretold(&w, lamps[i]);
+            if (fabs(ratio - 1.0) > 1.0 / 3.0)
+                fail_msg("%.2f times what %g took, lamp %g", ratio, (double)targets[k], lamps[i]);
+            rounds_destroy(&w.rounds);
+        }
+}
+
 TEST(the_schedule_stands)
 {
     struct world w;
