@@ -169,3 +169,5 @@ void session_enter(struct session *s, enum session_state next);
 void session_leave(struct session *s);
 /* Acts on one message. A negative code: the session must end. */
 int session_take(struct session *s, const struct wire_frame_view *f);
+/* Refuses a greeting that could not be read, in words for its error code, and leaves. */
+void session_refuse_greeting(struct session *s, uint64_t request_id, int error);

@@ -184,15 +184,15 @@ TEST(highlights_do_not_leak)
     static struct pictures p;
     const struct residual_scene s = {
         .width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_highlight};
-    double all = 0, leaked = 0;
+    double whole = 0, leaked = 0;
     make_pictures(&s, 0, &p);
     for (int32_t i = 0; i < AREA; i++) {
         const int32_t x = i % WIDTH - WIDTH / 2, y = i / WIDTH - HEIGHT / 2;
-        all += (double)p.plain[i];
+        whole += (double)p.plain[i];
         if (x * x + y * y >= 16) leaked += (double)(p.filtered[i] - p.plain[i]);
     }
-    print_message("%g of %g leaks from a highlight\n", leaked, all);
-    assert_true(leaked < 0.02 * all);
+    print_message("%g of %g leaks from a highlight\n", leaked, whole);
+    assert_true(leaked < 0.02 * whole);
 }
 
 /* An edge of light alone. */
