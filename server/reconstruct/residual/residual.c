@@ -1,10 +1,19 @@
 #include "server/reconstruct/residual/residual.h"
 
+#include <math.h>
+
 #include "server/reconstruct/residual/residual_error.h"
 #include "server/reconstruct/residual/residual_pass.h"
 #include "server/reconstruct/residual/residual_smooth.h"
 #include "server/reconstruct/residual/residual_spikes.h"
 #include "server/reconstruct/residual/residual_window.h"
+
+/* No pixel gets more than so many times the excess that is spread about it. */
+#define EXCESS_MAX 4.0f
+
+/* Less contrast with what is around may be noise, and excess is spread evenly. */
+#define CONTRAST_MIN  0.3f
+#define CONTRAST_STEP 0.3f
 
 int32_t residual_halo_px(const struct plan *plan)
 {
@@ -39,21 +48,39 @@ void residual_picture_fini(struct residual_picture *picture)
     picture->memory = NULL;
 }
 
+/* How much of the excess that is spread about a pixel it gets: as much more or less than others as
+ * it has of other light. Rare paths of a caustic belong to the caustic. */
+static float share_of_excess(const struct residual_field *f, const struct residual_spikes *s,
+                             size_t component, size_t at)
+{
+    const size_t plane = f->features.shape.plane;
+    const float *rgb = f->light[component].half[0] + at;
+    const float own = fabsf(rgb[0]) + fabsf(rgb[plane]) + fabsf(rgb[2 * plane]);
+    const float around = s->around[component * plane + at];
+    if (!(around > 0.0f)) return 1.0f;
+    const float ratio = own < EXCESS_MAX * around ? own / around : EXCESS_MAX;
+    const float contrast = (fabsf(ratio - 1.0f) / (ratio + 1.0f) - CONTRAST_MIN) / CONTRAST_STEP;
+    return 1.0f + (ratio - 1.0f) * (contrast < 0.0f ? 0.0f : contrast > 1.0f ? 1.0f : contrast);
+}
+
 /* Where light meets albedo again. Nothing is negative but by the filter's error. */
 static void compose_pixel(const struct residual_field *f, const struct residual_spikes *s,
                           const struct patch *p, size_t i, size_t at, struct residual_picture *out,
                           size_t to)
 {
     const size_t plane = f->features.shape.plane;
+    float share[RESIDUAL_COMPONENTS] = {0.0f};
+    for (size_t c = 0; c < RESIDUAL_COMPONENTS && s->excess; c++)
+        share[c] = share_of_excess(f, s, c, at);
     for (size_t c = 0; c < 3; c++) {
         const size_t k = c * plane + at;
         float direct = f->light[RESIDUAL_DIRECT].half[0][k];
         float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
         float rest = f->light[RESIDUAL_REST].half[0][k];
         if (s->excess) {
-            direct += s->excess[k];
-            indirect += s->excess[3 * plane + k];
-            rest += s->excess[6 * plane + k];
+            direct += share[RESIDUAL_DIRECT] * s->excess[k];
+            indirect += share[RESIDUAL_INDIRECT] * s->excess[3 * plane + k];
+            rest += share[RESIDUAL_REST] * s->excess[6 * plane + k];
         }
         const float sum =
             p->path_emission[c][i] / p->paths.spp[i] +

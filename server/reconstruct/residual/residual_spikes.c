@@ -27,19 +27,20 @@ _Static_assert(RESIDUAL_SPIKES_SPREAD_PX >= STEP * TAPS + STEP / 2 * 2, "the spr
 _Static_assert(RESIDUAL_SPIKES_LIMIT_PX >= 2 * WINDOW_PX, "the limits' reach");
 _Static_assert(RESIDUAL_PAD_PX >= WINDOW_PX + SIMD_LANES, "margins");
 
-enum { PLANES = 3 * RESIDUAL_COMPONENTS };
+/* Excess, and brightness of what is left, of each component. */
+enum { EXCESS = 3 * RESIDUAL_COMPONENTS, PLANES = EXCESS + RESIDUAL_COMPONENTS };
 
 /* What lobes of less roughness send has bright and narrow parts: limits are that many times higher
  * as their alpha's square is lower. */
 #define ROUGH_ALPHA 0.4f
 
-_Static_assert(PLANES + SPIKE_ARRAYS == 6 * RESIDUAL_COMPONENTS + 1, "planes to borrow");
+_Static_assert(EXCESS + SPIKE_ARRAYS == 6 * RESIDUAL_COMPONENTS + 1, "planes to borrow");
 
 /* Work on one patch, in planes that the passes have no use for yet. */
 struct work {
     const struct residual_features *f;
     struct spike_limits limits;
-    float *excess[PLANES], *between[PLANES];
+    float *spread[PLANES], *between[PLANES];
 };
 
 /* How much features of pixels i and j have in common, for `way` pixels along a slope. */
@@ -165,13 +166,24 @@ static bool split(const struct work *w, struct residual_field *field)
     bool any = false;
     link_rows(w);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
-        const bool found = split_component(w, &field->light[c], c, w->excess + 3 * c);
+        const bool found = split_component(w, &field->light[c], c, w->spread + 3 * c);
         if (field->light[c].knee) find_knee(w, &field->light[c]);
         if (!found) continue;
         for (int h = 0; h < 2; h++) residual_pad(&w->f->shape, field->light[c].half[h], 3);
         any = true;
     }
     return any;
+}
+
+/* Brightness of what is left of a component. */
+static void find_left(const struct work *w, const struct residual_light *l, float *out)
+{
+    const struct residual_shape *s = &w->f->shape;
+    find_light(w, l);
+    for (int32_t y = 0; y < s->height; y++) {
+        const size_t first = residual_at(s, 0, y);
+        memcpy(out + first, w->limits.light + first, (size_t)s->width * sizeof *out);
+    }
 }
 
 /* -- spread -- */
@@ -227,9 +239,12 @@ static void mean_lanes(const struct line *l, size_t p, float *const in[PLANES],
         for (size_t i = 0; i < SIMD_LANES; i++) out[k][p + i] = sum[k][i] / total[i];
 }
 
-static void clear_lanes(size_t p, float *const out[PLANES])
+/* Where there is no excess near: brightness stays as it is. */
+static void pass_lanes(size_t p, float *const in[PLANES], float *const out[PLANES])
 {
-    for (size_t k = 0; k < PLANES; k++) memset(out[k] + p, 0, SIMD_LANES * sizeof(float));
+    for (size_t k = 0; k < EXCESS; k++) memset(out[k] + p, 0, SIMD_LANES * sizeof(float));
+    for (size_t k = EXCESS; k < PLANES; k++)
+        memcpy(out[k] + p, in[k] + p, SIMD_LANES * sizeof(float));
 }
 
 static void find_present(const struct work *w, struct rect r, float *const in[PLANES])
@@ -239,7 +254,7 @@ static void find_present(const struct work *w, struct rect r, float *const in[PL
         const size_t first = residual_at(s, r.x0, y);
         for (size_t i = first; i < first + (size_t)rect_width(r); i++) {
             float sum = 0.0f;
-            for (size_t k = 0; k < PLANES; k++) sum += fabsf(in[k][i]);
+            for (size_t k = 0; k < EXCESS; k++) sum += fabsf(in[k][i]);
             w->limits.light[i] = sum;
         }
     }
@@ -277,14 +292,14 @@ static void mean_rows(const struct work *w, struct rect r, bool along_x, float *
             if (any_near(&l, p))
                 mean_lanes(&l, p, in, out);
             else
-                clear_lanes(p, out);
+                pass_lanes(p, in, out);
     }
 }
 
 static void smooth(const struct work *w, struct rect rect)
 {
     for (size_t k = 0; k < PLANES; k++)
-        spike_limits_smooth(&w->limits, rect, STEP / 2, w->excess[k]);
+        spike_limits_smooth(&w->limits, rect, STEP / 2, w->spread[k]);
 }
 
 static void spread(const struct work *w, struct rect area)
@@ -293,10 +308,10 @@ static void spread(const struct work *w, struct rect area)
     const struct rect wide = rect_intersect(rect_grow(inner, STEP * TAPS), w->limits.rect);
     const struct rect tall = {inner.x0, wide.y0, inner.x1, wide.y1};
     smooth(w, wide);
-    find_present(w, wide, w->excess);
-    mean_rows(w, tall, true, w->excess, w->between);
+    find_present(w, wide, w->spread);
+    mean_rows(w, tall, true, w->spread, w->between);
     find_present(w, tall, w->between);
-    mean_rows(w, inner, false, w->between, w->excess);
+    mean_rows(w, inner, false, w->between, w->spread);
     smooth(w, area);
 }
 
@@ -304,7 +319,7 @@ static void spread(const struct work *w, struct rect area)
 static void borrow(const struct residual_field *field, struct work *w)
 {
     const struct residual_shape *s = &field->features.shape;
-    float *free[PLANES + SPIKE_ARRAYS];
+    float *free[EXCESS + SPIKE_ARRAYS];
     size_t count = 0;
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < 2; h++)
@@ -312,26 +327,32 @@ static void borrow(const struct residual_field *field, struct work *w)
                 free[count++] = field->light[c].filtered[h] + k * s->plane;
     free[count++] = field->light[0].guide[0];
     for (size_t k = 0; k < count; k++) memset(free[k], 0, s->plane * sizeof(float));
-    memcpy(w->between, free, sizeof w->between);
-    spike_limits_take(&w->limits, free + PLANES);
+    memcpy(w->between, free, EXCESS * sizeof *free);
+    spike_limits_take(&w->limits, free + EXCESS);
 }
 
 int residual_spikes_take(struct residual_field *field, struct rect area,
                          struct residual_spikes *out)
 {
     const struct residual_shape *s = &field->features.shape;
-    float *memory = scratch_take(field->scratch, PLANES * s->plane * sizeof *memory);
+    float *memory =
+        scratch_take(field->scratch, (PLANES + RESIDUAL_COMPONENTS) * s->plane * sizeof *memory);
     *out = (struct residual_spikes){.scratch = field->scratch, .memory = memory};
     if (!memory) return ERR_MEMORY;
     struct work w = {
         .f = &field->features,
         .limits = {.rect = {0, 0, s->width, s->height}, .origin = s->origin, .stride = s->stride}};
-    memset(memory, 0, PLANES * s->plane * sizeof *memory);
-    for (size_t k = 0; k < PLANES; k++) w.excess[k] = memory + k * s->plane;
+    memset(memory, 0, (PLANES + RESIDUAL_COMPONENTS) * s->plane * sizeof *memory);
+    for (size_t k = 0; k < PLANES; k++) w.spread[k] = memory + k * s->plane;
+    for (size_t k = EXCESS; k < PLANES; k++)
+        w.between[k] = memory + (k + RESIDUAL_COMPONENTS) * s->plane;
     borrow(field, &w);
     if (!split(&w, field)) return 0;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
+        find_left(&w, &field->light[c], w.spread[EXCESS + c]);
     spread(&w, area);
     out->excess = memory;
+    out->around = memory + EXCESS * s->plane;
     return 0;
 }
 
