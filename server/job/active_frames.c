@@ -9,12 +9,13 @@
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
 
-/* Floats a pixel that wait for further passes; without these a frame's samples come and go. */
+/* Floats a pixel that wait for further passes, or for frames beside; without these a frame's
+ * samples come and go. */
 static uint64_t waiting_floats(const struct plan *plan)
 {
     struct samples_layout layout;
     const int32_t side = LIMIT_TILE_SIDE_MIN_PX;
-    if (plan_pass_count(plan) == 1 && !plan_has_rounds(plan)) return 0;
+    if (plan_pass_count(plan) == 1 && !plan_has_rounds(plan) && plan->temporal == 0) return 0;
     if (samples_layout_init(&layout, plan, 0, side, side) != 0) return 0;
     return layout.total_bytes / (sizeof(float) * LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
 }
@@ -127,6 +128,7 @@ void active_job_shelve_frame(struct active_job *job, struct active_frame *frame)
     }
     queue_again(job, frame);
     active_job_recall(job);
+    active_job_prepare_ahead(job); /* frames that are recalled gave their scenes back */
 }
 
 void active_job_unshelve_frames(struct active_job *job)

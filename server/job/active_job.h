@@ -183,7 +183,7 @@ bool active_job_is_in_reach(const struct active_job *job, const struct active_fr
 /* -- active_open.c: frames go into work -- */
 
 /* Returns whether it is a running job with a frame that is not yet opened. active_job_open_frame
- * opens the next, once it is prepared (active_frames.c). */
+ * opens the next, once it is prepared. */
 bool active_job_has_unopened(const struct active_job *job);
 bool active_job_may_open(const struct active_job *job);
 void active_job_open_frame(struct active_job *job);

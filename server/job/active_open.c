@@ -59,6 +59,7 @@ static int start_work(struct active_job *job, struct active_frame *frame)
         .spools = job->view ? NULL : jobs->options.spools, /* views come and go */
         .kept = job->view != NULL,
         .counted = frame->shelved ? frame->shelved->passes : NULL,
+        .recalled = frame->recalled,
         .events = active_job_frame_events(jobs),
     };
     memcpy(options.job, job->id, sizeof options.job);

@@ -9,7 +9,7 @@ uint32_t active_job_reach(const struct active_job *job)
 {
     const struct prepared *p = job->prepared;
     if (!p) return 0;
-    if (p->plan.temporal > 0 || !p->moves) return p->plan.temporal;
+    if (!p->moves) return p->plan.temporal;
     return job_may_be_temporal(&p->job) ? LIMIT_TEMPORAL_FRAMES : 0;
 }
 

@@ -293,7 +293,7 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
     if (*error) return true;
     const struct active_frame *frame = &active->frames[at];
     out->png_options = picture_png_options(&active->prepared->job);
-    if (frame->work) {
+    if (frame->work && !frame->recalled) {
         jobs_picture_so_far(active, frame, out);
     } else if (!digest_is_zero(&frame->exr)) {
         out->finished = true;

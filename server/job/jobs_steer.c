@@ -8,7 +8,8 @@
 
 /* Frames of paused jobs keep what has landed, as far as memory for it goes: the last in order of
  * service are dropped beyond that, but for one, and taken from the spool, or traced anew, when
- * their job goes on. */
+ * their job goes on. Frames that need others beside them are dropped at once: their windows must
+ * find room again. */
 static const struct open_frame *one_too_many(const struct jobs *jobs)
 {
     unsigned parked = 0;
@@ -16,6 +17,7 @@ static const struct open_frame *one_too_many(const struct jobs *jobs)
     for (unsigned i = 0; i < jobs->open_count; i++) {
         const struct active_job *job = jobs->open[i].job;
         if (!job->paused || job->live) continue; /* live ones have places of their own */
+        if (active_job_reach(job) > 0) return &jobs->open[i];
         floats += active_job_frame_floats(job);
         if (++parked > PARKED_MAX || (parked > 1 && floats > PARKED_FLOATS_MAX))
             return &jobs->open[i];

@@ -205,7 +205,8 @@ bool jobs_table_has_window_room(const struct jobs *jobs, const struct active_job
         bytes += plan_window_bytes(&other->prepared->plan);
         is_first = is_first && job->priority > other->priority;
     }
-    return windows < WINDOWS_MAX && (is_first || bytes <= LIMIT_WINDOW_BYTES);
+    if (is_first) return windows <= WINDOWS_MAX;
+    return windows < WINDOWS_MAX && bytes <= LIMIT_WINDOW_BYTES;
 }
 
 void jobs_table_close(struct jobs *jobs, struct active_frame *frame)

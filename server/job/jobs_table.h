@@ -12,9 +12,10 @@
     (4u * 2u * 3840u * 2160u) /* of images beyond the second: two 4K pictures                      \
                                */
 #define WAITING_MAX                                                                                \
-    (WINDOWS_MAX * (LIMIT_TEMPORAL_FRAMES + 2)) /* that are traced, and need others beside them */
-#define WINDOWS_MAX       4                     /* jobs with such frames */
-#define PARKED_MAX        12                    /* of paused jobs, beside OPEN_MAX */
+    ((WINDOWS_MAX + 1) * (LIMIT_TEMPORAL_FRAMES + 2)) /* that are traced, and need others beside   \
+                                                       */
+#define WINDOWS_MAX       4  /* jobs with such frames, and one that comes before them all */
+#define PARKED_MAX        12 /* of paused jobs, beside OPEN_MAX */
 #define PARKED_FLOATS_MAX OPEN_FLOATS_MAX
 #define LIVE_FLOATS_MAX   (4u * OPEN_FLOATS_MAX) /* of live jobs' images: eight 4K pictures */
 #define READY_AHEAD       3  /* jobs that are imported and planned before their turn */

@@ -229,7 +229,7 @@ const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes)
     return f->plan_bytes.data;
 }
 
-static uint32_t blocks_out_max(const struct frame *f)
+uint32_t frame_blocks_out_max(const struct frame *f)
 {
     const int32_t most = PIXELS_OUT_MAX / (f->block_px * f->block_px);
     return (uint32_t)(most > BLOCKS_OUT_MIN ? most : BLOCKS_OUT_MIN);
@@ -258,7 +258,7 @@ static void describe(struct frame *f, uint32_t tile, uint32_t generation, struct
 
 bool frame_is_behind(const struct frame *f)
 {
-    return is_behind(f, blocks_out_max(f), PENDING_MAX);
+    return is_behind(f, frame_blocks_out_max(f), PENDING_MAX);
 }
 
 bool frame_lease(struct frame *f, const struct worker_request *request, struct fleet_tile *out)
@@ -333,7 +333,7 @@ const char *frame_warning(const struct frame *f)
 
 bool frame_was_held(struct frame *f)
 {
-    if (!f->held || is_behind(f, blocks_out_max(f) / 2, PENDING_MAX / 2)) return false;
+    if (!f->held || is_behind(f, frame_blocks_out_max(f) / 2, PENDING_MAX / 2)) return false;
     f->held = false;
     return true;
 }

@@ -61,6 +61,7 @@ struct frame_options {
     /* How many passes of each tile count already when the spool has them (shelved_frame.h). It is
      * borrowed until the frame is dropped; NULL: none. */
     const uint32_t *counted;
+    bool recalled; /* it is drawn already, and all that the spool has of it counted */
     struct frame_events events;
 };
 

@@ -125,7 +125,11 @@ int frame_submit_ready(struct frame *f)
 {
     uint32_t block;
     int error = 0;
-    while (!error && film_next_ready(f->film, &block)) error = submit_block(f, block);
+    /* A frame that waited for others has all blocks at once: some at a time leave others the pool. */
+    while (!error &&
+           !(frame_has_neighbours(f) && f->blocks_out > frame_blocks_out_max(f)) &&
+           film_next_ready(f->film, &block))
+        error = submit_block(f, block);
     return error;
 }
 

@@ -96,6 +96,7 @@ static void read_run(struct pool_task *task)
 /* It was counted when it landed first, in this run of the coordinator. */
 static bool is_counted(const struct frame *f, const struct read_task *t)
 {
+    if (f->options.recalled) return true;
     return f->options.counted && t->pass.number < f->options.counted[t->tile];
 }
 

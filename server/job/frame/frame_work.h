@@ -144,6 +144,9 @@ uint64_t frame_pass_work(const struct plan *plan, const struct plan_pass *pass, 
 /* Returns what a pass of a tile traces. */
 struct plan_pass frame_pass(const struct frame *f, uint32_t tile, uint32_t number);
 
+/* Returns how many blocks at a time are in the pool before tiles are held back. */
+uint32_t frame_blocks_out_max(const struct frame *f);
+
 /* Returns whether reconstruction is so far behind that more samples would only fill memory. */
 bool frame_is_behind(const struct frame *f);
 

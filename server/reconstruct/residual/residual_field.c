@@ -23,7 +23,11 @@
 /* Slopes of depth where the picture ends on that side. */
 #define NO_NEIGHBOUR 1e9f
 
-enum { PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1 + 1, PLANES_LIGHT = 4 * 3 + 3, PLANES_KNEE = 1 };
+enum {
+    PLANES_FEATURES = 3 + 1 + 2 + 3 + 1 + 3 + 1 + 1 + 1,
+    PLANES_LIGHT = 4 * 3 + 3,
+    PLANES_KNEE = 1
+};
 
 static size_t round_up(int32_t n, int32_t of)
 {
@@ -241,8 +245,9 @@ static int create(const struct patch *patch, struct residual_field *out)
     struct residual_shape *s = &out->features.shape;
     memset(out, 0, sizeof *out);
     set_shape(patch->rect, s);
-    const size_t bytes =
-        s->plane * (PLANES_FEATURES + RESIDUAL_COMPONENTS * PLANES_LIGHT + PLANES_KNEE) * sizeof(float);
+    const size_t bytes = s->plane *
+                         (PLANES_FEATURES + RESIDUAL_COMPONENTS * PLANES_LIGHT + PLANES_KNEE) *
+                         sizeof(float);
     out->scratch = patch->scratch;
     out->memory = scratch_take(out->scratch, bytes);
     if (!out->memory) return ERR_MEMORY;

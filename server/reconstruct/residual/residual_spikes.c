@@ -219,14 +219,22 @@ static void weigh(const struct line *l, size_t p, int32_t t, float weight[SIMD_L
     }
 }
 
-/* Means of all planes over the receivers from p on and their taps. */
+static void add_near(const struct line *l, size_t p, int32_t t, float near[SIMD_LANES])
+{
+    const float *there = l->w->limits.light + (ptrdiff_t)p + t * l->step;
+    for (int i = 0; i < SIMD_LANES; i++) near[i] += there[i];
+}
+
+/* Means of all planes over the receivers from p on and their taps. Brightness stays as it is in a
+ * lane that has no excess near, whatever other lanes have. */
 static void mean_lanes(const struct line *l, size_t p, float *const in[PLANES],
                        float *const out[PLANES])
 {
-    float sum[PLANES][SIMD_LANES], total[SIMD_LANES], weight[SIMD_LANES];
+    float sum[PLANES][SIMD_LANES], total[SIMD_LANES], weight[SIMD_LANES], near[SIMD_LANES] = {0};
     for (int i = 0; i < SIMD_LANES; i++) total[i] = 1.0f;
     for (size_t k = 0; k < PLANES; k++) memcpy(sum[k], in[k] + p, sizeof sum[k]);
     for (int32_t t = l->first; t <= l->last; t++) {
+        add_near(l, p, t, near);
         if (t == 0) continue;
         weigh(l, p, t, weight);
         for (int i = 0; i < SIMD_LANES; i++) total[i] += weight[i];
@@ -236,7 +244,8 @@ static void mean_lanes(const struct line *l, size_t p, float *const in[PLANES],
         }
     }
     for (size_t k = 0; k < PLANES; k++)
-        for (size_t i = 0; i < SIMD_LANES; i++) out[k][p + i] = sum[k][i] / total[i];
+        for (size_t i = 0; i < SIMD_LANES; i++)
+            out[k][p + i] = k < EXCESS || near[i] > 0.0f ? sum[k][i] / total[i] : in[k][p + i];
 }
 
 /* Where there is no excess near: brightness stays as it is. */

@@ -6,7 +6,7 @@
 #include "server/reconstruct/residual/residual_fetch.h"
 
 /* Half the sides of the neighbourhoods whose means are compared. */
-static const int32_t radii[] = {1, RESIDUAL_WINDOW_REACH_PX - 1};
+static const int32_t radii[] = {1, RESIDUAL_WINDOW_REACH_PX - 2};
 enum { RADII = sizeof radii / sizeof radii[0] };
 
 /* Squares of the difference of means over its variance: light counts in full up to the first, and

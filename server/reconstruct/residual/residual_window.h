@@ -7,8 +7,8 @@
  * docs/reconstruction.md, Frames of a window, has the formulas. */
 #include "server/reconstruct/residual/residual_history.h"
 
-/* How many pixels around a pixel what joins it depends on. */
-#define RESIDUAL_WINDOW_REACH_PX 5
+/* How many pixels around a pixel what joins it depends on: boxes, and slopes of depth. */
+#define RESIDUAL_WINDOW_REACH_PX 6
 
 /* What a frame has of others: those beside it, the nearest first. All is borrowed. */
 struct residual_window {
