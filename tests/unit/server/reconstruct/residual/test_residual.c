@@ -272,23 +272,37 @@ TEST(the_remainder_may_be_negative)
     residual_picture_fini(&p);
 }
 
-/* Blocks of one picture, whose patches have the halo or end with it. */
-TEST(pixels_do_not_know_their_block)
+static void show_spikes(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                        struct residual_sample *out)
 {
-    static const int32_t sides[] = {16, 64, 100};
-    const struct residual_scene s = {.width = 210, .height = 113, .spp = 4, .show = show_noise};
-    struct residual_picture all = residual_scene_filter_all(&s);
-    for (size_t k = 0; k < sizeof sides / sizeof *sides; k++)
-        for (int32_t y = 0; y < s.height; y += sides[k])
-            for (int32_t x = 0; x < s.width; x += sides[k]) {
-                const struct rect block =
-                    rect_intersect((struct rect){x, y, x + sides[k], y + sides[k]}, all.block);
-                if (sides[k] == 16 && (x + y) / 16 % 5 != 0) continue; /* a fifth of them will do */
-                struct residual_picture part = residual_scene_filter(&s, block);
+    const float spike = x % 97 == 40 && y % 53 == 20 && sample == 1 ? 5000.0f : 1.0f;
+    show_noise(s, x, y, sample, out);
+    for (int c = 0; c < 3; c++) out->direct[c] *= (x / 30 % 3 == 1 ? 10.0f : 1.0f) * spike;
+}
+
+/* Patches of blocks have the halo or end with the picture. */
+static void check_blocks(const struct residual_scene *s)
+{
+    struct residual_picture all = residual_scene_filter_all(s);
+    for (int32_t side = 16; side <= 100; side += 42)
+        for (int32_t y = 0; y < s->height; y += side)
+            for (int32_t x = 0; x < s->width; x += side) {
+                const struct rect r =
+                    rect_intersect((struct rect){x, y, x + side, y + side}, all.block);
+                if (side == 16 && (x + y) / 16 % 5 != 0) continue; /* a fifth of them will do */
+                struct residual_picture part = residual_scene_filter(s, r);
                 assert_same(&part, &all);
                 residual_picture_fini(&part);
             }
     residual_picture_fini(&all);
+}
+
+TEST(pixels_do_not_know_their_block)
+{
+    struct residual_scene s = {.width = 210, .height = 113, .spp = 4, .show = show_noise};
+    check_blocks(&s);
+    s.show = show_spikes;
+    check_blocks(&s);
 }
 
 TEST(instruction_sets_agree)
