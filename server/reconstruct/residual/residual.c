@@ -11,6 +11,10 @@
 /* No pixel gets more than so many times the excess that is spread about it. */
 #define EXCESS_MAX 4.0f
 
+/* Nor more than so many times its other light, or that around: the light of one path in thousands
+ * would make a small surface white. What is above is lost, and with it that path's light. */
+#define EXCESS_LIGHT 3.0f
+
 /* Less contrast with what is around may be noise, and excess is spread evenly. */
 #define CONTRAST_MIN  0.3f
 #define CONTRAST_STEP 0.3f
@@ -60,7 +64,13 @@ static float share_of_excess(const struct residual_field *f, const struct residu
     if (!(around > 0.0f)) return 1.0f;
     const float ratio = own < EXCESS_MAX * around ? own / around : EXCESS_MAX;
     const float contrast = (fabsf(ratio - 1.0f) / (ratio + 1.0f) - CONTRAST_MIN) / CONTRAST_STEP;
-    return 1.0f + (ratio - 1.0f) * (contrast < 0.0f ? 0.0f : contrast > 1.0f ? 1.0f : contrast);
+    const float share = 1.0f + (ratio - 1.0f) * (contrast < 0.0f   ? 0.0f
+                                                 : contrast > 1.0f ? 1.0f
+                                                                   : contrast);
+    const float *e = s->excess + 3 * component * plane + at;
+    const float excess = share * (fabsf(e[0]) + fabsf(e[plane]) + fabsf(e[2 * plane]));
+    const float most = EXCESS_LIGHT * (own > around ? own : around);
+    return excess > most ? share * (most / excess) : share;
 }
 
 /* Where light meets albedo again. Nothing is negative but by the filter's error. */
