@@ -6,6 +6,7 @@
 #include "server/cli/client/client_target.h"
 #include "server/cli/job_changes.h"
 #include "server/cli/job_file.h"
+#include "server/cli/job_patch.h"
 
 /* Texts as they are given; "none": none from now on. NULL: as it is. */
 struct marks {
@@ -47,15 +48,10 @@ static void print_job(const json_t *job)
 static int mark(const struct client_target *target, const char *id, const struct marks *marks)
 {
     struct fault fault = {0};
-    struct client *client = NULL;
     json_t *patch = json_object(), *job = NULL;
-    char path[128];
-    snprintf(path, sizeof path, "/v1/jobs/%.64s", id);
     int error = write_patch(marks, patch, &fault);
-    if (!error) error = client_target_open(target, &client, &fault);
-    if (!error) error = client_json(client, "PATCH", path, patch, &job, &fault);
+    if (!error) error = job_patch(target, id, patch, &job, &fault);
     if (!error) print_job(job);
-    client_destroy(&client);
     json_decref(patch);
     json_decref(job);
     return error ? job_file_complain("mark", &fault) : 0;

@@ -7,6 +7,7 @@
 #include "server/cli/cli.h"
 #include "server/cli/client/client_target.h"
 #include "server/cli/job_file.h"
+#include "server/cli/job_patch.h"
 #include "server/cli/option.h"
 
 /* What the options ask for; NULL and NOT_GIVEN: nothing. */
@@ -84,15 +85,10 @@ static void print_job(const json_t *job)
 static int steer(const struct client_target *target, const char *id, const struct wanted *wanted)
 {
     struct fault fault = {0};
-    struct client *client = NULL;
     json_t *patch = json_object(), *job = NULL;
-    char path[128];
-    snprintf(path, sizeof path, "/v1/jobs/%.64s", id);
     int error = write_patch(wanted, patch, &fault);
-    if (!error) error = client_target_open(target, &client, &fault);
-    if (!error) error = client_json(client, "PATCH", path, patch, &job, &fault);
+    if (!error) error = job_patch(target, id, patch, &job, &fault);
     if (!error) print_job(job);
-    client_destroy(&client);
     json_decref(patch);
     json_decref(job);
     return error ? job_file_complain("steer", &fault) : 0;

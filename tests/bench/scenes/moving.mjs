@@ -1,23 +1,13 @@
 // Blocks, a ball and a lamp under a sky, of which one thing moves: the camera, the lamp, a block, or nothing.
 import { animated, facing, glbOf } from "./glb.mjs";
-import { box, floor, join, quad, sphere, stick, turned } from "./mesh.mjs";
-import { checkerboard } from "./png.mjs";
+import { quad } from "./mesh.mjs";
+import { blocks } from "./real.mjs";
 
-const DEFAULT = { specular: 1 };
 const CAMERA = { eye: [0.6, 1.9, 4.6], target: [0.1, 0.5, 0], yfov_deg: 40 };
 export const FPS = 24;
 
-function room() {
-  const sticks = Array.from({ length: 9 }, (_, i) => stick([-1.6 + 0.4 * i, 0, 0.9 - 0.05 * i], [-1.5 + 0.4 * i, 0.9, 0.8], 0.04));
-  return glbOf([
-    { name: "floor", color: [1, 1, 1], texture: checkerboard(12, 12, [0.35, 0.33, 0.3], [0.6, 0.6, 0.62]), mesh: floor(4), material: DEFAULT },
-    { name: "tall", color: [0.55, 0.5, 0.45], mesh: turned(box([-0.35, 0, -0.35], [0.35, 1.5, 0.35]), 0.4, [-0.9, 0, -0.6]), material: DEFAULT },
-    { name: "low", color: [0.6, 0.2, 0.15], mesh: turned(box([-0.4, 0, -0.3], [0.4, 0.5, 0.3]), -0.6, [0.9, 0, 0.2]), material: { ...DEFAULT, roughness: 0.5 } },
-    { name: "sticks", color: [0.2, 0.4, 0.25], mesh: join(sticks), material: DEFAULT },
-    { name: "ball", color: [0.25, 0.35, 0.7], mesh: sphere([0.1, 0.45, -0.5], 0.45), material: { ...DEFAULT, roughness: 0.3 } },
-    { name: "metal", color: [0.9, 0.75, 0.5], mesh: sphere([1.2, 0.9, -0.7], 0.4), material: { metallic: 1, roughness: 0.35 } },
-    { name: "lamp", color: [0, 0, 0], mesh: quad([-0.4, 3, 1.2], [0.8, 0, 0], [0, 0, 0.8]), emission: [9, 8.5, 7.5], oneSided: true }]);
-}
+const room = () => glbOf([...blocks(),
+  { name: "lamp", color: [0, 0, 0], mesh: quad([-0.4, 3, 1.2], [0.8, 0, 0], [0, 0, 0.8]), emission: [9, 8.5, 7.5], oneSided: true }]);
 
 // One second of linear motion, by which a thing has gone at its end.
 const goes = (node, by) => [{ node, path: "translation", times: [0, 1], values: [0, 0, 0, ...by] }];
