@@ -8,16 +8,11 @@
 #include "server/reconstruct/residual/residual_spikes.h"
 #include "server/reconstruct/residual/residual_window.h"
 
-/* No pixel gets more than so many times the excess that is spread about it. */
-#define EXCESS_MAX 4.0f
+/* Of so many equal spikes and fewer nothing is known: their light may be that of the whole picture. */
+#define SPIKES_MIN 2.0f
 
-/* Nor more than so many times its other light, or that around: the light of one path in thousands
- * would make a small surface white. What is above is lost, and with it that path's light. */
-#define EXCESS_LIGHT 3.0f
-
-/* Less contrast with what is around may be noise, and excess is spread evenly. */
-#define CONTRAST_MIN  0.3f
-#define CONTRAST_STEP 0.3f
+/* No pixel gets more than so many times its other light: what is dark beside a caustic stays dark. */
+#define EXCESS_LIGHT 2.0f
 
 int32_t residual_halo_px(const struct plan *plan)
 {
@@ -52,25 +47,20 @@ void residual_picture_fini(struct residual_picture *picture)
     picture->memory = NULL;
 }
 
-/* How much of the excess that is spread about a pixel it gets: as much more or less than others as
- * it has of other light. Rare paths of a caustic belong to the caustic. */
+/* How much of the excess that is spread about a pixel it gets: as much as is known of it. */
 static float share_of_excess(const struct residual_field *f, const struct residual_spikes *s,
                              size_t component, size_t at)
 {
     const size_t plane = f->features.shape.plane;
+    const float *e = s->excess + 3 * component * plane + at;
+    const float excess = fabsf(e[0]) + fabsf(e[plane]) + fabsf(e[2 * plane]);
+    if (!(excess > 0.0f)) return 0.0f;
+    const float noise = s->variance[component * plane + at] / excess / excess;
+    const float known = noise < 1.0f / SPIKES_MIN ? 1.0f - SPIKES_MIN * noise : 0.0f;
     const float *rgb = f->light[component].half[0] + at;
     const float own = fabsf(rgb[0]) + fabsf(rgb[plane]) + fabsf(rgb[2 * plane]);
-    const float around = s->around[component * plane + at];
-    if (!(around > 0.0f)) return 1.0f;
-    const float ratio = own < EXCESS_MAX * around ? own / around : EXCESS_MAX;
-    const float contrast = (fabsf(ratio - 1.0f) / (ratio + 1.0f) - CONTRAST_MIN) / CONTRAST_STEP;
-    const float share = 1.0f + (ratio - 1.0f) * (contrast < 0.0f   ? 0.0f
-                                                 : contrast > 1.0f ? 1.0f
-                                                                   : contrast);
-    const float *e = s->excess + 3 * component * plane + at;
-    const float excess = share * (fabsf(e[0]) + fabsf(e[plane]) + fabsf(e[2 * plane]));
-    const float most = EXCESS_LIGHT * (own > around ? own : around);
-    return excess > most ? share * (most / excess) : share;
+    const float most = EXCESS_LIGHT * own / excess;
+    return known * (most < 1.0f ? most : 1.0f);
 }
 
 /* Where light meets albedo again. Nothing is negative but by the filter's error. */

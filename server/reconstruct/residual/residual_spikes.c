@@ -7,7 +7,7 @@
 
 /* Limits over the light around, and over that of the other half. */
 #define TIMES       12.0f
-#define TIMES_OTHER 4.0f
+#define TIMES_OTHER 2.0f
 #define WINDOW_PX   8
 
 /* The knee of guides, over the light around. */
@@ -27,12 +27,8 @@ _Static_assert(RESIDUAL_SPIKES_SPREAD_PX >= STEP * TAPS + STEP / 2 * 2, "the spr
 _Static_assert(RESIDUAL_SPIKES_LIMIT_PX >= 2 * WINDOW_PX, "the limits' reach");
 _Static_assert(RESIDUAL_PAD_PX >= WINDOW_PX + SIMD_LANES, "margins");
 
-/* Excess, and brightness of what is left, of each component. */
+/* Excess of each component, and the variance of its channels' sum. */
 enum { EXCESS = 3 * RESIDUAL_COMPONENTS, PLANES = EXCESS + RESIDUAL_COMPONENTS };
-
-/* What lobes of less roughness send has bright and narrow parts: limits are that many times higher
- * as their alpha's square is lower. */
-#define ROUGH_ALPHA 0.4f
 
 _Static_assert(EXCESS + SPIKE_ARRAYS == 6 * RESIDUAL_COMPONENTS + 1, "planes to borrow");
 
@@ -103,14 +99,7 @@ static void split_half(const struct residual_light *l, int h, size_t plane, size
     }
 }
 
-/* How much higher limits of a component are at pixel i. */
-static float narrow(const struct work *w, int component, size_t i)
-{
-    const float ratio = ROUGH_ALPHA / (w->f->alpha[i] + 1e-6f);
-    return component == RESIDUAL_REST && ratio > 1.0f ? ratio * ratio : 1.0f;
-}
-
-static void split_pixel(const struct work *w, const struct residual_light *l, size_t i, float times,
+static void split_pixel(const struct work *w, const struct residual_light *l, size_t i,
                         float *const excess[3])
 {
     const size_t plane = w->f->shape.plane;
@@ -118,20 +107,20 @@ static void split_pixel(const struct work *w, const struct residual_light *l, si
     const float share[2] = {w->f->share[i], 1.0f - w->f->share[i]};
     for (int h = 0; h < 2; h++) {
         const float other = TIMES_OTHER * own[1 - h], around = w->limits.limit[i];
-        const float limit = times * (other > around ? other : around);
+        const float limit = other > around ? other : around;
         if (own[h] > limit) split_half(l, h, plane, i, limit / own[h], share[h], excess);
     }
 }
 
 /* Returns whether a half may be above its limit. Where there are no halves, both are the mean. */
-static bool may_be_spike(const struct work *w, size_t i, float times)
+static bool may_be_spike(const struct work *w, size_t i)
 {
     const float share = w->f->share[i], rest = 1.0f - share;
     const float least = share < rest ? share : rest;
-    return share > 0.0f && w->limits.light[i] > least * times * w->limits.limit[i];
+    return share > 0.0f && w->limits.light[i] > least * w->limits.limit[i];
 }
 
-static bool split_component(const struct work *w, const struct residual_light *l, int component,
+static bool split_component(const struct work *w, const struct residual_light *l,
                             float *const excess[3])
 {
     const struct residual_shape *s = &w->f->shape;
@@ -141,9 +130,8 @@ static bool split_component(const struct work *w, const struct residual_light *l
     for (int32_t y = 0; y < s->height; y++) {
         const size_t first = residual_at(s, 0, y);
         for (size_t i = first; i < first + (size_t)s->width; i++) {
-            const float times = narrow(w, component, i);
-            if (!may_be_spike(w, i, times)) continue;
-            split_pixel(w, l, i, times, excess);
+            if (!may_be_spike(w, i)) continue;
+            split_pixel(w, l, i, excess);
             any = true;
         }
     }
@@ -166,24 +154,13 @@ static bool split(const struct work *w, struct residual_field *field)
     bool any = false;
     link_rows(w);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
-        const bool found = split_component(w, &field->light[c], c, w->spread + 3 * c);
+        const bool found = split_component(w, &field->light[c], w->spread + 3 * c);
         if (field->light[c].knee) find_knee(w, &field->light[c]);
         if (!found) continue;
         for (int h = 0; h < 2; h++) residual_pad(&w->f->shape, field->light[c].half[h], 3);
         any = true;
     }
     return any;
-}
-
-/* Brightness of what is left of a component. */
-static void find_left(const struct work *w, const struct residual_light *l, float *out)
-{
-    const struct residual_shape *s = &w->f->shape;
-    find_light(w, l);
-    for (int32_t y = 0; y < s->height; y++) {
-        const size_t first = residual_at(s, 0, y);
-        memcpy(out + first, w->limits.light + first, (size_t)s->width * sizeof *out);
-    }
 }
 
 /* -- spread -- */
@@ -219,41 +196,28 @@ static void weigh(const struct line *l, size_t p, int32_t t, float weight[SIMD_L
     }
 }
 
-static void add_near(const struct line *l, size_t p, int32_t t, float near[SIMD_LANES])
-{
-    const float *there = l->w->limits.light + (ptrdiff_t)p + t * l->step;
-    for (int i = 0; i < SIMD_LANES; i++) near[i] += there[i];
-}
-
-/* Means of all planes over the receivers from p on and their taps. Brightness stays as it is in a
- * lane that has no excess near, whatever other lanes have. */
+/* Means of all planes over the receivers from p on and their taps. */
 static void mean_lanes(const struct line *l, size_t p, float *const in[PLANES],
                        float *const out[PLANES])
 {
-    float sum[PLANES][SIMD_LANES], total[SIMD_LANES], weight[SIMD_LANES], near[SIMD_LANES] = {0};
+    float sum[PLANES][SIMD_LANES], total[SIMD_LANES], weight[SIMD_LANES], square[SIMD_LANES];
     for (int i = 0; i < SIMD_LANES; i++) total[i] = 1.0f;
     for (size_t k = 0; k < PLANES; k++) memcpy(sum[k], in[k] + p, sizeof sum[k]);
     for (int32_t t = l->first; t <= l->last; t++) {
-        add_near(l, p, t, near);
         if (t == 0) continue;
         weigh(l, p, t, weight);
         for (int i = 0; i < SIMD_LANES; i++) total[i] += weight[i];
+        for (int i = 0; i < SIMD_LANES; i++) square[i] = weight[i] * weight[i];
         for (size_t k = 0; k < PLANES; k++) {
             const float *there = in[k] + (ptrdiff_t)p + t * l->step;
-            for (int i = 0; i < SIMD_LANES; i++) sum[k][i] += weight[i] * there[i];
+            const float *by = k < EXCESS ? weight : square;
+            for (int i = 0; i < SIMD_LANES; i++) sum[k][i] += by[i] * there[i];
         }
     }
+    for (int i = 0; i < SIMD_LANES; i++) square[i] = total[i] * total[i];
     for (size_t k = 0; k < PLANES; k++)
         for (size_t i = 0; i < SIMD_LANES; i++)
-            out[k][p + i] = k < EXCESS || near[i] > 0.0f ? sum[k][i] / total[i] : in[k][p + i];
-}
-
-/* Where there is no excess near: brightness stays as it is. */
-static void pass_lanes(size_t p, float *const in[PLANES], float *const out[PLANES])
-{
-    for (size_t k = 0; k < EXCESS; k++) memset(out[k] + p, 0, SIMD_LANES * sizeof(float));
-    for (size_t k = EXCESS; k < PLANES; k++)
-        memcpy(out[k] + p, in[k] + p, SIMD_LANES * sizeof(float));
+            out[k][p + i] = sum[k][i] / (k < EXCESS ? total[i] : square[i]);
 }
 
 static void find_present(const struct work *w, struct rect r, float *const in[PLANES])
@@ -301,7 +265,8 @@ static void mean_rows(const struct work *w, struct rect r, bool along_x, float *
             if (any_near(&l, p))
                 mean_lanes(&l, p, in, out);
             else
-                pass_lanes(p, in, out);
+                for (size_t k = 0; k < PLANES; k++)
+                    memset(out[k] + p, 0, SIMD_LANES * sizeof(float));
     }
 }
 
@@ -311,11 +276,27 @@ static void smooth(const struct work *w, struct rect rect)
         spike_limits_smooth(&w->limits, rect, STEP / 2, w->spread[k]);
 }
 
+/* The variance of a mean over a step: each spike is as likely to be there as not. */
+static void find_variance(const struct work *w, struct rect r)
+{
+    const struct residual_shape *s = &w->f->shape;
+    for (int32_t y = r.y0; y < r.y1; y++) {
+        const size_t first = residual_at(s, r.x0, y);
+        for (size_t i = first; i < first + (size_t)rect_width(r); i++)
+            for (size_t c = 0; c < RESIDUAL_COMPONENTS; c++) {
+                float *const *e = w->spread + 3 * c;
+                const float sum = fabsf(e[0][i]) + fabsf(e[1][i]) + fabsf(e[2][i]);
+                w->spread[EXCESS + c][i] = sum / (STEP * STEP) * sum;
+            }
+    }
+}
+
 static void spread(const struct work *w, struct rect area)
 {
     const struct rect inner = rect_intersect(rect_grow(area, STEP / 2), w->limits.rect);
     const struct rect wide = rect_intersect(rect_grow(inner, STEP * TAPS), w->limits.rect);
     const struct rect tall = {inner.x0, wide.y0, inner.x1, wide.y1};
+    find_variance(w, w->limits.rect);
     smooth(w, wide);
     find_present(w, wide, w->spread);
     mean_rows(w, tall, true, w->spread, w->between);
@@ -357,11 +338,9 @@ int residual_spikes_take(struct residual_field *field, struct rect area,
         w.between[k] = memory + (k + RESIDUAL_COMPONENTS) * s->plane;
     borrow(field, &w);
     if (!split(&w, field)) return 0;
-    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
-        find_left(&w, &field->light[c], w.spread[EXCESS + c]);
     spread(&w, area);
     out->excess = memory;
-    out->around = memory + EXCESS * s->plane;
+    out->variance = memory + EXCESS * s->plane;
     return 0;
 }
 

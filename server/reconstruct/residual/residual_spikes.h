@@ -12,8 +12,7 @@
 struct residual_spikes {
     const float
         *excess; /* 3 planes for each component, of the pixel's mean; NULL: there are none */
-    const float *around; /* a plane for each: |r| + |g| + |b| of what is left there, averaged as
-                            excess is spread */
+    const float *variance; /* a plane for each: of |r| + |g| + |b| of excess */
     struct scratch *scratch; /* borrowed */
     float *memory;           /* owned; taken from there */
 };

@@ -297,19 +297,39 @@ TEST(energy_stays)
     assert_true(fabs(mean(p.filtered, 0, WIDTH) / mean(p.plain, 0, WIDTH) - 1) < 0.005);
 }
 
-/* One of four samples of every 169th pixel has 2000 times what others have. */
+/* One of four samples of every 49th pixel has 200 times what others have. */
 static void show_spikes(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
                         struct residual_sample *out)
 {
-    const bool spike = x % 13 == 6 && y % 13 == 6 && sample == 2;
+    const bool spike = x % 7 == 3 && y % 7 == 3 && sample == 2;
     (void)s;
     out->distance = 4.0f;
     residual_grey(0.5f, out->albedo);
-    residual_grey(spike ? 2000.0f : 1.0f, out->direct);
-    residual_grey(spike ? 2000.0f : 1.0f, out->indirect);
+    residual_grey(spike ? 200.0f : 1.0f, out->direct);
+    residual_grey(spike ? 200.0f : 1.0f, out->indirect);
 }
 
-/* They make no spots, and no light is lost; at borders, where windows end, some is gained. */
+/* One sample of the picture has all the light of the others together. */
+static void show_lone_spike(const struct residual_scene *s, int32_t x, int32_t y, uint32_t sample,
+                            struct residual_sample *out)
+{
+    const bool spike = x == s->width / 2 && y == s->height / 2 && sample == 2;
+    out->distance = 4.0f;
+    residual_grey(0.5f, out->albedo);
+    residual_grey(spike ? 4.0f * AREA : 1.0f, out->direct);
+}
+
+TEST(lone_spikes_say_nothing)
+{
+    static struct pictures p;
+    const struct residual_scene s = {
+        .width = WIDTH, .height = HEIGHT, .spp = 4, .show = show_lone_spike};
+    make_pictures(&s, 1, &p);
+    assert_true(mean(p.plain, 0, WIDTH) > 0.9);
+    for (int32_t i = 0; i < AREA; i++) assert_true(fabsf(p.filtered[i] - 0.5f) < 0.01f);
+}
+
+/* Many make no spots, and hardly any light is lost; at borders, where windows end, some is gained. */
 TEST(spikes_are_spread)
 {
     static struct pictures p;
