@@ -8,10 +8,10 @@
 #include "server/reconstruct/residual/residual_spikes.h"
 #include "server/reconstruct/residual/residual_window.h"
 
-/* Of so many equal spikes and fewer nothing is known: their light may be that of the whole picture. */
+/* So many equal spikes and fewer say nothing: their light may be that of the whole picture. */
 #define SPIKES_MIN 2.0f
 
-/* No pixel gets more than so many times its other light: what is dark beside a caustic stays dark. */
+/* No pixel gets more than so many times its other light: the dark beside a caustic stays dark. */
 #define EXCESS_LIGHT 2.0f
 
 int32_t residual_halo_px(const struct plan *plan)
