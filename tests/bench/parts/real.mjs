@@ -11,10 +11,11 @@ import { makeReferences } from "../real/references.mjs";
 import { LAMPS, lampsScene } from "../scenes/lamps.mjs";
 import { peersScenes } from "../scenes/peers.mjs";
 import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
+import { TABLE_NAMES, tableScenes } from "../scenes/table.mjs";
 import { withFarm } from "./farms.mjs";
 import { summary } from "./runs.mjs";
 
-const METHODS = ["none", "auto"], WARM_UP = 8, LAMPS_WIDTH = 240;
+const METHODS = ["none", "auto"], WARM_UP = 8, OWN_WIDTH = 240;
 
 // What is measured if nothing is said. width: of small scenes, which take the place of the peers folder then.
 const FULL = { spp: [1, 4, 16, 64], referenceSpp: 1024 };
@@ -32,7 +33,7 @@ function settings({ mode, given, repeat, out }) {
 // Those of the peers folder and the bench's own; null where there is no such folder.
 function fullScenes({ out, peers }) {
   const scenes = peersScenes(peers);
-  return scenes && [...scenes, lampsScene(`${out}/real`, LAMPS_WIDTH)];
+  return scenes && [...scenes, lampsScene(`${out}/real`, OWN_WIDTH), ...tableScenes(`${out}/real`, OWN_WIDTH)];
 }
 
 // Those that there are; null where the peers folder is wanted and not there.
@@ -94,7 +95,7 @@ function judge(o, rows) {
 
 // {absent, names}: what was asked for and is not there, and what is; null where all is, or where no folder tells.
 export function absentScenes({ mode, peers, realNames }) {
-  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS];
+  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES];
   return names && realNames?.some((name) => !names.includes(name)) ? { absent: realNames.filter((name) => !names.includes(name)), names } : null;
 }
 

@@ -33,13 +33,13 @@ function shining(emission) {
   return { factor: emission.map((x) => x / most), ...(most > 1 ? { KHR_materials_emissive_strength: { emissiveStrength: most } } : {}) };
 }
 
-// Lambert unless more is said: {metallic, roughness, specular}. The texture is an index or undefined.
-const surface = (name, color, { metallic = 0, roughness = 1, specular = 0 } = {}, texture, { emission, oneSided = false } = {}) => {
+// Lambert unless more is said: {metallic, roughness, specular, extensions}. The texture is an index or undefined.
+const surface = (name, color, { metallic = 0, roughness = 1, specular = 0, extensions = {} } = {}, texture, { emission, oneSided = false } = {}) => {
   const { factor, ...strength } = emission ? shining(emission) : {};
   return { name, doubleSided: !oneSided, ...(emission ? { emissiveFactor: factor } : {}),
   pbrMetallicRoughness: { baseColorFactor: [...color, 1], metallicFactor: metallic, roughnessFactor: roughness,
     ...(texture === undefined ? {} : { baseColorTexture: { index: texture } }) },
-  extensions: { KHR_materials_specular: { specularFactor: specular }, ...strength } };
+  extensions: { KHR_materials_specular: { specularFactor: specular }, ...strength, ...extensions } };
 };
 const lambert = (name, color) => surface(name, color);
 
