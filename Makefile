@@ -289,6 +289,8 @@ rooms = $(patsubst %,$(B)/obj/%.o,$(addsuffix /%,$(1)) $(2))
 $(call rooms,$(fast_rooms),$(fast_files)): OPT := $(FAST)
 $(call rooms,server/film worker/tile worker/trace): TUNE := $(stores)
 $(call rooms,server/reconstruct): TUNE := $(stores) $(scalars)
+# What unit tests do themselves is little: most of their time is the compiler's.
+$(patsubst %.c,$(B)/obj/%.o,$(unit_src)): OPT := -O0 -g -ffp-contract=off
 
 compile = $(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP
 $(B)/obj/%.o: %.c

@@ -40,7 +40,7 @@ const QUICK = { ...FULL, mode: "quick", parts: Object.keys(OWN).filter((name) =>
 // touch memory for the first time, which costs five times as much on one virtual machine as on another: times
 // are said, not judged.
 const SMOKE_SLACK = Infinity;
-const SMOKE = { ...QUICK, mode: "smoke", scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96, overlapSizes: [[192, 192]] };
+const SMOKE = { ...QUICK, mode: "smoke", repeat: 1, scenes: ["contacts", "box"], accuracy: ["smoke", "side=48", "spp=4,9,16"], heights: [90, 180], hillSteps: [16, 64], hillSide: 96, overlapSizes: [[192, 192]] };
 const ACTIONS = ["report", "accept", "results"];
 const PASSED_ON = ["effect", "method", "spp", "mu", "side", "reference", "repeat", "seed"];
 const WORDS = [...PASSED_ON, "part", "scene", "workers", "heights", "kinds", "steps", "peers", "weights", "out", "figures", "runs"];

@@ -1,8 +1,9 @@
-/* exr_lone BLOB JOB.json SPP: what the shading of lone sub-samples costs and is worth.
+/* exr_lone BLOB JOB.json SPP [REPETITIONS]: what the shading of lone sub-samples costs and is
+ * worth.
  *
  * The job's first frame is traced and reconstructed with and without the list of lone sub-samples,
- * REPETITIONS times in turn, and once with it, unfiltered, with SPP light samples at the same
- * points of the picture: the reference. Prints one JSON line:
+ * and once with it, unfiltered, with SPP light samples at the same points of the picture: the
+ * reference. Tracing is measured REPETITIONS times in turn, 7 unless said. Prints one JSON line:
  *   pixels    those that the list changes, as a share of all
  *   lone      lone sub-samples, as a share of all
  *   before, after   RMSE over these pixels and R, G, B, over the reference's mean luminance there,
@@ -24,7 +25,7 @@
 #include "tests/bench/timing.h"
 #include "worker/tile/tile.h"
 
-enum { REPETITIONS = 7 };
+enum { REPETITIONS = 7, MOST_REPETITIONS = 99 };
 
 struct frame {
     struct plan plan;
@@ -173,10 +174,12 @@ static void report(const struct frame *without, const struct frame *with, const 
 int main(int argc, char **argv)
 {
     static struct frame with, without, reference;
-    double plain_s[REPETITIONS], more_s[REPETITIONS];
+    double plain_s[MOST_REPETITIONS], more_s[MOST_REPETITIONS];
     struct fault fault = {0};
     struct job job;
-    if (argc != 4) fail("usage: exr_lone BLOB JOB.json SPP");
+    if (argc < 4) fail("usage: exr_lone BLOB JOB.json SPP [REPETITIONS]");
+    const size_t repetitions = argc > 4 ? strtoul(argv[4], NULL, 10) : REPETITIONS;
+    if (repetitions < 1 || repetitions > MOST_REPETITIONS) fail("REPETITIONS are 1 to 99");
     if (scene_map(argv[1], &blob, &fault)) fail(fault.detail);
     if (render_scene_create(&blob, 1, NULL, &scene, &fault)) fail(fault.detail);
     if (tile_tracer_create(&tracer)) fail("no memory");
@@ -189,12 +192,12 @@ int main(int argc, char **argv)
     render(&with);
     render(&without);
     render(&reference);
-    for (int i = 0; i < REPETITIONS; i++) {
+    for (size_t i = 0; i < repetitions; i++) {
         plain_s[i] = trace_s(&without);
         more_s[i] = trace_s(&with) - plain_s[i];
     }
     const struct errors e = judge(&without, &with, &reference);
-    report(&without, &with, &e, median(plain_s, REPETITIONS), median(more_s, REPETITIONS));
+    report(&without, &with, &e, median(plain_s, repetitions), median(more_s, repetitions));
     image_destroy(&with.image);
     image_destroy(&without.image);
     image_destroy(&reference.image);

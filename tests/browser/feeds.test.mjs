@@ -138,7 +138,7 @@ await runAll(async () => {
     const away = await openPage(complaints);
     await away.route("**/*", (route) => route.continue());
     away.on("request", (request) => { if (/pixels/.test(request.url())) asked.push(request.url()); });
-    const running = submit(url, { image: { width: 1024, height: 1024 }, sampling: { spp: 36 } });
+    const running = submit(url, { image: { width: 768, height: 768 }, sampling: { spp: 36 } });
     await away.goto(`http://127.0.0.1:${door.port}/#/jobs/${running}`);
     await until("some picture", async () => (await look(away)).lit > 0.1, 60);
     door.shut();

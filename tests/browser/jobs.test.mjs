@@ -25,7 +25,7 @@ await runAll(async () => {
     await clean(page, "no jobs");
   });
 
-  const slow = submit(url, { image: { width: 512, height: 512 }, sampling: { spp: 196, tile_px: 32 }, layers: ["beauty", "depth"] });
+  const slow = submit(url, { image: { width: 512, height: 512 }, sampling: { spp: 100, tile_px: 32 }, layers: ["beauty", "depth"] });
   await test("a job appears, its row follows it, and says 100 % only when it is finished", async () => {
     await until("the row", () => row(slow).count());
     await page.evaluate((id) => { document.querySelector(`#rows a[href="./#/jobs/${id}"]`).focus(); window.kept = document.activeElement; }, slow);

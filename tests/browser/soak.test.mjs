@@ -4,7 +4,7 @@
 import { readFileSync } from "node:fs";
 import { expect, look, openPage, runAll, serverPid, startServer, submit, test, text, until } from "./house.mjs";
 
-const seconds = Number(process.argv[3] ?? 30);
+const seconds = Number(process.argv[3] ?? 20);
 const LAYERS = ["beauty", "direct", "indirect", "albedo"];
 const MB = 1e6;
 // A browser's process takes minutes to fill its caches: 40 to 80 MB between thirds of half a minute, 8 MB

@@ -19,7 +19,7 @@ await runAll(async () => {
   });
 
   // Large enough that it cannot be over before the page has looked.
-  const slow = submit(url, { image: { width: 640, height: 640 }, sampling: { spp: 100, tile_px: 32 } });
+  const slow = submit(url, { image: { width: 640, height: 640 }, sampling: { spp: 49, tile_px: 32 } });
   await test("a submitted job appears in the list", async () => {
     await until("the job's row", () => page.locator(`a[href="#/jobs/${slow}"]`).count());
     await page.click(`a[href="#/jobs/${slow}"]`);

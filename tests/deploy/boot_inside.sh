@@ -9,7 +9,7 @@ answers() { [ "$(curl -s -m 5 "$url/$1" | jq -r .status)" = ok ]; }
 shows() { curl -s -m 5 "$url/v1/$1" | jq -e "$2"; }
 has() { [ "$(systemctl show -p "$2" --value "$1")" = "$3" ]; }
 job() { # SPP: submits a job; its id
-    printf '{"scene": {"file": "/root/cornell-box.glb"}, "image": {"width": 192, "height": 192}, "sampling": {"spp": %d}, "effects": {"indirect_bounces": 2}}' "$1" >/root/job.json
+    printf '{"scene": {"file": "/root/cornell-box.glb"}, "image": {"width": 192, "height": 192}, "sampling": {"spp": %d, "tile_px": 16}, "effects": {"indirect_bounces": 2}}' "$1" >/root/job.json
     shearwater submit /root/job.json --quiet
 }
 

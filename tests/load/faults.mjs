@@ -17,7 +17,7 @@ import { check, done, folder, join, note, options, sha256, skip, sleep, until } 
 const build = process.argv[2];
 const want = options({ sample: 84, seed: Math.floor(Date.now() / 1000) % 1000000, kind: "", only: "", at: 0, from: 0, to: 0, program: "", stage: "", lanes: 3, patience: 0 });
 const short = { image: { width: 64, height: 64 }, sampling: { spp: 4, tile_px: 32 }, layers: ["beauty", "direct", "indirect"] };
-const long = { image: { width: 256, height: 256 }, sampling: { spp: 64, tile_px: 32 }, filter: { method: "none" } };
+const long = { image: { width: 256, height: 256 }, sampling: { spp: 32, tile_px: 32 }, filter: { method: "none" } };
 const reference = {};
 const undisturbed = async () => {
     const life = new Life(build, "shearwater");

@@ -55,7 +55,7 @@ fi
 serve_start "$tmp/data" --workers 2 --worker-threads 1 || echo "Bail out! the server did not start"
 http -T "$scene" -o "$tmp/body" "$url/v1/assets/$asset"
 id=$(http -H 'Content-Type: application/json' "$url/v1/jobs" -d "{\"scene\": {\"asset\": \"$asset\"},
-    \"image\": {\"width\": 320, \"height\": 320}, \"sampling\": {\"spp\": 256, \"tile_px\": 32}, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
+    \"image\": {\"width\": 320, \"height\": 320}, \"sampling\": {\"spp\": 96, \"tile_px\": 32}, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
 done_tiles() { http "$url/v1/jobs/$id" | jq "$1"; }
 landed() { [ "$(done_tiles .progress.tiles_done)" -ge 10 ]; }
 check "tiles land" eventually 60 landed

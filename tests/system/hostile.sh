@@ -8,7 +8,7 @@ build=${1:?usage: tests/system/hostile.sh BUILD_DIR}
 command -v node >/dev/null || { skip "hostile clients" "needs node"; tap_done; }
 ulimit -n 16384 2>/dev/null || ulimit -n "$(ulimit -Hn)"
 if [ "$(ulimit -n)" -lt 8192 ]; then skip "hostile clients" "needs 8192 descriptors"; tap_done; fi
-export SHEARWATER_REQUEST_MS=3000 SHEARWATER_UPLOAD_MS=8000
+export SHEARWATER_REQUEST_MS=2000 SHEARWATER_UPLOAD_MS=5000
 crashes_expected # of an importer, in a library
 serve_start "$tmp/data" --workers 1 --worker-threads 1 || { echo "Bail out! the server did not start"; exit 1; }
 node tests/system/hostile.mjs "$url" "$server_pid" "$SHEARWATER_REQUEST_MS" >"$tmp/hostile.tap" 2>&1

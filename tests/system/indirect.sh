@@ -24,8 +24,9 @@ alike() { figure "$1" "$2" "$3" --box 8 | tee /dev/stderr | jq -e '.finite and (
 
 for job in alone beside open; do
     jq '.filter.method = "none" | .layers -= ["filter_width"] | .sampling.seed = 8' "$tmp/$job.json" >"$tmp/paths.json"
-    check "$job: by paths" render paths "$job-paths" --spp 1024
-    check "$job: averaged" render "$job" "$job-average" --method average --spp 225
+    # Errors are compared where light fields are alone, and those of the paths must be small beside them.
+    check "$job: by paths" render paths "$job-paths" --spp $([ $job = alone ] && echo 512 || echo 256)
+    check "$job: averaged" render "$job" "$job-average" --method average --spp 100
     check "... no filter runs" counts "$job-average" '.cpu_s.indirect == 0 and .indirect.pixels_filtered == 0'
     check "$job: filtered" render "$job" "$job-auto"
     check "... a filter runs" counts "$job-auto" '.cpu_s.indirect > 0 and .indirect.pixels_filtered > 1000 and .rays.indirect > 0'

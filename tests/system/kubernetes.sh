@@ -80,9 +80,9 @@ kill $scaler; wait $scaler 2>/dev/null
 "$build/shearwater" render "$tmp/job.json" --quiet -o "$tmp/alone.exr"
 check "the bytes are those of one worker" cmp "$tmp/alone.exr" "$tmp/scaled.exr"
 
-# A thousand tiles, while a tenth of the workers (here one) is killed every 2 s, whatever it holds then.
-scale killed most=4 cooldown_s=2 kill_s=2
-id=$(submit "$(box 512 96)")
+# A thousand tiles, while a tenth of the workers (here one) is killed every second, whatever it holds then.
+scale killed most=4 cooldown_s=2 kill_s=1
+id=$(submit "$(box 512 40)")
 check "a thousand tiles are done though workers are killed" await_state "$id" finished 240
 check "... which they were" bash -c "[ \$(grep -c SIGKILL '$tmp/killed.log') -ge 2 ]"
 check "... while they held tiles" shows "$id" '.statistics.tiles.reissued > 0'

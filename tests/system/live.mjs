@@ -187,7 +187,7 @@ await test("what is not live cannot be moved", async () => {
 });
 
 await test("a live job goes before others, and leaves them their turn", async () => {
-  const other = submit({ image: { width: 512, height: 512 }, sampling: { spp: 100 } });
+  const other = submit({ image: { width: 512, height: 512 }, sampling: { spp: 36 } });
   await reach(other, "running");
   const from = performance.now(), { number } = (await move(live, { camera: around(3) })).body.view;
   const first = feed.heard.find(({ kind, view }) => kind === "block" && view === number) ??

@@ -19,7 +19,7 @@ for (const [name, glb] of [["wires", wires()], ["fence", fence()]]) {
 judged() { # NAME BEFORE_MIN AFTER_MAX
     [ -e "$tmp/$1.blob" ] || "$build/shearwater-import" --root "$tmp" --in "$1.glb" --out "$tmp/$1.blob" >/dev/null || return 1
     jq '.scene.asset = "0" * 64 | del(.scene.file)' "$tmp/$1.json" >"$tmp/$1-blob.json"
-    "$build/tests/bench/exr_lone" "$tmp/$1.blob" "$tmp/$1-blob.json" 100 | tee "$tmp/$1.judged"
+    "$build/tests/bench/exr_lone" "$tmp/$1.blob" "$tmp/$1-blob.json" 36 1 | tee "$tmp/$1.judged"
     jq -e --argjson before "$2" --argjson after "$3" '.lone > 0.02 and .before > $before and .after < $after' "$tmp/$1.judged"
 }
 like_paths() { # NAME PERCENT: all light together, and that of squares of 16 pixels
@@ -32,7 +32,7 @@ for name in wires fence; do
     check "... of sub-samples that nobody shows all are shaded, and none is left" counts $name '
         .pixels.sub_samples_lone > 4000 and .pixels.sub_samples_unmatched == 0 and .rays.lone > 0'
     jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/$name.json" >"$tmp/$name-none.json"
-    check "... paths" render $name-none $name-paths --spp 256
+    check "... paths" render $name-none $name-paths --spp 128
     check "... the light is that of paths within 0.5 %" like_paths $name 0.5
 done
 check "wires: the error of their light falls to less than a third" judged wires 0.5 0.2
@@ -84,7 +84,7 @@ jq '.filter.method = "none" | .sampling.seed = 8' "$tmp/metal.json" >"$tmp/metal
 check "a fence of half-glossy laths, with paths" render metal metal
 check "... whose lone sub-samples have indirect light and lobes" counts metal '
     .pixels.sub_samples_lone > 4000 and .rays.paths > 0 and .rays.lone > 0'
-check "... paths alone" render metal-none metal-paths --spp 256
+check "... paths alone" render metal-none metal-paths --spp 128
 check "... the light is that of paths within 1 %" like_paths metal 1
 
 # A target is reached with them.

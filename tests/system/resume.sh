@@ -18,12 +18,12 @@ crash_at() { # crash_at JOB TILES
     return 0 # not what the killed one ends with
 }
 
-plain='"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "filter": {"method": "none"}'
+plain='"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "filter": {"method": "none"}'
 names=(plain filtered rates target lens)
 jobs=("$plain"
     '"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 256}, "filter": {"method": "none"}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.04, "max_spp": 256}, "filter": {"method": "none"}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32, "lens_extra": 16}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 
 start
@@ -57,7 +57,7 @@ done
 # A spool that is not what it was. The job is held when it is half done; what landed lies in one file.
 half_done() { # half_done MEMBERS: a job of the plain kind that was killed half-way; sets $id, $landed, $spool
     id=$(submit "$plain")
-    eventually 60 landed "$id" 150
+    eventually 60 landed "$id" 96
     "$build/shearwater" steer "$id" --server "$url" --pause >/dev/null
     eventually 10 workers_empty
     settled du -sb "$tmp/data/spool" # what has landed is written soon

@@ -16,7 +16,7 @@ names=(paths filtered rates target lens)
 jobs=('"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "filter": {"method": "none"}'
     '"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
     '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.02, "max_spp": 256}, "filter": {"method": "none"}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.04, "max_spp": 256}, "filter": {"method": "none"}'
     '"image": {"width": 384, "height": 384}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 start
 for i in "${!jobs[@]}"; do

@@ -12,10 +12,9 @@ patch() { # patch ID DOCUMENT CURL-ARGUMENTS...: prints the status; the body goe
 }
 # 144 tiles in several passes.
 of_spp() { echo '"image": {"width": 384, "height": 384}, "sampling": {"spp": '"$1"', "tile_px": 32}, "filter": {"method": "none"}'; }
-spp=$((slower == 1 ? 54 : 36))
-medium=$(of_spp $spp) part=$(of_spp $((spp * 4 / 9)))
+medium=$(of_spp 36) part=$(of_spp 16)
 # Some seconds' worth: events, ten a second, tell of the first 40 tiles by themselves.
-long=$(of_spp $((slower == 1 ? 144 : 36)))
+long=$(of_spp $((slower == 1 ? 72 : 36)))
 short='"image": {"width": 128, "height": 128}, "sampling": {"spp": 16, "tile_px": 32}'
 
 start

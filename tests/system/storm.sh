@@ -5,4 +5,4 @@
 cd "$(dirname "$0")/../.." || exit 1
 build=${1:?usage: tests/system/storm.sh BUILD_DIR}
 shift
-exec node tests/load/storm.mjs "$build" seed=5 "$@"
+exec node tests/load/storm.mjs "$build" seed=5 pause_ms=200 "$@"

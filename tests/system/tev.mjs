@@ -56,7 +56,7 @@ try {
   });
 
   await test("a job that renders: what comes at last is the picture", async () => {
-    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: Math.ceil(200 / slower) }, image: { width: 300, height: 300 }, layers: ["beauty", "depth"] });
+    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: Math.ceil(64 / slower) }, image: { width: 300, height: 300 }, layers: ["beauty", "depth"] });
     const { code, complaint } = await watch(job, port);
     expect(code === 0, complaint);
     await equal(tev, job);
@@ -65,7 +65,7 @@ try {
   });
 
   await test("a tev that is closed and started again is shown all of it", async () => {
-    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: Math.ceil(300 / slower) }, image: { width: 300, height: 300 }, layers: ["beauty"] });
+    const tev = new FakeTev(), port = await tev.listen(), job = submit({ sampling: { spp: Math.ceil(96 / slower) }, image: { width: 300, height: 300 }, layers: ["beauty"] });
     const done = watch(job, port);
     const end = Date.now() + 30000 * slower;
     while (tev.updates === 0 && Date.now() < end) await new Promise((again) => setTimeout(again, 20));
@@ -92,7 +92,7 @@ try {
     let calls = 0;
     const peer = createServer((socket) => { calls++; socket.on("error", () => {}); socket.destroy(); });
     await new Promise((done) => peer.listen(0, "127.0.0.1", done));
-    const job = submit({ sampling: { spp: Math.ceil(100 / slower) }, image: { width: 200, height: 200 }, layers: ["beauty"] });
+    const job = submit({ sampling: { spp: Math.ceil(64 / slower) }, image: { width: 200, height: 200 }, layers: ["beauty"] });
     const watching = spawn(shearwater, ["watch", job, "--server", url, "--quiet", "--tev", `127.0.0.1:${peer.address().port}`], { stdio: "ignore" });
     await new Promise((done) => setTimeout(done, 2000));
     watching.kill();
