@@ -32,6 +32,9 @@ static const struct layer_channels {
     {"diffuse_indirect", {"diffuse_indirect.R", "diffuse_indirect.G", "diffuse_indirect.B"}, true},
     {"motion.backward", {"motion.backward.X", "motion.backward.Y"}, false},
     {"motion.forward", {"motion.forward.X", "motion.forward.Y"}, false},
+    {"composite", {"composite.R", "composite.G", "composite.B"}, true},
+    {"catcher", {"catcher.R", "catcher.G", "catcher.B"}, false},
+    {"overlay", {"overlay.R", "overlay.G", "overlay.B", "overlay.A"}, true},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 

@@ -23,7 +23,8 @@ struct image {
 /* Creates the channels of layers: R G B A of beauty; .R .G .B of direct, indirect, emission,
  * albedo, error, diffuse_direct and diffuse_indirect, such as direct.R; normal.X .Y .Z; depth.Z;
  * id.I; samples.N; visibility.V; slope_min.S; slope_max.S; filter_width.W; occlusion.O;
- * motion.backward.X .Y; motion.forward.X .Y. `layers` are bits of proto/job/job.h's enum layer,
+ * motion.backward.X .Y; motion.forward.X .Y; composite.R .G .B; catcher.R .G .B; overlay.R .G .B
+ * .A. `layers` are bits of proto/job/job.h's enum layer,
  * passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for an unknown layer. */
 int image_create(uint32_t layers, int32_t width_px, int32_t height_px, struct image **out);
 

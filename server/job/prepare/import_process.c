@@ -23,6 +23,8 @@ struct import_process {
     struct digest scene;
     char variant[LIMIT_NAME_BYTES], animation[LIMIT_NAME_BYTES]; /* "": none */
     bool is_sequence;
+    struct job_composite composite; /* owned */
+    char ground[32];                /* its height */
     char times[32 * IMPORT_TIMES]; /* seconds */
     struct job_file *files;        /* owned, with their paths */
     uint32_t file_count;
@@ -52,6 +54,7 @@ static void destroy(struct import_process *p)
 {
     for (uint32_t i = 0; i < p->file_count; i++) free(p->files[i].path);
     free(p->files);
+    job_composite_fini(&p->composite);
     free(p);
 }
 
@@ -158,13 +161,17 @@ static int code_of(const char *name)
     return ERR_CORRUPT;
 }
 
-/* {"ok": false, "code": "RANGE", "pointer": "meshes[3]", "detail": "..."}. The places are the scene
- * file's own, so they go into the sentence. */
+/* {"ok": false, "code": "RANGE", "pointer": "meshes[3]", "detail": "..."}. Places are the scene
+ * file's own, so they go into the sentence, but for those of the document. */
 static void read_refusal(struct import_process *p, const json_t *answer)
 {
     const char *place = json_string_value(json_object_get(answer, "pointer"));
     const char *detail = json_string_value(json_object_get(answer, "detail"));
     int code = code_of(json_string_value(json_object_get(answer, "code")));
+    if (place && place[0] == '/' && detail) {
+        fault_set(&p->fault, code, place, "%s", detail);
+        return;
+    }
     fault_set(&p->fault, code, "/scene/asset", "%s%s%s", place ? place : "",
               place && *place ? ": " : "",
               detail ? detail : "the importer refused the file without a reason");
@@ -269,9 +276,22 @@ static void init_handles(struct import_process *p)
     assert(error == 0);
 }
 
+/* What tells the importer of a composite. */
+static size_t add_roles(struct import_process *p, char **args, size_t count)
+{
+    static char none[] = "[]";
+    const struct job_composite *c = &p->composite;
+    if (!c->on) return count;
+    args[count++] = "--catchers", args[count++] = c->catchers ? c->catchers : none;
+    if (c->holdouts) args[count++] = "--holdouts", args[count++] = c->holdouts;
+    snprintf(p->ground, sizeof p->ground, "%.9g", (double)c->ground_height);
+    if (c->has_ground) args[count++] = "--ground", args[count++] = p->ground;
+    return count;
+}
+
 static int spawn(struct import_process *p)
 {
-    char *args[16] = {(char *)p->options.program,
+    char *args[24] = {(char *)p->options.program,
                       "--root",
                       p->folder.root,
                       "--in",
@@ -283,6 +303,7 @@ static int spawn(struct import_process *p)
     size_t count = 9;
     if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
     if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
+    (void)add_roles(p, args, count);
     uv_stdio_container_t stdio[3] = {
         {.flags = UV_IGNORE},
         {.flags = (uv_stdio_flags)(UV_CREATE_PIPE | UV_WRITABLE_PIPE),
@@ -369,7 +390,7 @@ int import_process_start(const struct import_options *options, const struct job 
     write_times(p, scene, times);
     p->done = done;
     p->ctx = ctx;
-    if (copy_files(p, scene) != 0) {
+    if (copy_files(p, scene) != 0 || job_composite_copy(&scene->composite, &p->composite) != 0) {
         destroy(p);
         return ERR_MEMORY;
     }
