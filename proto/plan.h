@@ -177,10 +177,11 @@ enum lens_relight {
 /* The most mirrors that a camera ray is followed through. */
 #define PLAN_LENS_MIRRORS 4
 
-/* What is traced of a picture that a photograph is composed with, each with the same random numbers:
- * the virtual objects, where the camera sees them; catchers as the objects shade and light them,
- * though the camera looks through the objects; catchers as they are without the objects. Holdouts
- * hide what is behind them in all three, and show nothing. worker/trace/hit/query_view.h. */
+/* What is traced of a picture that a photograph is composed with, each with the same random
+ * numbers: the virtual objects, where the camera sees them; catchers as the objects shade and light
+ * them, though the camera looks through the objects; catchers as they are without the objects.
+ * Holdouts hide what is behind them in all three, and show nothing. worker/trace/hit/query_view.h.
+ */
 enum plan_view { PLAN_VIEW_OBJECTS = 0, PLAN_VIEW_WITH = 1, PLAN_VIEW_WITHOUT = 2 };
 #define PLAN_VIEWS 3u
 

@@ -23,7 +23,7 @@
 
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
-     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_STRATA_MAPS | \
+     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_STRATA_MAPS |        \
      CAPABILITY_VIEWS)
 #define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) | PLANE_BIT(LONE) | PLANE_BIT(MIXED))
 #define PLANES_SUB                                                                                 \

@@ -137,7 +137,7 @@ enum layer {
     LAYER_OVERLAY = 1u << 21, /* objects and grey shadows, to be laid over any photograph */
 };
 #define LAYERS_COMPOSITE (LAYER_COMPOSITE | LAYER_CATCHER | LAYER_OVERLAY)
-#define LAYERS_MOTION (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
+#define LAYERS_MOTION    (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
      LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \

@@ -74,8 +74,7 @@ static int read_name(struct json_cursor *at, const json_t *value, json_t *names)
 
 static int read_ground(struct json_cursor *at, const json_t *value, struct job *job)
 {
-    if (job->composite.has_ground)
-        return json_cursor_refuse(at, ERR_EXISTS, "there is one ground");
+    if (job->composite.has_ground) return json_cursor_refuse(at, ERR_EXISTS, "there is one ground");
     job->composite.has_ground = true;
     return json_cursor_members(at, value, catcher_members, job);
 }
@@ -176,9 +175,7 @@ int job_composite_check(struct json_cursor *at, const struct job *job)
 void job_composite_defaults(struct job *job, bool has_layers, bool has_view)
 {
     if (!job->composite.on) return;
-    if (!has_layers)
-        job->layers =
-            LAYER_CATCHER | (job->composite.has_plate ? LAYER_COMPOSITE : 0);
+    if (!has_layers) job->layers = LAYER_CATCHER | (job->composite.has_plate ? LAYER_COMPOSITE : 0);
     job->layers |= LAYER_BEAUTY; /* the objects, of which all others are made */
     if (!has_view && job->composite.has_plate) job->view = VIEW_LINEAR;
 }

@@ -31,13 +31,13 @@ enum composite_mode {
 struct job_composite {
     bool on; /* the document has one of the members; else all here is zero */
     bool has_plate;
-    struct digest plate;         /* asset: .jpg, .png, .webp, .hdr or .exr */
-    enum plate_fit fit;          /* default exact */
-    enum plate_color color;      /* default sRGB */
-    char *catchers, *holdouts;   /* owned; JSON arrays of names; NULL: none */
-    bool has_ground;             /* a floor of our making catches, too */
-    float ground_height;         /* of the floor: y, scene units */
-    enum composite_mode mode;    /* default multiply */
+    struct digest plate;       /* asset: .jpg, .png, .webp, .hdr or .exr */
+    enum plate_fit fit;        /* default exact */
+    enum plate_color color;    /* default sRGB */
+    char *catchers, *holdouts; /* owned; JSON arrays of names; NULL: none */
+    bool has_ground;           /* a floor of our making catches, too */
+    float ground_height;       /* of the floor: y, scene units */
+    enum composite_mode mode;  /* default multiply */
 };
 
 /* ERR_MEMORY: *out is empty. */

@@ -55,7 +55,7 @@ static int set_camera(const char *camera, json_t *document)
     const long index = strtol(camera, &end, 10);
     const bool is_index = *end == '\0' && camera[0] >= '0' && camera[0] <= '9';
     return job_changes_set(document, "scene", "camera",
-                      is_index ? json_integer(index) : json_string(camera));
+                           is_index ? json_integer(index) : json_string(camera));
 }
 
 static int read_number(const char *option, const char *text, json_t **out, struct fault *fault)
@@ -90,7 +90,8 @@ static int set_files(const struct job_changes *changes, json_t *document, struct
 {
     json_t *exposure = NULL;
     int error = 0;
-    if (changes->view) error = job_changes_set(document, "image", "view", json_string(changes->view));
+    if (changes->view)
+        error = job_changes_set(document, "image", "view", json_string(changes->view));
     if (!error && changes->exposure)
         error = read_number("--exposure", changes->exposure, &exposure, fault);
     if (!error && exposure) error = job_changes_set(document, "image", "exposure", exposure);
@@ -99,7 +100,8 @@ static int set_files(const struct job_changes *changes, json_t *document, struct
     if (!error && changes->png_alpha)
         error = job_changes_set(document, "image", "png_alpha", json_true());
     if (!error && changes->compression)
-        error = job_changes_set(document, "image", "exr_compression", json_string(changes->compression));
+        error = job_changes_set(document, "image", "exr_compression",
+                                json_string(changes->compression));
     return error;
 }
 
@@ -179,7 +181,8 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     if (!error && changes->temporal)
         error = job_changes_set(document, "filter", "temporal", json_string(changes->temporal));
     if (!error && changes->bounces >= 0)
-        error = job_changes_set(document, "effects", "indirect_bounces", json_integer(changes->bounces));
+        error = job_changes_set(document, "effects", "indirect_bounces",
+                                json_integer(changes->bounces));
     if (!error && changes->spp > 0)
         error = job_changes_set(document, "sampling", "spp", json_integer(changes->spp));
     if (!error && changes->tile_px > 0)

@@ -95,8 +95,8 @@ struct job_changes {
         JOB_CHANGE_TEXT("backplate", 0, "FILE",                                                    \
                         "photograph (.jpg, .png, .webp, .exr, .hdr) that objects are put into",    \
                         &(c)->backplate),                                                          \
-        JOB_CHANGE_TEXT("fit", 0, "exact|cover|stretch",                                           \
-                        "how it becomes as large as the picture", &(c)->fit),                      \
+        JOB_CHANGE_TEXT("fit", 0, "exact|cover|stretch", "how it becomes as large as the picture", \
+                        &(c)->fit),                                                                \
         JOB_CHANGE_TEXT("catcher", 0, "LIST",                                                      \
                         "nodes or materials that catch shadows in it, parted by commas",           \
                         &(c)->catchers),                                                           \

@@ -75,10 +75,10 @@ static void put_pixel(const float *texels, int32_t across, const struct plate_sp
 {
     out[0] = out[1] = out[2] = 0;
     for (int32_t j = 0; j < y->count; j++) {
-        const float *row = texels + 3 * ((size_t)(y->first + j) * (size_t)across + (size_t)x->first);
+        const float *row =
+            texels + 3 * ((size_t)(y->first + j) * (size_t)across + (size_t)x->first);
         for (int32_t i = 0; i < x->count; i++)
-            for (int c = 0; c < 3; c++)
-                out[c] += y->weights[j] * x->weights[i] * row[3 * i + c];
+            for (int c = 0; c < 3; c++) out[c] += y->weights[j] * x->weights[i] * row[3 * i + c];
     }
 }
 
@@ -103,8 +103,8 @@ int plate_create(const float *texels, int32_t texels_across, int32_t texels_down
     double across = (double)texels_across / width_px, down = (double)texels_down / height_px;
     if (scaling == PLATE_COVER) across = down = fmin(across, down);
     struct plate *plate = calloc(1, sizeof *plate);
-    int error = plate ? image_create_named(names, 3, width_px, height_px, &plate->image)
-                      : ERR_MEMORY;
+    int error =
+        plate ? image_create_named(names, 3, width_px, height_px, &plate->image) : ERR_MEMORY;
     if (!error) error = axis_init(texels_across, width_px, across, &x);
     if (!error) error = axis_init(texels_down, height_px, down, &y);
     if (!error) {

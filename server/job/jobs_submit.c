@@ -7,7 +7,8 @@
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
 
-/* Lists all that the job names: the scene, its files, the map, the backplate. The caller owns the list. */
+/* Lists all that the job names: the scene, its files, the map, the backplate. The caller owns the
+ * list. */
 static struct digest *list_assets(const struct job *job, size_t *count)
 {
     struct digest *list = calloc((size_t)job->file_count + 3, sizeof *list);

@@ -28,7 +28,7 @@ struct emitter_point {
     float offset; /* scene units: a ray that ends this far in front of it misses it (offset.h) */
     bool double_sided; /* shines on both sides */
     uint32_t instance;
-    float pdf_area;    /* density per area of the surface within the leaf, > 0 */
+    float pdf_area; /* density per area of the surface within the leaf, > 0 */
 };
 
 /* Returns the tree; NULL without emitters (NULL). */

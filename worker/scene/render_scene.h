@@ -43,11 +43,7 @@ struct mesh_view {
 
 /* What a placed mesh is to a picture that is composed with a photograph; Embree's masks of
  * geometries. */
-enum instance_class {
-    INSTANCE_IS_VIRTUAL = 1,
-    INSTANCE_IS_CATCHER = 2,
-    INSTANCE_IS_HOLDOUT = 4
-};
+enum instance_class { INSTANCE_IS_VIRTUAL = 1, INSTANCE_IS_CATCHER = 2, INSTANCE_IS_HOLDOUT = 4 };
 
 static inline enum instance_class instance_class(const struct scene_instance *instance)
 {

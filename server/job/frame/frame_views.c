@@ -69,11 +69,11 @@ bool frame_films_complete(const struct frame *f)
 
 void frame_views_compose(struct frame *f, struct rect rect)
 {
-    const struct catcher_views views = {
-        .with = f->views[PLAN_VIEW_WITH].image,
-        .without = f->views[PLAN_VIEW_WITHOUT].image,
-        .plate = f->options.plate ? plate_image(f->options.plate) : NULL,
-        .adds = f->options.adds};
+    const struct catcher_views views = {.with = f->views[PLAN_VIEW_WITH].image,
+                                        .without = f->views[PLAN_VIEW_WITHOUT].image,
+                                        .plate =
+                                            f->options.plate ? plate_image(f->options.plate) : NULL,
+                                        .adds = f->options.adds};
     catcher_compose(&views, rect, f->image);
 }
 

@@ -110,13 +110,13 @@ struct frame {
     struct bytes_writer plan_bytes;
     struct tile_grid grid;
     struct tile_queue *tiles;
-    int32_t block_px; /* side of the film's blocks */
+    int32_t block_px;      /* side of the film's blocks */
     struct plan view_plan; /* of one view; the plan itself where there is one */
     struct frame_view views[PLAN_VIEWS];
-    uint8_t *block_views; /* owned; of each block: bits of the views that it was drawn of */
-    struct film *film;    /* of the first view, as `image` */
-    struct frame_rounds rounds;     /* all NULL without rounds */
-    struct frame_target target;     /* all NULL without one */
+    uint8_t *block_views;       /* owned; of each block: bits of the views that it was drawn of */
+    struct film *film;          /* of the first view, as `image` */
+    struct frame_rounds rounds; /* all NULL without rounds */
+    struct frame_target target; /* all NULL without one */
     struct frame_adaptive adaptive; /* all NULL without */
     struct frame_neighbours neighbours;
     struct frame_spool spool;

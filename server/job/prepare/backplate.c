@@ -8,8 +8,8 @@
 static int check_size(const struct environment_header *header, const struct job *job,
                       struct fault *fault)
 {
-    const bool same = (int64_t)header->width_px == job->width_px &&
-                      (int64_t)header->height_px == job->height_px;
+    const bool same =
+        (int64_t)header->width_px == job->width_px && (int64_t)header->height_px == job->height_px;
     if (job->composite.fit != PLATE_FIT_EXACT || same) return 0;
     return fault_set(fault, ERR_MISMATCH, "/backplate",
                      "the photograph has %u x %u px, the picture %d x %d: give image that size, or "

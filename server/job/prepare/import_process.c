@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "proto/json.h"
+#include "server/job/prepare/import_answer.h"
 #include "server/job/prepare/import_folder.h"
 
 #define ANSWER_BYTES 65536 /* of the importer's one line of JSON */
@@ -25,8 +26,8 @@ struct import_process {
     bool is_sequence;
     struct job_composite composite; /* owned */
     char ground[32];                /* its height */
-    char times[32 * IMPORT_TIMES]; /* seconds */
-    struct job_file *files;        /* owned, with their paths */
+    char times[32 * IMPORT_TIMES];  /* seconds */
+    struct job_file *files;         /* owned, with their paths */
     uint32_t file_count;
     import_process_done done;
     void *ctx;
@@ -148,35 +149,6 @@ static void finish(struct import_process *p)
     thread_pool_submit(p->options.pool, &p->task);
 }
 
-/* Returns the code of a name, ERR_RANGE for "RANGE"; ERR_CORRUPT for one that is unknown here. */
-static int code_of(const char *name)
-{
-    static const int codes[] = {
-#define ERROR(name, number, text) number,
-#include "proto/error.def"
-#undef ERROR
-    };
-    for (size_t i = 0; name && i < sizeof codes / sizeof codes[0]; i++)
-        if (codes[i] < 0 && !strcmp(error_name(codes[i]), name)) return codes[i];
-    return ERR_CORRUPT;
-}
-
-/* {"ok": false, "code": "RANGE", "pointer": "meshes[3]", "detail": "..."}. Places are the scene
- * file's own, so they go into the sentence, but for those of the document. */
-static void read_refusal(struct import_process *p, const json_t *answer)
-{
-    const char *place = json_string_value(json_object_get(answer, "pointer"));
-    const char *detail = json_string_value(json_object_get(answer, "detail"));
-    int code = code_of(json_string_value(json_object_get(answer, "code")));
-    if (place && place[0] == '/' && detail) {
-        fault_set(&p->fault, code, place, "%s", detail);
-        return;
-    }
-    fault_set(&p->fault, code, "/scene/asset", "%s%s%s", place ? place : "",
-              place && *place ? ": " : "",
-              detail ? detail : "the importer refused the file without a reason");
-}
-
 static void read_answer(struct import_process *p)
 {
     json_t *answer = NULL;
@@ -198,7 +170,7 @@ static void read_answer(struct import_process *p)
     else if (p->status != 0 && error == ERR_MEMORY)
         fault_set(&p->fault, error, "", "no memory to read the importer's answer");
     else if (p->status != 0)
-        read_refusal(p, answer);
+        import_answer_refusal(answer, &p->fault);
     json_decref(answer);
 }
 

@@ -16,7 +16,7 @@ struct preparation {
     struct import_request *request;
     struct prepared *prepared; /* owned until told */
     struct digest scene_blob, map_blob, plate_blob;
-    bool is_later; /* another frame has the plate */
+    bool is_later;                          /* another frame has the plate */
     struct digest side_blobs[MOTION_SIDES]; /* of motion, which has_motion tells of */
     unsigned side;                          /* that is imported */
     bool has_motion;

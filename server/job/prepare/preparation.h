@@ -31,7 +31,8 @@ struct prepared {
 typedef void (*preparation_done)(void *ctx, const struct fault *fault, struct prepared *prepared);
 
 /* Prepares the scene of a frame. A base that another frame stands on may be given, which has the
- * plate, too; NULL: none is known. The job is taken (left empty), also on failure. `done` comes later, once. ERR_MEMORY. */
+ * plate, too; NULL: none is known. The job is taken (left empty), also on failure. `done` comes
+ * later, once. ERR_MEMORY. */
 int preparation_start(struct imports *imports, struct thread_pool *pool,
                       const struct objects *objects, struct job *job, int32_t number,
                       struct shared_base *base, preparation_done done, void *ctx,

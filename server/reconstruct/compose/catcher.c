@@ -34,6 +34,18 @@ static void put(const struct plane *plane, int32_t x, int32_t y, float v)
     if (plane) *plane_at(plane, x, y) = v;
 }
 
+/* What a catcher's part of a pixel may be of the photograph there, over what it is in the view
+ * without the objects. What is brighter is something else, such as a lamp. */
+#define PART_MAX 4.0f
+
+/* Returns the share of a pixel's photograph that is the catcher's. Where other things cover some of
+ * the pixel, these may be much brighter, and do not change. */
+static float share_of(float coverage, float without, float plate)
+{
+    if (coverage >= 1.0f || !(plate > 0.0f)) return coverage;
+    return fminf(coverage, PART_MAX * without / plate);
+}
+
 struct composing {
     const struct catcher_views *views;
     struct layer objects, with, without, plate; /* read */
@@ -48,8 +60,9 @@ static void compose_pixel(const struct composing *k, int32_t x, int32_t y)
     for (int c = 0; c < 3; c++) {
         const float object = at(k->objects.of[c], x, y);
         const float with = at(k->with.of[c], x, y), without = at(k->without.of[c], x, y);
-        const float factor = 1.0f + coverage * (ratio_of(with, without) - 1.0f);
         const float plate = k->plate.of[c] ? at(k->plate.of[c], x, y) : 0.0f;
+        const float share = share_of(coverage, without, plate);
+        const float factor = 1.0f + share * (ratio_of(with, without) - 1.0f);
         const float behind =
             k->views->adds ? fmaxf(plate + (with - without), 0.0f) : plate * factor;
         sum += factor;

@@ -97,8 +97,7 @@ DEFINE_NARROW(4)
 /* Masks rays as the view asks; the caller unmasks them, since others use them after a frame. */
 static void mask(const struct queries *q, enum query_kind kind, struct RTCRayHit16 *rays)
 {
-    if (q->view)
-        query_view_mask(kind == QUERY_CAMERA ? q->view->camera : q->view->others, rays);
+    if (q->view) query_view_mask(kind == QUERY_CAMERA ? q->view->camera : q->view->others, rays);
 }
 
 static void unmask(const struct queries *q, struct RTCRayHit16 *rays)
