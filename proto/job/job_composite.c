@@ -72,10 +72,13 @@ static int read_name(struct json_cursor *at, const json_t *value, json_t *names)
                : 0;
 }
 
-static int read_ground(struct json_cursor *at, const json_t *value, struct job *job)
+/* The list keeps its place, so that others keep theirs. */
+static int read_ground(struct json_cursor *at, const json_t *value, struct job *job, json_t *names)
 {
     if (job->composite.has_ground) return json_cursor_refuse(at, ERR_EXISTS, "there is one ground");
     job->composite.has_ground = true;
+    if (json_array_append_new(names, json_null()) != 0)
+        return json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
     return json_cursor_members(at, value, catcher_members, job);
 }
 
@@ -92,7 +95,7 @@ static int read_names(struct json_cursor *at, const json_t *value, bool grounds,
         const json_t *one = json_array_get(value, i);
         const size_t length = json_cursor_enter_index(at, i);
         if (grounds && json_is_object(one))
-            error = read_ground(at, one, job);
+            error = read_ground(at, one, job, names);
         else
             error = json_cursor_expect(at, one, JSON_STRING, "a name of a node or a material");
         if (!error && json_is_string(one)) error = read_name(at, one, names);
@@ -200,11 +203,15 @@ static json_t *write_names(const char *names)
 static json_t *write_catchers(const struct job_composite *c)
 {
     json_t *list = write_names(c->catchers);
-    if (!c->has_ground) return list;
-    json_t *ground = json_pack("{s:{s:o}}", "ground", "height", job_number_write(c->ground_height));
-    if (list && ground && json_array_append_new(list, ground) == 0) return list;
-    json_decref(list);
-    return NULL;
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        if (!json_is_null(json_array_get(list, i))) continue;
+        json_t *ground =
+            json_pack("{s:{s:o}}", "ground", "height", job_number_write(c->ground_height));
+        if (ground && json_array_set_new(list, i, ground) == 0) continue;
+        json_decref(list);
+        return NULL;
+    }
+    return list;
 }
 
 int job_composite_write(const struct job *job, json_t *document)

@@ -34,7 +34,7 @@ struct job_composite {
     struct digest plate;       /* asset: .jpg, .png, .webp, .hdr or .exr */
     enum plate_fit fit;        /* default exact */
     enum plate_color color;    /* default sRGB */
-    char *catchers, *holdouts; /* owned; JSON arrays of names; NULL: none */
+    char *catchers, *holdouts; /* owned; JSON arrays of names, null for the ground; NULL: none */
     bool has_ground;           /* a floor of our making catches, too */
     float ground_height;       /* of the floor: y, scene units */
     enum composite_mode mode;  /* default multiply */

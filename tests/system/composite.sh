@@ -33,15 +33,17 @@ check "at 4 within 3 %" near at_4 0.03
 # -- a photograph --
 # Under a sun and without bounces an object reaches its shadow and no further.
 cat >"$tmp/sun.json" <<JSON
-{"scene": {"file": "box.obj", "camera": {"eye": [0, 3, 8], "target": [0, 0.3, 0], "yfov_deg": 20}},
- "image": {"width": 96, "height": 96}, "effects": {"indirect_bounces": 0}, "sampling": {"spp": 9},
+{"scene": {"file": "box.obj", "camera": {"eye": [0, 3, 8], "target": [0, 0.3, 0], "yfov_deg": 40}},
+ "image": {"width": 192, "height": 192}, "effects": {"indirect_bounces": 0}, "sampling": {"spp": 9},
  "lights": [{"type": "directional", "direction": [0.5, -1, -0.3], "irradiance": [3, 2.8, 2.5]}],
- "backplate": {"file": "plate.exr"}, "catchers": [{"ground": {"height": 0}}]}
+ "backplate": {"file": "large.exr"}, "catchers": [{"ground": {"height": 0}}]}
 JSON
-check "a photograph with a ground under the object is composed" render sun sun --png "$tmp/sun.png"
-check "... with a shadow and an object" eval 'composed plate plate sun 30,30,40,40 | jq -e ".changed > 50"'
-for part in 0,0,96,20 0,70,96,26 0,0,20,96 76,0,20,96; do
-    check "... that change no bit far away, at $part" eval "composed plate plate sun $part | jq -e '.same == 1'"
+check "a photograph is taken" render plate large --size 192x192 --spp 4
+check "a ground under the object catches its shadow in it" render sun sun --png "$tmp/sun.png"
+check "... and the object stands before it" eval 'composed large large sun 60,60,72,72 | jq -e ".changed > 100"'
+# Filters read as far as 65 pixels away.
+for part in 0,0,192,14 0,178,192,14 0,0,14,192 178,0,14,192; do
+    check "... while no bit changes far away, at $part" eval "composed large large sun $part | jq -e '.same == 1'"
 done
 check "two workers and other tiles give the same bytes" render sun again --workers 2 --tile 16
 check "... all of them" cmp "$tmp/sun.exr" "$tmp/again.exr"
@@ -65,7 +67,7 @@ refused() {
 check "a catcher that is not there" refused /catchers/1 'no node or material "roof"' '.catchers += ["roof"]'
 check "a holdout that is not there" refused /holdouts/0 'no node or material "roof"' '.holdouts = ["roof"]'
 check "one that is both" refused /holdouts/0 'a catcher and a holdout' '.catchers = ["box"] | .holdouts = ["blue"]'
-check "a photograph of another size" refused /backplate "the photograph has 96 x 96 px, the picture 48 x 96" '.image.width = 48'
+check "a photograph of another size" refused /backplate "the photograph has 192 x 192 px, the picture 48 x 192" '.image.width = 48'
 check "a scene for a photograph" refused /backplate/asset "a scene, no photograph" '.backplate.file = "box.obj"'
 check "a photograph for a map of light" refused /environment/asset "a photograph, no environment map" '.environment = {file: "photo.png"}'
 # The header of a PNG of 10^9 pixels.

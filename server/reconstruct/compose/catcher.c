@@ -54,11 +54,11 @@ struct composing {
 
 static void compose_pixel(const struct composing *k, int32_t x, int32_t y)
 {
-    const float left = 1.0f - at(k->objects.of[3], x, y);
+    const float alpha = at(k->objects.of[3], x, y), left = 1.0f - alpha;
     const float coverage = fminf(at(k->with.of[3], x, y), 1.0f);
     float sum = 0.0f;
     for (int c = 0; c < 3; c++) {
-        const float object = at(k->objects.of[c], x, y);
+        const float object = alpha > 0.0f ? at(k->objects.of[c], x, y) : 0.0f;
         const float with = at(k->with.of[c], x, y), without = at(k->without.of[c], x, y);
         const float plate = k->plate.of[c] ? at(k->plate.of[c], x, y) : 0.0f;
         const float share = share_of(coverage, without, plate);
@@ -69,6 +69,7 @@ static void compose_pixel(const struct composing *k, int32_t x, int32_t y)
         put(k->composite.of[c], x, y, object + left * behind);
         put(k->catcher.of[c], x, y, k->views->adds ? with - without : factor);
         put(k->overlay.of[c], x, y, object);
+        put(k->objects.of[c], x, y, object);
     }
     put(k->overlay.of[3], x, y, 1.0f - left * fminf(sum / 3.0f, 1.0f));
 }

@@ -20,6 +20,7 @@ struct catcher_views {
  *              the catcher's of the pixel, or less where the plate is so bright that something else
  *              must be
  *   composite  objects + (1 - alpha) plate catcher, or objects + (1 - alpha) (plate + catcher)
+ *   R, G, B    nothing where alpha is 0, whatever filters have let spill there
  *   overlay    the objects, and as alpha 1 - (1 - alpha) m: m is the mean over channels of the
  *              catcher's factor, at most 1 */
 void catcher_compose(const struct catcher_views *views, struct rect rect, struct image *picture);

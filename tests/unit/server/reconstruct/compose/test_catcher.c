@@ -100,6 +100,17 @@ TEST(objects_cover_by_their_alpha)
                        1e-6f);
 }
 
+TEST(what_filters_spill_beside_objects_is_dropped)
+{
+    const struct pixel p = {.objects = {1e-6f, 1e-3f, 1e-6f, 0},
+                            .with = {1, 1, 1, 1},
+                            .without = {1, 1, 1, 1},
+                            .plate = {0.3f, 0.4f, 0.5f}};
+    const struct composed out = compose(&p);
+    for (int c = 0; c < 3; c++)
+        assert_true(out.composite[c] == p.plate[c] && out.overlay[c] == 0.0f);
+}
+
 TEST(a_lamp_beside_a_catcher_is_not_shaded)
 {
     /* Half of the pixel is a holdout a hundred times as bright. */
