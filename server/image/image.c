@@ -140,6 +140,11 @@ bool image_layer_planes(const struct image *image, const char *layer, const stru
     return foreign_planes(image, layer, rgb);
 }
 
+const char *image_main_layer(const struct image *image)
+{
+    return image_plane(image, "composite.R") ? "composite" : "beauty";
+}
+
 bool image_layer_is_light(const char *layer)
 {
     for (uint32_t b = 0; b < LAYER_COUNT; b++)

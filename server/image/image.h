@@ -41,6 +41,9 @@ const struct plane *image_plane(const struct image *image, const char *name);
  * it. */
 bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3]);
 
+/* Returns the layer that people look at first: the composite, if there is one, or beauty. */
+const char *image_main_layer(const struct image *image);
+
 /* Returns whether a layer is light, which people see through a view (view_transform.h): beauty and
  * its parts, and layers of files of others. Albedo and errors are colours of another kind, all else
  * are numbers. */

@@ -76,10 +76,11 @@ static int reconstruct(struct block_task *t)
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
     if (!error) patch->lens_drawn = t->drawn;
     if (!error && frame_has_neighbours(f)) patch->window = &f->neighbours.window;
+    const bool bare = !error && frame_view_is_bare(f, t->view, patch);
     if (!error && measured)
         error = block_reconstruct_measured(&f->view_plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
-    else if (!error)
+    else if (!error && !bare)
         error = block_reconstruct(&f->view_plan, patch, t->rect, &view, &t->statistics);
     if (!error && t->view == 0) motion_compose(f->motion, &f->plan, patch, t->rect, &view);
     if (!error && t->strata_maps && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)

@@ -33,6 +33,17 @@ TEST(beauty_is_four_channels)
     image_destroy(&image);
 }
 
+TEST(a_composite_is_looked_at_first)
+{
+    struct image *image;
+    assert_int_equal(image_create(LAYER_BEAUTY | LAYER_DEPTH, 1, 1, &image), 0);
+    assert_string_equal(image_main_layer(image), "beauty");
+    image_destroy(&image);
+    assert_int_equal(image_create(LAYER_BEAUTY | LAYER_COMPOSITE, 1, 1, &image), 0);
+    assert_string_equal(image_main_layer(image), "composite");
+    image_destroy(&image);
+}
+
 TEST(planes_are_zero_and_do_not_overlap)
 {
     struct image *image;
