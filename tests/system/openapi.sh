@@ -114,7 +114,7 @@ good=("{$scene_member}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
     "{$scene_member, \"name\": null, \"comment\": \"two\\nlines\", \"labels\": [], \"webhook\": null}"
     "{$scene_member, \"name\": \"$(printf 'ä%.0s' {1..200})\", \"labels\": [\"b\", \"a:1\"]}"
-    "{$scene_member, \"backplate\": null, \"catchers\": [\"floor\", {\"ground\": {\"height\": -1}}], \"holdouts\": []}"
+    "{$scene_member, \"backplate\": null, \"catchers\": [\"Floor\", {\"ground\": {\"height\": -1}}], \"holdouts\": []}"
     "{$scene_member, \"catchers\": [{\"ground\": {\"height\": 0}}], \"composite\": {\"mode\": \"additive\"}, \"layers\": [\"catcher\", \"overlay\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
