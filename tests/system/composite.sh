@@ -56,6 +56,20 @@ check "options put a scene into it" "$build/shearwater" render "$tmp/box.obj" -o
     --backplate "$tmp/photo.png" --fit cover --catcher-ground 0 --composite additive --quiet
 check "... with the layers of a composite" eval '"$build/tests/bench/exr_pixel" "$tmp/cli.exr" 5 5 | jq -e "has(\"composite.R\") and has(\"catcher.G\") and has(\"A\")"'
 
+# A block that moves, under a lamp that is not in the photograph and stands still.
+node --input-type=module - "$PWD" "$tmp" <<'J' || exit 1
+import { writeFileSync } from "node:fs";
+const [, , root, tmp] = process.argv;
+const { moving, movingJob } = await import(`${root}/tests/bench/scenes/moving.mjs`);
+const one = moving.find(({ name }) => name === "object");
+writeFileSync(`${tmp}/moving.glb`, one.glb());
+writeFileSync(`${tmp}/moving.json`, JSON.stringify({ ...movingJob("moving.glb", 2, 64, 4), layers: ["catcher", "composite"],
+  backplate: { file: "photo.png", fit: "cover" }, catchers: ["floor", "tall", { ground: { height: -0.01 } }] }));
+J
+check "a sequence is composed with it" "$build/shearwater" render "$tmp/moving.json" -o "$tmp/moving.####.exr" --quiet
+check "... frame by frame" eval 'test -s "$tmp/moving.0002.exr" && ! cmp -s "$tmp/moving.0001.exr" "$tmp/moving.0002.exr"'
+check "... and lights the floor" eval '"$build/tests/bench/exr_pixel" "$tmp/moving.0002.exr" 32 44 | jq -e ".[\"catcher.R\"] != 1"'
+
 # -- what is refused --
 # refused PLACE TEXT FILTER: the job of the sun, changed by jq.
 refused() {

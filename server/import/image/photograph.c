@@ -41,9 +41,11 @@ int photograph_read(const struct file_view *file, const char *name, struct panor
     if (rc == 0) rc = panorama_create(out, header.width_px, header.height_px, name, fault);
     if (rc != 0) return rc;
     uint8_t *rgba = malloc((size_t)header.width_px * header.height_px * 4);
-    rc = rgba ? image_decode(file->data, file->size_bytes, &header, name, rgba, warnings, fault)
-              : fault_set(fault, ERR_MEMORY, name, "no memory for its pixels");
-    if (rc == 0)
+    if (rgba == NULL)
+        rc = fault_set(fault, ERR_MEMORY, name, "no memory for its pixels");
+    else
+        rc = image_decode(file->data, file->size_bytes, &header, name, rgba, warnings, fault);
+    if (rc == 0 && rgba != NULL)
         make_linear(rgba, out);
     else
         panorama_destroy(out);
