@@ -6,6 +6,7 @@
 #define LIMIT_IMAGE_SIDE_PX         16384     /* px; 16K stills, and tile indexes fit 32 bits */
 #define LIMIT_IMAGE_PIXELS          134217728 /* px; 128 Mpx: output planes stay addressable */
 #define LIMIT_SPP                   65536     /* samples per pixel of any kind; l is at most 256 */
+#define LIMIT_COMPOSITE_SPP         16384     /* paths of each of three views: LIMIT_PASSES holds */
 #define LIMIT_STRATA_PER_AXIS       256       /* l, so that l*l is LIMIT_SPP */
 #define LIMIT_PLANE_STRATA_PER_AXIS 16        /* l where samples travel per stratum: 256 a pixel */
 #define LIMIT_TILE_SIDE_MIN_PX      8         /* px; below this a tile costs more than it traces */
@@ -47,6 +48,7 @@
 #define LIMIT_JOB_LABEL             64   /* characters of a label */
 #define LIMIT_POINTER_BYTES         256  /* bytes of a JSON pointer in a fault */
 #define LIMIT_DETAIL_BYTES          512  /* bytes of a fault's sentence */
+#define LIMIT_COMPOSITE_NAMES       64   /* names of catchers, and of holdouts */
 #define LIMIT_SCENE_FILES           512  /* files beside a scene's main file */
 #define LIMIT_PATH_BYTES            512  /* bytes of a relative path inside a scene */
 #define LIMIT_WARNINGS              64   /* warnings kept for a scene or a job */

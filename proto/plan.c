@@ -124,7 +124,8 @@ uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes)
     return sum < spp ? (uint32_t)sum : spp;
 }
 
-uint32_t plan_pass_count(const struct plan *plan)
+/* Those of one view. */
+static uint32_t count_passes(const struct plan *plan)
 {
     const uint32_t spp = plan->paths.spp;
     if (plan_lens_has_paths(plan)) return 1;
@@ -135,17 +136,23 @@ uint32_t plan_pass_count(const struct plan *plan)
     return passes;
 }
 
+uint32_t plan_pass_count(const struct plan *plan)
+{
+    return count_passes(plan) * plan_views(plan);
+}
+
 void plan_pass_range(const struct plan *plan, uint32_t pass, uint32_t *first, uint32_t *count)
 {
-    *first = plan_pass_spp(plan, pass);
-    *count = plan_pass_spp(plan, pass + 1) - *first;
+    const uint32_t of_view = pass / plan_views(plan);
+    *first = plan_pass_spp(plan, of_view);
+    *count = plan_pass_spp(plan, of_view + 1) - *first;
 }
 
 struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 {
     struct plan_pass pass = {.number = number};
     plan_pass_range(plan, number, &pass.first, &pass.count);
-    if (number == 0) pass.strata = plan->indirect_strata_per_axis;
+    if (number < plan_views(plan)) pass.strata = plan->indirect_strata_per_axis;
     return pass;
 }
 
@@ -157,7 +164,7 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
 {
-    if (number == 0) return plan->planes;
+    if (number < plan_views(plan)) return plan->planes;
     if (number < plan_pass_count(plan)) return plan->planes & PLANES_PATH_ALL;
     if (plan->lens_extra > 0) return plan->planes & PLANES_LENS_SECOND_SET;
     if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE)

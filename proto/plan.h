@@ -177,6 +177,14 @@ enum lens_relight {
 /* The most mirrors that a camera ray is followed through. */
 #define PLAN_LENS_MIRRORS 4
 
+/* What is traced of a picture that a photograph is composed with, each with the same random
+ * numbers: the virtual objects, where the camera sees them; catchers as the objects shade and light
+ * them, though the camera looks through the objects; catchers as they are without the objects.
+ * Holdouts hide what is behind them in all three, and show nothing. worker/trace/hit/query_view.h.
+ */
+enum plan_view { PLAN_VIEW_OBJECTS = 0, PLAN_VIEW_WITH = 1, PLAN_VIEW_WITHOUT = 2 };
+#define PLAN_VIEWS 3u
+
 /* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
 enum capability {
     CAPABILITY_DIRECT = 1u << 0,
@@ -187,6 +195,7 @@ enum capability {
     CAPABILITY_ENVIRONMENT = 1u << 5,
     CAPABILITY_LENS = 1u << 6,
     CAPABILITY_STRATA_MAPS = 1u << 7, /* second sets, by strata maps */
+    CAPABILITY_VIEWS = 1u << 8,       /* enum plan_view */
 };
 
 /* plan.def has the fields, but the lights, in the order of the wire. */
@@ -232,6 +241,8 @@ struct plan {
     uint32_t
         lens_lobes_only;   /* 1: what lens samples hold is lobes' reflection alone, which
                         reconstruction   may share among them; else it may have sharp shadows, too */
+    uint32_t composite;    /* 1: each pass of the schedule is traced once for each plan_view, in
+                              their order; only of paths, without rounds */
     float radiance_scale;  /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */
@@ -261,6 +272,21 @@ uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 /* Computes the camera ray through the continuous pixel position (px, py). The direction is unit. */
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
                      float direction[3]);
+
+/* Returns how many views (enum plan_view) a plan has, 1 of an ordinary picture. Pass p of a plan
+ * with several is pass p / views of the view p % views, and has its samples and planes. */
+static inline uint32_t plan_views(const struct plan *plan)
+{
+    return plan->composite ? PLAN_VIEWS : 1;
+}
+
+/* Returns the plan of one view. */
+static inline struct plan plan_of_view(const struct plan *plan)
+{
+    struct plan one = *plan;
+    one.composite = 0;
+    return one;
+}
 
 /* Returns the number of passes of the frame, 1 without paths. Pass p traces samples first .. first
  * + count - 1 of every pixel (none beyond the last pass, and none without paths); the schedule (16,
@@ -338,7 +364,8 @@ int plan_strata_map_check(const struct plan_pass *pass, size_t area);
  * paths in other passes, and after the schedule what bounce rays measure, too. */
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number);
 
-/* Returns the number of samples of a pixel in passes 0 .. passes - 1; 0 without paths. */
+/* Returns the number of samples of a pixel in passes 0 .. passes - 1 of one view; 0 without paths.
+ */
 uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);
 
 /* Returns the world size of a pixel at `distance` along a unit camera ray (constant when

@@ -23,7 +23,8 @@
 
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
-     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_STRATA_MAPS)
+     CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_STRATA_MAPS |        \
+     CAPABILITY_VIEWS)
 #define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) | PLANE_BIT(LONE) | PLANE_BIT(MIXED))
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
@@ -332,6 +333,18 @@ static uint32_t direct_left_max(const struct plan *plan)
                                                                          : DIRECT_LEFT_LISTED;
 }
 
+/* Views have paths alone, all of which are in the schedule. */
+static int check_composite(const struct plan_field *at, const struct plan *plan)
+{
+    const bool paths = plan->paths.spp > 0 && plan->paths.without_diffuse_direct == 0 &&
+                       plan->paths.without_diffuse_indirect == 0 && plan->light_planes == 0 &&
+                       plan->indirect_strata_per_axis == 0 && plan->lens_strata_per_axis == 0;
+    const bool may = paths && !plan_has_rounds(plan) && plan->temporal == 0;
+    const int error = plan_field_count(at, "composite", plan->composite, 0, may ? 1 : 0);
+    if (error || !plan->composite) return error;
+    return plan_field_count(at, "paths.spp", plan->paths.spp, 1, LIMIT_COMPOSITE_SPP);
+}
+
 int plan_check(const struct plan *plan, struct fault *fault)
 {
     const struct plan_field at = {"", fault};
@@ -355,5 +368,6 @@ int plan_check(const struct plan *plan, struct fault *fault)
     if (!error) error = check_planes(&at, plan);
     if (!error) error = plan_filters_check(&at, plan);
     if (!error) error = check_strata(&at, plan);
+    if (!error) error = check_composite(&at, plan);
     return error ? error : check_lights(plan, fault);
 }

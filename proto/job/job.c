@@ -25,6 +25,9 @@ const struct json_choice job_layer_words[] = {
     {"diffuse_indirect", LAYER_DIFFUSE_INDIRECT, NULL},
     {"motion.backward", LAYER_MOTION_BACKWARD, NULL},
     {"motion.forward", LAYER_MOTION_FORWARD, NULL},
+    {"composite", LAYER_COMPOSITE, NULL},
+    {"catcher", LAYER_CATCHER, NULL},
+    {"overlay", LAYER_OVERLAY, NULL},
     {NULL, 0, NULL},
 };
 
@@ -195,7 +198,8 @@ const char *lens_method_name(enum lens_method method)
 bool job_may_be_temporal(const struct job *job)
 {
     return job->temporal != TEMPORAL_NONE && job_frame_count(job) > 1 &&
-           job->residual != RESIDUAL_NONE && !(job->target_error > 0.0f) && !job->live;
+           job->residual != RESIDUAL_NONE && !job->composite.on && !(job->target_error > 0.0f) &&
+           !job->live;
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)
@@ -211,6 +215,7 @@ void job_fini(struct job *job)
     free(job->files);
     job->files = NULL;
     job->file_count = 0;
+    job_composite_fini(&job->composite);
     job_marks_fini(&job->marks);
 }
 
@@ -225,7 +230,9 @@ int job_copy(const struct job *job, struct job *out)
         if (!out->files[i].path) break;
         out->file_count++;
     }
-    const int error = job_marks_copy(&job->marks, &out->marks);
+    int error = job_marks_copy(&job->marks, &out->marks);
+    const int composite_error = job_composite_copy(&job->composite, &out->composite);
+    if (composite_error) error = composite_error;
     if (!error && out->files && out->file_count == job->file_count) return 0;
     job_fini(out);
     return ERR_MEMORY;

@@ -23,6 +23,7 @@
  *   filter    {method, indirect, glossy, lens, residual, mu}
  *   layers    [names]; frames {first, last} or "1-10,20-40x2"; fps; start_time_s; priority;
  *             live: bool
+ *   backplate, catchers, holdouts, composite: see job_composite.h
  *   name, comment: text or null; labels [texts]; webhook: {url} or null
  *
  * A member of a later version is refused with ERR_UNSUPPORTED and its pointer, never ignored. */
@@ -32,6 +33,7 @@
 #include "proto/digest.h"
 #include "proto/error.h"
 #include "proto/exr_codec.h"
+#include "proto/job/job_composite.h"
 #include "proto/job/job_marks.h"
 #include "proto/json.h"
 #include "proto/plan.h"
@@ -130,13 +132,17 @@ enum layer {
     LAYER_DIFFUSE_INDIRECT = 1u << 16, /* PLANE_PATH_DIFFUSE_INDIRECT, or filtered light fields */
     LAYER_MOTION_BACKWARD = 1u << 17,  /* pixels to where it was a frame before: x right, y down */
     LAYER_MOTION_FORWARD = 1u << 18,   /* and to where it is a frame later */
+    LAYER_COMPOSITE = 1u << 19,        /* the photograph with the objects */
+    LAYER_CATCHER = 1u << 20, /* what multiplies the photograph behind them, or is added to it */
+    LAYER_OVERLAY = 1u << 21, /* objects and grey shadows, to be laid over any photograph */
 };
-#define LAYERS_MOTION (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
+#define LAYERS_COMPOSITE (LAYER_COMPOSITE | LAYER_CATCHER | LAYER_OVERLAY)
+#define LAYERS_MOTION    (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
      LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \
      LAYER_ID | LAYER_FILTER_WIDTH | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT |        \
-     LAYER_DIFFUSE_INDIRECT | LAYERS_MOTION)
+     LAYER_DIFFUSE_INDIRECT | LAYERS_MOTION | LAYERS_COMPOSITE)
 
 /* Frames first, first + step, ..., to last at most. */
 struct job_frame_run {
@@ -210,7 +216,8 @@ struct job {
     int32_t priority;    /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;     /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
     bool live;           /* its camera is moved while it is open (job_view_read); default false */
-    struct job_marks marks; /* default none */
+    struct job_composite composite; /* default none */
+    struct job_marks marks;         /* default none */
 };
 
 /* Parses and checks a document. On failure *fault has the code, the JSON pointer and a sentence,

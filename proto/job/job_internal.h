@@ -31,6 +31,22 @@ int job_labels_read(struct json_cursor *at, const struct json_member *member, co
 int job_webhook_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                      void *job);
 
+/* Read the members of a picture that is composed with a photograph. */
+int job_plate_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                   void *job);
+int job_catchers_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                      void *job);
+int job_holdouts_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                      void *job);
+int job_composite_mode_read(struct json_cursor *at, const struct json_member *member,
+                            const json_t *value, void *job);
+/* Sets what such a job has by default, where its document does not say layers or image.view. */
+void job_composite_defaults(struct job *job, bool has_layers, bool has_view);
+/* Checks what these members ask of others; the cursor stands at the root. */
+int job_composite_check(struct json_cursor *at, const struct job *job);
+/* Adds them to a document, if there are any. Returns the failed allocations. */
+int job_composite_write(const struct job *job, json_t *document);
+
 /* Write members that job.h has no writer of. Return a new reference; NULL on failed allocation. */
 
 /* Writes the environment; none is null. */

@@ -219,6 +219,10 @@ static const struct json_member job_members[] = {
     NUMBER("start_time_s", read_f64, start_time_s, -LIMIT_TIME_S, LIMIT_TIME_S),
     NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
     {.name = "live", .read = json_member_bool, .offset = JOB(live)},
+    {.name = "backplate", .read = job_plate_read},
+    {.name = "catchers", .read = job_catchers_read},
+    {.name = "holdouts", .read = job_holdouts_read},
+    {.name = "composite", .read = job_composite_mode_read},
     {.name = "name", .read = job_name_read},
     {.name = "comment", .read = job_comment_read},
     {.name = "labels", .read = job_labels_read},
@@ -366,6 +370,7 @@ static int check_relations(struct json_cursor *at, const struct job *job)
     int error = check_target(at, job);
     if (!error) error = check_adaptive(at, job);
     if (!error) error = check_live(at, job);
+    if (!error) error = job_composite_check(at, job);
     return error ? error : check_layers(at, job);
 }
 
@@ -380,6 +385,8 @@ int job_read(const char *text, size_t size_bytes, struct job *out, struct fault 
     error = json_cursor_members(&at, document, job_members, out);
     if (!error) {
         finish_sampling(out);
+        job_composite_defaults(out, json_object_get(document, "layers"),
+                               json_object_get(json_object_get(document, "image"), "view"));
         error = check_relations(&at, out);
     }
     json_decref(document);

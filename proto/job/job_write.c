@@ -114,6 +114,7 @@ json_t *job_write(const struct job *job)
     failures += set(object, "start_time_s", json_real(job->start_time_s));
     failures += set(object, "priority", json_integer(job->priority));
     failures += set(object, "live", json_boolean(job->live));
+    failures += job_composite_write(job, object);
     failures += set(object, "name", job_text_write(job->marks.name));
     failures += set(object, "comment", job_text_write(job->marks.comment));
     failures += set(object, "labels", job_labels_write(&job->marks));

@@ -123,6 +123,8 @@ static int check_size(const struct environment_header *h, size_t size_bytes, str
     if (size_bytes > whole_bytes)
         return fault_set(fault, ERR_TRAILING, "texels", "%llu bytes, but there are %zu",
                          (unsigned long long)whole_bytes, size_bytes);
+    if (h->flags & ~(uint32_t)ENVIRONMENT_IS_PHOTOGRAPH)
+        return fault_set(fault, ERR_RANGE, "header.flags", "%u has unknown bits", h->flags);
     for (size_t i = 0; i < sizeof h->reserved / sizeof h->reserved[0]; i++)
         if (h->reserved[i] != 0)
             return fault_set(fault, ERR_RANGE, "header.reserved", "%u is not 0", h->reserved[i]);

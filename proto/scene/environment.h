@@ -10,13 +10,18 @@
 #define ENVIRONMENT_MAGIC   "SWENVIR"
 #define ENVIRONMENT_VERSION 1u
 
+/* It was a PNG, JPEG or WebP file, taken as sRGB: a backplate (job_composite.h) that is no map of
+ * light. */
+enum { ENVIRONMENT_IS_PHOTOGRAPH = 1u };
+
 struct environment_header {
     char magic[8]; /* "SWENVIR\0" */
     uint32_t version;
     uint32_t width_px, height_px;
     float mean[3];    /* over the sphere (weighted by solid angle) */
     float maximum[3]; /* of any texel, by channel */
-    uint32_t reserved[5];
+    uint32_t flags;   /* ENVIRONMENT_IS_PHOTOGRAPH */
+    uint32_t reserved[4];
 };
 _Static_assert(sizeof(struct environment_header) == 64, "texels stand at 64");
 

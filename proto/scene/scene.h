@@ -98,8 +98,9 @@ struct scene_mesh {
 
 /* A placed mesh. Meshes placed once have the transform baked in and an identity here (flag). The
  * instances of a mesh stand together. The importer writes no mirroring transform: mirrored
- * placements get mirrored geometry, so that winding is the same in the mesh and in the world. */
-enum { INSTANCE_IDENTITY = 1u };
+ * placements get mirrored geometry, so that winding is the same in the mesh and in the world.
+ * Catchers and holdouts stand for what a photograph shows (plan_view); only one flag is set. */
+enum { INSTANCE_IDENTITY = 1u, INSTANCE_CATCHER = 2u, INSTANCE_HOLDOUT = 4u };
 struct scene_instance {
     uint32_t mesh;
     uint32_t flags;

@@ -184,7 +184,8 @@ static int check_instance(const struct scene_record *at, const struct scene_inst
 {
     static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     const float far = LIMIT_COORDINATE;
-    int error = record_flags(at, instance->flags, INSTANCE_IDENTITY);
+    int error =
+        record_flags(at, instance->flags, INSTANCE_IDENTITY | INSTANCE_CATCHER | INSTANCE_HOLDOUT);
     if (!error) error = record_index(at, "mesh", instance->mesh, SCENE_MESHES);
     if (!error) error = record_name(at, instance->name);
     if (!error) error = record_reserved(at, instance->reserved);

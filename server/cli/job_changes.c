@@ -5,8 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Sets document[group][key]. */
-static int set_member(json_t *document, const char *group, const char *key, json_t *value)
+int job_changes_set(json_t *document, const char *group, const char *key, json_t *value)
 {
     json_t *object = json_object_get(document, group);
     if (!object) {
@@ -30,7 +29,7 @@ static int set_environment(const char *path, json_t *document, struct fault *fau
         json_object_del(document, "environment");
     else
         json_object_del(environment, "asset");
-    int error = set_member(document, "environment", "file", json_string(whole));
+    int error = job_changes_set(document, "environment", "file", json_string(whole));
     free(whole);
     return error;
 }
@@ -45,8 +44,8 @@ static int set_size(const char *size, json_t *document, struct fault *fault)
         return fault_set(fault, ERR_RANGE, "",
                          "--size: \"%.40s\" is not two sides from 1 to %d, such as 640x360", size,
                          LIMIT_IMAGE_SIDE_PX);
-    int error = set_member(document, "image", "width", json_integer(width));
-    return error ? error : set_member(document, "image", "height", json_integer(height));
+    int error = job_changes_set(document, "image", "width", json_integer(width));
+    return error ? error : job_changes_set(document, "image", "height", json_integer(height));
 }
 
 /* Digits are an index. */
@@ -55,8 +54,8 @@ static int set_camera(const char *camera, json_t *document)
     char *end;
     const long index = strtol(camera, &end, 10);
     const bool is_index = *end == '\0' && camera[0] >= '0' && camera[0] <= '9';
-    return set_member(document, "scene", "camera",
-                      is_index ? json_integer(index) : json_string(camera));
+    return job_changes_set(document, "scene", "camera",
+                           is_index ? json_integer(index) : json_string(camera));
 }
 
 static int read_number(const char *option, const char *text, json_t **out, struct fault *fault)
@@ -74,9 +73,9 @@ static int set_animation(const struct job_changes *changes, json_t *document, st
     json_t *value = NULL;
     int error = 0;
     if (changes->animation)
-        error = set_member(document, "scene", "animation", json_string(changes->animation));
+        error = job_changes_set(document, "scene", "animation", json_string(changes->animation));
     if (!error && changes->time) error = read_number("--time", changes->time, &value, fault);
-    if (!error && changes->time) error = set_member(document, "scene", "time_s", value);
+    if (!error && changes->time) error = job_changes_set(document, "scene", "time_s", value);
     if (!error && changes->frames)
         error =
             json_object_set_new(document, "frames", json_string(changes->frames)) ? ERR_MEMORY : 0;
@@ -91,16 +90,18 @@ static int set_files(const struct job_changes *changes, json_t *document, struct
 {
     json_t *exposure = NULL;
     int error = 0;
-    if (changes->view) error = set_member(document, "image", "view", json_string(changes->view));
+    if (changes->view)
+        error = job_changes_set(document, "image", "view", json_string(changes->view));
     if (!error && changes->exposure)
         error = read_number("--exposure", changes->exposure, &exposure, fault);
-    if (!error && exposure) error = set_member(document, "image", "exposure", exposure);
+    if (!error && exposure) error = job_changes_set(document, "image", "exposure", exposure);
     if (!error && changes->png_bits > 0)
-        error = set_member(document, "image", "png_bits", json_integer(changes->png_bits));
+        error = job_changes_set(document, "image", "png_bits", json_integer(changes->png_bits));
     if (!error && changes->png_alpha)
-        error = set_member(document, "image", "png_alpha", json_true());
+        error = job_changes_set(document, "image", "png_alpha", json_true());
     if (!error && changes->compression)
-        error = set_member(document, "image", "exr_compression", json_string(changes->compression));
+        error = job_changes_set(document, "image", "exr_compression",
+                                json_string(changes->compression));
     return error;
 }
 
@@ -147,7 +148,7 @@ static int set_marks(const struct job_changes *changes, json_t *document, struct
     if (!error && changes->labels) error = add_labels(changes->labels, document, fault);
     if (!error && changes->webhook) {
         json_object_del(document, "webhook");
-        error = set_member(document, "webhook", "url", json_string(changes->webhook));
+        error = job_changes_set(document, "webhook", "url", json_string(changes->webhook));
     }
     return error;
 }
@@ -159,31 +160,33 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     if (!error) error = set_files(changes, document, fault);
     if (!error && changes->camera) error = set_camera(changes->camera, document);
     if (!error && changes->variant)
-        error = set_member(document, "scene", "variant", json_string(changes->variant));
+        error = job_changes_set(document, "scene", "variant", json_string(changes->variant));
     if (!error) error = set_animation(changes, document, fault);
     if (!error) error = set_marks(changes, document, fault);
     if (!error && changes->no_default_light)
-        error = set_member(document, "scene", "default_light", json_false());
+        error = job_changes_set(document, "scene", "default_light", json_false());
     if (!error && changes->environment)
         error = set_environment(changes->environment, document, fault);
+    if (!error) error = job_changes_photograph(changes, document, fault);
     if (!error && changes->method)
-        error = set_member(document, "filter", "method", json_string(changes->method));
+        error = job_changes_set(document, "filter", "method", json_string(changes->method));
     if (!error && changes->indirect)
-        error = set_member(document, "filter", "indirect", json_string(changes->indirect));
+        error = job_changes_set(document, "filter", "indirect", json_string(changes->indirect));
     if (!error && changes->glossy)
-        error = set_member(document, "filter", "glossy", json_string(changes->glossy));
+        error = job_changes_set(document, "filter", "glossy", json_string(changes->glossy));
     if (!error && changes->lens)
-        error = set_member(document, "filter", "lens", json_string(changes->lens));
+        error = job_changes_set(document, "filter", "lens", json_string(changes->lens));
     if (!error && changes->residual)
-        error = set_member(document, "filter", "residual", json_string(changes->residual));
+        error = job_changes_set(document, "filter", "residual", json_string(changes->residual));
     if (!error && changes->temporal)
-        error = set_member(document, "filter", "temporal", json_string(changes->temporal));
+        error = job_changes_set(document, "filter", "temporal", json_string(changes->temporal));
     if (!error && changes->bounces >= 0)
-        error = set_member(document, "effects", "indirect_bounces", json_integer(changes->bounces));
+        error = job_changes_set(document, "effects", "indirect_bounces",
+                                json_integer(changes->bounces));
     if (!error && changes->spp > 0)
-        error = set_member(document, "sampling", "spp", json_integer(changes->spp));
+        error = job_changes_set(document, "sampling", "spp", json_integer(changes->spp));
     if (!error && changes->tile_px > 0)
-        error = set_member(document, "sampling", "tile_px", json_integer(changes->tile_px));
+        error = job_changes_set(document, "sampling", "tile_px", json_integer(changes->tile_px));
     if (error == ERR_MEMORY) fault_set(fault, error, "", "memory is exhausted");
     return error;
 }

@@ -19,6 +19,12 @@ struct job_changes {
     const char *labels;      /* labels to add, parted by commas; NULL */
     const char *webhook;     /* webhook.url; NULL; `render` has no option for it */
     const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
+    const char *backplate;   /* photograph on this machine; NULL: as in the document */
+    const char *fit;         /* backplate.fit; NULL */
+    const char *catchers;    /* names to add to catchers, parted by commas; NULL */
+    const char *ground;      /* height of a ground to add to them, a number; NULL */
+    const char *holdouts;    /* names to add to holdouts, parted by commas; NULL */
+    const char *composite;   /* composite.mode; NULL */
     const char *method;      /* filter.method; NULL */
     const char *indirect;    /* filter.indirect; NULL */
     const char *glossy;      /* filter.glossy; NULL */
@@ -86,6 +92,21 @@ struct job_changes {
          .out = &(c)->no_default_light},                                                           \
         JOB_CHANGE_TEXT("environment", 'e', "FILE",                                                \
                         "environment map (.hdr, .exr) instead of the job's", &(c)->environment),   \
+        JOB_CHANGE_TEXT("backplate", 0, "FILE",                                                    \
+                        "photograph (.jpg, .png, .webp, .exr, .hdr) that objects are put into",    \
+                        &(c)->backplate),                                                          \
+        JOB_CHANGE_TEXT("fit", 0, "exact|cover|stretch", "how it becomes as large as the picture", \
+                        &(c)->fit),                                                                \
+        JOB_CHANGE_TEXT("catcher", 0, "LIST",                                                      \
+                        "nodes or materials that catch shadows in it, parted by commas",           \
+                        &(c)->catchers),                                                           \
+        JOB_CHANGE_TEXT("catcher-ground", 0, "Y", "height of a floor that catches them",           \
+                        &(c)->ground),                                                             \
+        JOB_CHANGE_TEXT("holdout", 0, "LIST",                                                      \
+                        "nodes or materials that hide objects behind it, parted by commas",        \
+                        &(c)->holdouts),                                                           \
+        JOB_CHANGE_TEXT("composite", 0, "multiplicative|additive",                                 \
+                        "how shadows and light are put into it", &(c)->composite),                 \
         JOB_CHANGE_NUMBER("bounces", 'b', "indirect bounces instead of the job's", 0,              \
                           LIMIT_INDIRECT_BOUNCES, &(c)->bounces),                                  \
         JOB_CHANGE_NUMBER("spp", 0, "samples per pixel instead of the job's", 1, LIMIT_SPP,        \
@@ -103,6 +124,12 @@ struct job_changes {
                         "filter of light that comes along paths", &(c)->residual),                 \
         JOB_CHANGE_TEXT("temporal", 0, "auto|none|1|2",                                            \
                         "frames on each side whose samples a frame uses", &(c)->temporal)
+
+/* Sets the members of a picture that is composed with a photograph (job_photograph.c). */
+int job_changes_photograph(const struct job_changes *changes, json_t *document,
+                           struct fault *fault);
+/* Sets document[group][key]; a member of the wrong shape is left for the server to refuse. */
+int job_changes_set(json_t *document, const char *group, const char *key, json_t *value);
 
 /* Changes the document. The map's file becomes {"environment": {"file": its whole path}}, beside
  * the intensity and rotation of a map that was there. Members of the wrong shape are left for the

@@ -8,7 +8,7 @@
 
 #include "proto/option_text.h"
 
-#define MOST_LINES  32
+#define MOST_LINES  48
 #define FIRST_VALUE 256 /* getopt's values of long options: above any letter */
 #define HELP_VALUE  (FIRST_VALUE + MOST_LINES)
 

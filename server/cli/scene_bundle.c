@@ -316,5 +316,7 @@ int scene_bundle_upload(struct client *c, const char *job_path, json_t *document
     int error = upload_scene(c, job_path, document, fault);
     if (!error) error = file_of(job_path, document, "environment", path, sizeof path, fault);
     if (!error && path[0]) error = upload(c, path, document, "environment", fault);
+    if (!error) error = file_of(job_path, document, "backplate", path, sizeof path, fault);
+    if (!error && path[0]) error = upload(c, path, document, "backplate", fault);
     return error;
 }

@@ -1,6 +1,6 @@
 #pragma once
 /* Uploads the files that a job names on this machine's disk: its scene, with the files that the
- * scene refers to, and its environment map.
+ * scene refers to, its environment map and its backplate.
  *
  * glTF: buffers[].uri and images[].uri; OBJ: mtllib, and map_* of those. References must stay
  * inside the main file's folder. */

@@ -32,6 +32,9 @@ static const struct layer_channels {
     {"diffuse_indirect", {"diffuse_indirect.R", "diffuse_indirect.G", "diffuse_indirect.B"}, true},
     {"motion.backward", {"motion.backward.X", "motion.backward.Y"}, false},
     {"motion.forward", {"motion.forward.X", "motion.forward.Y"}, false},
+    {"composite", {"composite.R", "composite.G", "composite.B"}, true},
+    {"catcher", {"catcher.R", "catcher.G", "catcher.B"}, false},
+    {"overlay", {"overlay.R", "overlay.G", "overlay.B", "overlay.A"}, true},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 
@@ -135,6 +138,11 @@ bool image_layer_planes(const struct image *image, const char *layer, const stru
         return true;
     }
     return foreign_planes(image, layer, rgb);
+}
+
+const char *image_main_layer(const struct image *image)
+{
+    return image_plane(image, "composite.R") ? "composite" : "beauty";
 }
 
 bool image_layer_is_light(const char *layer)

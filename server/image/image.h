@@ -23,7 +23,8 @@ struct image {
 /* Creates the channels of layers: R G B A of beauty; .R .G .B of direct, indirect, emission,
  * albedo, error, diffuse_direct and diffuse_indirect, such as direct.R; normal.X .Y .Z; depth.Z;
  * id.I; samples.N; visibility.V; slope_min.S; slope_max.S; filter_width.W; occlusion.O;
- * motion.backward.X .Y; motion.forward.X .Y. `layers` are bits of proto/job/job.h's enum layer,
+ * motion.backward.X .Y; motion.forward.X .Y; composite.R .G .B; catcher.R .G .B; overlay.R .G .B
+ * .A. `layers` are bits of proto/job/job.h's enum layer,
  * passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for an unknown layer. */
 int image_create(uint32_t layers, int32_t width_px, int32_t height_px, struct image **out);
 
@@ -39,6 +40,9 @@ const struct plane *image_plane(const struct image *image, const char *name);
  * Z for "normal". A scalar layer gives its channel three times. Returns false if the image lacks
  * it. */
 bool image_layer_planes(const struct image *image, const char *layer, const struct plane *rgb[3]);
+
+/* Returns the layer that people look at first: the composite, if there is one, or beauty. */
+const char *image_main_layer(const struct image *image);
 
 /* Returns whether a layer is light, which people see through a view (view_transform.h): beauty and
  * its parts, and layers of files of others. Albedo and errors are colours of another kind, all else

@@ -60,7 +60,7 @@ int thumbnail_of_image(const struct image *image, struct image **out)
     const struct plane *rgb[3];
     int32_t width, height;
     *out = NULL;
-    if (!image_layer_planes(image, "beauty", rgb)) return ERR_NOT_FOUND;
+    if (!image_layer_planes(image, image_main_layer(image), rgb)) return ERR_NOT_FOUND;
     fit(image->width_px, image->height_px, &width, &height);
     const int error = image_create_named(names, 3, width, height, out);
     for (int c = 0; !error && c < 3; c++) shrink(rgb[c], &(*out)->channels[c].plane);

@@ -11,6 +11,7 @@
 #include "server/import/scene/blob_writer.h"
 #include "server/import/scene/cameras.h"
 #include "server/import/scene/emitters.h"
+#include "server/import/scene/roles.h"
 #include "server/import/sequence.h"
 
 enum format { FORMAT_GLTF, FORMAT_OBJ, FORMAT_OTHER };
@@ -45,11 +46,13 @@ static int read_scene(struct files *files, const char *name, const struct scene_
     }
 }
 
-int scene_finish(struct builder *b, struct fault *fault)
+int scene_finish(struct builder *b, const struct scene_choice *choice, struct fault *fault)
 {
-    int rc = emitters_find(b, fault);
+    int rc = roles_apply(b, choice, true, fault);
+    if (rc == 0) rc = emitters_find(b, fault);
     if (rc == 0 && builder_count(b, SCENE_CAMERAS) == 0) rc = camera_append_default(b, fault);
-    return rc == 0 ? builder_finish(b, fault) : rc;
+    if (rc == 0) rc = builder_finish(b, fault);
+    return rc == 0 ? roles_add_ground(b, choice, fault) : rc;
 }
 
 /* Checks that workers would accept what was written. */
@@ -72,7 +75,7 @@ static int import_still(struct files *files, const char *name, const struct scen
                         struct import_stats *stats, struct fault *fault)
 {
     int rc = read_scene(files, name, choice, main, b, fault);
-    if (rc == 0) rc = scene_finish(b, fault);
+    if (rc == 0) rc = scene_finish(b, choice, fault);
     if (rc == 0) rc = blob_write(b, out, fault);
     return rc == 0 ? verify(out, stats, fault) : rc;
 }

@@ -8,7 +8,7 @@
 
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
                             "[--animation NAME] [--time S | --times S,S,..] "
-                            "[--report FILE]";
+                            "[--catchers JSON [--holdouts JSON] [--ground Y]] [--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
     "coordinator runs it, once per file. It prints one line of JSON: {\"ok\":true, "
@@ -27,6 +27,11 @@ static const struct option_text texts[] = {
     {0, "times", "S,S,..",
      "several such times: a scene that moves becomes a base in BLOB and frames in BLOB.0, BLOB.1, "
      ".., as many as \"frames\" of the answer says"},
+    {0, "catchers", "JSON",
+     "names of nodes and materials that catch shadows in a photograph, [\"floor\"]; all else but "
+     "holdouts is not in the photograph"},
+    {0, "holdouts", "JSON", "names of those that hide what is behind them, beside --catchers"},
+    {0, "ground", "Y", "height of a floor of our making that catches shadows, too"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -47,12 +52,18 @@ void options_dump(FILE *out)
     for (size_t i = 0; i < TEXT_COUNT; i++) option_text_dump(out, &texts[i]);
 }
 
-static int read_time(const char *text, double *out, struct fault *fault)
+static int read_number(const char *option, const char *text, const char *what, double *out,
+                       struct fault *fault)
 {
     char *end;
     *out = strtod(text, &end);
     if (end != text && *end == '\0' && isfinite(*out)) return 0;
-    return fault_set(fault, ERR_RANGE, "--time", "%.40s is no time in seconds", text);
+    return fault_set(fault, ERR_RANGE, option, "%.40s is no %s", text, what);
+}
+
+static int read_time(const char *text, double *out, struct fault *fault)
+{
+    return read_number("--time", text, "time in seconds", out, fault);
 }
 
 static int read_times(const char *text, struct options *out, struct fault *fault)
@@ -75,7 +86,7 @@ static int read_times(const char *text, struct options *out, struct fault *fault
 
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
-    const char *time = NULL, *times = NULL;
+    const char *time = NULL, *times = NULL, *ground = NULL;
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -87,6 +98,9 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--animation", &out->choice.animation, false},
                 {"--time", &time, false},
                 {"--times", &times, false},
+                {"--catchers", &out->choice.catchers, false},
+                {"--holdouts", &out->choice.holdouts, false},
+                {"--ground", &ground, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;
@@ -105,6 +119,11 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     for (size_t row = 0; row < count; row++)
         if (rows[row].required && *rows[row].value == NULL)
             return fault_set(fault, ERR_MISSING, rows[row].name, "this option is required");
-    int rc = time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
+    out->choice.has_ground = ground != NULL;
+    int rc = 0;
+    if (ground != NULL)
+        rc = read_number("--ground", ground, "height", &out->choice.ground_height, fault);
+    if (rc != 0) return rc;
+    rc = time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
     return rc == 0 && times != NULL ? read_times(times, out, fault) : rc;
 }

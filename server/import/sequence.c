@@ -7,6 +7,7 @@
 
 #include "server/import/gltf/gltf.h"
 #include "server/import/scene/blob_writer.h"
+#include "server/import/scene/roles.h"
 
 /* CPU time after which no further frame is begun: the job waits for its first. */
 #define FRAMES_CPU_S 2.0
@@ -46,7 +47,7 @@ static int write_whole(struct sequence *s, struct import_stats *stats, struct fa
     struct scene_choice choice = *s->choice;
     choice.time_s = choice.times[0];
     int rc = gltf_read_whole(&s->g, &choice, s->base, fault);
-    if (rc == 0) rc = scene_finish(s->base, fault);
+    if (rc == 0) rc = scene_finish(s->base, &choice, fault);
     if (rc == 0) rc = blob_write(s->base, s->out, fault);
     if (rc == 0) rc = verify(s->out, NULL, &s->map, fault);
     if (rc == 0) count(&s->map, stats);
@@ -70,6 +71,7 @@ static void bound_first_pose(struct sequence *s)
 static int write_base(struct sequence *s, struct fault *fault)
 {
     int rc = gltf_read_base(&s->g, s->base, fault);
+    if (rc == 0) rc = roles_apply(s->base, s->choice, false, fault);
     if (rc == 0) rc = builder_finish_base(s->base, fault);
     if (rc == 0) bound_first_pose(s);
     if (rc == 0) rc = blob_write(s->base, s->out, fault);
@@ -87,7 +89,7 @@ static int write_frame(struct sequence *s, uint32_t index, struct import_stats *
     frame_path(s, index, path);
     int rc = builder_begin_frame(&b, s->base, &s->digest, fault);
     if (rc == 0) rc = gltf_read_frame(&s->g, s->choice, s->choice->times[index], &b, fault);
-    if (rc == 0) rc = scene_finish(&b, fault);
+    if (rc == 0) rc = scene_finish(&b, s->choice, fault);
     if (rc == 0) rc = blob_write(&b, path, fault);
     if (rc == 0) rc = verify(path, &s->map, &frame, fault);
     if (rc == 0 && index == 0) {

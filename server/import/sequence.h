@@ -10,4 +10,4 @@ int sequence_import(struct files *files, const char *name, const struct scene_ch
                     struct import_stats *stats, struct fault *fault);
 
 /* Finds lights among the meshes, adds a camera where there is none, and finishes the builder. */
-int scene_finish(struct builder *b, struct fault *fault);
+int scene_finish(struct builder *b, const struct scene_choice *choice, struct fault *fault);

@@ -53,6 +53,8 @@ static int start_work(struct active_job *job, struct active_frame *frame)
         .png = picture_png_options(document),
         .plan = &plan,
         .motion = active_frame_motion(job, frame),
+        .plate = job->prepared->plate,
+        .adds = document->composite.mode == COMPOSITE_ADD,
         .pool = jobs->options.pool,
         .scratch = jobs->scratch,
         .objects = jobs->options.objects,

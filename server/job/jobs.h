@@ -138,6 +138,7 @@ struct jobs_picture {
     uint64_t revision;      /* another with every block, and with every view */
     const struct exr_metadata *metadata;
     struct png_options png_options; /* the job's, of layers of light */
+    bool shows_composite;           /* its PNG does, else beauty */
 };
 typedef void (*jobs_pictured)(void *ctx, int error, const struct jobs_picture *picture);
 void jobs_picture(struct jobs *jobs, const struct principal *principal, const char *id,

@@ -293,6 +293,7 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
     if (*error) return true;
     const struct active_frame *frame = &active->frames[at];
     out->png_options = picture_png_options(&active->prepared->job);
+    out->shows_composite = active->prepared->job.layers & LAYER_COMPOSITE;
     if (frame->work && !frame->recalled) {
         jobs_picture_so_far(active, frame, out);
     } else if (!digest_is_zero(&frame->exr)) {
@@ -304,16 +305,14 @@ static bool picture_of(const struct active_job *active, int32_t number, int *err
 }
 
 /* A document that cannot be read has the defaults. */
-static struct png_options png_options_of_row(const struct job_row *row)
+static void find_look(const struct job_row *row, struct jobs_picture *out)
 {
     struct job job;
     struct fault fault;
-    struct png_options options = {0};
-    if (!row->document || job_read(row->document, strlen(row->document), &job, &fault) != 0)
-        return options;
-    options = picture_png_options(&job);
+    if (!row->document || job_read(row->document, strlen(row->document), &job, &fault) != 0) return;
+    out->png_options = picture_png_options(&job);
+    out->shows_composite = job.layers & LAYER_COMPOSITE;
     job_fini(&job);
-    return options;
 }
 
 static void on_picture_row(void *ctx, int error, const struct job_row *row,
@@ -327,7 +326,7 @@ static void on_picture_row(void *ctx, int error, const struct job_row *row,
         picture.finished = true;
         picture.exr = frames[i].exr;
         picture.png = frames[i].png;
-        picture.png_options = png_options_of_row(row);
+        find_look(row, &picture);
     }
     /* A job that waits will have the picture; one that has ended without it will not. */
     if (!error && !picture.finished && !jobs_table_find(q->jobs, q->id)) error = ERR_NOT_FOUND;

@@ -7,15 +7,17 @@
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
 
-/* Lists all that the job names: the scene, its files, the map. The caller owns the list. */
+/* Lists all that the job names: the scene, its files, the map, the backplate. The caller owns the
+ * list. */
 static struct digest *list_assets(const struct job *job, size_t *count)
 {
-    struct digest *list = calloc((size_t)job->file_count + 2, sizeof *list);
+    struct digest *list = calloc((size_t)job->file_count + 3, sizeof *list);
     if (!list) return NULL;
     list[0] = job->scene;
     for (uint32_t i = 0; i < job->file_count; i++) list[i + 1] = job->files[i].asset;
     *count = (size_t)job->file_count + 1;
     if (job->environment.kind == ENVIRONMENT_MAP) list[(*count)++] = job->environment.asset;
+    if (job->composite.has_plate) list[(*count)++] = job->composite.plate;
     return list;
 }
 
@@ -24,7 +26,11 @@ static void set_missing(struct fault *fault, const struct job *job, size_t at)
 {
     char hex[DIGEST_HEX_BYTES], pointer[LIMIT_POINTER_BYTES] = "/scene/asset";
     const struct digest *asset = &job->scene;
-    if (at > job->file_count) {
+    const bool has_map = job->environment.kind == ENVIRONMENT_MAP;
+    if (at > job->file_count + (has_map ? 1 : 0)) {
+        asset = &job->composite.plate;
+        strcpy(pointer, "/backplate/asset");
+    } else if (at > job->file_count) {
         asset = &job->environment.asset;
         strcpy(pointer, "/environment/asset");
     } else if (at > 0) {

@@ -62,7 +62,7 @@ static bool find_in_work(const struct active_job *active, struct jobs_thumbnail 
     for (uint32_t i = active->frame_count; i-- > 0 && !out->image;) {
         const struct active_frame *frame = &active->frames[i];
         if (frame->work && jobs_picture_so_far(active, frame, &picture) &&
-            image_layer_planes(picture.image, "beauty", rgb)) {
+            image_layer_planes(picture.image, image_main_layer(picture.image), rgb)) {
             out->image = picture.image;
             out->revision = picture.revision;
             out->png_options = picture_png_options(&active->prepared->job);

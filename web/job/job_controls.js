@@ -70,14 +70,21 @@ const word = (form, spec, pointer) =>
   written(form, spec, pointer, make("input", { type: "text", autocomplete: "off", spellcheck: "false", maxlength: spec.longest }));
 const lines = (form, spec, pointer) => written(form, spec, pointer, make("textarea", { rows: 2, maxlength: spec.longest }));
 
+// Where a list may have a ground among its names, it is written as "ground 0".
+const sayWord = (one) => one?.ground ? `ground ${one.ground.height}` : String(one);
+function readWord(word, grounds) {
+  const [, height] = grounds ? /^ground (-?[0-9.]+)$/.exec(word) ?? [] : [];
+  return height === undefined ? word : { ground: { height: Number(height) } };
+}
+
 function words(form, spec, pointer) {
   const input = make("input", { type: "text", autocomplete: "off", spellcheck: "false" });
   const value = form.get(pointer);
-  input.value = Array.isArray(value) ? value.join(", ") : show(value);
+  input.value = Array.isArray(value) ? value.map(sayWord).join(", ") : show(value);
   input.addEventListener("input", () => {
     const all = input.value.split(",").map((one) => one.trim()).filter(Boolean);
     if (all.length === 0) form.remove(pointer);
-    else form.set(pointer, all);
+    else form.set(pointer, all.map((one) => readWord(one, spec.grounds)));
   });
   return field(form, pointer, spec.label, input, { hint: spec.hint ?? "" });
 }

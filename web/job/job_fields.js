@@ -13,7 +13,7 @@ const isObject = (value) => value !== null && typeof value === "object";
 
 export const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "samples", "visibility", "slope_min",
   "slope_max", "emission", "id", "filter_width", "error", "occlusion", "diffuse_direct", "diffuse_indirect",
-  "motion.backward", "motion.forward"];
+  "motion.backward", "motion.forward", "composite", "catcher", "overlay"];
 
 export const LIGHTS = {
   rectangle: {
@@ -81,6 +81,16 @@ export const GROUPS = [
       { at: "/rotation_deg", label: "Rotation", unit: "°", kind: "number", min: -360, max: 360, otherwise: 0 }] },
     { label: "constant", value: { radiance: [1, 1, 1] }, is: (value) => isObject(value) && "radiance" in value,
       fields: [color("/radiance", "Radiance")] }] }] },
+  { title: "Photograph", fields: [
+    { at: "/backplate", label: "Photograph behind the objects", kind: "variant", of: [
+      { label: "none", value: null, is: (value) => !isObject(value), fields: [] },
+      { label: "a photograph", value: { asset: "" }, is: isObject, fields: [
+        { at: "/asset", label: "Photograph", kind: "digest", accept: ".jpg,.jpeg,.png,.webp,.exr,.hdr" },
+        { at: "/fit", label: "Fit", kind: "choice", of: ["exact", "cover", "stretch"], otherwise: "exact" },
+        { at: "/color_space", label: "Colour space", kind: "choice", of: ["srgb", "linear"], otherwise: "srgb" }] }] },
+    { at: "/catchers", label: "Catchers", kind: "words", grounds: true, otherwise: [], hint: "nodes or materials that stand for what it shows, parted by commas; \"ground 0\" is a floor at that height" },
+    { at: "/holdouts", label: "Holdouts", kind: "words", otherwise: [], hint: "those that hide objects behind them" },
+    { at: "/composite/mode", label: "Shadows and light", kind: "choice", of: ["multiplicative", "additive"], otherwise: "multiplicative" }] },
   { title: "Lens", fields: [{ at: "/lens", label: "Lens", kind: "variant", of: [
     { label: "pinhole", value: null, is: (value) => !isObject(value), fields: [] },
     { label: "thin lens", value: { aperture_radius: 0.05, focus_distance: 5 }, is: isObject, fields: [

@@ -5,7 +5,8 @@ const SHOWN_AS = { normal: "vector", depth: "colour", samples: "colour", filter_
 const RANGE_SAMPLES = 40000;
 // Layers of light share the job's exposure and view. All others, files of the person's too, have
 // colours that are no light, or numbers: a view would only falsify them.
-const LIGHT = new Set(["beauty", "direct", "indirect", "emission", "diffuse_direct", "diffuse_indirect"]);
+const LIGHT = new Set(["beauty", "direct", "indirect", "emission", "diffuse_direct", "diffuse_indirect",
+  "composite", "overlay"]);
 const PLAIN = { exposure: 0, curve: "linear" };
 
 export class Display {

@@ -147,7 +147,9 @@ export class PictureView {
   // The names of the job's layers.
   setLayers(names) {
     if (names.join() === this.layers.join()) return;
+    const first = this.layers.length === 0;
     this.layers = names;
+    if (first && this.source?.layer === "beauty" && names.includes("composite")) this.setLayer("composite");
     this.fill(this.at.layer, names, this.source?.layer);
     if (!this.otherJob && !this.otherFile) this.fill(this.at.otherLayer, names, names.find((name) => name !== this.source?.layer));
     if (this.source && !names.includes(this.source.layer)) this.setLayer(names[0]);

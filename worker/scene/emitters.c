@@ -299,6 +299,7 @@ void emitters_sample(const struct emitters *e, uint32_t leaf, uint32_t chosen, c
     memcpy(out->normal, s.normal, sizeof out->normal);
     emit(mesh, triangle->triangle, a, b, out->radiance);
     out->offset = offset_distance(s.magnitude);
+    out->instance = triangle->instance;
     out->double_sided = mesh->material->double_sided;
     out->pdf_area = emitters_density(e, triangle->instance, leaf);
 }

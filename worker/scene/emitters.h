@@ -27,7 +27,8 @@ struct emitter_point {
     float radiance[3]; /* that leaves the emitting side; of a blended surface times its opacity */
     float offset; /* scene units: a ray that ends this far in front of it misses it (offset.h) */
     bool double_sided; /* shines on both sides */
-    float pdf_area;    /* density per area of the surface within the leaf, > 0 */
+    uint32_t instance;
+    float pdf_area; /* density per area of the surface within the leaf, > 0 */
 };
 
 /* Returns the tree; NULL without emitters (NULL). */

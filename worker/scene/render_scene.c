@@ -144,8 +144,10 @@ static RTCScene scene_new(const struct render_scene *s)
     return scene;
 }
 
-/* Attaches the mesh's triangles as geometry `id` of `scene`. The blob keeps them. */
-static void mesh_attach(struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id)
+/* Attaches the mesh's triangles as geometry `id` of `scene`, for rays with a bit of `mask`. The
+ * blob keeps them. */
+static void mesh_attach(struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id,
+                        uint32_t mask)
 {
     const struct scene_mesh *mesh = &s->blob->meshes[index];
     struct mesh_view *view = &s->meshes[index];
@@ -156,6 +158,7 @@ static void mesh_attach(struct render_scene *s, uint32_t index, RTCScene scene, 
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                view->triangles, 0, 3 * sizeof(uint32_t), mesh->triangle_count);
     rtcSetGeometryUserData(geometry, view);
+    rtcSetGeometryMask(geometry, mask);
     if (view->material->alpha_cutoff > 0.0f) {
         rtcSetGeometryIntersectFilterFunction(geometry, alpha_filter);
         rtcSetGeometryOccludedFilterFunction(geometry, alpha_filter);
@@ -171,18 +174,19 @@ static int sub_scene_create(struct render_scene *s, uint32_t mesh, struct fault 
     RTCScene scene = scene_new(s);
     if (!scene) return device_status(s, "meshes", fault);
     s->sub_scenes[mesh] = scene;
-    mesh_attach(s, mesh, scene, 0);
+    mesh_attach(s, mesh, scene, 0, UINT32_MAX);
     rtcCommitScene(scene);
     return device_status(s, "meshes", fault);
 }
 
 static void scene_attach(struct render_scene *s, RTCScene scene, const float to_world[12],
-                         uint32_t id)
+                         uint32_t id, uint32_t mask)
 {
     RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_INSTANCE);
     if (!geometry) return;
     rtcSetGeometryInstancedScene(geometry, scene);
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, to_world);
+    rtcSetGeometryMask(geometry, mask);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(s->top, geometry, id);
     rtcReleaseGeometry(geometry);
@@ -194,7 +198,7 @@ static void instance_attach(struct render_scene *s, uint32_t index)
     const struct scene_instance *instance = &s->blob->instances[index];
     const bool is_based = s->blob->meshes[instance->mesh].flags & MESH_IN_BASE;
     RTCScene scene = (is_based ? s->base : s)->sub_scenes[instance->mesh];
-    if (scene) scene_attach(s, scene, instance->to_world, index);
+    if (scene) scene_attach(s, scene, instance->to_world, index, instance_class(instance));
 }
 
 /* Attaches instance `index`. A mesh placed once and untransformed needs no Embree instance. */
@@ -208,7 +212,7 @@ static int place(struct render_scene *s, uint32_t index, uint32_t uses, struct f
         return 0;
     }
     if (uses == 1 && instance->flags & INSTANCE_IDENTITY) {
-        mesh_attach(s, instance->mesh, s->top, index);
+        mesh_attach(s, instance->mesh, s->top, index, instance_class(instance));
         return 0;
     }
     if (!s->sub_scenes[instance->mesh]) {
@@ -229,7 +233,7 @@ static int place_all(struct render_scene *s, struct fault *fault)
     if (s->base && s->base->top_count > 0) {
         static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
         s->ground = instances;
-        scene_attach(s, s->base->top, identity, s->ground);
+        scene_attach(s, s->base->top, identity, s->ground, UINT32_MAX);
     }
     for (uint32_t i = 0; i < instances && rc == 0; i++) {
         rc = place(s, i, uses[s->blob->instances[i].mesh], fault);
@@ -254,9 +258,10 @@ static int build_base(struct render_scene *s, struct fault *fault)
         uses[instance->mesh] += instance->flags & INSTANCE_IDENTITY ? 1 : 2;
     }
     for (uint32_t i = 0; i < instances && rc == 0; i++) {
-        const uint32_t mesh = s->blob->instances[i].mesh;
+        const struct scene_instance *instance = &s->blob->instances[i];
+        const uint32_t mesh = instance->mesh;
         if (uses[mesh] != 1 || s->meshes[mesh].triangle_count == 0) continue;
-        mesh_attach(s, mesh, s->top, i);
+        mesh_attach(s, mesh, s->top, i, instance_class(instance));
         s->top_count++;
     }
     for (uint32_t i = 0; i < meshes && rc == 0; i++) {

@@ -41,6 +41,16 @@ struct mesh_view {
     uint32_t traits; /* enum mesh_trait */
 };
 
+/* What a placed mesh is to a picture that is composed with a photograph; Embree's masks of
+ * geometries. */
+enum instance_class { INSTANCE_IS_VIRTUAL = 1, INSTANCE_IS_CATCHER = 2, INSTANCE_IS_HOLDOUT = 4 };
+
+static inline enum instance_class instance_class(const struct scene_instance *instance)
+{
+    if (instance->flags & INSTANCE_HOLDOUT) return INSTANCE_IS_HOLDOUT;
+    return instance->flags & INSTANCE_CATCHER ? INSTANCE_IS_CATCHER : INSTANCE_IS_VIRTUAL;
+}
+
 struct emitters;
 struct lobe_box;
 struct lobe_boxes;

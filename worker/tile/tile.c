@@ -171,11 +171,11 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
     return e;
 }
 
-int tile_trace_pass(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out)
+/* Traces a pass that has been checked, of a plan with one view. */
+static int trace_pass(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out)
 {
     struct samples *samples = NULL;
-    int e = check_job(job);
-    if (e == 0) e = create_samples(job, &samples);
+    int e = create_samples(job, &samples);
     if (e) return e;
     geometry_planes_init(&tracer->planes, samples);
     const uint64_t started_us = thread_cpu_us();
@@ -188,6 +188,29 @@ int tile_trace_pass(struct tile_tracer *tracer, const struct tile_job *job, stru
     if (e) samples_destroy(&samples);
     *out = samples;
     return e;
+}
+
+/* A pass of one of several views is traced as that of a plan of its own. */
+static int trace_view(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out)
+{
+    const struct plan one = plan_of_view(job->plan);
+    const uint32_t views = plan_views(job->plan);
+    struct plan_pass pass = *job->pass;
+    struct tile_job of_view = *job;
+    tracer->queries.view = query_view_of((enum plan_view)(pass.number % views));
+    pass.number /= views;
+    of_view.plan = &one;
+    of_view.pass = &pass;
+    const int e = trace_pass(tracer, &of_view, out);
+    tracer->queries.view = NULL;
+    return e;
+}
+
+int tile_trace_pass(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out)
+{
+    const int e = check_job(job);
+    if (e) return e;
+    return plan_views(job->plan) > 1 ? trace_view(tracer, job, out) : trace_pass(tracer, job, out);
 }
 
 int tile_trace(struct tile_tracer *tracer, const struct tile_job *job, uint32_t pass,

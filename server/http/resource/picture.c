@@ -91,11 +91,24 @@ static void start_unless_known(struct request *r, struct picture_task *t)
         start(r, t);
 }
 
+static const char *stored_layer(const struct jobs_picture *picture)
+{
+    return picture->shows_composite ? "composite" : "beauty";
+}
+
+/* Returns the layer that is asked for, else that of the PNG. */
+static const char *shown_layer(const struct request *r, const struct jobs_picture *picture)
+{
+    const char *layer = target_parameter(&r->target, "layer");
+    return layer ? layer : stored_layer(picture);
+}
+
 /* Reads how a layer is asked for. False: a problem is sent. */
 static bool read_png_options(struct request *r, const struct jobs_picture *picture,
                              struct png_options *out)
 {
-    const struct png_options own = png_options_of_layer(&picture->png_options, picture_layer(r));
+    const struct png_options own =
+        png_options_of_layer(&picture->png_options, shown_layer(r, picture));
     return png_query_read(r, &own, out);
 }
 
@@ -113,7 +126,7 @@ static void answer_so_far(struct request *r, const struct jobs_picture *picture)
     struct png_options options;
     const struct picture_source source = {.image = picture->image,
                                           .metadata = picture->metadata,
-                                          .layer = picture_layer(r),
+                                          .layer = shown_layer(r, picture),
                                           .objects = r->http->options.objects};
     if (!picture->image) {
         request_problem(r, PROBLEM_NOT_FOUND, "no tile of this frame is there yet", NULL);
@@ -133,17 +146,18 @@ static void answer_so_far(struct request *r, const struct jobs_picture *picture)
 }
 
 /* Another layer or look than the stored PNG's is made from the EXR. */
-static void answer_from_exr(struct request *r, const struct digest *exr,
+static void answer_from_exr(struct request *r, const struct jobs_picture *picture,
                             const struct png_options *options)
 {
     char hex[DIGEST_HEX_BYTES];
-    const struct picture_source source = {
-        .exr = exr, .layer = picture_layer(r), .objects = r->http->options.objects};
+    const struct picture_source source = {.exr = &picture->exr,
+                                          .layer = shown_layer(r, picture),
+                                          .objects = r->http->options.objects};
     struct picture_task *t = may_encode(r) ? picture_task_create(PICTURE_PNG, &source) : NULL;
     if (r->response) return;
     if (t) {
         t->png_options = *options;
-        digest_to_hex(exr, hex);
+        digest_to_hex(&picture->exr, hex);
         hex[24] = '\0';
         tag(t, hex);
     }
@@ -159,11 +173,11 @@ static void answer_finished(struct request *r, const struct jobs_picture *pictur
     }
     if (!read_png_options(r, picture, &options)) return;
     bool as_stored = png_query_is_same(&options, &picture->png_options) &&
-                     strcmp(picture_layer(r), "beauty") == 0;
+                     strcmp(shown_layer(r, picture), stored_layer(picture)) == 0;
     if (as_stored && !digest_is_zero(&picture->png))
         object_file_answer(r, &picture->png, "image/png", "png");
     else
-        answer_from_exr(r, &picture->exr, &options);
+        answer_from_exr(r, picture, &options);
 }
 
 static bool found(struct request *r, int error, const struct jobs_picture *picture)

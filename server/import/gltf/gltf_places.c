@@ -30,6 +30,27 @@ int gltf_use_append(struct gltf *g, const struct scene_mesh *geometry, const str
     return rc;
 }
 
+/* extras.shearwater of a node: {"catcher": true} or {"holdout": true}. */
+static int find_role(const struct gltf *g, uint32_t node, uint32_t *flags, struct fault *fault)
+{
+    const json_t *json, *ours;
+    gltf_place place, at;
+    bool catches = false, holds = false;
+    int rc = gltf_item(g->root, "nodes", node, &json, place, fault);
+    const json_t *extras = rc == 0 ? json_object_get(json, "extras") : NULL;
+    if (!json_is_object(extras)) return rc;
+    gltf_place_set(at, "%s.extras", place);
+    rc = gltf_object(extras, at, "shearwater", &ours, fault);
+    if (rc != 0 || ours == NULL) return rc;
+    gltf_place_set(at, "%s.extras.shearwater", place);
+    rc = gltf_flag(ours, at, "catcher", &catches, fault);
+    if (rc == 0) rc = gltf_flag(ours, at, "holdout", &holds, fault);
+    if (rc == 0 && catches && holds)
+        return fault_set(fault, ERR_EXISTS, at, "it is a catcher and a holdout");
+    *flags |= (catches ? INSTANCE_CATCHER : 0) | (holds ? INSTANCE_HOLDOUT : 0);
+    return rc;
+}
+
 int gltf_instance_append(struct gltf *g, uint32_t mesh, const struct gltf_node *node,
                          const struct affine *to_world, struct fault *fault)
 {
@@ -37,7 +58,8 @@ int gltf_instance_append(struct gltf *g, uint32_t mesh, const struct gltf_node *
     void *at;
     if (affine_is_identity(to_world)) record.flags = INSTANCE_IDENTITY;
     for (int i = 0; i < 12; i++) record.to_world[i] = (float)to_world->m[i];
-    int rc = name_of(g, "nodes", node->index, &record.name, fault);
+    int rc = find_role(g, node->index, &record.flags, fault);
+    if (rc == 0) rc = name_of(g, "nodes", node->index, &record.name, fault);
     if (rc == 0) rc = builder_append(g->builder, SCENE_INSTANCES, 1, &at, fault);
     if (rc == 0) memcpy(at, &record, sizeof record);
     return rc;

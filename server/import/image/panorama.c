@@ -14,8 +14,8 @@ int panorama_create(struct panorama *p, int64_t width_px, int64_t height_px, con
     if (width_px < 1 || height_px < 1 || width_px > LIMIT_ENVIRONMENT_SIDE_PX ||
         height_px > LIMIT_ENVIRONMENT_SIDE_PX || width_px * height_px > LIMIT_ENVIRONMENT_PIXELS)
         return fault_set(fault, ERR_LIMIT, name,
-                         "%lld x %lld px; an environment map has 1 to %u px on each side, and %u "
-                         "px at most",
+                         "%lld x %lld px; an environment map or a backplate has 1 to %u px on each "
+                         "side, and %u px at most",
                          (long long)width_px, (long long)height_px, LIMIT_ENVIRONMENT_SIDE_PX,
                          LIMIT_ENVIRONMENT_PIXELS);
     p->texels = calloc((size_t)(width_px * height_px), 3 * sizeof *p->texels);

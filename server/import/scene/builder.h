@@ -19,8 +19,9 @@ struct builder_array {
 struct builder {
     struct builder_array sections[SCENE_SECTION_COUNT];
     struct warnings warnings;
-    double origin[3];           /* of the scene in the file's coordinates */
-    bool moves;                 /* an animation plays */
+    double origin[3];  /* of the scene in the file's coordinates */
+    bool moves;        /* an animation plays */
+    bool is_composite; /* what is no catcher or holdout is not in the photograph (roles.h) */
     const struct builder *base; /* borrowed; of a frame (builder_begin_frame); NULL: none */
 };
 

@@ -202,12 +202,22 @@ static int append_lights(struct builder *b, uint64_t first, uint64_t end,
     return 0;
 }
 
+/* A lamp that is not in the photograph is no light of the scene that the photograph shows: paths
+ * sample it where it is there. */
+static bool has_virtual(const struct builder *b, uint64_t first, uint64_t end)
+{
+    bool found = false;
+    for (uint64_t i = first; i < end; i++)
+        found |= !(builder_instances(b)[i].flags & (INSTANCE_CATCHER | INSTANCE_HOLDOUT));
+    return b->is_composite && found;
+}
+
 static int find_in_mesh(struct builder *b, uint64_t first, uint64_t end, struct fault *fault)
 {
     struct scene_mesh *mesh = &builder_meshes(b)[builder_instances(b)[first].mesh];
     const struct scene_material *m = &builder_materials(b)[mesh->material];
     const char *why;
-    if (!emits(m)) return 0;
+    if (!emits(m) || has_virtual(b, first, end)) return 0;
     if (count_lights(b, first, end, m, &why) > 0) {
         mesh->flags |= MESH_IS_LIGHT;
         return append_lights(b, first, end, m, fault);

@@ -1,5 +1,6 @@
 #pragma once
 /* What a scene file is imported as, where it holds more than one picture. */
+#include <stdbool.h>
 #include <stdint.h>
 
 struct scene_choice {
@@ -9,4 +10,9 @@ struct scene_choice {
     /* With times a scene that moves becomes a base and a blob for each of them. */
     const double *times;
     uint32_t time_count;
+    /* Of a scene that is composed with a photograph (roles.h): JSON arrays of names. */
+    const char *catchers; /* NULL: it is none */
+    const char *holdouts; /* NULL: none */
+    bool has_ground;
+    double ground_height; /* y in the file's coordinates */
 };

@@ -30,9 +30,9 @@ static void destroy(struct frame *f)
     frame_neighbours_destroy(f);
     motion_drop(&f->motion);
     tile_queue_destroy(&f->tiles);
-    film_destroy(&f->film);
+    frame_views_destroy(f);
+    plate_drop(&f->options.plate);
     scratch_destroy(&f->own_scratch);
-    image_destroy(&f->image);
     bytes_writer_fini(&f->plan_bytes);
     free(f);
 }
@@ -65,6 +65,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     f->options = *options;
     f->plan = *options->plan;
     f->motion = motion_hold(options->motion);
+    f->options.plate = plate_hold(options->plate);
     f->options.plan = &f->plan;
     if (options->metadata.job) { /* the job may end before its files are written */
         snprintf(f->fingerprint, sizeof f->fingerprint, "%s", options->metadata.job);
@@ -80,14 +81,9 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error)
         error = tile_queue_create(&f->grid, f->block_px, plan_pass_count(&f->plan),
                                   window_tiles(&f->plan), &f->tiles);
-    if (!error)
-        error = film_create(&f->plan, f->block_px, block_core_px(&f->plan), block_halo_px(&f->plan),
-                            &f->film);
     if (!error && !options->scratch) error = scratch_create(&f->own_scratch);
     f->scratch = options->scratch ? options->scratch : f->own_scratch;
-    if (!error) film_gather_in(f->film, f->scratch);
-    if (!error)
-        error = image_create(options->layers, f->plan.width_px, f->plan.height_px, &f->image);
+    if (!error) error = frame_views_create(f);
     if (!error && plan_has_rounds(&f->plan)) error = frame_rounds_create(f);
     if (!error && frame_has_neighbours(f)) frame_neighbours_begin(f);
     if (!error) frame_costs_create(f);
@@ -237,7 +233,7 @@ uint32_t frame_blocks_out_max(const struct frame *f)
 
 static bool is_behind(const struct frame *f, uint32_t blocks_max, uint32_t pending_max)
 {
-    return f->blocks_out > blocks_max || film_pending(f->film) > pending_max;
+    return f->blocks_out > blocks_max || frame_pending(f) > pending_max;
 }
 
 /* Describes a tile for the worker to which it was leased. */

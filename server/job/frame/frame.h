@@ -10,6 +10,7 @@
 #include "proto/runtime/thread_pool.h"
 #include "server/fleet/fleet.h"
 #include "server/image/exr.h"
+#include "server/image/plate.h"
 #include "server/image/png_shade.h"
 #include "server/job/frame/state.h"
 #include "server/job/frame/statistics.h"
@@ -51,6 +52,8 @@ struct frame_options {
     struct png_options png;       /* of layers of light */
     const struct plan *plan;      /* copied */
     struct motion *motion;        /* held; NULL: nothing moves */
+    struct plate *plate;          /* held; of a composite; NULL: none */
+    bool adds;                    /* to the plate, instead of multiplying it (catcher.h) */
     struct thread_pool *pool;
     struct scratch *scratch; /* of the pool's work on blocks; borrowed until the frame's last task
                                 is over; NULL: one of its own */

@@ -3,10 +3,11 @@
 #include "proto/job/job.h"
 #include "server/job/frame/frame_work.h"
 
-/* Returns the layer that people look at: beauty, or the first that was asked for. */
+/* Returns the layer that people look at: the composite, beauty, or the first that was asked for. */
 static const char *shown_layer(const struct frame *f)
 {
     uint32_t layers = f->options.layers;
+    if (layers & LAYER_COMPOSITE) return layer_name(LAYER_COMPOSITE);
     return layer_name((enum layer)(layers & (~layers + 1u)));
 }
 
@@ -125,7 +126,7 @@ static void submit(struct frame *f, struct frame_file *file, int32_t end)
 void frame_files_feed(struct frame *f)
 {
     const bool closing = f->files.closing;
-    const int32_t end = closing ? f->plan.height_px : film_rows_done(f->film);
+    const int32_t end = closing ? f->plan.height_px : frame_rows_done(f);
     if (!closing && (f->options.kept || frame_has_rounds(f))) return;
     for (int k = 0; k < PICTURE_FILE_COUNT; k++) {
         struct frame_file *file = &f->files.of[k];

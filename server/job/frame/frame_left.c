@@ -5,7 +5,8 @@
 static uint32_t scheduled(const struct frame *f)
 {
     const struct plan_pass pass = plan_scheduled_pass(&f->plan, 0);
-    return frame_pass_samples(&pass) + f->plan.paths.spp - plan_pass_spp(&f->plan, 1);
+    return plan_views(&f->plan) *
+           (frame_pass_samples(&pass) + f->plan.paths.spp - plan_pass_spp(&f->plan, 1));
 }
 
 double frame_traced_share(const struct frame *f)

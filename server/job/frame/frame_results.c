@@ -14,7 +14,7 @@
 struct block_task {
     struct pool_task task;
     struct frame *frame;
-    uint32_t block;
+    uint32_t view, block;
     struct rect rect;
     float *pixels;                /* of the frame's scratch; channel by channel, and what is
                                      measured of them; before it runs those drawn before where
@@ -60,27 +60,29 @@ static int reconstruct(struct block_task *t)
     struct patch *patch = NULL;
     struct image view;
     const bool measured = frame_has_target(f);
-    const size_t area = (size_t)rect_area(t->rect), channels = f->image->channel_count;
+    const struct image *image = f->views[t->view].image;
+    const size_t area = (size_t)rect_area(t->rect), channels = image->channel_count;
     if (!t->pixels) {
         const size_t planes = channels + (measured ? ERROR_SOURCE_COUNT + 1 : 0);
         t->pixels = scratch_take(f->scratch, area * planes * sizeof *t->pixels);
         if (!t->pixels) return ERR_MEMORY;
         memset(t->pixels, 0, area * planes * sizeof *t->pixels);
     }
-    make_view(f->image, t->rect, t->pixels, &view);
+    make_view(image, t->rect, t->pixels, &view);
     for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
         t->measure.variance[k] = t->pixels + area * (measured ? channels + k : 0);
     t->measure.luminance = t->pixels + area * (measured ? channels + ERROR_SOURCE_COUNT : 0);
-    int error = film_gather(f->film, t->block, &patch);
+    int error = film_gather(f->views[t->view].film, t->block, &patch);
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
     if (!error) patch->lens_drawn = t->drawn;
     if (!error && frame_has_neighbours(f)) patch->window = &f->neighbours.window;
+    const bool bare = !error && frame_view_is_bare(f, t->view, patch);
     if (!error && measured)
-        error = block_reconstruct_measured(&f->plan, patch, t->rect, &view, &t->measure,
+        error = block_reconstruct_measured(&f->view_plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
-    else if (!error)
-        error = block_reconstruct(&f->plan, patch, t->rect, &view, &t->statistics);
-    if (!error) motion_compose(f->motion, &f->plan, patch, t->rect, &view);
+    else if (!error && !bare)
+        error = block_reconstruct(&f->view_plan, patch, t->rect, &view, &t->statistics);
+    if (!error && t->view == 0) motion_compose(f->motion, &f->plan, patch, t->rect, &view);
     if (!error && t->strata_maps && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         error = find_strata_maps(t, patch);
     patch_destroy(&patch);
@@ -118,18 +120,19 @@ static int take_pixels(struct scratch *scratch, struct block_task *t, const stru
     return 0;
 }
 
-static int submit_block(struct frame *f, uint32_t block);
+static int submit_block(struct frame *f, uint32_t view, uint32_t block);
 
 /* Blocks that have come a pass further go to the pool. */
 int frame_submit_ready(struct frame *f)
 {
     uint32_t block;
     int error = 0;
-    /* A frame that waited for others has all blocks at once: some at a time leave others the pool. */
-    while (!error &&
-           !(frame_has_neighbours(f) && f->blocks_out > frame_blocks_out_max(f)) &&
-           film_next_ready(f->film, &block))
-        error = submit_block(f, block);
+    /* A frame that waited for others has all blocks at once: some at a time leave others the pool.
+     */
+    for (uint32_t view = 0; view < plan_views(&f->plan); view++)
+        while (!error && !(frame_has_neighbours(f) && f->blocks_out > frame_blocks_out_max(f)) &&
+               film_next_ready(f->views[view].film, &block))
+            error = submit_block(f, view, block);
     return error;
 }
 
@@ -158,13 +161,14 @@ static void block_over(struct frame *f, const struct block_task *t)
         frame_fail(f, t->error, "", "reconstruction failed");
         return;
     }
-    copy_pixels(t, f->image);
+    copy_pixels(t, f->views[t->view].image);
+    frame_views_drawn(f, t->view, t->block);
     f->blocks_drawn++;
     if (frame_has_target(f)) frame_target_keep(f, t->rect, &t->measure);
     if (t->strata_maps) frame_adaptive_keep(f, t->block, t->strata_maps, t->measured);
     if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
-    if (film_block_done(f->film, t->block) && !frame_has_rounds(f)) {
+    if (film_block_done(f->views[t->view].film, t->block) && !frame_has_rounds(f)) {
         statistics_add_block(&f->statistics, &t->statistics);
         frame_files_feed(f);
     }
@@ -175,7 +179,7 @@ static void block_over(struct frame *f, const struct block_task *t)
     }
     frame_spool_feed(f);
     f->tasks++; /* held: what comes next may fail, and the owner drop the frame */
-    if (film_complete(f->film)) {
+    if (frame_films_complete(f)) {
         if (frame_has_rounds(f))
             frame_rounds_decide(f);
         else
@@ -196,13 +200,14 @@ static void block_done(struct pool_task *task)
     free(t);
 }
 
-static int submit_block(struct frame *f, uint32_t block)
+static int submit_block(struct frame *f, uint32_t view, uint32_t block)
 {
     struct block_task *t = calloc(1, sizeof *t);
     if (!t) return ERR_MEMORY;
     t->rect = film_block_rect(f->film, block);
     t->task = (struct pool_task){.run = block_run, .done = block_done};
     t->frame = f;
+    t->view = view;
     t->block = block;
     int error = 0;
     if (frame_wants_strata_maps(f)) {
@@ -269,7 +274,9 @@ static void reject(struct decode_task *t)
 int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                struct samples **samples, const struct counters *counters)
 {
-    int error = film_land_pass(f->film, tile, pass, *samples);
+    const struct plan_pass of_view = frame_view_pass(f, pass);
+    struct film *film = f->views[pass->number % plan_views(&f->plan)].film;
+    int error = film_land_pass(film, tile, &of_view, *samples);
     if (error) {
         frame_fail(f, error, "", "a tile's samples could not be kept");
         return error;

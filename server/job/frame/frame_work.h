@@ -96,6 +96,12 @@ struct frame_files {
     bool closing; /* the image is whole; `encoded` is not told yet */
 };
 
+/* What is traced for one view of a frame. */
+struct frame_view {
+    struct film *film;   /* owned */
+    struct image *image; /* owned; on the loop's thread */
+};
+
 struct frame {
     struct fault refusal;         /* of the last result that did not fit the plan */
     struct frame_options options; /* options.plan points to `plan` */
@@ -104,10 +110,13 @@ struct frame {
     struct bytes_writer plan_bytes;
     struct tile_grid grid;
     struct tile_queue *tiles;
-    int32_t block_px; /* side of the film's blocks */
-    struct film *film;
-    struct frame_rounds rounds;     /* all NULL without rounds */
-    struct frame_target target;     /* all NULL without one */
+    int32_t block_px;      /* side of the film's blocks */
+    struct plan view_plan; /* of one view; the plan itself where there is one */
+    struct frame_view views[PLAN_VIEWS];
+    uint8_t *block_views;       /* owned; of each block: bits of the views that it was drawn of */
+    struct film *film;          /* of the first view, as `image` */
+    struct frame_rounds rounds; /* all NULL without rounds */
+    struct frame_target target; /* all NULL without one */
     struct frame_adaptive adaptive; /* all NULL without */
     struct frame_neighbours neighbours;
     struct frame_spool spool;
@@ -159,6 +168,24 @@ int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
 
 /* Hands blocks that are ready to the pool. */
 int frame_submit_ready(struct frame *f);
+
+/* -- frame_views.c -- */
+
+int frame_views_create(struct frame *f);
+void frame_views_destroy(struct frame *f);
+/* Returns a pass of the frame's as its view counts it. */
+struct plan_pass frame_view_pass(const struct frame *f, const struct plan_pass *pass);
+/* Return what films do of one view (film.h), of all. */
+uint64_t frame_pending(const struct frame *f);
+int32_t frame_rows_done(const struct frame *f);
+bool frame_films_complete(const struct frame *f);
+/* Returns whether a block of the view of objects, and all around that its filters read, shows none:
+ * it is drawn as zeros then, without filters. */
+bool frame_view_is_bare(const struct frame *f, uint32_t view, const struct patch *patch);
+/* Composes what the views show (catcher.h). */
+void frame_views_compose(struct frame *f, struct rect rect);
+/* Notes that a block was drawn of a view, and composes it. */
+void frame_views_drawn(struct frame *f, uint32_t view, uint32_t block);
 
 /* -- frame_neighbours.c: frames that are drawn with samples of others -- */
 

@@ -225,12 +225,24 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
     }
 }
 
+/* The views of a composite must differ by the objects alone. */
+static void choose_views(const struct job *job, struct plan *plan, struct plan_report *report)
+{
+    static const char why[] = "the picture is composed with a photograph: its views are of paths";
+    choose_paths(job, why, why, why, report);
+    plan_lens_none(job, why, report);
+    plan->composite = 1;
+    plan->capabilities |= CAPABILITY_VIEWS;
+}
+
 /* Chooses the integrator; the report says why not the others. */
-static void choose(const struct job *job, const struct scene *scene, const struct plan *plan,
+static void choose(const struct job *job, const struct scene *scene, struct plan *plan,
                    struct plan_report *report)
 {
     static const char none[] = "filter.method is none: samples are averaged";
-    if (job->method == FILTER_NONE) {
+    if (job->composite.on) {
+        choose_views(job, plan, report);
+    } else if (job->method == FILTER_NONE) {
         choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
         plan_lens_none(job, none, report);
     } else if (plan->camera.aperture_radius > 0) {

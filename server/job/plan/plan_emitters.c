@@ -85,14 +85,15 @@ static double placed_area(const struct scene *scene, uint64_t first, uint64_t en
 {
     static const struct stretch identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     const struct scene_mesh *mesh = &scene->meshes[scene->instances[first].mesh];
-    double sum = 0, own = mesh_area(scene, mesh, &identity);
+    const struct scene *home = scene_mesh_home(scene, mesh);
+    double sum = 0, own = mesh_area(home, mesh, &identity);
     for (uint64_t i = first; i < end; i++) {
         struct stretch s = stretch_of(&scene->instances[i]);
         double factor;
         bool similar = is_similarity(&s, &factor);
         if (!similar && *measured + mesh->triangle_count <= MEASURED_MAX) {
             *measured += mesh->triangle_count;
-            sum += mesh_area(scene, mesh, &s);
+            sum += mesh_area(home, mesh, &s);
         } else {
             sum += own * factor;
         }

@@ -22,6 +22,9 @@ const char *import_folder_sniff(const void *head, size_t size_bytes)
     if (size_bytes >= 4 && !memcmp(head, "glTF", 4)) return ".glb";
     if (size_bytes >= 4 && !memcmp(head, "\x76\x2f\x31\x01", 4)) return ".exr";
     if (size_bytes >= 2 && !memcmp(head, "#?", 2)) return ".hdr"; /* "#?RADIANCE", "#?RGBE" */
+    if (size_bytes >= 8 && !memcmp(head, "\x89PNG\r\n\x1a\n", 8)) return ".png";
+    if (size_bytes >= 3 && !memcmp(head, "\xff\xd8\xff", 3)) return ".jpg";
+    if (size_bytes >= 12 && !memcmp(head, "RIFF", 4) && !memcmp(at + 8, "WEBP", 4)) return ".webp";
     at = skip_mark(at, end);
     while (at < end && (*at == ' ' || *at == '\t' || *at == '\r' || *at == '\n')) at++;
     if (at < end && *at == '{') return ".gltf";

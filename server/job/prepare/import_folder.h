@@ -23,6 +23,6 @@ int import_folder_make(const struct objects *objects, const struct digest *scene
                        struct fault *fault);
 void import_folder_remove(struct import_folder *folder);
 
-/* Returns ".glb", ".gltf", ".obj", ".hdr" or ".exr" by the first bytes of a file; NULL: none of
- * them. */
+/* Returns ".glb", ".gltf", ".obj", ".hdr", ".exr", ".png", ".jpg" or ".webp" by the first bytes of
+ * a file; NULL: none of them. */
 const char *import_folder_sniff(const void *head, size_t size_bytes);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "proto/json.h"
+#include "server/job/prepare/import_answer.h"
 #include "server/job/prepare/import_folder.h"
 
 #define ANSWER_BYTES 65536 /* of the importer's one line of JSON */
@@ -23,8 +24,10 @@ struct import_process {
     struct digest scene;
     char variant[LIMIT_NAME_BYTES], animation[LIMIT_NAME_BYTES]; /* "": none */
     bool is_sequence;
-    char times[32 * IMPORT_TIMES]; /* seconds */
-    struct job_file *files;        /* owned, with their paths */
+    struct job_composite composite; /* owned */
+    char ground[32];                /* its height */
+    char times[32 * IMPORT_TIMES];  /* seconds */
+    struct job_file *files;         /* owned, with their paths */
     uint32_t file_count;
     import_process_done done;
     void *ctx;
@@ -52,6 +55,7 @@ static void destroy(struct import_process *p)
 {
     for (uint32_t i = 0; i < p->file_count; i++) free(p->files[i].path);
     free(p->files);
+    job_composite_fini(&p->composite);
     free(p);
 }
 
@@ -145,31 +149,6 @@ static void finish(struct import_process *p)
     thread_pool_submit(p->options.pool, &p->task);
 }
 
-/* Returns the code of a name, ERR_RANGE for "RANGE"; ERR_CORRUPT for one that is unknown here. */
-static int code_of(const char *name)
-{
-    static const int codes[] = {
-#define ERROR(name, number, text) number,
-#include "proto/error.def"
-#undef ERROR
-    };
-    for (size_t i = 0; name && i < sizeof codes / sizeof codes[0]; i++)
-        if (codes[i] < 0 && !strcmp(error_name(codes[i]), name)) return codes[i];
-    return ERR_CORRUPT;
-}
-
-/* {"ok": false, "code": "RANGE", "pointer": "meshes[3]", "detail": "..."}. The places are the scene
- * file's own, so they go into the sentence. */
-static void read_refusal(struct import_process *p, const json_t *answer)
-{
-    const char *place = json_string_value(json_object_get(answer, "pointer"));
-    const char *detail = json_string_value(json_object_get(answer, "detail"));
-    int code = code_of(json_string_value(json_object_get(answer, "code")));
-    fault_set(&p->fault, code, "/scene/asset", "%s%s%s", place ? place : "",
-              place && *place ? ": " : "",
-              detail ? detail : "the importer refused the file without a reason");
-}
-
 static void read_answer(struct import_process *p)
 {
     json_t *answer = NULL;
@@ -191,7 +170,7 @@ static void read_answer(struct import_process *p)
     else if (p->status != 0 && error == ERR_MEMORY)
         fault_set(&p->fault, error, "", "no memory to read the importer's answer");
     else if (p->status != 0)
-        read_refusal(p, answer);
+        import_answer_refusal(answer, &p->fault);
     json_decref(answer);
 }
 
@@ -269,9 +248,22 @@ static void init_handles(struct import_process *p)
     assert(error == 0);
 }
 
+/* What tells the importer of a composite. */
+static size_t add_roles(struct import_process *p, char **args, size_t count)
+{
+    static char none[] = "[]";
+    const struct job_composite *c = &p->composite;
+    if (!c->on) return count;
+    args[count++] = "--catchers", args[count++] = c->catchers ? c->catchers : none;
+    if (c->holdouts) args[count++] = "--holdouts", args[count++] = c->holdouts;
+    snprintf(p->ground, sizeof p->ground, "%.9g", (double)c->ground_height);
+    if (c->has_ground) args[count++] = "--ground", args[count++] = p->ground;
+    return count;
+}
+
 static int spawn(struct import_process *p)
 {
-    char *args[16] = {(char *)p->options.program,
+    char *args[24] = {(char *)p->options.program,
                       "--root",
                       p->folder.root,
                       "--in",
@@ -283,6 +275,7 @@ static int spawn(struct import_process *p)
     size_t count = 9;
     if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
     if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
+    (void)add_roles(p, args, count);
     uv_stdio_container_t stdio[3] = {
         {.flags = UV_IGNORE},
         {.flags = (uv_stdio_flags)(UV_CREATE_PIPE | UV_WRITABLE_PIPE),
@@ -369,7 +362,7 @@ int import_process_start(const struct import_options *options, const struct job 
     write_times(p, scene, times);
     p->done = done;
     p->ctx = ctx;
-    if (copy_files(p, scene) != 0) {
+    if (copy_files(p, scene) != 0 || job_composite_copy(&scene->composite, &p->composite) != 0) {
         destroy(p);
         return ERR_MEMORY;
     }

@@ -1,6 +1,7 @@
 #include "server/job/prepare/imports.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -81,6 +82,17 @@ static int hash_time(struct digest_state *state, const struct job *scene)
     return error;
 }
 
+static int hash_composite(struct digest_state *state, const struct job_composite *c)
+{
+    char text[64];
+    const char *const lists[] = {c->catchers, c->holdouts};
+    int error = 0;
+    for (int k = 0; k < 2 && !error; k++)
+        error = digest_update(state, lists[k] ? lists[k] : "", lists[k] ? strlen(lists[k]) + 1 : 1);
+    snprintf(text, sizeof text, "%d %.9g", (int)c->has_ground, (double)c->ground_height);
+    return error ? error : digest_update(state, text, strlen(text));
+}
+
 int imports_source(const struct job *scene, struct digest *out)
 {
     struct digest_state *state = digest_begin();
@@ -93,6 +105,7 @@ int imports_source(const struct job *scene, struct digest *out)
     if (!error && scene->variant[0])
         error = digest_update(state, scene->variant, strlen(scene->variant));
     if (!error) error = hash_time(state, scene);
+    if (!error && scene->composite.on) error = hash_composite(state, &scene->composite);
     digest_finish(&state, out);
     return error;
 }
@@ -268,7 +281,8 @@ static int copy_scene(const struct job *scene, struct job *out)
     out->stands = scene->stands;
     out->time_s = scene->time_s;
     out->files = calloc(scene->file_count + 1, sizeof *out->files);
-    if (!out->files) return ERR_MEMORY;
+    if (!out->files || job_composite_copy(&scene->composite, &out->composite) != 0)
+        return ERR_MEMORY;
     for (uint32_t i = 0; i < scene->file_count; i++) {
         out->files[i].asset = scene->files[i].asset;
         out->files[i].path = strdup(scene->files[i].path);

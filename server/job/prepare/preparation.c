@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/job/prepare/backplate.h"
 #include "server/job/prepare/frame_motion.h"
 #include "server/job/prepare/studio_light.h"
 
@@ -14,7 +15,8 @@ struct preparation {
     const struct objects *objects;
     struct import_request *request;
     struct prepared *prepared; /* owned until told */
-    struct digest scene_blob, map_blob;
+    struct digest scene_blob, map_blob, plate_blob;
+    bool is_later;                          /* another frame has the plate */
     struct digest side_blobs[MOTION_SIDES]; /* of motion, which has_motion tells of */
     unsigned side;                          /* that is imported */
     bool has_motion;
@@ -28,6 +30,11 @@ struct preparation {
 static bool has_map(const struct preparation *p)
 {
     return p->prepared->job.environment.kind == ENVIRONMENT_MAP;
+}
+
+static bool has_plate(const struct preparation *p)
+{
+    return p->prepared->job.composite.has_plate && !p->is_later;
 }
 
 static void destroy(struct preparation *p)
@@ -135,7 +142,11 @@ static int plan_with_map(struct preparation *p)
     objects_path(p->objects, &p->map_blob, path);
     if (environment_map(path, &map, &p->fault) != 0)
         return blame(p, "/environment/asset", "a scene, no environment map (.hdr or .exr)");
-    int error = plan_scene(p, map.header);
+    int error = 0;
+    if (map.header->flags & ENVIRONMENT_IS_PHOTOGRAPH)
+        error = fault_set(&p->fault, ERR_MAGIC, "/environment/asset",
+                          "this file is a photograph, no environment map (.hdr or .exr)");
+    if (!error) error = plan_scene(p, map.header);
     if (!error && p->prepared->job.live)
         p->prepared->map = map;
     else
@@ -147,6 +158,9 @@ static void plan_run(struct pool_task *task)
 {
     struct preparation *p = (struct preparation *)task;
     p->fault.code = plan_with_map(p);
+    if (!p->fault.code && has_plate(p))
+        p->fault.code = backplate_make(p->objects, &p->plate_blob, &p->prepared->job,
+                                       &p->prepared->plate, &p->fault);
 }
 
 static void tell(struct preparation *p)
@@ -175,39 +189,57 @@ static void start_planning(struct preparation *p)
     thread_pool_submit(p->pool, &p->task);
 }
 
-/* Turns a fault of a scene's asset into one of the map's, which is imported as a scene. */
-static void blame_map(struct fault *fault)
+/* A map or a plate has been imported as a scene: a fault of a scene's asset is one of its. */
+static void picture_imported(struct preparation *p, const struct fault *fault,
+                             const struct digest *blob, uint64_t cpu_us, const char *pointer,
+                             struct digest *out)
 {
-    static const char scene[] = "/scene/asset";
-    if (strcmp(fault->pointer, scene) == 0)
-        snprintf(fault->pointer, sizeof fault->pointer, "/environment/asset");
+    p->request = NULL;
+    if (!fault) {
+        *out = *blob;
+        p->prepared->import_cpu_us += cpu_us;
+        return;
+    }
+    p->fault = *fault;
+    if (strcmp(fault->pointer, "/scene/asset") == 0)
+        snprintf(p->fault.pointer, sizeof p->fault.pointer, "%s", pointer);
+    tell(p);
+}
+
+/* Imports a picture as a scene of one file. */
+static void import_picture(struct preparation *p, const struct digest *asset, const char *what,
+                           import_done done)
+{
+    const struct job file = {.scene = *asset, .stands = true};
+    const struct import_times no_times = {0};
+    int error = imports_request(p->imports, &file, &no_times, done, p, &p->request);
+    if (!error) return;
+    fault_set(&p->fault, error, "", "no memory to import the %s", what);
+    tell(p);
+}
+
+static void plate_imported(void *ctx, const struct fault *fault, const struct digest *blob,
+                           uint64_t cpu_us)
+{
+    struct preparation *p = ctx;
+    picture_imported(p, fault, blob, cpu_us, "/backplate/asset", &p->plate_blob);
+    if (!fault) start_planning(p);
+}
+
+static void import_plate(struct preparation *p)
+{
+    if (has_plate(p))
+        import_picture(p, &p->prepared->job.composite.plate, "backplate", plate_imported);
+    else
+        start_planning(p);
 }
 
 static void map_imported(void *ctx, const struct fault *fault, const struct digest *blob,
                          uint64_t cpu_us)
 {
     struct preparation *p = ctx;
-    p->request = NULL;
-    if (fault) {
-        p->fault = *fault;
-        blame_map(&p->fault);
-        tell(p);
-        return;
-    }
-    p->map_blob = *blob;
-    p->prepared->import_cpu_us += cpu_us;
-    start_planning(p);
-}
-
-/* A map is imported as a scene of one file is. */
-static void import_map(struct preparation *p)
-{
-    const struct job file = {.scene = p->prepared->job.environment.asset, .stands = true};
-    const struct import_times no_times = {0};
-    int error = imports_request(p->imports, &file, &no_times, map_imported, p, &p->request);
-    if (!error) return;
-    fault_set(&p->fault, error, "", "no memory to import the environment");
-    tell(p);
+    picture_imported(p, fault, blob, cpu_us, "/environment/asset", &p->map_blob);
+    if (!fault) import_plate(p);
 }
 
 static bool wants_motion(const struct preparation *p);
@@ -290,9 +322,9 @@ static void import_rest(struct preparation *p)
     if (p->has_motion && p->side < MOTION_SIDES)
         import_side(p);
     else if (has_map(p))
-        import_map(p);
+        import_picture(p, &p->prepared->job.environment.asset, "environment", map_imported);
     else
-        start_planning(p);
+        import_plate(p);
 }
 
 int preparation_start(struct imports *imports, struct thread_pool *pool,
@@ -317,6 +349,7 @@ int preparation_start(struct imports *imports, struct thread_pool *pool,
                               .imports = imports,
                               .objects = objects,
                               .prepared = prepared,
+                              .is_later = base != NULL,
                               .done = done,
                               .ctx = ctx};
     const struct import_times times = times_from(&prepared->job, number);
@@ -345,6 +378,7 @@ void prepared_destroy(struct prepared **prepared)
         scene_unmap(&(*prepared)->scene);
         environment_unmap(&(*prepared)->map);
         motion_drop(&(*prepared)->motion);
+        plate_drop(&(*prepared)->plate);
         shared_base_unref(&(*prepared)->base);
         job_fini(&(*prepared)->job);
     }

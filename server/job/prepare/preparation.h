@@ -1,6 +1,7 @@
 #pragma once
 /* Prepares a job for tracing: its scene and its environment map are imported or found, mapped, and
  * planned. */
+#include "server/image/plate.h"
 #include "server/job/plan/plan.h"
 #include "server/job/prepare/imports.h"
 #include "server/job/prepare/shared_base.h"
@@ -14,6 +15,7 @@ struct prepared {
     bool moves;               /* other frames have other scenes */
     struct motion *motion;    /* held; for layers and windows; NULL: nothing moves */
     struct shared_base *base; /* what the scene stands on; NULL: nothing */
+    struct plate *plate;      /* held; the job's; NULL: none, or another frame has it */
     struct plan plan;         /* of that frame; others differ in pattern.frame if nothing moves */
     struct plan_report report;
     /* Of a live job, which is planned again with each move; else zero. */
@@ -28,8 +30,9 @@ struct prepared {
 /* Tells the outcome. fault NULL: `prepared` is handed over. Else it is NULL. */
 typedef void (*preparation_done)(void *ctx, const struct fault *fault, struct prepared *prepared);
 
-/* Prepares the scene of a frame. A base that another frame stands on may be given; NULL: none is
- * known. The job is taken (left empty), also on failure. `done` comes later, once. ERR_MEMORY. */
+/* Prepares the scene of a frame. A base that another frame stands on may be given, which has the
+ * plate, too; NULL: none is known. The job is taken (left empty), also on failure. `done` comes
+ * later, once. ERR_MEMORY. */
 int preparation_start(struct imports *imports, struct thread_pool *pool,
                       const struct objects *objects, struct job *job, int32_t number,
                       struct shared_base *base, preparation_done done, void *ctx,

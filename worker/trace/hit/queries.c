@@ -61,6 +61,7 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
     {                                                                                              \
         COPY_IN(org_x), COPY_IN(org_y), COPY_IN(org_z), COPY_IN(tnear);                            \
         COPY_IN(dir_x), COPY_IN(dir_y), COPY_IN(dir_z), COPY_IN(tfar), COPY_IN(id);                \
+        COPY_IN(mask);                                                                             \
     }                                                                                              \
     static void copy_hits_##W(struct RTCHit16 *whole, const struct RTCHit##W *part, int first)     \
     {                                                                                              \
@@ -92,6 +93,17 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
 
 DEFINE_NARROW(8)
 DEFINE_NARROW(4)
+
+/* Masks rays as the view asks; the caller unmasks them, since others use them after a frame. */
+static void mask(const struct queries *q, enum query_kind kind, struct RTCRayHit16 *rays)
+{
+    if (q->view) query_view_mask(kind == QUERY_CAMERA ? q->view->camera : q->view->others, rays);
+}
+
+static void unmask(const struct queries *q, struct RTCRayHit16 *rays)
+{
+    if (q->view) query_view_mask(UINT32_MAX, rays);
+}
 
 /* What is hit in the ground, which stands where it is, is hit in the scene itself. */
 static void leave_ground(const struct render_scene *scene, struct RTCHit16 *hit)
@@ -145,8 +157,11 @@ void queries_closest(struct queries *q, enum query_kind kind, const struct lanes
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = context_for(kind);
     if (culls) memcpy(reach, rays->ray.tfar, sizeof reach);
+    mask(q, kind, rays);
     intersect(q, &context, valid, rays);
     if (culls) pass_backs(q, &context, valid, reach, rays);
+    unmask(q, rays);
+    if (q->view && kind == QUERY_CAMERA) query_view_hide(q->view, q->scene, rays);
 }
 
 void queries_occluded(struct queries *q, enum query_kind kind, const struct lanes_mask *valid,
@@ -154,10 +169,12 @@ void queries_occluded(struct queries *q, enum query_kind kind, const struct lane
 {
     if (q->recorder) q->recorder->record(q->recorder, kind, valid, rays);
     struct RTCIntersectContext context = occlusion_context(q->scene, kind);
+    mask(q, kind, rays);
     if (q->scene->packet_width == 16)
         rtcOccluded16(valid->on, q->scene->top, &context, &rays->ray);
     else if (q->scene->packet_width == 8)
         occluded_8(valid->on, q->scene->top, &context, &q->narrow8.ray, rays);
     else
         occluded_4(valid->on, q->scene->top, &context, &q->narrow4.ray, rays);
+    unmask(q, rays);
 }

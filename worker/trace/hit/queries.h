@@ -8,6 +8,7 @@
 
 #include "worker/scene/render_scene.h"
 #include "worker/shade/lanes.h"
+#include "worker/trace/hit/query_view.h"
 
 enum query_kind {
     QUERY_CAMERA = 0,  /* closest hit that the camera sees (back_faces.h), coherent */
@@ -30,6 +31,7 @@ struct queries {
     const struct render_scene *scene;
     const struct hit_kernels *kernels;
     struct query_recorder *recorder; /* NULL: nothing is recorded */
+    const struct query_view *view;   /* NULL: rays meet all, and the camera sees it */
     uint64_t rejected;               /* rays switched off because they were not finite */
     struct RTCRayHit8 narrow8;       /* scratch for CPUs without packets of sixteen */
     struct RTCRayHit4 narrow4;

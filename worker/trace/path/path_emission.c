@@ -65,6 +65,7 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
                      const struct path_vertex *v, struct path_radiance *h)
 {
     struct missed missed;
+    if (v->depth == 0 && c->queries->view) return; /* a photograph stands there */
     find_missed(c, p, v, &missed);
     for (uint32_t k = 0; k < missed.count; k++) {
         const int lane = missed.ray[k];

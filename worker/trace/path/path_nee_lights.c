@@ -155,6 +155,14 @@ static void choose_triangles(const struct path_context *c, const struct path_ver
     }
 }
 
+/* Returns whether the view has the point's mesh. */
+static bool is_there(const struct path_context *c, const struct emitter_point *e)
+{
+    const struct query_view *view = c->queries->view;
+    const struct scene *blob = c->queries->scene->blob;
+    return !view || (instance_class(&blob->instances[e->instance]) & view->others) != 0;
+}
+
 /* Samples mesh emitters in the lanes that chose them. Each step is done for all lanes before the
  * next, since triangles are seldom in the cache. */
 static void sample_emitters(const struct path_context *c, const struct path_vertex *v,
@@ -168,6 +176,7 @@ static void sample_emitters(const struct path_context *c, const struct path_vert
         struct emitter_point e;
         emitters_sample(c->queries->scene->emitters, choices.leaf[k].leaf, choices.triangle[k], u,
                         &e);
+        if (!is_there(c, &e)) continue;
         if (!aim_at(v, i, &e, choices.leaf[k].chance, &out->packet)) continue;
         out->color.x[i] = e.radiance[0];
         out->color.y[i] = e.radiance[1];

@@ -56,6 +56,16 @@ static void check_same_marks(const struct job_marks *a, const struct job_marks *
     for (uint32_t i = 0; i < a->label_count; i++) assert_string_equal(a->labels[i], b->labels[i]);
 }
 
+static void check_same_composites(const struct job_composite *a, const struct job_composite *b)
+{
+    check_same_text(a->catchers, b->catchers);
+    check_same_text(a->holdouts, b->holdouts);
+    assert_true(a->on == b->on && a->has_plate == b->has_plate && a->fit == b->fit);
+    assert_true(digest_equal(&a->plate, &b->plate));
+    assert_true(a->color == b->color && a->mode == b->mode && a->has_ground == b->has_ground);
+    assert_true(a->ground_height == b->ground_height);
+}
+
 static void check_same(const struct job *a, const struct job *b)
 {
     assert_int_equal(a->file_count, b->file_count);
@@ -64,6 +74,7 @@ static void check_same(const struct job *a, const struct job *b)
         assert_true(digest_equal(&a->files[i].asset, &b->files[i].asset));
     }
     check_same_marks(&a->marks, &b->marks);
+    check_same_composites(&a->composite, &b->composite);
     struct job x = *a, y = *b;
     x.files = y.files = NULL;
     assert_memory_equal(&x.camera, &y.camera, sizeof x.camera);

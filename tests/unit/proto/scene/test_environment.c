@@ -154,7 +154,10 @@ TEST(each_field_is_checked)
     refuses(ERR_TRUNCATED, "texels");
     made.header.height_px = HEIGHT - 1;
     refuses(ERR_TRAILING, "texels");
-    made.header.reserved[4] = 1;
+    made.header.flags = 2;
+    refuses(ERR_RANGE, "header.flags");
+    made.header.flags = 0;
+    made.header.reserved[3] = 1;
     refuses(ERR_RANGE, "header.reserved");
     made.header.mean[1] = NAN;
     refuses(ERR_NOT_FINITE, "header.mean[1]");

@@ -210,7 +210,7 @@ TEST(meshes_are_checked)
 TEST(instances_are_checked)
 {
     EXPECT(c.instances[2].mesh = 2, ERR_RANGE, "instances[2].mesh");
-    EXPECT(c.instances[2].flags = 2, ERR_RANGE, "instances[2].flags");
+    EXPECT(c.instances[2].flags = 8, ERR_RANGE, "instances[2].flags");
     EXPECT(c.instances[2].flags = 1, ERR_MISMATCH, "instances[2].to_world");
     EXPECT(c.instances[2].name = UINT32_MAX, ERR_RANGE, "instances[2].name");
     EXPECT(c.instances[2].reserved = 1, ERR_RANGE, "instances[2].reserved");

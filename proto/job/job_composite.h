@@ -1,0 +1,45 @@
+#pragma once
+/* How a job's picture is composed with a photograph: which parts of the scene stand for what the
+ * photograph shows, and how the light that virtual objects take from them and give them changes it.
+ *
+ *   backplate  {asset, fit, color_space} or null
+ *   catchers   [names of nodes or materials, {"ground": {"height": y}}]
+ *   holdouts   [names of nodes or materials]
+ *   composite  {mode}
+ *
+ * docs/mixed-reality.md explains them. */
+#include <stdbool.h>
+
+#include "proto/digest.h"
+
+/* How a photograph of another size or shape becomes as large as the picture. */
+enum plate_fit {
+    PLATE_FIT_EXACT,  /* it does not: another size is refused */
+    PLATE_FIT_COVER,  /* scaled until it covers the picture, and cut on both sides alike */
+    PLATE_FIT_STRETCH /* scaled by each axis */
+};
+
+/* What numbers of PNG, JPEG and WebP files mean. Those of .hdr and .exr files are linear. */
+enum plate_color { PLATE_COLOR_SRGB, PLATE_COLOR_LINEAR };
+
+/* How a catcher's change becomes the photograph's. */
+enum composite_mode {
+    COMPOSITE_MULTIPLY, /* plate * with / without: Mehta et al. 2015, equation 2 */
+    COMPOSITE_ADD       /* plate + with - without: Debevec 1998, differential rendering */
+};
+
+struct job_composite {
+    bool on; /* the document has one of the members; else all here is zero */
+    bool has_plate;
+    struct digest plate;       /* asset: .jpg, .png, .webp, .hdr or .exr */
+    enum plate_fit fit;        /* default exact */
+    enum plate_color color;    /* default sRGB */
+    char *catchers, *holdouts; /* owned; JSON arrays of names, null for the ground; NULL: none */
+    bool has_ground;           /* a floor of our making catches, too */
+    float ground_height;       /* of the floor: y, scene units */
+    enum composite_mode mode;  /* default multiply */
+};
+
+/* ERR_MEMORY: *out is empty. */
+int job_composite_copy(const struct job_composite *from, struct job_composite *out);
+void job_composite_fini(struct job_composite *composite);

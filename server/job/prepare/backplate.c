@@ -1,0 +1,65 @@
+#include "server/job/prepare/backplate.h"
+
+#include <stdlib.h>
+
+#include "proto/scene/environment.h"
+#include "server/image/tonemap.h"
+
+static int check_size(const struct environment_header *header, const struct job *job,
+                      struct fault *fault)
+{
+    const bool same =
+        (int64_t)header->width_px == job->width_px && (int64_t)header->height_px == job->height_px;
+    if (job->composite.fit != PLATE_FIT_EXACT || same) return 0;
+    return fault_set(fault, ERR_MISMATCH, "/backplate",
+                     "the photograph has %u x %u px, the picture %d x %d: give image that size, or "
+                     "\"fit\" cover or stretch",
+                     header->width_px, header->height_px, job->width_px, job->height_px);
+}
+
+/* The importer has taken a photograph's samples as sRGB: takes that back. */
+static float *make_linear(const struct environment_blob *e)
+{
+    const size_t count = 3 * (size_t)e->header->width_px * e->header->height_px;
+    float *out = malloc(count * sizeof *out);
+    for (size_t i = 0; out && i < count; i++) out[i] = tonemap_srgb(e->texels[i]);
+    return out;
+}
+
+static int make(const struct environment_blob *e, const struct job *job, struct plate **out,
+                struct fault *fault)
+{
+    int error = check_size(e->header, job, fault);
+    if (error) return error;
+    const bool turn_back = job->composite.color == PLATE_COLOR_LINEAR &&
+                           (e->header->flags & ENVIRONMENT_IS_PHOTOGRAPH);
+    const enum plate_scaling scaling =
+        job->composite.fit == PLATE_FIT_COVER ? PLATE_COVER : PLATE_STRETCH;
+    float *linear = turn_back ? make_linear(e) : NULL;
+    error = turn_back && !linear ? ERR_MEMORY : 0;
+    if (!error)
+        error = plate_create(linear ? linear : e->texels, (int32_t)e->header->width_px,
+                             (int32_t)e->header->height_px, job->width_px, job->height_px, scaling,
+                             out);
+    free(linear);
+    return error ? fault_set(fault, error, "/backplate", "no memory for the photograph") : 0;
+}
+
+int backplate_make(const struct objects *objects, const struct digest *blob, const struct job *job,
+                   struct plate **out, struct fault *fault)
+{
+    struct environment_blob e;
+    char path[OBJECTS_PATH_BYTES];
+    objects_path(objects, blob, path);
+    const int error = environment_map(path, &e, fault);
+    if (error == ERR_MAGIC)
+        return fault_set(fault, error, "/backplate/asset", "this file is a scene, no photograph");
+    if (error) {
+        const struct fault inner = *fault;
+        return fault_set(fault, error, "/backplate/asset", "its blob: %s: %s", inner.pointer,
+                         inner.detail);
+    }
+    const int made = make(&e, job, out, fault);
+    environment_unmap(&e);
+    return made;
+}
