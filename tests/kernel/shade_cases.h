@@ -148,6 +148,12 @@ static struct shade_case shade_cases[] = {
                .eta = {0.2f, 0.92f, 1.1f}, .k = {3.9f, 2.45f, 2.14f}),
      3, -1, 0, false},
 
+    {"ward alpha 0.01", TWO_LOBES(BSDF_WARD, NONE, WHITE, .alpha_u = 0.01f, .alpha_v = 0.01f), 6,
+     0.01, 1e-3, false},
+    {"ward alpha 0.1, 0.5, half diffuse",
+     TWO_LOBES(BSDF_WARD, GREY, GREY, .alpha_u = 0.1f, .alpha_v = 0.5f), 3, 0.12, 1e-3, true},
+    {"ward alpha 1", TWO_LOBES(BSDF_WARD, NONE, WHITE, .alpha_u = 1.0f, .alpha_v = 1.0f), 2, 0.64,
+     1e-3, false},
     {"ashikhmin-shirley 10 x 10",
      TWO_LOBES(BSDF_ASHIKHMIN_SHIRLEY, NONE, WHITE, .exponent_u = 10.0f, .exponent_v = 10.0f), 2,
      0.49, 1e-3, false},

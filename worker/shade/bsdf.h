@@ -19,13 +19,9 @@
 enum bsdf_model {
     BSDF_BLACK = 0,   /* reflects nothing: emitters, unlit */
     BSDF_LAMBERT = 1, /* albedo */
-    BSDF_GLTF = 2,    /* metallic-roughness with Khronos' extensions */
-    BSDF_PHONG = 3,
-    BSDF_BLINN_PHONG = 4,
-    BSDF_BECKMANN = 5,
-    BSDF_ASHIKHMIN_SHIRLEY = 6,
-    BSDF_MIRROR = 7,
-    BSDF_MODEL_COUNT = 8
+#define MODEL(number, NAME, name) BSDF_##NAME = 2 + (number), /* enum material_model's */
+#include "proto/scene/model.def"
+    BSDF_MODEL_COUNT
 };
 
 struct bsdf {
@@ -87,8 +83,8 @@ struct bsdf_sample {
  * normal incidence or transmit. Dividing by it takes textures of such lobes out. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
 
-/* Returns the roughness by which what lobes show is as sharp as it gets: of facets, or of as much of
- * a coat as there is. */
+/* Returns the roughness by which what lobes show is as sharp as it gets: of facets, or of as much
+ * of a coat as there is. */
 static inline float bsdf_sharpest_alpha(const struct bsdf *b)
 {
     const float facets = 0.5f * (b->alpha_u + b->alpha_v);

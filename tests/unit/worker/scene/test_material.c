@@ -176,19 +176,19 @@ TEST(other_models_pass_through)
     static const struct {
         uint32_t record;
         enum bsdf_model model;
-    } rows[] = {{MODEL_PHONG, BSDF_PHONG},
-                {MODEL_BLINN_PHONG, BSDF_BLINN_PHONG},
-                {MODEL_BECKMANN, BSDF_BECKMANN},
-                {MODEL_ASHIKHMIN_SHIRLEY, BSDF_ASHIKHMIN_SHIRLEY},
-                {MODEL_MIRROR, BSDF_MIRROR}};
+    } rows[] = {
+#define MODEL(number, NAME, name) {MODEL_##NAME, BSDF_##NAME},
+#include "proto/scene/model.def"
+    };
     struct bench b = open_bench();
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    for (size_t i = MODEL_GLTF + 1; i < sizeof rows / sizeof *rows; i++) {
         struct bsdf bsdf;
         b.record->model = rows[i].record;
         b.record->model_specular[1] = 0.5f;
         b.record->exponent_u = 10.0f;
         b.record->exponent_v = 20.0f;
         b.record->alpha_u = 0.3f;
+        b.record->alpha_v = 0.3f;
         b.record->eta[2] = 1.5f;
         b.record->k[0] = 3.0f;
         b.record->transmission = 1.0f; /* glTF's alone */
