@@ -139,12 +139,13 @@ struct scene_texture_ref {
  *                      k, its imaginary one, in [0, 1e3], whose reflectance specular scales, [1, 1,
  *                      1] if absent
  *   ward               alpha, or alpha_u and alpha_v; specular
+ *   kelemen            alpha, specular
  *   mirror             specular, [1, 1, 1] if absent
  *
  * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times
  * baseColorTexture; it and specular are scaled down, with a warning, where they sum up to more than
- * 1. Mirrors and metals have none. Emission, opacity and normal maps stay glTF's; metallic, clear
- * and anisotropic parts are ignored. */
+ * 1, except under kelemen. Mirrors and metals have none. Emission, opacity and normal maps stay
+ * glTF's; metallic, clear and anisotropic parts are ignored. */
 enum material_model {
 #define MODEL(number, NAME, name) MODEL_##NAME = (number),
 #include "proto/scene/model.def"

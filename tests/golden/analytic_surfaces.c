@@ -147,6 +147,7 @@ static void surfaces(void)
           .eta = {0.200438f, 0.924033f, 1.10221f}, .k = {3.91295f, 2.45285f, 2.14219f}}},
         {"Ashikhmin-Shirley",
          {OTHER, .model = MODEL_ASHIKHMIN_SHIRLEY, .exponent_u = 10, .exponent_v = 400}},
+        {"Kelemen", {OTHER, .model = MODEL_KELEMEN, .alpha_u = 0.2f, .alpha_v = 0.2f}},
         {"Ward", {OTHER, .model = MODEL_WARD, .alpha_u = 0.4f, .alpha_v = 0.1f}},
     };
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {

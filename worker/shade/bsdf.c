@@ -8,6 +8,7 @@
 #include "worker/shade/coat.h"
 #include "worker/shade/film.h"
 #include "worker/shade/fresnel.h"
+#include "worker/shade/kelemen.h"
 #include "worker/shade/lobe.h"
 #include "worker/shade/phong.h"
 #include "worker/shade/roughness.h"

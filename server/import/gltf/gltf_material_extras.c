@@ -46,6 +46,7 @@ static const struct model {
     {"beckmann", MODEL_BECKMANN, 0, HAS_SPECULAR | HAS_ETA | HAS_K, ALPHAS},
     {"ashikhmin_shirley", MODEL_ASHIKHMIN_SHIRLEY, HAS_SPECULAR, 0, EXPONENTS},
     {"ward", MODEL_WARD, HAS_SPECULAR, 0, ALPHAS},
+    {"kelemen", MODEL_KELEMEN, HAS_ALPHA | HAS_SPECULAR, 0, 0},
     {"mirror", MODEL_MIRROR, 0, HAS_SPECULAR, 0},
 };
 
@@ -64,7 +65,7 @@ static int find_model(const json_t *json, const char *place, const struct model 
     }
     return fault_set(fault, ERR_RANGE, at,
                      "\"%.40s\" is not lambert, phong, blinn_phong, beckmann, ashikhmin_shirley, "
-                     "ward or mirror",
+                     "ward, kelemen or mirror",
                      name);
 }
 
@@ -153,7 +154,7 @@ static void settle(const struct model *model, const char *place, struct scene_ma
     m->model = model->model;
     if (model->model == MODEL_MIRROR || m->eta[0] > 0)
         for (int i = 0; i < 3; i++) m->base_color[i] = 0;
-    else
+    else if (model->model != MODEL_KELEMEN) /* its diffuse lobe leaves room by itself */
         surface_conserve(m, place, warnings);
 }
 

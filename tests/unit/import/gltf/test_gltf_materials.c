@@ -161,6 +161,10 @@ TEST(extras_choose_models)
                  &s);
     assert_true(m->model == MODEL_WARD && m->alpha_u == 0.5f && m->alpha_v == 0.125f);
     scene_unmap(&s);
+    m = read_one(EXTRAS("\"model\": \"kelemen\", \"alpha\": 0.5, \"specular\": [1, 0.5, 0]"), &s);
+    assert_true(m->model == MODEL_KELEMEN && m->alpha_u == 0.5f && m->alpha_v == 0.5f);
+    assert_true(m->base_color[0] == 1 && m->model_specular[0] == 1);
+    scene_unmap(&s);
     m = read_one(GREY EXTRAS("\"model\": \"ward\", \"alpha\": 0.5, \"specular\": [0, 0, 0]"), &s);
     assert_true(m->alpha_u == 0.5f && m->alpha_v == 0.5f);
     scene_unmap(&s);
