@@ -77,7 +77,8 @@ const char *plan_glossy_filter_name(uint32_t filter)
 
 static void plan_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
-    plan->planes |= PLANES_GLOSSY | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) | PLANE_BIT(ID);
+    plan->planes |= (PLANES_GLOSSY & ~PLANES_GLOSSY_AXES) | PLANE_BIT(DEPTH) | PLANE_BIT(NORMAL) |
+                    PLANE_BIT(ID);
     if (plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE) plan->planes |= PLANE_BIT(GLOSSY_SPAN);
     if (report->integrator == INTEGRATOR_LENS_FIELD) {
         plan->planes |= PLANE_BIT(LENS_LOBE);
