@@ -167,3 +167,10 @@ void kelemen_sample(const struct bsdf *b, const float wo[3], float choice, const
     else
         lambert_direction(u[0], u[1], &wi[0], &wi[1], &wi[2]);
 }
+
+void kelemen_reflectance(const struct bsdf *b, float cosine, float out[3])
+{
+    struct facets f;
+    see(b, &f);
+    for (int k = 0; k < 3; k++) out[k] = reflected(&f, b->model_specular[k], cosine);
+}

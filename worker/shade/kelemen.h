@@ -13,3 +13,6 @@ void kelemen_evaluate(const struct bsdf *b, const float wo[3], const float wi[3]
 /* Samples wi with the density that kelemen_evaluate gives; it may lie below the horizon. */
 void kelemen_sample(const struct bsdf *b, const float wo[3], float choice, const float u[2],
                     float wi[3]);
+
+/* Computes the facets' directional albedo, rgb, at `cosine` to the normal. */
+void kelemen_reflectance(const struct bsdf *b, float cosine, float out[3]);
