@@ -140,12 +140,14 @@ struct scene_texture_ref {
  *                      1] if absent
  *   ward               alpha, or alpha_u and alpha_v; specular
  *   kelemen            alpha, specular
+ *   measured           uri of a file as MERL has, to which the importer fits a diffuse lobe and two
+ *                      of GGX facets (worker/shade/measured.h)
  *   mirror             specular, [1, 1, 1] if absent
  *
  * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times
  * baseColorTexture; it and specular are scaled down, with a warning, where they sum up to more than
- * 1, except under kelemen. Mirrors and metals have none. Emission, opacity and normal maps stay
- * glTF's; metallic, clear and anisotropic parts are ignored. */
+ * 1, except under kelemen. Mirrors, metals and what is measured take none from there. Emission,
+ * opacity and normal maps stay glTF's; metallic, clear and anisotropic parts are ignored. */
 enum material_model {
 #define MODEL(number, NAME, name) MODEL_##NAME = (number),
 #include "proto/scene/model.def"
@@ -175,8 +177,10 @@ struct scene_material {
     float model_specular[3];    /* of the models that are not glTF's */
     float exponent_u, exponent_v;
     float alpha_u, alpha_v;
-    float eta[3], k[3];                   /* complex refractive index of a conductor */
-    float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat; 0: none */
+    float second_specular[3], second_alpha; /* measured: the second lobe */
+    float grazing[2];                       /* what both lobes reflect at grazing angles */
+    float eta[3], k[3];                     /* complex refractive index of a conductor */
+    float clearcoat, clearcoat_roughness;   /* KHR_materials_clearcoat; 0: none */
     float clearcoat_normal_scale;
     float dispersion;                      /* KHR_materials_dispersion: 20 / Abbe; 0: none */
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen; black: none */

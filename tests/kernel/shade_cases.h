@@ -19,6 +19,10 @@ struct shade_case {
     {                                                                                              \
         0.5f, 0.5f, 0.5f                                                                           \
     }
+#define DIM                                                                                        \
+    {                                                                                              \
+        0.3f, 0.3f, 0.3f                                                                           \
+    }
 #define NONE                                                                                       \
     {                                                                                              \
         0.0f, 0.0f, 0.0f                                                                           \
@@ -162,6 +166,13 @@ static struct shade_case shade_cases[] = {
      0.01, 0.01, false},
     {"kelemen alpha 0.2, white metal",
      TWO_LOBES(BSDF_KELEMEN, NONE, WHITE, .alpha_u = 0.2f, .alpha_v = 0.2f), 3, 0.2, 1e-3, false},
+    {"measured, alpha 0.05 and 0.4",
+     TWO_LOBES(BSDF_MEASURED, GREY, DIM, .alpha_u = 0.05f, .second_specular = {0.2f, 0.2f, 0.2f},
+               .second_alpha = 0.4f, .grazing = {0.7f, 0.3f}),
+     4, 0.19, 0.01, true},
+    {"measured, one lobe of alpha 1",
+     TWO_LOBES(BSDF_MEASURED, NONE, WHITE, .alpha_u = 1.0f, .grazing = {1.0f, 0.0f}), 2, 0.7, 1e-3,
+     false},
     {"ashikhmin-shirley 10 x 10",
      TWO_LOBES(BSDF_ASHIKHMIN_SHIRLEY, NONE, WHITE, .exponent_u = 10.0f, .exponent_v = 10.0f), 2,
      0.49, 1e-3, false},

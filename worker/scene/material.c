@@ -99,6 +99,9 @@ static void init_others(struct material *m, const struct scene_material *s)
     m->exponent_v = s->exponent_v;
     m->alpha_u = s->alpha_u;
     m->alpha_v = s->alpha_v;
+    memcpy(m->second_specular, s->second_specular, sizeof m->second_specular);
+    m->second_alpha = s->second_alpha;
+    memcpy(m->grazing, s->grazing, sizeof m->grazing);
     memcpy(m->eta, s->eta, sizeof m->eta);
     memcpy(m->k, s->k, sizeof m->k);
 }
@@ -178,6 +181,9 @@ static void set_model(const struct material *m, struct bsdf *out)
     out->alpha_v = m->alpha_v;
     if (out->model == BSDF_ASHIKHMIN_SHIRLEY) /* its diffuse lobe is what the other leaves */
         for (int i = 0; i < 3; i++) out->albedo[i] *= 1.0f - out->model_specular[i];
+    memcpy(out->second_specular, m->second_specular, sizeof out->second_specular);
+    out->second_alpha = m->second_alpha;
+    memcpy(out->grazing, m->grazing, sizeof out->grazing);
     memcpy(out->eta, m->eta, sizeof out->eta);
     memcpy(out->k, m->k, sizeof out->k);
 }

@@ -46,8 +46,7 @@ static float lambda(const float w[3], const float alpha[2])
 static float diffuse(const struct bsdf *b, float z_o, float z_i)
 {
     if (b->eta[0] > 0.0f) return LAMBERT_INV_PI;
-    return LAMBERT_INV_PI * (1.0f - fresnel_grazing(z_o)) * (1.0f - fresnel_grazing(z_i)) /
-           (1.0f - FRESNEL_GRAZING_MEAN);
+    return lobe_diffuse_under_schlick(z_o, z_i);
 }
 
 void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],

@@ -10,6 +10,7 @@
 #include "worker/shade/fresnel.h"
 #include "worker/shade/kelemen.h"
 #include "worker/shade/lobe.h"
+#include "worker/shade/measured.h"
 #include "worker/shade/phong.h"
 #include "worker/shade/roughness.h"
 #include "worker/shade/sheen.h"
@@ -154,7 +155,7 @@ void bsdf_tint(const struct bsdf *b, float out[3])
                      b->base_color[c] * b->transmission * (1.0f - b->metallic) +
                      b->sheen[c] * sheen_albedo(1.0f, b->sheen_alpha) + b->through[c];
         else if (b->model > BSDF_GLTF)
-            out[c] = b->model_specular[c];
+            out[c] = b->model_specular[c] + b->second_specular[c];
         if (out[c] > 2.0f) out[c] = 2.0f;
     }
 }

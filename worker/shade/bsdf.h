@@ -51,9 +51,10 @@ struct bsdf {
     bool thin;                   /* thin-walled: what is transmitted is not bent */
     bool inside; /* the path is inside the volume and meets its surface from behind */
     /* others */
-    float model_specular[3];      /* [0, 1] */
-    float exponent_u, exponent_v; /* [0, 1e5] */
-    float eta[3], k[3];           /* eta[0] > 0: a conductor times model_specular; else Schlick */
+    float model_specular[3];                            /* [0, 1] */
+    float exponent_u, exponent_v;                       /* [0, 1e5] */
+    float second_specular[3], second_alpha, grazing[2]; /* measured.h; [0, 1] */
+    float eta[3], k[3]; /* eta[0] > 0: a conductor times model_specular; else Schlick */
 };
 
 #define BSDF_ALL_COLORS (-1)

@@ -8,6 +8,7 @@
 #include "worker/shade/facet_albedo.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/kelemen.h"
+#include "worker/shade/measured.h"
 
 /* The root of 1.13: GGX facets as sharp as Beckmann's have an alpha larger by this. */
 #define AS_GGX 1.06301458f
@@ -70,7 +71,7 @@ static bool is_gltf(const struct bsdf *b)
 static bool is_other(const struct bsdf *b)
 {
     return b->model == BSDF_BECKMANN || b->model == BSDF_WARD || b->model == BSDF_KELEMEN ||
-           b->model == BSDF_ASHIKHMIN_SHIRLEY;
+           b->model == BSDF_ASHIKHMIN_SHIRLEY || b->model == BSDF_MEASURED;
 }
 
 bool glossy_has(const struct bsdf *b)
@@ -78,13 +79,14 @@ bool glossy_has(const struct bsdf *b)
     float alpha[2];
     if (!is_gltf(b) && !is_other(b)) return false;
     glossy_alphas(b, alpha);
+    if (b->model == BSDF_MEASURED && b->second_alpha < GLOSSY_ALPHA_MIN) return false;
     return alpha[0] >= GLOSSY_ALPHA_MIN && alpha[1] >= GLOSSY_ALPHA_MIN;
 }
 
 void glossy_alphas(const struct bsdf *b, float alpha[2])
 {
     facet_widths(b, alpha);
-    if (b->model == BSDF_GLTF) return;
+    if (b->model == BSDF_GLTF || b->model == BSDF_MEASURED) return;
     for (int k = 0; k < 2; k++) alpha[k] = alpha[k] * AS_GGX < 1.0f ? alpha[k] * AS_GGX : 1.0f;
 }
 
@@ -116,10 +118,26 @@ static void isotropic_reflectance(const struct bsdf *b, float cosine, float out[
     for (int k = 0; k < 3; k++) out[k] *= share;
 }
 
+static void measured_reflectance(const struct bsdf *b, float cosine, float out[3])
+{
+    const float z = cosine < 0.0f ? 0.0f : cosine > 1.0f ? 1.0f : cosine;
+    out[0] = out[1] = out[2] = 0.0f;
+    for (int lobe = 0; lobe < 2; lobe++) {
+        const float alpha = lobe ? b->second_alpha : b->alpha_u, share = white_albedo(z, alpha);
+        float f[3];
+        measured_fresnel(b, lobe, coupling_grazing(z, alpha), f);
+        for (int k = 0; k < 3; k++) out[k] += share * f[k];
+    }
+}
+
 void glossy_reflectance(const struct bsdf *b, const float wo[3], float out[3])
 {
     if (b->model == BSDF_GLTF && b->alpha_u == b->alpha_v) {
         isotropic_reflectance(b, wo[2], out);
+        return;
+    }
+    if (b->model == BSDF_MEASURED) {
+        measured_reflectance(b, wo[2], out);
         return;
     }
     if (b->model == BSDF_KELEMEN) {
@@ -134,13 +152,24 @@ void glossy_reflectance(const struct bsdf *b, const float wo[3], float out[3])
     for (int k = 0; k < 3; k++) out[k] *= albedo.share;
 }
 
+/* Chooses one of a measured surface's lobes by u; returns what is left of u. */
+static float choose_measured(const struct bsdf *b, const float wo[3], float u, float *choice)
+{
+    const float first = measured_first_share(b, wo[2]);
+    *choice = u;
+    if (u < first) return u / first;
+    return first < 1.0f ? (u - first) / (1.0f - first) : u;
+}
+
 bool glossy_sample(const struct bsdf *b, const float wo[3], const float u[2], float wi[3],
                    float weight[3])
 {
     struct bsdf bare = *b; /* beside no other lobe the facets' is always chosen */
     struct bsdf_sample s;
+    float at[2] = {u[0], u[1]}, choice = 0.0f;
     memset(bare.albedo, 0, sizeof bare.albedo);
-    if (!bsdf_sample(&bare, wo, 0.0f, u, &s)) return false;
+    if (b->model == BSDF_MEASURED) at[0] = choose_measured(b, wo, u[0], &choice);
+    if (!bsdf_sample(&bare, wo, choice, at, &s)) return false;
     memcpy(wi, s.wi, sizeof s.wi);
     memcpy(weight, s.specular, sizeof s.specular);
     return true;

@@ -3,8 +3,8 @@
  * field of its own (docs/reconstruction.md, Glossy lobes). This one predicate decides what such a
  * field brings and what paths then leave out.
  *
- * A surface has one when it is glTF's, bare and not clear, or of Beckmann's, Ward's, Kelemen's or
- * Ashikhmin and Shirley's model, and when its facets are nowhere sharper than GGX's of
+ * A surface has one when it is glTF's, bare and not clear, of Beckmann's, Ward's, Kelemen's or
+ * Ashikhmin and Shirley's model, or measured, and when its facets are nowhere sharper than GGX's of
  * GLOSSY_ALPHA_MIN (a roughness of 0.1). Sharper lobes show little noise, but at their contacts
  * edges that the light field of pixel centres would not smooth. */
 #include "worker/shade/bsdf.h"
@@ -13,7 +13,7 @@ bool glossy_has(const struct bsdf *b);
 
 /* Computes the alphas, along x and y, of GGX facets that are as sharp as the surface's: both go on
  * as exp(-1.13 x^2) near the normal, x being the angle over alpha, where Beckmann's do as
- * exp(-x^2). At most 1. glossy_has holds. */
+ * exp(-x^2). At most 1. Of measured surfaces they are the first lobe's. glossy_has holds. */
 void glossy_alphas(const struct bsdf *b, float alpha[2]);
 
 /* Computes the directional albedo, rgb, of the lobe towards wo: A (f0 + (1 - f0) W), with W of

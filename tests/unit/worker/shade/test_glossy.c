@@ -101,9 +101,10 @@ TEST(who_has_one)
     b.metallic = 0.1f;
     assert_true(glossy_has(&b));
     b.exponent_u = b.exponent_v = 1000.0f;
+    b.second_alpha = 0.3f;
     for (int model = 0; model < BSDF_MODEL_COUNT; model++) {
         const bool facets = model == BSDF_BECKMANN || model == BSDF_WARD || model == BSDF_KELEMEN ||
-                            model == BSDF_ASHIKHMIN_SHIRLEY;
+                            model == BSDF_ASHIKHMIN_SHIRLEY || model == BSDF_MEASURED;
         b.model = (enum bsdf_model)model;
         assert_int_equal(glossy_has(&b), facets || model == BSDF_GLTF);
     }
@@ -120,19 +121,21 @@ static struct bsdf other(enum bsdf_model model, float along, float across)
     b.alpha_v = across;
     b.exponent_u = 2 / (along * along) - 2, b.exponent_v = 2 / (across * across) - 2;
     b.model_specular[0] = 0.8f, b.model_specular[1] = 0.5f, b.model_specular[2] = 0.04f;
+    b.second_specular[0] = 0.1f, b.second_alpha = 0.5f;
+    b.grazing[0] = 0.7f, b.grazing[1] = 0.3f;
     if (model == BSDF_BECKMANN && along == across)
         b.eta[0] = 0.2f, b.eta[1] = 0.92f, b.eta[2] = 1.1f, b.k[0] = 3.9f, b.k[1] = 2.45f,
         b.k[2] = 2.14f;
     return b;
 }
 
-static const enum bsdf_model models[] = {BSDF_GLTF, BSDF_BECKMANN, BSDF_WARD, BSDF_KELEMEN,
-                                         BSDF_ASHIKHMIN_SHIRLEY};
+static const enum bsdf_model models[] = {BSDF_GLTF,    BSDF_BECKMANN,          BSDF_WARD,
+                                         BSDF_KELEMEN, BSDF_ASHIKHMIN_SHIRLEY, BSDF_MEASURED};
 
 /* The lobe alone: what the BSDF's other lobe is makes no difference to its samples. */
 TEST(others_are_sampled_alone)
 {
-    for (int m = 0; m < 5; m++)
+    for (int m = 0; m < 6; m++)
         for (int k = 0; k < 64; k++) {
             struct bsdf b = other(models[m], 0.3f, 0.1f);
             const float u[2] = {((float)(k % 8) + 0.5f) / 8, ((float)k / 8 + 0.5f) / 9};
@@ -155,10 +158,10 @@ TEST(reflectance_of_others_is_the_mean_weight)
 {
     enum { SIDE = 128 };
     static const float widths[] = {0.05f, 0.23f, 0.8f};
-    for (int m = 0; m < 5; m++)
+    for (int m = 0; m < 6; m++)
         for (int w = 0; w < 9; w++)
             for (int k = 0; k < 8; k++) {
-                const bool round = models[m] == BSDF_KELEMEN;
+                const bool round = models[m] == BSDF_KELEMEN || models[m] == BSDF_MEASURED;
                 const struct bsdf b =
                     other(models[m], widths[w % 3], widths[round ? w % 3 : w / 3]);
                 const float cosine = cosines[1 + k % 4], turn = 0.3f + 0.9f * (float)(k / 4);
@@ -184,8 +187,10 @@ TEST(reflectance_of_others_is_the_mean_weight)
 /* GGX facets of the alphas that filters are told fall off near the normal as the model's do. */
 TEST(alphas_are_as_sharp)
 {
-    for (int m = 0; m < 5; m++) {
-        const struct bsdf b = other(models[m], 0.1f, models[m] == BSDF_KELEMEN ? 0.1f : 0.05f);
+    for (int m = 0; m < 6; m++) {
+        const struct bsdf b =
+            other(models[m], 0.1f,
+                  models[m] == BSDF_KELEMEN || models[m] == BSDF_MEASURED ? 0.1f : 0.05f);
         float alpha[2];
         glossy_alphas(&b, alpha);
         for (int axis = 0; axis < 2; axis++) {
@@ -198,7 +203,8 @@ TEST(alphas_are_as_sharp)
             bsdf_evaluate(&b, wo, wo, &top);
             bsdf_evaluate(&b, wo, wi, &side);
             const double fall = (double)(side.specular[0] / top.specular[0]);
-            if (fabs(fall - exp(-1.13 * 0.16)) > (models[m] == BSDF_GLTF ? 0.1 : 0.02))
+            if (fabs(fall - exp(-1.13 * 0.16)) >
+                (models[m] == BSDF_GLTF || models[m] == BSDF_MEASURED ? 0.1 : 0.02))
                 fail_msg("model %d, axis %d: falls to %g", (int)models[m], axis, fall);
         }
     }
