@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "server/import/gltf/gltf_material.h"
+#include "server/import/measured/lobe_fit.h"
 #include "server/import/scene/surface.h"
 
 #define EXPONENT_MAX 1e5  /* a lobe of a quarter of a degree */
@@ -19,12 +20,13 @@ enum {
     HAS_ETA = 1u << 6,
     HAS_K = 1u << 7,
     HAS_ALPHA_U = 1u << 8,
-    HAS_ALPHA_V = 1u << 9
+    HAS_ALPHA_V = 1u << 9,
+    HAS_URI = 1u << 10
 };
 
 static const char *const members[] = {"model",   "exponent", "exponent_u", "exponent_v",
                                       "alpha",   "specular", "eta",        "k",
-                                      "alpha_u", "alpha_v"};
+                                      "alpha_u", "alpha_v",  "uri"};
 
 #define MEMBER_COUNT (sizeof members / sizeof members[0])
 #define AS_GLTF      MODEL_COUNT /* "lambert": glTF's own model without its coat */
@@ -47,6 +49,7 @@ static const struct model {
     {"ashikhmin_shirley", MODEL_ASHIKHMIN_SHIRLEY, HAS_SPECULAR, 0, EXPONENTS},
     {"ward", MODEL_WARD, HAS_SPECULAR, 0, ALPHAS},
     {"kelemen", MODEL_KELEMEN, HAS_ALPHA | HAS_SPECULAR, 0, 0},
+    {"measured", MODEL_MEASURED, HAS_URI, 0, 0},
     {"mirror", MODEL_MIRROR, 0, HAS_SPECULAR, 0},
 };
 
@@ -65,7 +68,7 @@ static int find_model(const json_t *json, const char *place, const struct model 
     }
     return fault_set(fault, ERR_RANGE, at,
                      "\"%.40s\" is not lambert, phong, blinn_phong, beckmann, ashikhmin_shirley, "
-                     "ward, kelemen or mirror",
+                     "ward, kelemen, measured or mirror",
                      name);
 }
 
@@ -154,8 +157,49 @@ static void settle(const struct model *model, const char *place, struct scene_ma
     m->model = model->model;
     if (model->model == MODEL_MIRROR || m->eta[0] > 0)
         for (int i = 0; i < 3; i++) m->base_color[i] = 0;
-    else if (model->model != MODEL_KELEMEN) /* its diffuse lobe leaves room by itself */
+    else if (model->model != MODEL_KELEMEN &&
+             model->model != MODEL_MEASURED) /* its diffuse lobe leaves room by itself */
         surface_conserve(m, place, warnings);
+}
+
+static void take_fit(const struct lobe_fit *fit, const char *place, struct scene_material *m,
+                     struct warnings *warnings)
+{
+    for (int c = 0; c < 3; c++) {
+        m->base_color[c] = fit->diffuse[c];
+        m->model_specular[c] = fit->specular[0][c];
+        m->second_specular[c] = fit->specular[1][c];
+    }
+    m->alpha_u = m->alpha_v = fit->alpha[0];
+    m->second_alpha = fit->alpha[1];
+    memcpy(m->grazing, fit->grazing, sizeof m->grazing);
+    m->base_color_texture.texture = SCENE_NONE;
+    warnings_add(
+        warnings, place,
+        "the measurement is fitted by a diffuse lobe and two of alpha %.3g and %.3g, which "
+        "put %.3g %% of its light elsewhere",
+        (double)m->alpha_u, (double)m->second_alpha, 100 * fit->off);
+}
+
+/* Reads the file of a measured surface and fits lobes to it. */
+static int read_measured(struct gltf *g, const json_t *json, const char *place,
+                         struct scene_material *m, struct fault *fault)
+{
+    struct gltf_payload payload;
+    struct lobe_fit fit;
+    struct merl merl;
+    gltf_place at;
+    const char *uri;
+    gltf_place_set(at, "%s.uri", place);
+    int rc = gltf_text(json, place, "uri", &uri, fault);
+    if (rc == 0) rc = gltf_payload_load(g, uri, at, &payload, fault);
+    if (rc != 0) return rc;
+    rc = merl_open(&payload.view, at, &merl, fault);
+    if (rc == 0 && (rc = lobe_fit_make(&merl, &fit)) != 0)
+        fault_set(fault, rc, at, "no memory to fit the measurement");
+    gltf_payload_free(&payload);
+    if (rc == 0) take_fit(&fit, at, m, &g->builder->warnings);
+    return rc;
 }
 
 int gltf_material_extras_read(struct gltf *g, const json_t *json, const char *place,
@@ -177,6 +221,7 @@ int gltf_material_extras_read(struct gltf *g, const json_t *json, const char *pl
     if (rc != 0) return rc;
     for (int i = 0; i < 3; i++) m->model_specular[i] = 1;
     rc = read_numbers(ours, at, m, fault);
+    if (rc == 0 && model->model == MODEL_MEASURED) rc = read_measured(g, ours, at, m, fault);
     if (rc == 0) settle(model, at, m, &g->builder->warnings);
     return rc;
 }
