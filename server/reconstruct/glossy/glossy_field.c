@@ -201,11 +201,14 @@ struct sent_lobe {
     float tangent[3];
 };
 
-static void read_lobe(const struct patch *patch, size_t q, struct sent_lobe *out)
+/* Virtual hits take the root of the stretch. Passes along rows and columns cannot follow an ellipse
+ * that lies across them, so that the whole stretch leaves them few neighbours. */
+static void read_lobe(const struct patch *patch, bool published, size_t q, struct sent_lobe *out)
 {
     *out = (struct sent_lobe){.alpha = patch->glossy_alpha[q]};
     if (!patch->glossy_stretch || !patch->glossy_tangent[0]) return;
-    out->stretch = patch->glossy_stretch[q];
+    const float stretch = patch->glossy_stretch[q];
+    out->stretch = published ? stretch : sqrtf(stretch);
     for (int k = 0; k < 3; k++) out->tangent[k] = patch->glossy_tangent[k][q];
 }
 
@@ -261,7 +264,7 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
         p->own[NEARNESS][at] = p->published ? 0.0f : near < NEARNESS_MAX ? near : NEARNESS_MAX;
         p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
         struct sent_lobe lobe;
-        read_lobe(patch, q, &lobe);
+        read_lobe(patch, p->published, q, &lobe);
         if (patch_is_glossy(patch, q) && set_lobe(view, p->shape, &lobe, at, p->own))
             p->object[at] = (int32_t)patch->id[q];
     }

@@ -235,6 +235,24 @@ TEST(stretched_ones_are_equation_13)
                     equation_13);
 }
 
+static double equation_13_of_roots(const struct lobe l[2])
+{
+    struct lobe root[2] = {l[0], l[1]};
+    for (int j = 0; j < 2; j++) {
+        root[j].stretch = sqrt(l[j].stretch);
+        lobe_finish(&root[j]);
+    }
+    return equation_13(root);
+}
+
+/* Without parallax virtual hits differ in how much they believe of the stretch. */
+TEST(virtual_hits_take_its_root)
+{
+    static const struct lobe_range stretched = {1.2, 0.02, 0.02, 0.1, 1.5, 0.1};
+    compare(GLOSSY_FILTER_VIRTUAL_HIT, &stretched, &(struct beside){4.9, 0.1, 1},
+            equation_13_of_roots);
+}
+
 /* The integral itself departs from both sooner. */
 TEST(narrow_ones_are_products_over_the_sphere)
 {
