@@ -116,7 +116,7 @@ static void sum_up(struct fit *f)
 static bool solve_some(double a[PARTS][PARTS], const double b[PARTS], uint32_t some,
                        double x[PARTS])
 {
-    int part[PARTS], n = 0;
+    int part[PARTS] = {0}, n = 0;
     double m[PARTS][PARTS + 1];
     for (int k = 0; k < PARTS; k++) {
         x[k] = 0.0;
@@ -190,19 +190,21 @@ static void find_pair(const struct fit *f, int best[2])
         }
 }
 
-/* Half of the widths about each of two, evenly in the logarithm, as far as `step` goes in all. */
+/* Sets half of the widths about each of two, evenly in the logarithm, as far as `step` goes in all.
+ */
 static void set_widths(struct fit *f, const double about[2], double step)
 {
     const int half = WIDTHS / 2;
     for (int k = 0; k < WIDTHS; k++) {
         const double way = (double)(k % half) / (half - 1) - 0.5;
-        const double width = about[k / half] * exp(2.0 * step * way);
+        const double width = about[k < half ? 0 : 1] * exp(2.0 * step * way);
         f->width[k] = width < LEAST ? LEAST : width > 1.0 ? 1.0 : width;
     }
 }
 
 static void search(struct fit *f, int best[2])
 {
+    const int each = WIDTHS / 2; /* about one of two */
     double step = -log(LEAST) / (WIDTHS - 1);
     for (int k = 0; k < WIDTHS; k++) f->width[k] = LEAST * exp(step * k);
     sum_up(f);
@@ -212,7 +214,7 @@ static void search(struct fit *f, int best[2])
         set_widths(f, about, step);
         sum_up(f);
         find_pair(f, best);
-        step *= 2.0 / (WIDTHS / 2 - 1);
+        step *= 2.0 / (each - 1);
     }
 }
 
