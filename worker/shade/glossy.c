@@ -70,8 +70,9 @@ static bool is_gltf(const struct bsdf *b)
 /* Returns whether the model has facets and a diffuse lobe, and no lobe besides. */
 static bool is_other(const struct bsdf *b)
 {
-    return b->model == BSDF_BECKMANN || b->model == BSDF_WARD || b->model == BSDF_KELEMEN ||
-           b->model == BSDF_ASHIKHMIN_SHIRLEY || b->model == BSDF_MEASURED;
+    return b->model == BSDF_BLINN_PHONG || b->model == BSDF_BECKMANN || b->model == BSDF_WARD ||
+           b->model == BSDF_KELEMEN || b->model == BSDF_ASHIKHMIN_SHIRLEY ||
+           b->model == BSDF_MEASURED;
 }
 
 bool glossy_has(const struct bsdf *b)
@@ -102,12 +103,12 @@ static void reflect(const struct bsdf *b, float grazing, float out[3])
 /* Does the same for other models. */
 static void reflect_other(const struct bsdf *b, float grazing, float out[3])
 {
+    const bool bare = b->model == BSDF_WARD || b->model == BSDF_BLINN_PHONG; /* of Fresnel */
     if (b->model == BSDF_BECKMANN)
         beckmann_fresnel(b, 1.0f - facet_fifth_root(grazing), out);
     else
         for (int k = 0; k < 3; k++)
-            out[k] = b->model == BSDF_WARD ? b->model_specular[k]
-                                           : fresnel_schlick(b->model_specular[k], grazing);
+            out[k] = bare ? b->model_specular[k] : fresnel_schlick(b->model_specular[k], grazing);
 }
 
 static void isotropic_reflectance(const struct bsdf *b, float cosine, float out[3])

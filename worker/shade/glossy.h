@@ -3,10 +3,10 @@
  * field of its own (docs/reconstruction.md, Glossy lobes). This one predicate decides what such a
  * field brings and what paths then leave out.
  *
- * A surface has one when it is glTF's, bare and not clear, of Beckmann's, Ward's, Kelemen's or
- * Ashikhmin and Shirley's model, or measured, and when its facets are nowhere sharper than GGX's of
- * GLOSSY_ALPHA_MIN (a roughness of 0.1). Sharper lobes show little noise, but at their contacts
- * edges that the light field of pixel centres would not smooth. */
+ * A surface has one when it is glTF's, bare and not clear, of Blinn and Phong's, Beckmann's,
+ * Ward's, Kelemen's or Ashikhmin and Shirley's model, or measured, and when its facets are nowhere
+ * sharper than GGX's of GLOSSY_ALPHA_MIN (a roughness of 0.1). Sharper lobes show little noise, but
+ * at their contacts edges that the light field of pixel centres would not smooth. */
 #include "worker/shade/bsdf.h"
 
 bool glossy_has(const struct bsdf *b);

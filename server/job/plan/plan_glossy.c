@@ -18,9 +18,9 @@ static bool may_be_gltf(const struct scene_material *m)
 static bool may_be_glossy(const struct scene_material *m)
 {
     if (m->flags & MATERIAL_UNLIT) return false;
-    return may_be_gltf(m) || m->model == MODEL_BECKMANN || m->model == MODEL_WARD ||
-           m->model == MODEL_KELEMEN || m->model == MODEL_ASHIKHMIN_SHIRLEY ||
-           m->model == MODEL_MEASURED;
+    return may_be_gltf(m) || m->model == MODEL_BLINN_PHONG || m->model == MODEL_BECKMANN ||
+           m->model == MODEL_WARD || m->model == MODEL_KELEMEN ||
+           m->model == MODEL_ASHIKHMIN_SHIRLEY || m->model == MODEL_MEASURED;
 }
 
 static bool may_be_stretched(const struct scene_material *m)

@@ -114,7 +114,7 @@ TEST(other_surfaces_have_none)
     s->material.transmission = 1;
     expect_none(s, none);
     s->material.transmission = 0;
-    s->material.model = MODEL_BLINN_PHONG;
+    s->material.model = MODEL_PHONG;
     expect_none(s, none);
     s->job.glossy = GLOSSY_SG_MIXTURE;
     must_make(s);

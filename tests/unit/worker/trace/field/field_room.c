@@ -49,6 +49,11 @@ static uint32_t add_material(struct scene_fixture *f, enum kind kind)
         m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.3f;
         m->alpha_u = m->alpha_v = 0.2f;
         break;
+    case BLINN:
+        m->model = MODEL_BLINN_PHONG;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.3f;
+        m->exponent_u = m->exponent_v = 60.0f;
+        break;
     case METAL:
         m->specular = 1.0f;
         m->metallic = 1.0f;

@@ -29,6 +29,7 @@ enum kind {
     BECKMANN,
     WARD,
     KELEMEN,
+    BLINN,
     KIND_COUNT
 };
 
