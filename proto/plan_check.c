@@ -292,6 +292,9 @@ static int check_planes(const struct plan_field *at, const struct plan *plan)
     if ((planes & PLANE_BIT(GLOSSY_HALF)) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
         return plan_field_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
                                  (double)planes);
+    if ((planes & PLANES_GLOSSY_AXES) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
+        return plan_field_refuse(at, ERR_RANGE, "planes", "has axes of lobes that it lacks",
+                                 (double)planes);
     int error = check_lone(at, plan);
     if (!error) error = check_mixed(at, plan);
     return error ? error : check_path_planes(at, plan);

@@ -147,7 +147,9 @@ uint32_t samples_type_bytes(enum samples_type type);
 /* Planes of glossy lobes: what their rays bring, and all. */
 #define PLANES_GLOSSY_LIGHT                                                                        \
     (PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_LOBE) | PLANE_BIT(GLOSSY_NEARNESS))
-#define PLANES_GLOSSY (PLANES_GLOSSY_LIGHT | PLANE_BIT(SUB_REFLECTANCE) | PLANE_BIT(GLOSSY_HALF))
+#define PLANES_GLOSSY_AXES (PLANE_BIT(GLOSSY_TANGENT) | PLANE_BIT(GLOSSY_STRETCH))
+#define PLANES_GLOSSY                                                                              \
+    (PLANES_GLOSSY_LIGHT | PLANES_GLOSSY_AXES | PLANE_BIT(SUB_REFLECTANCE) | PLANE_BIT(GLOSSY_HALF))
 
 #define LENS_RADIANCE_MAX 1e30f
 

@@ -16,7 +16,7 @@
 #include "proto/error.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     4u
+#define SCENE_VERSION     5u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
 
@@ -135,24 +135,24 @@ struct scene_texture_ref {
  *   phong              exponent in [0, 1e5], specular
  *   blinn_phong        exponent, specular
  *   ashikhmin_shirley  exponent, or exponent_u (along the tangent) and exponent_v; specular
- *   beckmann           alpha in [0, 1]; specular, or a metal's refractive index by colour: eta, its
- *                      real part, in [1e-3, 1e3], and k, its imaginary one, in [0, 1e3], whose
- *                      reflectance specular scales, [1, 1, 1] if absent
+ *   beckmann           alpha in [0, 1], or alpha_u (along the tangent) and alpha_v; specular, or a
+ *                      metal's refractive index by colour: eta, its real part, in [1e-3, 1e3], and
+ *                      k, its imaginary one, in [0, 1e3], whose reflectance specular scales, [1, 1,
+ *                      1] if absent
+ *   ward               alpha, or alpha_u and alpha_v; specular
+ *   kelemen            alpha, specular
+ *   measured           uri of a file as MERL has, to which the importer fits a diffuse lobe and two
+ *                      of GGX facets (worker/shade/measured.h)
  *   mirror             specular, [1, 1, 1] if absent
  *
  * where specular has three numbers in [0, 1]. The diffuse albedo is baseColorFactor, times
  * baseColorTexture; it and specular are scaled down, with a warning, where they sum up to more than
- * 1. Mirrors and metals have none. Emission, opacity and normal maps stay glTF's; metallic, clear
- * and anisotropic parts are ignored. */
+ * 1, except under kelemen. Mirrors, metals and what is measured take none from there. Emission,
+ * opacity and normal maps stay glTF's; metallic, clear and anisotropic parts are ignored. */
 enum material_model {
-    MODEL_GLTF = 0,
-    MODEL_PHONG = 1,       /* Lafortune and Willems' normalised Phong; specular, exponent_u */
-    MODEL_BLINN_PHONG = 2, /* normalised by the half vector's lobe; specular, exponent_u */
-    MODEL_BECKMANN = 3, /* Cook-Torrance, Beckmann facets of alpha_u, `specular` times a conductor
-                           of eta, k or, where eta is 0, Schlick's Fresnel of `specular` */
-    MODEL_ASHIKHMIN_SHIRLEY = 4, /* specular, exponent_u, exponent_v */
-    MODEL_MIRROR = 5,            /* smooth; `specular`, no Fresnel */
-    MODEL_COUNT = 6
+#define MODEL(number, NAME, name) MODEL_##NAME = (number),
+#include "proto/scene/model.def"
+    MODEL_COUNT
 };
 
 /* A model ignores the fields that it does not name. base_color is the diffuse albedo of all. */
@@ -177,9 +177,11 @@ struct scene_material {
     float attenuation_distance; /* scene units; 0: clear */
     float model_specular[3];    /* of the models that are not glTF's */
     float exponent_u, exponent_v;
-    float alpha_u;
-    float eta[3], k[3];                   /* complex refractive index of a conductor */
-    float clearcoat, clearcoat_roughness; /* KHR_materials_clearcoat; 0: none */
+    float alpha_u, alpha_v;
+    float second_specular[3], second_alpha; /* measured: the second lobe */
+    float grazing[2];                       /* what both lobes reflect at grazing angles */
+    float eta[3], k[3];                     /* complex refractive index of a conductor */
+    float clearcoat, clearcoat_roughness;   /* KHR_materials_clearcoat; 0: none */
     float clearcoat_normal_scale;
     float dispersion;                      /* KHR_materials_dispersion: 20 / Abbe; 0: none */
     float sheen_color[3], sheen_roughness; /* KHR_materials_sheen; black: none */

@@ -84,6 +84,10 @@ static int check_model(const struct scene_record *at, const struct scene_materia
     if (!error) error = record_number(at, "exponent_u", m->exponent_u, 0.0f, EXPONENT_MAX);
     if (!error) error = record_number(at, "exponent_v", m->exponent_v, 0.0f, EXPONENT_MAX);
     if (!error) error = record_number(at, "alpha_u", m->alpha_u, 0.0f, 1.0f);
+    if (!error) error = record_number(at, "alpha_v", m->alpha_v, 0.0f, 1.0f);
+    if (!error) error = record_numbers(at, "second_specular", m->second_specular, 3, 0.0f, 1.0f);
+    if (!error) error = record_number(at, "second_alpha", m->second_alpha, 0.0f, 1.0f);
+    if (!error) error = record_numbers(at, "grazing", m->grazing, 2, 0.0f, 1.0f);
     if (!error) error = record_numbers(at, "eta", m->eta, 3, 0.0f, IOR_MAX);
     if (!error) error = record_numbers(at, "k", m->k, 3, 0.0f, IOR_MAX);
     return error;

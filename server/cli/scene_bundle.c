@@ -121,21 +121,43 @@ static void percent_decode(char *text)
     *out = '\0';
 }
 
+/* Adds the file that an object's `uri` names. */
+static int add_uri(struct bundle *b, const json_t *of)
+{
+    const char *uri = json_string_value(json_object_get(of, "uri"));
+    if (!uri || strncmp(uri, "data:", 5) == 0) return 0;
+    char *name = strdup(uri);
+    if (!name) return ERR_MEMORY;
+    percent_decode(name);
+    const int error = add_file(b, name);
+    free(name);
+    return error;
+}
+
 static int add_uris(struct bundle *b, const json_t *array)
 {
     size_t i;
     json_t *item;
+    int error = 0;
     json_array_foreach (array, i, item) {
-        const char *uri = json_string_value(json_object_get(item, "uri"));
-        if (!uri || strncmp(uri, "data:", 5) == 0) continue;
-        char *name = strdup(uri);
-        if (!name) return ERR_MEMORY;
-        percent_decode(name);
-        int error = add_file(b, name);
-        free(name);
-        if (error) return error;
+        error = add_uri(b, item);
+        if (error) break;
     }
-    return 0;
+    return error;
+}
+
+/* Adds measured materials' files. */
+static int add_measured(struct bundle *b, const json_t *materials)
+{
+    size_t i;
+    json_t *item;
+    int error = 0;
+    json_array_foreach (materials, i, item) {
+        const json_t *extras = json_object_get(item, "extras");
+        error = add_uri(b, json_object_get(extras, "shearwater"));
+        if (error) break;
+    }
+    return error;
 }
 
 static int add_gltf(struct bundle *b, const char *json, size_t size_bytes)
@@ -145,6 +167,7 @@ static int add_gltf(struct bundle *b, const char *json, size_t size_bytes)
     if (json_read_foreign(json, size_bytes, &gltf) == ERR_MEMORY) return ERR_MEMORY;
     int error = add_uris(b, json_object_get(gltf, "buffers"));
     if (!error) error = add_uris(b, json_object_get(gltf, "images"));
+    if (!error) error = add_measured(b, json_object_get(gltf, "materials"));
     json_decref(gltf);
     return error;
 }

@@ -140,9 +140,17 @@ static float scale_of(const struct plan *plan, enum patch_unpack unpack, uint32_
     }
 }
 
+static void unpack_directions(const struct overlap *o, uint32_t slot,
+                              const struct patch_array *array, const uint32_t *in)
+{
+    float *out[3];
+    for (uint32_t k = 0; k < 3; k++) out[k] = patch_array_get(o->patch, slot, array, k);
+    unpack_normals16(o, in, o->patch->depth, out);
+}
+
 /* Component i of an array, which lies at `out`. */
-static void unpack(const struct overlap *o, const struct patch_array *array, uint32_t i,
-                   const void *in, void *out)
+static void unpack(const struct overlap *o, uint32_t slot, const struct patch_array *array,
+                   uint32_t i, const void *in, void *out)
 {
     switch (array->unpack) {
     case PATCH_AS_IT_IS:
@@ -155,7 +163,7 @@ static void unpack(const struct overlap *o, const struct patch_array *array, uin
         restore_distances(o, in, o->patch->depth, out);
         break;
     case PATCH_NORMAL:
-        unpack_normals16(o, in, o->patch->depth, o->patch->normal);
+        unpack_directions(o, slot, array, in);
         break;
     case PATCH_SUB_NORMAL:
         unpack_normals8(o, in, o->patch->sub_depth[i], o->patch->sub_normal[i]);
@@ -189,7 +197,7 @@ static void gather_plane(const struct overlap *o, uint32_t slot)
         const uint32_t count = patch_array_holds(array, components - c);
         const bool wanted = o->core != ((array->reach & o->far) != 0);
         for (uint32_t i = 0; i < count && wanted; i++)
-            unpack(o, array, i, samples_component(o->samples, slot, c + i),
+            unpack(o, slot, array, i, samples_component(o->samples, slot, c + i),
                    place(o->patch, slot, array, i));
         c += count;
     }

@@ -1,13 +1,14 @@
 // Filters of glossy lobes on metals, at equal samples: the error of the layer `indirect` there as a part of its mean
 // beside the plain average's, and CPU time beside that of virtual hits in the same run.
 //   glossy_filters.mjs BUILD [side=PX] [reference=SPP] [spp=N,...] [scene=NAME,...] [method=NAME,...] [repeat=N] [out=DIR]
-// One JSON line a scene, method and count on standard output, tables and bounds on standard error. Status 1 when a
-// bound is missed. Truth are plain paths, two halves of so many each, kept in `out`, BUILD/bench/glossy unless said. What
+// One JSON line a scene, method and count on standard output, tables and bounds on standard error, a plot SCENE.svg of
+// each in `out`. Status 1 when a bound is missed. Truth are plain paths, two halves of so many each, kept in `out`, BUILD/bench/glossy unless said. What
 // these are apart tells its own error, which is taken off. What pixel centres do not show of a pixel stays in all errors.
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { spawnSync } from "node:child_process";
 import { resolve } from "node:path";
 import { programs } from "./accuracy/programs.mjs";
+import { lines } from "./plot/lines.mjs";
 import { glossy } from "./scenes/glossy.mjs";
 
 process.chdir(new URL("../..", import.meta.url).pathname);
@@ -79,6 +80,12 @@ function table(scene, rows, known) {
   }
 }
 
+// Error over rays, a line a method.
+function plotOf(scene, rows) {
+  const points = (method) => rows.filter((r) => r.scene === scene.name && r.method === method).map((r) => [r.spp, 100 * r.error]);
+  return lines({ title: scene.about, xLabel: "rays a lobe", yLabel: "error, % of the mean", xTicks: counts, series: methods.map((name) => ({ name, points: points(name) })) });
+}
+
 const rows = [];
 for (const scene of scenes) {
   const file = `${folder}/${scene.name}.glb`;
@@ -92,6 +99,7 @@ for (const scene of scenes) {
       console.log(JSON.stringify({ ...row, times_lower: plain ? plain.error / row.error : null }));
     }
   table(scene, rows, known);
+  writeFileSync(`${folder}/${scene.name}.svg`, plotOf(scene, rows));
 }
 
 // What knowing distances, edges of roughness and turning normals at once is worth, scene by scene.

@@ -68,16 +68,18 @@ static json_t *textures_of(const struct scene_material *m)
 static json_t *scattering(const struct scene_material *m)
 {
     static const char *const models[MODEL_COUNT] = {
-        "gltf", "phong", "blinn_phong", "beckmann", "ashikhmin_shirley", "mirror"};
-    return json_pack("{s:s,s:f,s:o,s:f,s:f,s:f,s:f,s:o,s:f,s:o,s:f,s:f,s:f,s:o,s:o}", "model",
+#define MODEL(number, NAME, name) #name,
+#include "proto/scene/model.def"
+    };
+    return json_pack("{s:s,s:f,s:o,s:f,s:f,s:f,s:f,s:o,s:f,s:o,s:f,s:f,s:f,s:f,s:o,s:o}", "model",
                      models[m->model], "specular", (double)m->specular, "specular_color",
                      numbers(m->specular_color, 3), "ior", (double)m->ior, "transmission",
                      (double)m->transmission, "anisotropy", (double)m->anisotropy, "anisotropy_rad",
                      (double)m->anisotropy_rad, "attenuation", numbers(m->attenuation, 3),
                      "attenuation_distance", (double)m->attenuation_distance, "model_specular",
                      numbers(m->model_specular, 3), "exponent_u", (double)m->exponent_u,
-                     "exponent_v", (double)m->exponent_v, "alpha_u", (double)m->alpha_u, "eta",
-                     numbers(m->eta, 3), "k", numbers(m->k, 3));
+                     "exponent_v", (double)m->exponent_v, "alpha_u", (double)m->alpha_u, "alpha_v",
+                     (double)m->alpha_v, "eta", numbers(m->eta, 3), "k", numbers(m->k, 3));
 }
 
 static json_t *material(const struct scene *s, const struct scene_material *m)

@@ -141,12 +141,17 @@ static void surfaces(void)
           .iridescence_nm = {0, 350}}},
         {"Phong", {OTHER, .model = MODEL_PHONG, .exponent_u = 50}},
         {"Blinn-Phong", {OTHER, .model = MODEL_BLINN_PHONG, .exponent_u = 200}},
-        {"Beckmann", {OTHER, .model = MODEL_BECKMANN, .alpha_u = 0.2f}},
+        {"Beckmann", {OTHER, .model = MODEL_BECKMANN, .alpha_u = 0.2f, .alpha_v = 0.2f}},
         {"a Beckmann conductor",
-         {OTHER, .model = MODEL_BECKMANN, .alpha_u = 0.1f, .eta = {0.200438f, 0.924033f, 1.10221f},
-          .k = {3.91295f, 2.45285f, 2.14219f}}},
+         {OTHER, .model = MODEL_BECKMANN, .alpha_u = 0.1f, .alpha_v = 0.1f,
+          .eta = {0.200438f, 0.924033f, 1.10221f}, .k = {3.91295f, 2.45285f, 2.14219f}}},
         {"Ashikhmin-Shirley",
          {OTHER, .model = MODEL_ASHIKHMIN_SHIRLEY, .exponent_u = 10, .exponent_v = 400}},
+        {"a measured surface",
+         {OTHER, .model = MODEL_MEASURED, .alpha_u = 0.15f, .second_specular = {0.1f, 0.05f, 0.2f},
+          .second_alpha = 0.5f, .grazing = {0.3f, 0.6f}}},
+        {"Kelemen", {OTHER, .model = MODEL_KELEMEN, .alpha_u = 0.2f, .alpha_v = 0.2f}},
+        {"Ward", {OTHER, .model = MODEL_WARD, .alpha_u = 0.4f, .alpha_v = 0.1f}},
     };
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
         surface(all[i].name, &all[i].material, false);

@@ -265,6 +265,19 @@ static void check_case(const struct shade_case *c, int count, double p_min, stru
     total->failed += t.failed;
 }
 
+/* Returns the number of models that no case is of. */
+static int count_untested(void)
+{
+    int of[BSDF_MODEL_COUNT] = {[BSDF_BLACK] = 1}, untested = 0;
+    for (int i = 0; i < SHADE_CASE_COUNT; i++) of[shade_cases[i].bsdf.model]++;
+    for (int model = 0; model < BSDF_MODEL_COUNT; model++) {
+        if (of[model] > 0) continue;
+        printf("FAILED: model %d has no case in shade_cases.h\n", model);
+        untested++;
+    }
+    return untested;
+}
+
 int main(int argc, char **argv)
 {
     const bool quick = argc > 1 && strcmp(argv[1], "--quick") == 0;
@@ -279,6 +292,7 @@ int main(int argc, char **argv)
         if ((quick && !c->quick) || !strstr(c->name, wanted)) continue;
         check_case(c, SAMPLES, p_min, &total);
     }
+    total.failed += count_untested();
     printf("%d passed, %d failed\n", total.passed, total.failed);
     return total.failed > 0;
 }

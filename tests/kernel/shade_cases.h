@@ -19,6 +19,10 @@ struct shade_case {
     {                                                                                              \
         0.5f, 0.5f, 0.5f                                                                           \
     }
+#define DIM                                                                                        \
+    {                                                                                              \
+        0.3f, 0.3f, 0.3f                                                                           \
+    }
 #define NONE                                                                                       \
     {                                                                                              \
         0.0f, 0.0f, 0.0f                                                                           \
@@ -148,6 +152,27 @@ static struct shade_case shade_cases[] = {
                .eta = {0.2f, 0.92f, 1.1f}, .k = {3.9f, 2.45f, 2.14f}),
      3, -1, 0, false},
 
+    {"ward alpha 0.01", TWO_LOBES(BSDF_WARD, NONE, WHITE, .alpha_u = 0.01f, .alpha_v = 0.01f), 6,
+     0.01, 1e-3, false},
+    {"ward alpha 0.1, 0.5, half diffuse",
+     TWO_LOBES(BSDF_WARD, GREY, GREY, .alpha_u = 0.1f, .alpha_v = 0.5f), 3, 0.12, 1e-3, true},
+    {"ward alpha 1", TWO_LOBES(BSDF_WARD, NONE, WHITE, .alpha_u = 1.0f, .alpha_v = 1.0f), 2, 0.64,
+     1e-3, false},
+    {"kelemen alpha 0.01", TWO_LOBES(BSDF_KELEMEN, WHITE, F0, .alpha_u = 0.01f, .alpha_v = 0.01f),
+     6, 1e-3, 0.015, false},
+    {"kelemen alpha 0.3", TWO_LOBES(BSDF_KELEMEN, WHITE, F0, .alpha_u = 0.3f, .alpha_v = 0.3f), 3,
+     0.01, 0.01, true},
+    {"kelemen alpha 1", TWO_LOBES(BSDF_KELEMEN, WHITE, GREY, .alpha_u = 1.0f, .alpha_v = 1.0f), 2,
+     0.01, 0.01, false},
+    {"kelemen alpha 0.2, white metal",
+     TWO_LOBES(BSDF_KELEMEN, NONE, WHITE, .alpha_u = 0.2f, .alpha_v = 0.2f), 3, 0.2, 1e-3, false},
+    {"measured, alpha 0.05 and 0.4",
+     TWO_LOBES(BSDF_MEASURED, GREY, DIM, .alpha_u = 0.05f, .second_specular = {0.2f, 0.2f, 0.2f},
+               .second_alpha = 0.4f, .grazing = {0.7f, 0.3f}),
+     4, 0.19, 0.01, true},
+    {"measured, one lobe of alpha 1",
+     TWO_LOBES(BSDF_MEASURED, NONE, WHITE, .alpha_u = 1.0f, .grazing = {1.0f, 0.0f}), 2, 0.7, 1e-3,
+     false},
     {"ashikhmin-shirley 10 x 10",
      TWO_LOBES(BSDF_ASHIKHMIN_SHIRLEY, NONE, WHITE, .exponent_u = 10.0f, .exponent_v = 10.0f), 2,
      0.49, 1e-3, false},

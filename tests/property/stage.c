@@ -134,7 +134,7 @@ static void set_model(struct scene_material *m, uint32_t model, const struct cas
     to_floats(b->albedo, 0.8, m->model_specular);
     /* The same both ways: without tangents nothing says which is which. */
     m->exponent_u = m->exponent_v = exponent;
-    m->alpha_u = (float)(0.001 + 0.999 * (1 - b->sharpness));
+    m->alpha_u = m->alpha_v = (float)(0.001 + 0.999 * (1 - b->sharpness));
 }
 
 static void set_surface(struct scene_material *m, const struct case_body *b,

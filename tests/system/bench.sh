@@ -49,7 +49,8 @@ filters_of_lobes() {
     node tests/bench/glossy_filters.mjs "$build" side=64 reference=64 spp=4 scene=plates repeat=1 "out=$tmp/glossy" 2>"$tmp/said" >"$tmp/lobes" &&
         jq -es '[.[].method] == ["average", "virtual_hit", "bandlimit", "sg", "sg_mixture", "asg"] and
             all(.[]; .error > 0 and .trace_cpu_s > 0 and (.filter_s_per_megapixel_of_lobes > 0) == (.method != "average")) and
-            all(.[1:][]; .times_lower > 1.2)' "$tmp/lobes" && grep -q '^sg_mixture  *[0-9]' "$tmp/said"
+            all(.[1:][]; .times_lower > 1.2)' "$tmp/lobes" && grep -q '^sg_mixture  *[0-9]' "$tmp/said" &&
+        grep -q '<title>.*flat metals' "$tmp/glossy/plates.svg" && grep -q virtual_hit "$tmp/glossy/plates.svg"
 }
 check "every filter of glossy lobes beside the average, at equal samples" filters_of_lobes
 

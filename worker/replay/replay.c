@@ -157,8 +157,11 @@ const char *replay_kind(const struct path_record *record)
 const char *replay_model(const struct path_record_vertex *v)
 {
     static const char *const names[BSDF_MODEL_COUNT] = {
-        "black",    "lambert",           "gltf",  "phong", "blinn_phong",
-        "beckmann", "ashikhmin_shirley", "mirror"};
+        "black",
+        "lambert",
+#define MODEL(number, NAME, name) #name,
+#include "proto/scene/model.def"
+    };
     return v->lambert ? "lambert" : names[v->bsdf.model];
 }
 

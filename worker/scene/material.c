@@ -98,6 +98,10 @@ static void init_others(struct material *m, const struct scene_material *s)
     m->exponent_u = s->exponent_u;
     m->exponent_v = s->exponent_v;
     m->alpha_u = s->alpha_u;
+    m->alpha_v = s->alpha_v;
+    memcpy(m->second_specular, s->second_specular, sizeof m->second_specular);
+    m->second_alpha = s->second_alpha;
+    memcpy(m->grazing, s->grazing, sizeof m->grazing);
     memcpy(m->eta, s->eta, sizeof m->eta);
     memcpy(m->k, s->k, sizeof m->k);
 }
@@ -112,8 +116,8 @@ static void init_kind(struct material *m, const struct scene_material *s)
     m->transmissive |= gltf && m->transmission > 0.0f && m->metallic_roughness_texture.texels;
     m->translucent = gltf && m->through > 0.0f;
     m->volume = (m->transmissive || m->translucent) && s->thickness > 0.0f;
-    m->anisotropic =
-        (gltf && !m->lambert && m->anisotropy > 0.0f) || s->model == MODEL_ASHIKHMIN_SHIRLEY;
+    m->anisotropic = (gltf && !m->lambert && m->anisotropy > 0.0f) ||
+                     s->model == MODEL_ASHIKHMIN_SHIRLEY || s->alpha_u != s->alpha_v;
     m->attenuation_distance = m->volume ? s->attenuation_distance : 0.0f;
     for (int i = 0; i < 3; i++) {
         float left = s->attenuation[i]; /* in (0, 1] */
@@ -167,33 +171,19 @@ static void set_gltf(const struct material *m, const struct material_uv *uv, boo
     material_layers_set(m, uv, out);
 }
 
-static enum bsdf_model model_of(uint32_t model)
-{
-    switch (model) {
-    case MODEL_PHONG:
-        return BSDF_PHONG;
-    case MODEL_BLINN_PHONG:
-        return BSDF_BLINN_PHONG;
-    case MODEL_BECKMANN:
-        return BSDF_BECKMANN;
-    case MODEL_ASHIKHMIN_SHIRLEY:
-        return BSDF_ASHIKHMIN_SHIRLEY;
-    case MODEL_MIRROR:
-        return BSDF_MIRROR;
-    default:
-        return BSDF_BLACK;
-    }
-}
-
 static void set_model(const struct material *m, struct bsdf *out)
 {
-    out->model = model_of(m->model);
+    out->model = (enum bsdf_model)(BSDF_GLTF + m->model); /* bsdf.h counts them alike */
     memcpy(out->model_specular, m->model_specular, sizeof out->model_specular);
     out->exponent_u = m->exponent_u;
     out->exponent_v = m->exponent_v;
-    out->alpha_u = out->alpha_v = m->alpha_u;
+    out->alpha_u = m->alpha_u;
+    out->alpha_v = m->alpha_v;
     if (out->model == BSDF_ASHIKHMIN_SHIRLEY) /* its diffuse lobe is what the other leaves */
         for (int i = 0; i < 3; i++) out->albedo[i] *= 1.0f - out->model_specular[i];
+    memcpy(out->second_specular, m->second_specular, sizeof out->second_specular);
+    out->second_alpha = m->second_alpha;
+    memcpy(out->grazing, m->grazing, sizeof out->grazing);
     memcpy(out->eta, m->eta, sizeof out->eta);
     memcpy(out->k, m->k, sizeof out->k);
 }

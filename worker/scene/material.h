@@ -41,7 +41,8 @@ struct material {
     float film, film_ior, film_nm[2]; /* KHR_materials_iridescence; thickness from and to */
     float anisotropy, rotation[2];    /* strength; cosine, sine */
     float model_specular[3];
-    float exponent_u, exponent_v, alpha_u;
+    float exponent_u, exponent_v, alpha_u, alpha_v;
+    float second_specular[3], second_alpha, grazing[2];
     float eta[3], k[3];
     float absorption[3];        /* -log of the transmittance over attenuation_distance */
     float attenuation_distance; /* scene units; 0: clear */

@@ -1,5 +1,6 @@
 #include "worker/shade/beckmann.h"
 
+#include "worker/shade/beckmann_facets.h"
 #include "worker/shade/fresnel.h"
 #include "worker/shade/lobe.h"
 #include "worker/shade/roughness.h"
@@ -31,14 +32,6 @@ float beckmann_specular_share(const struct bsdf *b, float cosine)
     return lobe_share(estimate > LOBE_MIN ? estimate : LOBE_MIN, lobe_mean(b->albedo));
 }
 
-/* Returns D(h). */
-static float facets(const float h[3], const float alpha[2])
-{
-    const float x = h[0] / alpha[0], y = h[1] / alpha[1];
-    const float z2 = h[2] * h[2] > 1e-8f ? h[2] * h[2] : 1e-8f; /* exp is 0 long before */
-    return elementary_exp(-(x * x + y * y) / z2) / (ELEMENTARY_PI * alpha[0] * alpha[1] * z2 * z2);
-}
-
 /* Returns Smith's Lambda: (exp(-a^2) / (a sqrt pi) - erfc a) / 2 with a = 1 / (alpha tan theta). */
 static float lambda(const float w[3], const float alpha[2])
 {
@@ -53,8 +46,7 @@ static float lambda(const float w[3], const float alpha[2])
 static float diffuse(const struct bsdf *b, float z_o, float z_i)
 {
     if (b->eta[0] > 0.0f) return LAMBERT_INV_PI;
-    return LAMBERT_INV_PI * (1.0f - fresnel_grazing(z_o)) * (1.0f - fresnel_grazing(z_i)) /
-           (1.0f - FRESNEL_GRAZING_MEAN);
+    return lobe_diffuse_under_schlick(z_o, z_i);
 }
 
 void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3],
@@ -68,7 +60,7 @@ void beckmann_evaluate(const struct bsdf *b, const float wo[3], const float wi[3
     roughness_of(b, alpha);
     const float twice = direction_normalize(wo[0] + wi[0], wo[1] + wi[1], wo[2] + wi[2], h);
     const float lambda_o = lambda(wo, alpha), lambda_i = lambda(wi, alpha);
-    const float common = 0.25f * facets(h, alpha) / wo[2];
+    const float common = 0.25f * beckmann_facets(h, alpha) / wo[2];
     beckmann_fresnel(b, 0.5f * twice, f);
     const float value = common / (wi[2] * (1.0f + lambda_o + lambda_i));
     for (int k = 0; k < 3; k++) out->specular[k] = f[k] * value;

@@ -8,39 +8,35 @@
 #include "worker/shade/coat.h"
 #include "worker/shade/film.h"
 #include "worker/shade/fresnel.h"
+#include "worker/shade/kelemen.h"
 #include "worker/shade/lobe.h"
+#include "worker/shade/measured.h"
 #include "worker/shade/phong.h"
 #include "worker/shade/roughness.h"
 #include "worker/shade/sheen.h"
+#include "worker/shade/ward.h"
 
-static void lambert_value(const float wi[3], struct bsdf_value *out)
-{
-    out->diffuse = LAMBERT_INV_PI;
-    out->pdf = lambert_pdf(wi[2]);
-}
+/* Models that only reflect: their lobes for wi above the surface, and samples of them. NULL: there
+ * are none. */
+static const struct reflection {
+    void (*evaluate)(const struct bsdf *b, const float wo[3], const float wi[3],
+                     struct bsdf_value *out);
+    void (*sample)(const struct bsdf *b, const float wo[3], float choice, const float u[2],
+                   float wi[3]);
+} reflections[BSDF_MODEL_COUNT] = {
+#define MODEL(number, NAME, name)
+#define MODEL_OF_LOBES(number, NAME, name) [BSDF_##NAME] = {name##_evaluate, name##_sample},
+#include "proto/scene/model.def"
+};
 
-/* Models that only reflect: wi above the surface. */
 static void evaluate_reflection(const struct bsdf *b, const float wo[3], const float wi[3],
                                 struct bsdf_value *out)
 {
-    switch (b->model) {
-    case BSDF_LAMBERT:
-        lambert_value(wi, out);
-        break;
-    case BSDF_PHONG:
-        phong_evaluate(b, wo, wi, out);
-        break;
-    case BSDF_BLINN_PHONG:
-        blinn_phong_evaluate(b, wo, wi, out);
-        break;
-    case BSDF_BECKMANN:
-        beckmann_evaluate(b, wo, wi, out);
-        break;
-    case BSDF_ASHIKHMIN_SHIRLEY:
-        ashikhmin_shirley_evaluate(b, wo, wi, out);
-        break;
-    default: /* black and mirrors */
-        break;
+    if (b->model == BSDF_LAMBERT) {
+        out->diffuse = LAMBERT_INV_PI;
+        out->pdf = lambert_pdf(wi[2]);
+    } else if (reflections[b->model].evaluate) {
+        reflections[b->model].evaluate(b, wo, wi, out);
     }
 }
 
@@ -81,28 +77,16 @@ static bool sample_smooth_beckmann(const struct bsdf *b, const float wo[3], floa
 static bool sample_reflection(const struct bsdf *b, const float wo[3], float choice,
                               const float u[2], struct bsdf_sample *out)
 {
-    switch (b->model) {
-    case BSDF_LAMBERT:
+    const bool smooth = b->model == BSDF_BECKMANN && roughness_is_smooth(b);
+    if (b->model == BSDF_MIRROR) return reflect_dirac(wo, b->model_specular, 1.0f, out);
+    if (smooth) return sample_smooth_beckmann(b, wo, choice, u, out);
+    if (b->model == BSDF_LAMBERT)
         lambert_direction(u[0], u[1], &out->wi[0], &out->wi[1], &out->wi[2]);
-        return true;
-    case BSDF_PHONG:
-        phong_sample(b, wo, choice, u, out->wi);
-        return true;
-    case BSDF_BLINN_PHONG:
-        blinn_phong_sample(b, wo, choice, u, out->wi);
-        return true;
-    case BSDF_BECKMANN:
-        if (roughness_is_smooth(b)) return sample_smooth_beckmann(b, wo, choice, u, out);
-        beckmann_sample(b, wo, choice, u, out->wi);
-        return true;
-    case BSDF_ASHIKHMIN_SHIRLEY:
-        ashikhmin_shirley_sample(b, wo, choice, u, out->wi);
-        return true;
-    case BSDF_MIRROR:
-        return reflect_dirac(wo, b->model_specular, 1.0f, out);
-    default:
+    else if (reflections[b->model].sample)
+        reflections[b->model].sample(b, wo, choice, u, out->wi);
+    else
         return false;
-    }
+    return true;
 }
 
 /* Computes the weights by the formulas of bsdf_evaluate. False: all are 0. */
@@ -171,7 +155,7 @@ void bsdf_tint(const struct bsdf *b, float out[3])
                      b->base_color[c] * b->transmission * (1.0f - b->metallic) +
                      b->sheen[c] * sheen_albedo(1.0f, b->sheen_alpha) + b->through[c];
         else if (b->model > BSDF_GLTF)
-            out[c] = b->model_specular[c];
+            out[c] = b->model_specular[c] + b->second_specular[c];
         if (out[c] > 2.0f) out[c] = 2.0f;
     }
 }

@@ -19,13 +19,9 @@
 enum bsdf_model {
     BSDF_BLACK = 0,   /* reflects nothing: emitters, unlit */
     BSDF_LAMBERT = 1, /* albedo */
-    BSDF_GLTF = 2,    /* metallic-roughness with Khronos' extensions */
-    BSDF_PHONG = 3,
-    BSDF_BLINN_PHONG = 4,
-    BSDF_BECKMANN = 5,
-    BSDF_ASHIKHMIN_SHIRLEY = 6,
-    BSDF_MIRROR = 7,
-    BSDF_MODEL_COUNT = 8
+#define MODEL(number, NAME, name) BSDF_##NAME = 2 + (number), /* enum material_model's */
+#include "proto/scene/model.def"
+    BSDF_MODEL_COUNT
 };
 
 struct bsdf {
@@ -55,9 +51,10 @@ struct bsdf {
     bool thin;                   /* thin-walled: what is transmitted is not bent */
     bool inside; /* the path is inside the volume and meets its surface from behind */
     /* others */
-    float model_specular[3];      /* [0, 1] */
-    float exponent_u, exponent_v; /* [0, 1e5] */
-    float eta[3], k[3];           /* eta[0] > 0: a conductor times model_specular; else Schlick */
+    float model_specular[3];                            /* [0, 1] */
+    float exponent_u, exponent_v;                       /* [0, 1e5] */
+    float second_specular[3], second_alpha, grazing[2]; /* measured.h; [0, 1] */
+    float eta[3], k[3]; /* eta[0] > 0: a conductor times model_specular; else Schlick */
 };
 
 #define BSDF_ALL_COLORS (-1)
@@ -87,8 +84,8 @@ struct bsdf_sample {
  * normal incidence or transmit. Dividing by it takes textures of such lobes out. */
 void bsdf_tint(const struct bsdf *b, float out[3]);
 
-/* Returns the roughness by which what lobes show is as sharp as it gets: of facets, or of as much of
- * a coat as there is. */
+/* Returns the roughness by which what lobes show is as sharp as it gets: of facets, or of as much
+ * of a coat as there is. */
 static inline float bsdf_sharpest_alpha(const struct bsdf *b)
 {
     const float facets = 0.5f * (b->alpha_u + b->alpha_v);

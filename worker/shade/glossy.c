@@ -1,8 +1,17 @@
 #include "worker/shade/glossy.h"
 
+#include <string.h>
+
 #include "proto/plan.h"
+#include "worker/shade/beckmann.h"
 #include "worker/shade/coupling.h"
+#include "worker/shade/facet_albedo.h"
 #include "worker/shade/fresnel.h"
+#include "worker/shade/kelemen.h"
+#include "worker/shade/measured.h"
+
+/* The root of 1.13: GGX facets as sharp as Beckmann's have an alpha larger by this. */
+#define AS_GGX 1.06301458f
 
 /* The share of light that white facets reflect once and no other facet hides, by row sqrt(alpha),
  * column sqrt(cosine), both in equal steps from 0 to 1: a mean over visible facets (512 x 512
@@ -52,11 +61,34 @@ static float white_albedo(float cosine, float alpha)
     return low + (high - low) * g;
 }
 
-bool glossy_has(const struct bsdf *b)
+static bool is_gltf(const struct bsdf *b)
 {
     const bool facets = b->metallic > 0.0f || b->specular > 0.0f;
-    return b->model == BSDF_GLTF && facets && !(b->transmission > 0.0f) &&
-           b->alpha_u == b->alpha_v && b->alpha_u >= GLOSSY_ALPHA_MIN && !bsdf_has_layers(b);
+    return b->model == BSDF_GLTF && facets && !(b->transmission > 0.0f) && !bsdf_has_layers(b);
+}
+
+/* Returns whether the model has facets and a diffuse lobe, and no lobe besides. */
+static bool is_other(const struct bsdf *b)
+{
+    return b->model == BSDF_BLINN_PHONG || b->model == BSDF_BECKMANN || b->model == BSDF_WARD ||
+           b->model == BSDF_KELEMEN || b->model == BSDF_ASHIKHMIN_SHIRLEY ||
+           b->model == BSDF_MEASURED;
+}
+
+bool glossy_has(const struct bsdf *b)
+{
+    float alpha[2];
+    if (!is_gltf(b) && !is_other(b)) return false;
+    glossy_alphas(b, alpha);
+    if (b->model == BSDF_MEASURED && b->second_alpha < GLOSSY_ALPHA_MIN) return false;
+    return alpha[0] >= GLOSSY_ALPHA_MIN && alpha[1] >= GLOSSY_ALPHA_MIN;
+}
+
+void glossy_alphas(const struct bsdf *b, float alpha[2])
+{
+    facet_widths(b, alpha);
+    if (b->model == BSDF_GLTF || b->model == BSDF_MEASURED) return;
+    for (int k = 0; k < 2; k++) alpha[k] = alpha[k] * AS_GGX < 1.0f ? alpha[k] * AS_GGX : 1.0f;
 }
 
 /* Computes the reflectance of a facet. `grazing` is (1 - cosine)^5 or a mean of it. */
@@ -68,10 +100,78 @@ static void reflect(const struct bsdf *b, float grazing, float out[3])
                  b->metallic * fresnel_schlick(b->base_color[k], grazing);
 }
 
-void glossy_reflectance(const struct bsdf *b, float cosine, float out[3])
+/* Does the same for other models. */
+static void reflect_other(const struct bsdf *b, float grazing, float out[3])
+{
+    const bool bare = b->model == BSDF_WARD || b->model == BSDF_BLINN_PHONG; /* of Fresnel */
+    if (b->model == BSDF_BECKMANN)
+        beckmann_fresnel(b, 1.0f - facet_fifth_root(grazing), out);
+    else
+        for (int k = 0; k < 3; k++)
+            out[k] = bare ? b->model_specular[k] : fresnel_schlick(b->model_specular[k], grazing);
+}
+
+static void isotropic_reflectance(const struct bsdf *b, float cosine, float out[3])
 {
     const float z = cosine < 0.0f ? 0.0f : cosine > 1.0f ? 1.0f : cosine;
     const float share = white_albedo(z, b->alpha_u);
     reflect(b, coupling_grazing(z, b->alpha_u), out);
     for (int k = 0; k < 3; k++) out[k] *= share;
+}
+
+static void measured_reflectance(const struct bsdf *b, float cosine, float out[3])
+{
+    const float z = cosine < 0.0f ? 0.0f : cosine > 1.0f ? 1.0f : cosine;
+    out[0] = out[1] = out[2] = 0.0f;
+    for (int lobe = 0; lobe < 2; lobe++) {
+        const float alpha = lobe ? b->second_alpha : b->alpha_u, share = white_albedo(z, alpha);
+        float f[3];
+        measured_fresnel(b, lobe, coupling_grazing(z, alpha), f);
+        for (int k = 0; k < 3; k++) out[k] += share * f[k];
+    }
+}
+
+void glossy_reflectance(const struct bsdf *b, const float wo[3], float out[3])
+{
+    if (b->model == BSDF_GLTF && b->alpha_u == b->alpha_v) {
+        isotropic_reflectance(b, wo[2], out);
+        return;
+    }
+    if (b->model == BSDF_MEASURED) {
+        measured_reflectance(b, wo[2], out);
+        return;
+    }
+    if (b->model == BSDF_KELEMEN) {
+        kelemen_reflectance(b, wo[2], out);
+        return;
+    }
+    const struct facet_albedo albedo = facet_albedo_of(b, wo);
+    if (b->model == BSDF_GLTF)
+        reflect(b, albedo.grazing, out);
+    else
+        reflect_other(b, albedo.grazing, out);
+    for (int k = 0; k < 3; k++) out[k] *= albedo.share;
+}
+
+/* Chooses one of a measured surface's lobes by u; returns what is left of u. */
+static float choose_measured(const struct bsdf *b, const float wo[3], float u, float *choice)
+{
+    const float first = measured_first_share(b, wo[2]);
+    *choice = u;
+    if (u < first) return u / first;
+    return first < 1.0f ? (u - first) / (1.0f - first) : u;
+}
+
+bool glossy_sample(const struct bsdf *b, const float wo[3], const float u[2], float wi[3],
+                   float weight[3])
+{
+    struct bsdf bare = *b; /* beside no other lobe the facets' is always chosen */
+    struct bsdf_sample s;
+    float at[2] = {u[0], u[1]}, choice = 0.0f;
+    memset(bare.albedo, 0, sizeof bare.albedo);
+    if (b->model == BSDF_MEASURED) at[0] = choose_measured(b, wo, u[0], &choice);
+    if (!bsdf_sample(&bare, wo, choice, at, &s)) return false;
+    memcpy(wi, s.wi, sizeof s.wi);
+    memcpy(weight, s.specular, sizeof s.specular);
+    return true;
 }

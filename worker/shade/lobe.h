@@ -2,6 +2,7 @@
 /* Lobes cos^n around an axis, and the choice between a diffuse lobe and another. */
 #include "worker/shade/bsdf.h"
 #include "worker/shade/direction.h"
+#include "worker/shade/fresnel.h"
 #include "worker/shade/lambert.h"
 
 /* Where a lobe's estimate is 0 it may still be reached: no lobe is chosen less often than this. */
@@ -46,4 +47,12 @@ static inline float lobe_depth_of(const float h[3])
 static inline float lobe_diffuse_pdf(float probability, float cosine)
 {
     return probability * cosine * LAMBERT_INV_PI;
+}
+
+/* Returns a diffuse lobe over its albedo that makes room for what Schlick's Fresnel adds at grazing
+ * angles to lobes beside it. */
+static inline float lobe_diffuse_under_schlick(float z_o, float z_i)
+{
+    return LAMBERT_INV_PI * (1.0f - fresnel_grazing(z_o)) * (1.0f - fresnel_grazing(z_i)) /
+           (1.0f - FRESNEL_GRAZING_MEAN);
 }

@@ -86,7 +86,7 @@ static uint32_t tangent_set(const struct scene_material *m, const struct gltf_ge
     if (has_uvs_of(geometry, &m->normal_texture)) return m->normal_texture.uv_set;
     if (m->clearcoat > 0 && has_uvs_of(geometry, &m->clearcoat_normal_texture))
         return m->clearcoat_normal_texture.uv_set;
-    if (m->anisotropy == 0) return SCENE_NONE;
+    if (!surface_is_anisotropic(m)) return SCENE_NONE;
     if (has_uvs_of(geometry, &m->anisotropy_texture)) return m->anisotropy_texture.uv_set;
     return geometry->uv[0] != SCENE_NONE ? 0 : SCENE_NONE;
 }
@@ -97,9 +97,10 @@ static void choose_tangents(struct gltf *g, const struct scene_material *m,
                             struct gltf_geometry *geometry, const char *place)
 {
     geometry->tangent_set = tangent_set(m, geometry);
-    bool needed = geometry->tangent_set != SCENE_NONE || m->anisotropy > 0;
+    const bool anisotropic = surface_is_anisotropic(m);
+    bool needed = geometry->tangent_set != SCENE_NONE || anisotropic;
     if (!needed || geometry->normal == SCENE_NONE) geometry->tangent = SCENE_NONE;
-    if (m->anisotropy > 0 && geometry->tangent_set == SCENE_NONE && geometry->tangent == SCENE_NONE)
+    if (anisotropic && geometry->tangent_set == SCENE_NONE && geometry->tangent == SCENE_NONE)
         warnings_add(&g->builder->warnings, place,
                      "its material is anisotropic, but it has neither tangents nor texture "
                      "coordinates: the direction is arbitrary");

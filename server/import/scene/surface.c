@@ -37,6 +37,11 @@ void surface_init(struct scene_material *m)
                                  .diffuse_transmission_color_texture = none};
 }
 
+bool surface_is_anisotropic(const struct scene_material *m)
+{
+    return m->anisotropy > 0 || m->alpha_u != m->alpha_v || m->exponent_u != m->exponent_v;
+}
+
 void surface_textures(struct scene_material *m, struct scene_texture_ref *out[SURFACE_TEXTURES])
 {
     struct scene_texture_ref *const all[SURFACE_TEXTURES] = {

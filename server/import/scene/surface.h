@@ -1,10 +1,15 @@
 #pragma once
 /* Begins and ends a material's record, for every reader. */
+#include <stdbool.h>
+
 #include "proto/scene/scene.h"
 #include "server/import/scene/warnings.h"
 
 /* Sets what an absent material means (glTF 2.0, section 3.9.6; defaults of the KHR extensions). */
 void surface_init(struct scene_material *m);
+
+/* Returns whether the material refers to the tangents of its meshes, whatever its normal maps. */
+bool surface_is_anisotropic(const struct scene_material *m);
 
 /* Lists the textures of a material. */
 enum { SURFACE_TEXTURES = 17 };

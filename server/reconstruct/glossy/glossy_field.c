@@ -149,16 +149,79 @@ static void tangent(const float n[3], const float v[3], float cosine, float out[
     for (int k = 0; k < 3; k++) out[k] /= length;
 }
 
+/* Lays an ellipse along two axes at right angles that add up to the same covariance as a and b, by
+ * one of Jacobi's rotations. Where lobes are narrow, it loses nothing, as the covariance's
+ * eigenvalues would. */
+static void straighten(float a[3], float b[3])
+{
+    float p = 0.0f, q = 0.0f, r = 0.0f;
+    for (int k = 0; k < 3; k++) p += a[k] * a[k], q += b[k] * b[k], r += a[k] * b[k];
+    if (!(r * r > TINY)) return;
+    const float half = 0.5f * (q - p) / r;
+    const float t = (half < 0.0f ? -1.0f : 1.0f) / (fabsf(half) + sqrtf(1.0f + half * half));
+    const float c = 1.0f / sqrtf(1.0f + t * t), s = c * t;
+    for (int k = 0; k < 3; k++) {
+        const float x = a[k], y = b[k];
+        a[k] = c * x - s * y;
+        b[k] = s * x + c * y;
+    }
+}
+
+/* Mirrors facets that are spread by `wide` along unit d, a tangent of n. */
+static void mirror_spread(const float n[3], const float v[3], float cosine, const float d[3],
+                          float wide, float out[3])
+{
+    const float sine = v[0] * d[0] + v[1] * d[1] + v[2] * d[2];
+    for (int k = 0; k < 3; k++) out[k] = wide * (sine * n[k] + cosine * d[k]);
+}
+
+/* Gives lobe i, whose facets are spread by `wide` on average, the axes of an anisotropic one:
+ * `stretch` is the ratio of its alphas, `tangent` where the larger one lies. */
+static void stretch_lobe(const float n[3], const float v[3], float cosine, float wide,
+                         const float laid[3], float stretch, size_t i, float *const *own)
+{
+    const float root = sqrtf(stretch), *d = laid;
+    const float along = n[0] * d[0] + n[1] * d[1] + n[2] * d[2];
+    float u[3], w[3], a[3], b[3];
+    tangent(n, d, along, u);
+    for (int k = 0; k < 3; k++)
+        w[k] = n[(k + 1) % 3] * u[(k + 2) % 3] - n[(k + 2) % 3] * u[(k + 1) % 3];
+    mirror_spread(n, v, cosine, u, wide / root, a);
+    mirror_spread(n, v, cosine, w, wide * root, b);
+    straighten(a, b);
+    for (int k = 0; k < 3; k++) {
+        own[ALONG + k][i] = a[k];
+        own[ACROSS + k][i] = b[k];
+    }
+}
+
+/* A lobe as it was sent. */
+struct sent_lobe {
+    float alpha, stretch; /* 0: round */
+    float tangent[3];
+};
+
+/* Virtual hits take the root of the stretch. Passes along rows and columns cannot follow an ellipse
+ * that lies across them, so that the whole stretch leaves them few neighbours. */
+static void read_lobe(const struct patch *patch, bool published, size_t q, struct sent_lobe *out)
+{
+    *out = (struct sent_lobe){.alpha = patch->glossy_alpha[q]};
+    if (!patch->glossy_stretch || !patch->glossy_tangent[0]) return;
+    const float stretch = patch->glossy_stretch[q];
+    out->stretch = published ? stretch : sqrtf(stretch);
+    for (int k = 0; k < 3; k++) out->tangent[k] = patch->glossy_tangent[k][q];
+}
+
 /* The lobe of pixel i, which has a point and a normal; false where it takes no part. */
-static bool set_lobe(const struct surface_view *view, enum glossy_shape shape, float alpha,
-                     size_t i, float *const *own)
+static bool set_lobe(const struct surface_view *view, enum glossy_shape shape,
+                     const struct sent_lobe *lobe, size_t i, float *const *own)
 {
     float v[3], t[3];
     const float n[3] = {own[NORMAL][i], own[NORMAL + 1][i], own[NORMAL + 2][i]};
     if (!look_back(view, (const float *const *)own, i, v)) return false;
     const float cosine = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
     if (!(cosine >= COSINE_MIN)) return false;
-    const float wide = 2.0f * SIGMA * (alpha > ALPHA_MIN ? alpha : ALPHA_MIN);
+    const float wide = 2.0f * SIGMA * (lobe->alpha > ALPHA_MIN ? lobe->alpha : ALPHA_MIN);
     tangent(n, v, cosine, t);
     const float sine = v[0] * t[0] + v[1] * t[1] + v[2] * t[2];
     const float b[3] = {n[1] * t[2] - n[2] * t[1], n[2] * t[0] - n[0] * t[2],
@@ -168,6 +231,8 @@ static bool set_lobe(const struct surface_view *view, enum glossy_shape shape, f
         own[ALONG + k][i] = wide * (sine * n[k] + cosine * t[k]);
         own[ACROSS + k][i] = wide * cosine * b[k];
     }
+    if (lobe->stretch > 0.0f && lobe->stretch < 1.0f)
+        stretch_lobe(n, v, cosine, wide, lobe->tangent, lobe->stretch, i, own);
     /* the covariance's determinant is the square of the round lobe's variance */
     const float square = wide * wide * cosine;
     own[ROUND][i] = square;
@@ -198,8 +263,9 @@ static void load_row(const struct surface_view *view, const struct patch *patch,
         }
         p->own[NEARNESS][at] = p->published ? 0.0f : near < NEARNESS_MAX ? near : NEARNESS_MAX;
         p->own[NEAR_PLANE][at] = OFF_PX * surface_pixel_size(view, patch->depth[q]);
-        if (patch_is_glossy(patch, q) &&
-            set_lobe(view, p->shape, patch->glossy_alpha[q], at, p->own))
+        struct sent_lobe lobe;
+        read_lobe(patch, p->published, q, &lobe);
+        if (patch_is_glossy(patch, q) && set_lobe(view, p->shape, &lobe, at, p->own))
             p->object[at] = (int32_t)patch->id[q];
     }
 }

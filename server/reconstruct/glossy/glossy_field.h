@@ -31,7 +31,8 @@ struct glossy_neighbourhood {
  *
  * A lobe takes part where the surface is not seen at grazing angles, n.v >= 0.05. It is GGX's, as a
  * Gaussian of sigma = alpha / sqrt(2.26), at least that of alpha 0.002. The mirrored lobe is twice
- * as wide in the plane of incidence, and n.v times that across. Lobes as published see as if
+ * as wide in the plane of incidence, and n.v times that across; an anisotropic one lies as its
+ * facets are spread, for virtual hits by the root of their stretch. Lobes as published see as if
  * nothing were met: nearness 0. ERR_MEMORY. */
 int glossy_neighbourhood_create(const struct plan *plan, const struct patch *patch,
                                 struct rect rect, int32_t reach, bool halves,

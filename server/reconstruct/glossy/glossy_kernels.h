@@ -25,7 +25,7 @@ struct glossy_field {
     const float *point[3];   /* from the eye */
     const float *normal[3];  /* unit */
     const float *mirror[3];  /* unit */
-    const float *along[3];   /* in the plane of incidence */
+    const float *along[3];   /* of round facets in the plane of incidence */
     const float *across[3];  /* at right angles to that; never 0 where the object is not */
     const float *round;      /* variance of the round lobe that fills the same solid angle */
     const float *sharpness;  /* half the log of that, and for mixtures what these change in it */

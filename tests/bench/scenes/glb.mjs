@@ -33,13 +33,16 @@ function shining(emission) {
   return { factor: emission.map((x) => x / most), ...(most > 1 ? { KHR_materials_emissive_strength: { emissiveStrength: most } } : {}) };
 }
 
-// Lambert unless more is said: {metallic, roughness, specular, extensions}. The texture is an index or undefined.
-const surface = (name, color, { metallic = 0, roughness = 1, specular = 0, extensions = {} } = {}, texture, { emission, oneSided = false } = {}) => {
+// Lambert unless more is said: {metallic, roughness, specular, extensions}, {anisotropy: [strength, rotation]} or another
+// {model} with its members. The texture is an index or undefined.
+const surface = (name, color, { metallic = 0, roughness = 1, specular = 0, anisotropy, model, extensions = {} } = {}, texture, { emission, oneSided = false } = {}) => {
   const { factor, ...strength } = emission ? shining(emission) : {};
   return { name, doubleSided: !oneSided, ...(emission ? { emissiveFactor: factor } : {}),
   pbrMetallicRoughness: { baseColorFactor: [...color, 1], metallicFactor: metallic, roughnessFactor: roughness,
     ...(texture === undefined ? {} : { baseColorTexture: { index: texture } }) },
-  extensions: { KHR_materials_specular: { specularFactor: specular }, ...strength, ...extensions } };
+  extensions: { KHR_materials_specular: { specularFactor: specular }, ...strength, ...extensions, ...(anisotropy ?
+    { KHR_materials_anisotropy: { anisotropyStrength: anisotropy[0], anisotropyRotation: anisotropy[1] } } : {}) },
+  ...(model ? { extras: { shearwater: model } } : {}) };
 };
 const lambert = (name, color) => surface(name, color);
 
@@ -93,7 +96,7 @@ function addPart(document, view, { name, color, mesh, material, texture, emissio
     attributes: {
       POSITION: accessor(Float32Array.from(mesh.positions), "VEC3", 5126, 34962, extremes(mesh.positions)),
       NORMAL: accessor(Float32Array.from(mesh.normals), "VEC3", 5126, 34962),
-      ...(texture ? { TEXCOORD_0: accessor(Float32Array.from(mesh.uvs), "VEC2", 5126, 34962) } : {}) },
+      ...(texture || material?.anisotropy || material?.model ? { TEXCOORD_0: accessor(Float32Array.from(mesh.uvs), "VEC2", 5126, 34962) } : {}) },
     indices: accessor(Uint32Array.from(mesh.indices), "SCALAR", 5125, 34963) }] });
   document.nodes.push({ name, mesh: document.meshes.length - 1 });
   document.scenes[document.scene ?? 0].nodes.push(document.nodes.length - 1);

@@ -34,6 +34,16 @@ const spheres = () => glbOf([...BALLS.map((roughness, i) => ({ name: `ball ${rou
 
 const disc = () => glbOf([{ name: "disc", color: STEEL, material: metal(0.3), mesh: groovedDisc([0, 0.02, 0.2], 1.5, 0.15, 0.08) }, ...room, ground, ...things]);
 
+// Turned on a lathe: facets are spread most across the grooves, which are finer than can be seen.
+const brushed = () => glbOf([{ name: "disc", color: STEEL, material: { ...metal(0.2), anisotropy: [0.5, Math.PI / 2] },
+  mesh: groovedDisc([0, 0.02, 0.2], 1.5, 0.15, 0) }, ...room, ground, ...things]);
+
+// Plates of the other reflection models.
+const MODELS = [{ model: "beckmann", alpha: 0.06, eta: [0.2, 0.92, 1.1], k: [3.9, 2.45, 2.14] }, { model: "ward", alpha_u: 0.06, alpha_v: 0.24, specular: STEEL },
+  { model: "ashikhmin_shirley", exponent_u: 20, exponent_v: 600, specular: STEEL }, { model: "kelemen", alpha: 0.15, specular: STEEL }];
+const models = () => glbOf([...MODELS.map((model, i) => ({ name: model.model, color: [0, 0, 0], material: { model },
+  mesh: quad([-1.6 + 0.8 * i, 0, -1.4], [0, 0, 2.8], [0.78, 0, 0]) })), ...room, ground, ...things]);
+
 const bumpy = () => glbOf([{ name: "body", color: STEEL, material: metal(0.3), mesh: bumpyBall([0, 0.85, 0], 0.8, 0.02, 8) }, ...room, ground]);
 
 const eye = [0.15, 1.6, 2.85];
@@ -45,5 +55,7 @@ export const glossy = [
   { name: "plates", about: `flat metals of roughness ${PLATES.join(", ")}, things on them`, glb: plates, metals: PLATES.length, camera: over },
   { name: "spheres", about: `metal balls of roughness ${BALLS.join(", ")}`, glb: spheres, metals: BALLS.length, camera: along },
   { name: "disc", about: "a grooved metal disc of roughness 0.3, things on it", glb: disc, metals: 1, camera: over },
+  { name: "brushed", about: "a metal disc of roughness 0.2, brushed round, things on it", glb: brushed, metals: 1, camera: over },
+  { name: "models", about: `plates of ${MODELS.map((m) => m.model).join(", ")}, things on them`, glb: models, metals: MODELS.length, camera: over },
   { name: "bumpy", about: "a bumpy metal body of roughness 0.3", glb: bumpy, metals: 1, camera: at },
 ].map((scene) => ({ ...scene, bounces: 1, lights }));

@@ -35,7 +35,8 @@ TEST(sizes_follow_the_formula)
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)) < 160);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA) | BIT(BOUNCE_DISTANCE_MIN)), 74);
     const uint64_t others = spare & ~PLANES_GLOSSY;
-    assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)), 76 + 8 + 8 + 8 + 2 + 3 * 6);
+    assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)),
+                     76 + 8 + 8 + 8 + 2 + 4 + 2 + 3 * 6);
     /* four lens samples, lit by their own paths or by fields */
     const uint64_t lensless = spare & ~PLANES_LENS, surface = PLANES_LENS_SURFACE;
     assert_int_equal(bytes_per_pixel(lensless | surface | BIT(INDIRECT_STRATA)), 76 + 14 * 4 + 2);

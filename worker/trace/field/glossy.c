@@ -60,6 +60,19 @@ void glossy_store_lobes(const struct path_context *c, const struct block *b,
     store_unorms(c, b, lobes->alpha, samples_u16(samples, PLANE_GLOSSY_LOBE, 3));
 }
 
+/* Round lobes have no axes. */
+static void store_axes(const struct path_context *c, const struct block *b,
+                       const struct glossy_lobes *lobes, struct samples *samples)
+{
+    _Alignas(LANES_ALIGN) uint32_t packed[LANES];
+    uint32_t *plane = samples_u32(samples, PLANE_GLOSSY_TANGENT, 0);
+    store_unorms(c, b, lobes->stretch, samples_u16(samples, PLANE_GLOSSY_STRETCH, 0));
+    if (!plane) return;
+    c->queries->kernels->pack_normals(&lobes->tangent, 16, packed);
+    for (int i = 0; i < LANES; i++) packed[i] = lobes->stretch[i] > 0.0f ? packed[i] : 0;
+    block_store_u32(b, packed, plane);
+}
+
 void glossy_store_sub(const struct path_context *c, const struct block *b, uint32_t sub,
                       const struct glossy_lobes *lobes, struct samples *samples)
 {
@@ -138,6 +151,26 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
         g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
 }
 
+/* Samples the lobes of lanes that are no layers, one by one. */
+static void gloss_others(const struct gloss *g, const float *u, const float *w,
+                         struct layer_gloss *out)
+{
+    const struct path_vertex *v = g->from;
+    for (int i = 0; g->layers.others && i < LANES; i++) {
+        const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]}, at[2] = {u[i], w[i]};
+        float wi[3], d[3], weight[3];
+        if (!g->on.on[i] || g->layers.on.on[i]) continue;
+        out->on.on[i] = glossy_sample(&v->bsdf[i], wo, at, wi, weight) ? -1 : 0;
+        if (!out->on.on[i]) continue;
+        path_from_frame(v, i, wi, d);
+        const struct surface *s = &v->surface;
+        const float facing = d[0] * s->facet.x[i] + d[1] * s->facet.y[i] + d[2] * s->facet.z[i];
+        out->above.on[i] = facing > 0.0f ? -1 : 0;
+        out->weight.x[i] = weight[0], out->weight.y[i] = weight[1], out->weight.z[i] = weight[2];
+        out->direction.x[i] = d[0], out->direction.y[i] = d[1], out->direction.z[i] = d[2];
+    }
+}
+
 /* Begins sample `sample` of all lanes. */
 static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
                          struct glossy_sums *sums, struct path_pool *pool)
@@ -149,6 +182,7 @@ static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
     for (int i = 0; i < LANES; i++) index[i] = g->first[i] + sample;
     kernels->frame_pairs(g->frame_key, index, PATH_DIRECTION, u, w);
     kernels->layers_gloss(g->from, &g->layers, u, w, &lobe);
+    gloss_others(g, u, w, &lobe);
     for (int i = 0; i < LANES; i++) {
         if (!g->on.on[i] || sample >= g->rays[i]) continue;
         if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot, i, sums, pool);
@@ -263,6 +297,7 @@ void glossy_trace(const struct path_context *c, const struct block *block,
         done += n;
     }
     glossy_store_lobes(c, block, &scratch->lobes, samples);
+    store_axes(c, block, &scratch->lobes, samples);
     store(&g, &scratch->sums, samples);
     if (samples->layout.planes >> PLANE_GLOSSY_SPAN & 1) store_span(&g, &scratch->sums, samples);
 }

@@ -4,7 +4,8 @@
  * such a lobe.
  *
  * All pixels of a frame share one sequence of directions along a Morton curve (pattern_path.h),
- * around tangents that depend on the shading normal alone. Later random numbers are a pixel's own,
+ * around tangents that depend on the shading normal alone, or are those of an anisotropic material.
+ * Later random numbers are a pixel's own,
  * by path_glossy_key.
  *
  * A sample is the radiance that the lobe reflects to the camera, over its directional albedo. The

@@ -163,11 +163,12 @@ static const struct gbuffer_pixel *find_centre(struct centre_gbuffer *l,
 
 /* Returns whether a sample's lobe and the centre's are alike, and wide beside the lens. A GGX
  * lobe's facets are spread by alpha / sqrt(2.26), and what it reflects by twice that. */
-static bool is_same_lobe(const struct plan *plan, float ahead, float alpha,
-                         const struct gbuffer_pixel *centre)
+static bool is_same_lobe(const struct plan *plan, float ahead, const struct glossy_lobes *lobes,
+                         int i, const struct gbuffer_pixel *centre)
 {
-    const float lens = plan->camera.aperture_radius;
-    return lens_lobes_alike(alpha, centre->alpha) && lens <= LOBE_SHARE * REFLECTED * alpha * ahead;
+    const float lens = plan->camera.aperture_radius, alpha = lobes->alpha[i];
+    const float least = lobes->stretch[i] > 0.0f ? alpha * sqrtf(lobes->stretch[i]) : alpha;
+    return lens_lobes_alike(alpha, centre->alpha) && lens <= LOBE_SHARE * REFLECTED * least * ahead;
 }
 
 void centre_gbuffer_match(struct centre_gbuffer *centres, const struct path_packet *p,
@@ -181,6 +182,6 @@ void centre_gbuffer_match(struct centre_gbuffer *centres, const struct path_pack
         const float ahead = active ? path_ahead(&centres->context, p, v, (uint32_t)i) : 0.0f;
         if (active && is_near_focus(plan, ahead)) centre = find_centre(centres, v, i);
         lit->on[i] = centre ? -1 : 0;
-        if (!centre || !is_same_lobe(plan, ahead, lobes->alpha[i], centre)) lobes->on.on[i] = 0;
+        if (!centre || !is_same_lobe(plan, ahead, lobes, i, centre)) lobes->on.on[i] = 0;
     }
 }

@@ -4,9 +4,11 @@
 #include "worker/trace/path/path.h"
 
 struct glossy_lobes {
-    struct lanes_mask on;      /* lanes whose surface has one */
-    struct lanes3 reflectance; /* directional albedo; 0 elsewhere */
-    _Alignas(LANES_ALIGN) float alpha[LANES];
+    struct lanes_mask on;                       /* lanes whose surface has one */
+    struct lanes3 reflectance;                  /* directional albedo; 0 elsewhere */
+    _Alignas(LANES_ALIGN) float alpha[LANES];   /* of anisotropic ones the geometric mean */
+    _Alignas(LANES_ALIGN) float stretch[LANES]; /* the smaller alpha over the larger; 0: equal */
+    struct lanes3 tangent; /* of the world, along which alpha is larger; where they differ */
 };
 
 /* Finds the lobes of the active lanes of *v (path_resolve). */

@@ -23,7 +23,7 @@ struct layers {
     _Alignas(LANES_ALIGN) float p_diffuse[LANES], p_facet[LANES]; /* of choosing the lobe */
 };
 
-/* Samples of the facets' lobes, for isotropic ones. */
+/* Samples of the facets' lobes. */
 struct layer_gloss {
     struct lanes_mask on;           /* lanes that have one */
     struct lanes_mask above;        /* whose direction lies above the facet */

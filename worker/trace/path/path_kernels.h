@@ -37,7 +37,7 @@ struct path_kernels {
     void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,
                            const float *w, struct path_scattering *s);
     /* Compute pi times the layers' diffuse lobes over white albedo, in directions of the world, and
-     * samples (u, w) of the glossy lobes of isotropic layers. */
+     * samples (u, w) of the glossy lobes of layers. */
     void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,
                            const struct lanes3 *direction, float *weight);
     void (*layers_gloss)(const struct path_vertex *v, const struct layers *layers, const float *u,

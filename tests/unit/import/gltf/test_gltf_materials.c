@@ -148,11 +148,25 @@ TEST(extras_choose_models)
                              "\"exponent_v\": 90, \"specular\": [0.5, 0.5, 0.5]"),
                  &s);
     assert_true(m->model == MODEL_ASHIKHMIN_SHIRLEY && m->exponent_u == 9 && m->exponent_v == 90);
+    assert_int_equal(s.count[SCENE_TANGENTS], s.count[SCENE_POSITIONS]);
     scene_unmap(&s);
     m = read_one(GREY EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent\": 9, "
                              "\"specular\": [0.5, 0.5, 0.5]"),
                  &s);
     assert_true(m->exponent_u == 9 && m->exponent_v == 9);
+    assert_int_equal(s.count[SCENE_TANGENTS], 0);
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"ward\", \"alpha_u\": 0.5, \"alpha_v\": 0.125, "
+                             "\"specular\": [0.5, 0.5, 0.5]"),
+                 &s);
+    assert_true(m->model == MODEL_WARD && m->alpha_u == 0.5f && m->alpha_v == 0.125f);
+    scene_unmap(&s);
+    m = read_one(EXTRAS("\"model\": \"kelemen\", \"alpha\": 0.5, \"specular\": [1, 0.5, 0]"), &s);
+    assert_true(m->model == MODEL_KELEMEN && m->alpha_u == 0.5f && m->alpha_v == 0.5f);
+    assert_true(m->base_color[0] == 1 && m->model_specular[0] == 1);
+    scene_unmap(&s);
+    m = read_one(GREY EXTRAS("\"model\": \"ward\", \"alpha\": 0.5, \"specular\": [0, 0, 0]"), &s);
+    assert_true(m->alpha_u == 0.5f && m->alpha_v == 0.5f);
     scene_unmap(&s);
 }
 
@@ -264,6 +278,14 @@ TEST(names_what_it_refuses)
         {EXTRAS("\"model\": \"ashikhmin_shirley\", \"exponent_u\": 4, \"exponent_v\": 4, "
                 "\"exponent\": 4, \"specular\": [1, 1, 1]"),
          ERR_MISMATCH, OURS},
+        {EXTRAS("\"model\": \"ward\", \"specular\": [1, 1, 1]"), ERR_MISSING, OURS},
+        {EXTRAS("\"model\": \"ward\", \"alpha\": 0.1, \"alpha_u\": 0.1, \"specular\": [1, 1, 1]"),
+         ERR_MISSING, OURS},
+        {EXTRAS("\"model\": \"ward\", \"alpha\": 1.5, \"specular\": [1, 1, 1]"), ERR_RANGE,
+         OURS ".alpha"},
+        {EXTRAS("\"model\": \"beckmann\", \"alpha_u\": 0.1, \"alpha_v\": \"NaN\", "
+                "\"specular\": [1, 1, 1]"),
+         ERR_TYPE, OURS ".alpha_v"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         room_refuses("a.gltf", document(WITH_UVS, rows[i].material), rows[i].code, rows[i].pointer);

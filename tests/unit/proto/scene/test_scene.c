@@ -290,6 +290,10 @@ TEST(scattering_is_checked)
     EXPECT(c.materials[0].exponent_u = 1e6f, ERR_RANGE, "materials[0].exponent_u");
     EXPECT(c.materials[0].exponent_v = -1, ERR_RANGE, "materials[0].exponent_v");
     EXPECT(c.materials[0].alpha_u = 2, ERR_RANGE, "materials[0].alpha_u");
+    EXPECT(c.materials[0].alpha_v = NAN, ERR_NOT_FINITE, "materials[0].alpha_v");
+    EXPECT(c.materials[0].second_specular[2] = NAN, ERR_NOT_FINITE, "materials[0].second_specular");
+    EXPECT(c.materials[0].second_alpha = 1.5f, ERR_RANGE, "materials[0].second_alpha");
+    EXPECT(c.materials[0].grazing[1] = -1, ERR_RANGE, "materials[0].grazing");
     EXPECT(c.materials[0].eta[2] = -1, ERR_RANGE, "materials[0].eta");
     EXPECT(c.materials[0].k[0] = NAN, ERR_NOT_FINITE, "materials[0].k");
     EXPECT(c.materials[0].transmission_texture.texture = 1, ERR_RANGE,

@@ -176,21 +176,24 @@ TEST(other_models_pass_through)
     static const struct {
         uint32_t record;
         enum bsdf_model model;
-    } rows[] = {{MODEL_PHONG, BSDF_PHONG},
-                {MODEL_BLINN_PHONG, BSDF_BLINN_PHONG},
-                {MODEL_BECKMANN, BSDF_BECKMANN},
-                {MODEL_ASHIKHMIN_SHIRLEY, BSDF_ASHIKHMIN_SHIRLEY},
-                {MODEL_MIRROR, BSDF_MIRROR}};
+    } rows[] = {
+#define MODEL(number, NAME, name) {MODEL_##NAME, BSDF_##NAME},
+#include "proto/scene/model.def"
+    };
     struct bench b = open_bench();
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    for (size_t i = MODEL_GLTF + 1; i < sizeof rows / sizeof *rows; i++) {
         struct bsdf bsdf;
         b.record->model = rows[i].record;
         b.record->model_specular[1] = 0.5f;
         b.record->exponent_u = 10.0f;
         b.record->exponent_v = 20.0f;
         b.record->alpha_u = 0.3f;
+        b.record->alpha_v = 0.3f;
         b.record->eta[2] = 1.5f;
         b.record->k[0] = 3.0f;
+        b.record->second_specular[0] = 0.25f;
+        b.record->second_alpha = 0.6f;
+        b.record->grazing[1] = 0.7f;
         b.record->transmission = 1.0f; /* glTF's alone */
         const struct material *m = make(&b);
         assert_true(!m->lambert && !m->transmissive);
@@ -201,6 +204,8 @@ TEST(other_models_pass_through)
         assert_true(bsdf.exponent_u == 10.0f && bsdf.exponent_v == 20.0f);
         assert_true(bsdf.alpha_u == 0.3f && bsdf.alpha_v == 0.3f);
         assert_true(bsdf.eta[2] == 1.5f && bsdf.k[0] == 3.0f);
+        assert_true(bsdf.second_specular[0] == 0.25f && bsdf.second_alpha == 0.6f);
+        assert_true(bsdf.grazing[1] == 0.7f);
         assert_true(!bsdf.inside && !bsdf.thin);
     }
     close_bench(&b);

@@ -273,6 +273,9 @@ TEST(test_extremes)
         b.exponent_u = pick(&r, exponents, 5), b.exponent_v = pick(&r, exponents, 5);
         b.metallic = pick(&r, shares, 5), b.transmission = pick(&r, shares, 5);
         b.specular = pick(&r, shares, 5), b.ior = pick(&r, iors, 11);
+        b.second_alpha = pick(&r, alphas, 8);
+        b.grazing[0] = pick(&r, shares, 5), b.grazing[1] = pick(&r, shares, 5);
+        for (int k = 0; k < 3; k++) b.second_specular[k] = pick(&r, shares, 5);
         b.thin = random_bits(&r) & 1, b.inside = random_bits(&r) & 1;
         for (int k = 0; k < 3; k++) {
             b.albedo[k] = pick(&r, shares, 5), b.base_color[k] = pick(&r, shares, 5);

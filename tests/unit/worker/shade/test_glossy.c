@@ -42,7 +42,7 @@ TEST(weights_are_the_bsdfs)
                     float wo[3], wi[3], weight[3];
                     struct bsdf_value value;
                     looking(cosines[z], wo);
-                    if (!glossy_sample(&b, wo, u, wi, weight)) continue;
+                    if (!glossy_sample_ggx(&b, wo, u, wi, weight)) continue;
                     bsdf_evaluate(&b, wo, wi, &value);
                     for (int c = 0; c < 3; c++) {
                         const float ratio =
@@ -68,10 +68,10 @@ TEST(reflectance_is_the_mean_weight)
                 for (int k = 0; k < SIDE * SIDE; k++) {
                     const float u[2] = {((float)(k % SIDE) + 0.5f) / SIDE,
                                         ((float)(k / SIDE) + 0.5f) / SIDE};
-                    if (!glossy_sample(&b, wo, u, wi, weight)) continue;
+                    if (!glossy_sample_ggx(&b, wo, u, wi, weight)) continue;
                     for (int c = 0; c < 3; c++) sum[c] += (double)weight[c] / (SIDE * SIDE);
                 }
-                glossy_reflectance(&b, cosines[z], reflectance);
+                glossy_reflectance(&b, wo, reflectance);
                 for (int c = 0; c < 3; c++)
                     if (fabs((double)reflectance[c] - sum[c]) >
                         (z == 0 ? 0.035 : 0.012) * sum[c] + 1e-3)
@@ -89,6 +89,8 @@ TEST(who_has_one)
     assert_false(glossy_has(&b));
     b = surface(0.2f, 0.0f);
     b.alpha_v = 0.3f;
+    assert_true(glossy_has(&b));
+    b.alpha_v = 0.0099f;
     assert_false(glossy_has(&b));
     b = surface(0.2f, 0.0f);
     b.transmission = 0.1f;
@@ -98,9 +100,120 @@ TEST(who_has_one)
     assert_false(glossy_has(&b));
     b.metallic = 0.1f;
     assert_true(glossy_has(&b));
+    b.exponent_u = b.exponent_v = 1000.0f;
+    b.second_alpha = 0.3f;
     for (int model = 0; model < BSDF_MODEL_COUNT; model++) {
+        const bool facets = model == BSDF_BLINN_PHONG || model == BSDF_BECKMANN ||
+                            model == BSDF_WARD || model == BSDF_KELEMEN ||
+                            model == BSDF_ASHIKHMIN_SHIRLEY || model == BSDF_MEASURED;
         b.model = (enum bsdf_model)model;
-        assert_int_equal(glossy_has(&b), model == BSDF_GLTF);
+        assert_int_equal(glossy_has(&b), facets || model == BSDF_GLTF);
+    }
+    b.model = BSDF_ASHIKHMIN_SHIRLEY;
+    b.exponent_v = 1e5f;
+    assert_false(glossy_has(&b));
+}
+
+/* Surfaces whose lobe knows no table of its own. */
+static struct bsdf other(enum bsdf_model model, float along, float across)
+{
+    struct bsdf b = surface(along, 1.0f);
+    b.model = model;
+    b.alpha_v = across;
+    b.exponent_u = 2 / (along * along) - 2, b.exponent_v = 2 / (across * across) - 2;
+    b.model_specular[0] = 0.8f, b.model_specular[1] = 0.5f, b.model_specular[2] = 0.04f;
+    b.second_specular[0] = 0.1f, b.second_alpha = 0.5f;
+    b.grazing[0] = 0.7f, b.grazing[1] = 0.3f;
+    if (model == BSDF_BECKMANN && along == across)
+        b.eta[0] = 0.2f, b.eta[1] = 0.92f, b.eta[2] = 1.1f, b.k[0] = 3.9f, b.k[1] = 2.45f,
+        b.k[2] = 2.14f;
+    return b;
+}
+
+/* Those that are alike along and across. */
+static bool is_round(enum bsdf_model model)
+{
+    return model == BSDF_KELEMEN || model == BSDF_MEASURED || model == BSDF_BLINN_PHONG;
+}
+
+static const enum bsdf_model models[] = {BSDF_GLTF,       BSDF_BECKMANN,          BSDF_WARD,
+                                         BSDF_KELEMEN,    BSDF_ASHIKHMIN_SHIRLEY, BSDF_MEASURED,
+                                         BSDF_BLINN_PHONG};
+
+/* The lobe alone: what the BSDF's other lobe is makes no difference to its samples. */
+TEST(others_are_sampled_alone)
+{
+    for (int m = 0; m < 7; m++)
+        for (int k = 0; k < 64; k++) {
+            struct bsdf b = other(models[m], 0.3f, 0.1f);
+            const float u[2] = {((float)(k % 8) + 0.5f) / 8, ((float)k / 8 + 0.5f) / 9};
+            float wo[3], wi[3], weight[3], bare[3];
+            struct bsdf_value value;
+            looking(0.5f, wo);
+            if (!glossy_sample(&b, wo, u, wi, weight)) continue;
+            bsdf_evaluate(&b, wo, wi, &value);
+            for (int c = 0; c < 3; c++)
+                assert_true(fabsf(weight[c] * value.pdf - value.specular[c] * wi[2]) <=
+                            1e-5f * value.specular[c]);
+            b.albedo[0] = b.albedo[1] = 0.5f;
+            assert_true(glossy_sample(&b, wo, u, wi, bare));
+            if (models[m] == BSDF_GLTF) continue; /* of metal: none under it */
+            for (int c = 0; c < 3; c++) assert_true(bare[c] == weight[c]);
+        }
+}
+
+TEST(reflectance_of_others_is_the_mean_weight)
+{
+    enum { SIDE = 128 };
+    static const float widths[] = {0.05f, 0.23f, 0.8f};
+    for (int m = 0; m < 7; m++)
+        for (int w = 0; w < 9; w++)
+            for (int k = 0; k < 8; k++) {
+                const bool round = is_round(models[m]);
+                const struct bsdf b =
+                    other(models[m], widths[w % 3], widths[round ? w % 3 : w / 3]);
+                const float cosine = cosines[1 + k % 4], turn = 0.3f + 0.9f * (float)(k / 4);
+                const float sine = sqrtf(1.0f - cosine * cosine);
+                const float wo[3] = {sine * cosf(turn), sine * sinf(turn), cosine};
+                double sum[3] = {0};
+                float wi[3], weight[3], reflectance[3];
+                for (int i = 0; i < SIDE * SIDE; i++) {
+                    const float u[2] = {((float)(i % SIDE) + 0.5f) / SIDE,
+                                        ((float)(i / SIDE) + 0.5f) / SIDE};
+                    if (!glossy_sample(&b, wo, u, wi, weight)) continue;
+                    for (int c = 0; c < 3; c++) sum[c] += (double)weight[c] / (SIDE * SIDE);
+                }
+                glossy_reflectance(&b, wo, reflectance);
+                for (int c = 0; c < 3; c++)
+                    if (fabs((double)reflectance[c] - sum[c]) >
+                        (models[m] == BSDF_BLINN_PHONG ? 0.06 : 0.03) * sum[c] + 1e-3)
+                        fail_msg("model %d, widths %g %g, cosine %g: %g instead of %g",
+                                 (int)models[m], (double)widths[w % 3], (double)widths[w / 3],
+                                 (double)cosine, (double)reflectance[c], sum[c]);
+            }
+}
+
+/* GGX facets of the alphas that filters are told fall off near the normal as the model's do. */
+TEST(alphas_are_as_sharp)
+{
+    for (int m = 0; m < 7; m++) {
+        const struct bsdf b = other(models[m], 0.1f, is_round(models[m]) ? 0.1f : 0.05f);
+        float alpha[2];
+        glossy_alphas(&b, alpha);
+        for (int axis = 0; axis < 2; axis++) {
+            /* seen from above, f of a half vector is D / 4 and things that hardly change */
+            const float wo[3] = {0, 0, 1}, x = 0.4f * alpha[axis];
+            float h[3] = {0, 0, 0}, wi[3];
+            struct bsdf_value top, side;
+            h[axis] = sinf(x), h[2] = cosf(x);
+            for (int k = 0; k < 3; k++) wi[k] = 2 * h[2] * h[k] - wo[k];
+            bsdf_evaluate(&b, wo, wo, &top);
+            bsdf_evaluate(&b, wo, wi, &side);
+            const double fall = (double)(side.specular[0] / top.specular[0]);
+            if (fabs(fall - exp(-1.13 * 0.16)) >
+                (models[m] == BSDF_GLTF || models[m] == BSDF_MEASURED ? 0.1 : 0.02))
+                fail_msg("model %d, axis %d: falls to %g", (int)models[m], axis, fall);
+        }
     }
 }
 
@@ -110,5 +223,6 @@ TEST(grazing_looks_see_nothing)
     const struct bsdf b = surface(0.2f, 1.0f);
     const float wo[3] = {1, 0, 0}, u[2] = {0.5f, 0.5f};
     float wi[3], weight[3];
+    assert_false(glossy_sample_ggx(&b, wo, u, wi, weight));
     assert_false(glossy_sample(&b, wo, u, wi, weight));
 }

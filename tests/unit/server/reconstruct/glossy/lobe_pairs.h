@@ -13,15 +13,17 @@ enum { PAIRS = 256 };
 
 /* What pairs are drawn from. Normals turn from the view by up to `turn` and from each other by up
  * to `bend` radians; alpha is from a to b, evenly in its logarithm, and that of the second is up to
- * `times` as much. */
+ * `times` as much. Anisotropic lobes are stretched by `stretch` to 1; 0: all are round. */
 struct lobe_range {
-    double turn, bend, a, b, times;
+    double turn, bend, a, b, times, stretch;
 };
 
 struct lobe {
     double n[3], v[3], r[3]; /* unit */
     double cosine, alpha;
+    double stretch, tangent[3];
     double along[3], across[3]; /* unit, at right angles to r */
+    double wide, thin;          /* standard deviations along and across */
 };
 
 struct lobe_pairs {
@@ -40,6 +42,37 @@ static inline void lobe_unit(double a[3])
     for (int k = 0; k < 3; k++) a[k] /= length;
 }
 
+/* Facets' offsets as they move what is mirrored, turned onto the axes of the ellipse they make. */
+static inline void lobe_stretch(struct lobe *l)
+{
+    double u[3], w[3], p[2][3], gram[3] = {0};
+    const double out = lobe_dot(l->tangent, l->n),
+                 each[2] = {1 / sqrt(l->stretch), sqrt(l->stretch)};
+    for (int k = 0; k < 3; k++) u[k] = l->tangent[k] - out * l->n[k];
+    lobe_unit(u);
+    for (int k = 0; k < 3; k++)
+        w[k] = l->n[(k + 1) % 3] * u[(k + 2) % 3] - l->n[(k + 2) % 3] * u[(k + 1) % 3];
+    for (int j = 0; j < 2; j++)
+        for (int k = 0; k < 3; k++) {
+            const double *d = j ? w : u;
+            p[j][k] = l->wide * each[j] * (lobe_dot(l->v, d) * l->n[k] + l->cosine * d[k]);
+        }
+    for (int k = 0; k < 3; k++) {
+        gram[0] += p[0][k] * p[0][k];
+        gram[1] += p[0][k] * p[1][k];
+        gram[2] += p[1][k] * p[1][k];
+    }
+    const double turn = 0.5 * atan2(2 * gram[1], gram[0] - gram[2]);
+    for (int k = 0; k < 3; k++) {
+        l->along[k] = cos(turn) * p[0][k] + sin(turn) * p[1][k];
+        l->across[k] = cos(turn) * p[1][k] - sin(turn) * p[0][k];
+    }
+    l->wide = sqrt(lobe_dot(l->along, l->along));
+    l->thin = sqrt(lobe_dot(l->across, l->across));
+    lobe_unit(l->along);
+    lobe_unit(l->across);
+}
+
 /* What follows from a lobe's normal, view and alpha, in double precision. */
 static inline void lobe_finish(struct lobe *l)
 {
@@ -56,6 +89,9 @@ static inline void lobe_finish(struct lobe *l)
         l->across[k] = l->n[a] * t[b] - l->n[b] * t[a];
     }
     lobe_unit(l->across);
+    l->wide = 2 * l->alpha / sqrt(2.26);
+    l->thin = l->wide * l->cosine;
+    if (l->stretch > 0) lobe_stretch(l);
 }
 
 /* A unit vector up to `most` radians from unit a. */
@@ -98,6 +134,13 @@ static inline void lobe_draw(const struct plan *plan, struct patch *p, int32_t y
     const double other = exp(log(range->times) * (2.0 * floor_random(random) - 1.0));
     p->glossy_alpha[i] = (float)alpha;
     p->glossy_alpha[i + 1] = (float)fmin(alpha * other, 1.0);
+    for (size_t j = 0; j < 2 && range->stretch > 0; j++) {
+        double tangent[3];
+        lobe_near(j ? n : first, 1.5, random, tangent); /* not at right angles, as it was rounded */
+        p->glossy_stretch[i + j] =
+            (float)(range->stretch + (1 - range->stretch) * floor_random(random));
+        for (int k = 0; k < 3; k++) p->glossy_tangent[k][i + j] = (float)tangent[k];
+    }
 }
 
 /* The weight of the second lobe for the first, of which its own is 1: what is left of each alone.
@@ -138,6 +181,7 @@ static inline void lobe_pairs_make(uint32_t filter, const struct lobe_range *ran
     plan.camera.half_width = plan.camera.half_height =
         1e-5f; /* all pixels are seen from one side */
     const struct rect rect = {0, 0, 2, PAIRS};
+    if (range->stretch > 0) plan.planes |= PLANES_GLOSSY_AXES;
     assert_int_equal(patch_create(&plan, rect, &patch), 0);
     for (int32_t y = 0; y < PAIRS; y++) lobe_draw(&plan, patch, y, range, &seed);
     assert_int_equal(glossy_neighbourhood_create(&plan, patch, rect, 1, false, &around), 0);
@@ -145,7 +189,11 @@ static inline void lobe_pairs_make(uint32_t filter, const struct lobe_range *ran
     for (int32_t y = 0; y < PAIRS; y++)
         for (size_t j = 0; j < 2; j++) {
             struct lobe *l = &out->lobe[y][j];
-            l->alpha = fmax((double)patch->glossy_alpha[patch_pixel(patch, 0, y) + j], 0.002);
+            const size_t i = patch_pixel(patch, 0, y) + j;
+            l->alpha = fmax((double)patch->glossy_alpha[i], 0.002);
+            l->stretch = range->stretch > 0 ? (double)patch->glossy_stretch[i] : 0;
+            for (int k = 0; k < 3 && l->stretch > 0; k++)
+                l->tangent[k] = (double)patch->glossy_tangent[k][i];
             lobe_unit(l->v);
             lobe_finish(l);
         }

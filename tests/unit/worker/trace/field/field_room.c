@@ -28,6 +28,32 @@ static uint32_t add_material(struct scene_fixture *f, enum kind kind)
         m->exponent_u = 5.0f;
         m->exponent_v = 50.0f;
         break;
+    case BRUSHED:
+        m->specular = m->metallic = 1.0f;
+        m->roughness = 0.3f;
+        m->anisotropy = 0.7f;
+        break;
+    case BECKMANN:
+        m->model = MODEL_BECKMANN;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.2f;
+        m->alpha_u = m->alpha_v = 0.3f;
+        break;
+    case WARD:
+        m->model = MODEL_WARD;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.2f;
+        m->alpha_u = 0.1f;
+        m->alpha_v = 0.4f;
+        break;
+    case KELEMEN:
+        m->model = MODEL_KELEMEN;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.3f;
+        m->alpha_u = m->alpha_v = 0.2f;
+        break;
+    case BLINN:
+        m->model = MODEL_BLINN_PHONG;
+        m->model_specular[0] = m->model_specular[1] = m->model_specular[2] = 0.3f;
+        m->exponent_u = m->exponent_v = 60.0f;
+        break;
     case METAL:
         m->specular = 1.0f;
         m->metallic = 1.0f;

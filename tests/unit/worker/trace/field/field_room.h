@@ -18,7 +18,20 @@
 enum { SIDE_PX = 16, AREA = SIDE_PX * SIDE_PX };
 
 /* What lies under the camera. */
-enum kind { LAMBERT, DIELECTRIC, COATED, PHONG, ASHIKHMIN, METAL, KIND_COUNT };
+enum kind {
+    LAMBERT,
+    DIELECTRIC,
+    COATED,
+    PHONG,
+    ASHIKHMIN,
+    METAL,
+    BRUSHED,
+    BECKMANN,
+    WARD,
+    KELEMEN,
+    BLINN,
+    KIND_COUNT
+};
 
 /* A floor of the material, all pixels at one point of it; a red wall, a glossy one, a low roof. */
 struct plan room(struct scene_fixture *f, enum kind kind, uint32_t shines);

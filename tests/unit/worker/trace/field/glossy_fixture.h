@@ -7,8 +7,8 @@
 
 /* A direction by a facet that wo sees, with its weight f |cos| / pdf. False: below the surface, the
  * weight is 0. glossy_has holds; wo.z > 0. */
-static inline bool glossy_sample(const struct bsdf *b, const float wo[3], const float u[2],
-                                 float wi[3], float weight[3])
+static inline bool glossy_sample_ggx(const struct bsdf *b, const float wo[3], const float u[2],
+                                     float wi[3], float weight[3])
 {
     const float alpha[2] = {b->alpha_u, b->alpha_v}, coat = (1.0f - b->metallic) * b->specular;
     float h[3];

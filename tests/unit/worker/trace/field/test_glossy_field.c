@@ -35,7 +35,7 @@ static struct plan hybrid_of(const struct plan *plain)
 
 static bool is_glossy(enum kind kind)
 {
-    return kind == DIELECTRIC || kind == COATED || kind == METAL;
+    return kind != LAMBERT && kind != PHONG;
 }
 
 static void compare(enum kind kind, uint32_t shines, uint32_t bounces)
@@ -117,11 +117,6 @@ static void sharpen(struct scene_material *m)
     m->roughness = 0.09f;
 }
 
-static void brush(struct scene_material *m)
-{
-    m->anisotropy = 0.5f;
-}
-
 static void clear(struct scene_material *m)
 {
     m->transmission = 0.5f;
@@ -131,7 +126,6 @@ static void clear(struct scene_material *m)
 TEST(other_lobes_stay_with_paths)
 {
     stays(sharpen);
-    stays(brush);
     stays(clear);
 }
 
@@ -139,9 +133,9 @@ TEST(other_lobes_stay_with_paths)
  * whose mean is the reflectance, how near the rays' hits are. */
 TEST(planes_describe_lobes)
 {
-    static const enum kind kinds[] = {DIELECTRIC, COATED, METAL};
-    static const double alphas[] = {0.25, 0.0625, 0.16};
-    for (int k = 0; k < 3; k++) {
+    static const enum kind kinds[] = {DIELECTRIC, COATED, METAL, KELEMEN, WARD};
+    static const double alphas[] = {0.25, 0.0625, 0.16, 0.2126, 0.2126};
+    for (int k = 0; k < 5; k++) {
         struct scene_fixture *f = fixture_new();
         struct plan plain = room(f, kinds[k], SHINES_RECT);
         plain.bounces = 1;
@@ -155,6 +149,8 @@ TEST(planes_describe_lobes)
             const int r = samples_u16(s->first, PLANE_GLOSSY_LOBE, 0)[i];
             assert_true(fabs(samples_u16(s->first, PLANE_GLOSSY_LOBE, 3)[i] / 65535.0 - alphas[k]) <
                         2e-5);
+            assert_int_equal(samples_u16(s->first, PLANE_GLOSSY_STRETCH, 0)[i],
+                             kinds[k] == WARD ? 16384 : 0);
             assert_true(abs(samples_u16(s->first, PLANE_SUB_REFLECTANCE, 3)[i] - r) <= 2);
             assert_true(near > 0.05 && near < 3);
             weight += half_at(s->first, PLANE_GLOSSY_MEAN, 3, i) / AREA;

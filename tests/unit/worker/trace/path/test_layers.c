@@ -292,7 +292,7 @@ TEST(test_gloss)
                 if (!v.layers.on.on[i]) assert_int_equal(lobe.on.on[i], 0);
                 if (!v.layers.on.on[i] || !glossy_has(&v.bsdf[i])) continue;
                 get(&v.back, i, wo), get(&v.surface.facet, i, facet);
-                const bool on = glossy_sample(&v.bsdf[i], wo, at, wi, weight);
+                const bool on = glossy_sample_ggx(&v.bsdf[i], wo, at, wi, weight);
                 assert_int_equal(lobe.on.on[i], on ? -1 : 0);
                 if (!on) continue;
                 same(&lobe.local, i, wi), same(&lobe.weight, i, weight);

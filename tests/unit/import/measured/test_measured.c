@@ -1,0 +1,213 @@
+/* Measured reflectances: files as MERL's are, made here of lobes that are known, what is fitted to
+ * them, and what files are refused for. */
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/unit/import/gltf/material_document.h"
+
+#include "server/import/measured/lobe_fit.h"
+
+enum { H = 45, D = 30, P = 30, ALL = H * D * P };
+
+static const double pi = 3.14159265358979324;
+
+/* A file of three numbers a bin. */
+static struct {
+    int32_t bins[3];
+    double value[3 * ALL];
+} __attribute__((packed)) file;
+
+struct surface {
+    double diffuse[3], specular[2][3], grazing[2], alpha[2];
+};
+
+static double smith(const double w[3], double alpha)
+{
+    return sqrt(w[2] * w[2] + alpha * alpha * (1 - w[2] * w[2]));
+}
+
+/* Walter's and Heitz' GGX for a pair of directions, in terms of angles to the normal. */
+static double facets(const double wi[3], const double wo[3], double hz, double alpha)
+{
+    const double t = (alpha * alpha - 1) * hz * hz + 1;
+    return alpha * alpha / (pi * t * t) /
+           (2 * (wo[2] * smith(wi, alpha) + wi[2] * smith(wo, alpha)));
+}
+
+static double reflected(const struct surface *s, int c, const double wi[3], const double wo[3],
+                        double hz, double cosine)
+{
+    const double g = pow(1 - cosine, 5);
+    double f = s->diffuse[c] / pi * 1.05 * (1 - pow(1 - wi[2], 5)) * (1 - pow(1 - wo[2], 5));
+    for (int k = 0; k < 2; k++)
+        f += (s->specular[k][c] * (1 - g) + s->grazing[k] * g) * facets(wi, wo, hz, s->alpha[k]);
+    return f;
+}
+
+/* Fills the file by Rusinkiewicz' angles; below the horizon stands -1, as in MERL's. */
+static void measure(const struct surface *s)
+{
+    static const double scale[3] = {1500, 1500 / 1.15, 1500 / 1.66};
+    file.bins[0] = H, file.bins[1] = D, file.bins[2] = P;
+    for (int i = 0; i < ALL; i++) {
+        const double r = (i / (D * P) + 0.5) / H, th = pi / 2 * r * r;
+        const double td = pi / 2 * (i / P % D + 0.5) / D, pd = pi * (i % P + 0.5) / P;
+        const double d[3] = {sin(td) * cos(pd), sin(td) * sin(pd), cos(td)};
+        const double wi[3] = {cos(th) * d[0] + sin(th) * d[2], d[1],
+                              cos(th) * d[2] - sin(th) * d[0]};
+        const double wo[3] = {cos(th) * -d[0] + sin(th) * d[2], -d[1],
+                              cos(th) * d[2] + sin(th) * d[0]};
+        for (int c = 0; c < 3; c++)
+            file.value[c * ALL + i] =
+                wi[2] > 0 && wo[2] > 0 ? reflected(s, c, wi, wo, cos(th), cos(td)) * scale[c] : -1;
+    }
+}
+
+static const struct surface paint = {
+    {0.3, 0.2, 0.1}, {{0.08, 0.06, 0.04}, {0.1, 0.12, 0.2}}, {0.6, 0.3}, {0.12, 0.5}};
+
+static struct merl open_file(void)
+{
+    struct merl merl;
+    const struct file_view view = {(const uint8_t *)&file, sizeof file};
+    if (merl_open(&view, "m", &merl, &room_fault) != 0)
+        fail_msg("%s: %s", room_fault.pointer, room_fault.detail);
+    return merl;
+}
+
+static void expect_near(const char *what, double value, double truth, double off)
+{
+    if (fabs(value - truth) > off) fail_msg("%s: %g in place of %g", what, value, truth);
+}
+
+TEST(lobes_come_back)
+{
+    struct lobe_fit fit;
+    measure(&paint);
+    const struct merl merl = open_file();
+    assert_int_equal(lobe_fit_make(&merl, &fit), 0);
+    for (int k = 0; k < 2; k++) {
+        expect_near("alpha", (double)fit.alpha[k], paint.alpha[k], 0.02 * paint.alpha[k]);
+        expect_near("grazing", (double)fit.grazing[k], paint.grazing[k], 0.1);
+        for (int c = 0; c < 3; c++)
+            expect_near("specular", (double)fit.specular[k][c], paint.specular[k][c], 0.01);
+    }
+    for (int c = 0; c < 3; c++)
+        expect_near("diffuse", (double)fit.diffuse[c], paint.diffuse[c], 0.01);
+    assert_true(fit.off < 0.02);
+}
+
+/* Of what is no GGX lobe the fit is not exact, and says so. */
+TEST(what_does_not_fit_is_told)
+{
+    struct lobe_fit good, bad;
+    measure(&paint);
+    struct merl merl = open_file();
+    assert_int_equal(lobe_fit_make(&merl, &good), 0);
+    for (int i = 0; i < 3 * ALL; i++)
+        if (i / (D * P) % H < H / 3) file.value[i] *= 0.25; /* a hole where the highlight was */
+    assert_int_equal(lobe_fit_make(&merl, &bad), 0);
+    assert_true(bad.off > 0.05 && bad.off > 3 * good.off && bad.off < 1);
+}
+
+/* Nothing that is fitted reflects more than it receives, or less than nothing. */
+TEST(fits_conserve_energy)
+{
+    static const struct surface all[] = {
+        {{0}, {{0}}, {0}, {0.1, 0.5}},
+        {{2, 1, 0}, {{1, 1, 1}, {3, 0, 0}}, {2, 1}, {0.1, 0.5}},
+        {{0, 0, 0}, {{0.9, 0.6, 0.3}, {0, 0, 0}}, {1, 0}, {0.004, 0.9}}};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        struct lobe_fit fit;
+        measure(&all[i]);
+        const struct merl merl = open_file();
+        assert_int_equal(lobe_fit_make(&merl, &fit), 0);
+        for (int c = 0; c < 3; c++) {
+            const float d = fit.diffuse[c], a = fit.specular[0][c], b = fit.specular[1][c];
+            assert_true(d >= 0 && a >= 0 && b >= 0 && d + a + b <= 1.0002f);
+        }
+        for (int k = 0; k < 2; k++)
+            assert_true(fit.grazing[k] >= 0 && fit.alpha[k] > 0 && fit.alpha[k] <= 1);
+        assert_true(fit.grazing[0] + fit.grazing[1] <= 1.0002f);
+        assert_true(fit.off >= 0 && fit.off < 2);
+        if (i == 0) assert_true(fit.diffuse[0] == 0 && fit.specular[0][1] == 0 && fit.off == 0);
+    }
+}
+
+#define MEASURED                                                                                   \
+    "\"extras\": {\"shearwater\": {\"model\": \"measured\", \"uri\": \"paint.binary\"}}"
+#define URI "materials[0].extras.shearwater.uri"
+
+TEST(materials_are_measured)
+{
+    struct scene s;
+    measure(&paint);
+    room_write("paint.binary", &file, sizeof file);
+    const struct scene_material *m = read_one(MEASURED, &s);
+    assert_int_equal(m->model, MODEL_MEASURED);
+    expect_near("alpha", (double)m->alpha_u, 0.12, 0.003);
+    expect_near("second alpha", (double)m->second_alpha, 0.5, 0.01);
+    expect_near("albedo", (double)m->base_color[0], 0.3, 0.01);
+    expect_near("grazing", (double)m->grazing[0], 0.6, 0.1);
+    assert_true(room_warned("fitted by a diffuse lobe and two of alpha 0.12"));
+    scene_unmap(&s);
+}
+
+/* The place of bin h, d, p in a channel. */
+static size_t bin(int channel, int h, int d, int p)
+{
+    return (size_t)(channel * ALL + (h * D + d) * P + p);
+}
+
+static void refuses(const void *data, size_t size_bytes, int code, const char *part)
+{
+    room_write("paint.binary", data, size_bytes);
+    room_refuses("a.gltf", document(WITH_UVS, MEASURED), code, URI);
+    if (!strstr(room_fault.detail, part)) fail_msg("%s lacks %s", room_fault.detail, part);
+}
+
+TEST(bad_files_are_refused_with_a_place)
+{
+    measure(&paint);
+    refuses(&file, 0, ERR_TRUNCATED, "header");
+    refuses(&file, 11, ERR_TRUNCATED, "header");
+    refuses(&file, sizeof file - 1, ERR_TRUNCATED, "only");
+    refuses(&file, sizeof file / 2, ERR_TRUNCATED, "only");
+    static const double bad[] = {NAN, INFINITY, -0.5};
+    for (int k = 0; k < 3; k++) {
+        const double was = file.value[bin(1, 3, 4, 5)];
+        file.value[bin(1, 3, 4, 5)] = bad[k];
+        refuses(&file, sizeof file, k < 2 ? ERR_NOT_FINITE : ERR_RANGE,
+                "at theta_h 3, theta_d 4, phi_d 5");
+        file.value[bin(1, 3, 4, 5)] = was;
+    }
+    file.value[bin(2, H - 1, D - 1, 0)] = NAN; /* below the horizon: nobody looks */
+    room_write("paint.binary", &file, sizeof file);
+    struct scene s;
+    read_one(MEASURED, &s);
+    scene_unmap(&s);
+    static const int32_t bins[] = {0, 1, -1, 1025, INT32_MAX, INT32_MIN};
+    for (int k = 0; k < 6; k++) {
+        file.bins[k % 3] = bins[k];
+        refuses(&file, sizeof file, ERR_RANGE, "bins");
+        file.bins[0] = H, file.bins[1] = D, file.bins[2] = P;
+    }
+    file.bins[2] = P - 1;
+    refuses(&file, sizeof file, ERR_SYNTAX, "too many");
+}
+
+TEST(files_are_found_beside_the_scene)
+{
+#define BY(uri) "\"extras\": {\"shearwater\": {\"model\": \"measured\", \"uri\": \"" uri "\"}}"
+    room_refuses("a.gltf", document(WITH_UVS, BY("none.binary")), ERR_NOT_FOUND, URI);
+    room_refuses("a.gltf", document(WITH_UVS, BY("../paint.binary")), ERR_RANGE, URI);
+    room_refuses("a.gltf", document(WITH_UVS, BY("data:;base64,AAAA")), ERR_TRUNCATED, URI);
+    room_refuses("a.gltf",
+                 document(WITH_UVS, "\"extras\": {\"shearwater\": {\"model\": \"measured\"}}"),
+                 ERR_MISSING, URI);
+    room_refuses("a.gltf",
+                 document(WITH_UVS, "\"extras\": {\"shearwater\": {\"model\": \"measured\", "
+                                    "\"uri\": \"t.bin\", \"alpha\": 0.1}}"),
+                 ERR_UNKNOWN_MEMBER, "materials[0].extras.shearwater.alpha");
+}
