@@ -106,20 +106,22 @@ const addBareJob = (document) => {
 const isUntouched = ({ scene, ...others }) => Object.keys(others).length === 0 && Object.keys(scene ?? {}).length === 0;
 
 const kindOf = (name) => /\.(glb|gltf|obj)$/i.test(name) ? "scene" : /\.(hdr|exr)$/i.test(name) ? "environment" : "beside";
+const CHOSEN = { "/environment/asset": "environment", "/backplate/asset": "backplate" };
 
-// Files are told apart by their names; those beside a scene are named as it names them.
+// Files that are chosen for a place go there. Others are told apart by their names; those beside a scene are named as it names them.
 async function takeFiles(files, pointer = null) {
   const scene = files.filter(({ name }) => kindOf(name) === "scene"), map = files.filter(({ name }) => kindOf(name) === "environment");
   if (scene.length > 1 || map.length > 1) { say("Choose one scene and one environment at a time."); return; }
   const bare = isUntouched(form.document);
   for (const file of files) {
-    const kind = pointer === "/environment/asset" ? "environment" : kindOf(file.name);
-    const place = { scene: "/scene/asset", environment: "/environment/asset", beside: "/scene/asset" }[kind];
+    const kind = CHOSEN[pointer] ?? kindOf(file.name);
+    const place = { scene: "/scene/asset", environment: "/environment/asset", backplate: "/backplate/asset", beside: "/scene/asset" }[kind];
     const digest = await send(file, place);
     if (!digest) continue;
     form.names.set(digest, file.name);
     if (kind === "scene" && bare) addBareJob(form.document);
     if (kind === "environment") form.document.environment = { ...form.document.environment, asset: digest };
+    else if (kind === "backplate") form.document.backplate = { ...form.document.backplate, asset: digest };
     else if (kind === "scene") form.document.scene = { ...form.document.scene, asset: digest };
     else form.document.scene = { ...form.document.scene, files: { ...form.document.scene?.files, [file.name]: digest } };
     if (kind === "environment") delete form.document.environment.radiance;

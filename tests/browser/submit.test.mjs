@@ -5,6 +5,7 @@ import { createHash } from "node:crypto";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { parse } from "yaml";
+import { encodePicture } from "../bench/scenes/png.mjs";
 import { GROUPS, LAYERS, LIGHTS, LOOK_AT_FIELDS } from "../../web/job/job_fields.js";
 import { clean, narrow } from "./axe.mjs";
 import { build, expect, openPage, runAll, shots, startServer, test, text, tmp, until } from "./house.mjs";
@@ -206,6 +207,23 @@ await runAll(async () => {
     expect(/a map/.test(await text(page, "plan")), await text(page, "plan"));
     await page.selectOption(id("/environment"), { label: "none" });
     await page.selectOption(id("/lens"), { label: "pinhole" });
+    complaints.splice(0, complaints.length, ...complaints.filter((line) => !/404|422/.test(line)));
+  });
+
+  await test("a photograph goes behind the objects, whatever its name says", async () => {
+    const { scene } = await documentNow();
+    await page.selectOption(id("/backplate"), { label: "a photograph" });
+    await page.selectOption(id("/backplate/fit"), "stretch");
+    for (const [name, grey] of [["table.png", 128], ["table.exr", 64]]) { // the file's bytes tell what it is
+      const photograph = encodePicture(Buffer.alloc(4 * 4 * 3, grey), 4, 4), digest = createHash("sha256").update(photograph).digest("hex");
+      writeFileSync(join(tmp, name), photograph);
+      await page.setInputFiles(`${id("/backplate/asset")}-file`, join(tmp, name));
+      await until(name, async () => (await documentNow()).backplate?.asset === digest);
+    }
+    await planned();
+    const now = await documentNow();
+    expect(JSON.stringify(now.scene) === JSON.stringify(scene) && !now.environment, JSON.stringify(now));
+    await page.selectOption(id("/backplate"), { label: "none" });
     complaints.splice(0, complaints.length, ...complaints.filter((line) => !/404|422/.test(line)));
   });
 
