@@ -65,13 +65,15 @@ static int take_spots(const struct merl *m, struct fit *f)
     const uint64_t all = (uint64_t)m->bins[0] * m->bins[1] * m->bins[2];
     uint32_t step = 1;
     while (all / ((uint64_t)step * step) > SAMPLES) step++;
-    const size_t room = (size_t)m->bins[0] * (m->bins[1] / step + 1) * (m->bins[2] / step + 1);
+    const uint32_t step_d = step < m->bins[1] ? step : m->bins[1];
+    const uint32_t step_p = step < m->bins[2] ? step : m->bins[2];
+    const size_t room = (size_t)m->bins[0] * (m->bins[1] / step_d + 1) * (m->bins[2] / step_p + 1);
     f->spots = malloc(room * sizeof *f->spots);
     if (!f->spots) return ERR_MEMORY;
     double sum = 0.0, measure = 0.0;
     for (uint32_t h = 0; h < m->bins[0]; h++)
-        for (uint32_t d = step / 2; d < m->bins[1]; d += step)
-            for (uint32_t p = step / 2; p < m->bins[2]; p += step) {
+        for (uint32_t d = (step_d - 1) / 2; d < m->bins[1]; d += step_d)
+            for (uint32_t p = (step_p - 1) / 2; p < m->bins[2]; p += step_p) {
                 struct merl_bin *b = &f->spots[f->count].bin;
                 if (!merl_read(m, h, d, p, b)) continue;
                 sum += b->measure * mean_of(b->value);

@@ -135,6 +135,28 @@ TEST(fits_conserve_energy)
     }
 }
 
+/* Of an angle with few bins some are looked at, too. */
+TEST(files_of_any_shape_are_fitted)
+{
+    static const uint32_t shapes[][3] = {
+        {1024, 2, 1024}, {1024, 1024, 2}, {2, 2, 2}, {2, 1024, 1024}, {1024, 3, 90}};
+    for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+        const uint32_t *bins = shapes[i];
+        const size_t count = 3 * (size_t)bins[0] * bins[1] * bins[2];
+        uint8_t *data = malloc(12 + count * sizeof(double));
+        memcpy(data, bins, 12);
+        for (size_t k = 0; k < count; k++)
+            memcpy(data + 12 + k * sizeof(double), &(double){300 / pi}, sizeof(double));
+        const struct file_view view = {data, 12 + count * sizeof(double)};
+        struct lobe_fit fit;
+        struct merl merl;
+        assert_int_equal(merl_open(&view, "m", &merl, &room_fault), 0);
+        assert_int_equal(lobe_fit_make(&merl, &fit), 0);
+        assert_true(fit.diffuse[0] + fit.specular[0][0] + fit.specular[1][0] > 0.05f);
+        free(data);
+    }
+}
+
 #define MEASURED                                                                                   \
     "\"extras\": {\"shearwater\": {\"model\": \"measured\", \"uri\": \"paint.binary\"}}"
 #define URI "materials[0].extras.shearwater.uri"
