@@ -30,12 +30,32 @@ int gltf_use_append(struct gltf *g, const struct scene_mesh *geometry, const str
     return rc;
 }
 
+/* Reads a member of a node's role. 1 and 0 are what Blender before 3.5 makes of True and False. */
+static int read_role(const char *place, const char *key, const json_t *value, uint32_t *roles,
+                     struct fault *fault)
+{
+    gltf_place at;
+    const bool is_catcher = strcmp(key, "catcher") == 0;
+    gltf_place_set(at, "%s.%.60s", place, key);
+    text_make_printable(at);
+    if (!is_catcher && strcmp(key, "holdout") != 0)
+        return fault_set(fault, ERR_UNKNOWN_MEMBER, at, "a node is a catcher or a holdout");
+    const json_int_t number = json_is_integer(value) ? json_integer_value(value) : -1;
+    if (!json_is_boolean(value) && number != 0 && number != 1)
+        return fault_set(fault, ERR_TYPE, at, "it is neither true nor false");
+    if (json_is_true(value) || number == 1)
+        *roles |= is_catcher ? INSTANCE_CATCHER : INSTANCE_HOLDOUT;
+    return 0;
+}
+
 /* extras.shearwater of a node: {"catcher": true} or {"holdout": true}. */
 static int find_role(const struct gltf *g, uint32_t node, uint32_t *flags, struct fault *fault)
 {
     const json_t *json, *ours;
     gltf_place place, at;
-    bool catches = false, holds = false;
+    const char *key;
+    json_t *value;
+    uint32_t roles = 0;
     int rc = gltf_item(g->root, "nodes", node, &json, place, fault);
     const json_t *extras = rc == 0 ? json_object_get(json, "extras") : NULL;
     if (!json_is_object(extras)) return rc;
@@ -43,11 +63,11 @@ static int find_role(const struct gltf *g, uint32_t node, uint32_t *flags, struc
     rc = gltf_object(extras, at, "shearwater", &ours, fault);
     if (rc != 0 || ours == NULL) return rc;
     gltf_place_set(at, "%s.extras.shearwater", place);
-    rc = gltf_flag(ours, at, "catcher", &catches, fault);
-    if (rc == 0) rc = gltf_flag(ours, at, "holdout", &holds, fault);
-    if (rc == 0 && catches && holds)
+    json_object_foreach ((json_t *)ours, key, value)
+        if (rc == 0) rc = read_role(at, key, value, &roles, fault);
+    if (rc == 0 && roles == (INSTANCE_CATCHER | INSTANCE_HOLDOUT))
         return fault_set(fault, ERR_EXISTS, at, "it is a catcher and a holdout");
-    *flags |= (catches ? INSTANCE_CATCHER : 0) | (holds ? INSTANCE_HOLDOUT : 0);
+    *flags |= roles;
     return rc;
 }
 

@@ -1,4 +1,5 @@
 /* Catchers and holdouts by name, and the ground. */
+#include <stdio.h>
 #include <string.h>
 
 #include "tests/unit/import/scene_room.h"
@@ -93,21 +94,54 @@ TEST(names_that_are_not_there_are_refused_where_they_stand)
     room_refuses("scene.obj", scene_text, ERR_EXISTS, "/holdouts/0");
 }
 
+/* A triangle as two nodes, with their extras.shearwater. */
+static const char *two_nodes(const char *a, const char *b)
+{
+    static char text[1200];
+    snprintf(text, sizeof text,
+             "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],"
+             "\"nodes\":[{\"name\":\"a\",\"mesh\":0,\"extras\":{\"shearwater\":%s}},"
+             "{\"name\":\"b\",\"mesh\":0,\"translation\":[2,0,0],"
+             "\"extras\":{\"shearwater\":%s}}],"
+             "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
+             "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,"
+             "\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,1,0]}],"
+             "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
+             "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"
+             "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}",
+             a, b);
+    return text;
+}
+
 TEST(nodes_say_their_role_themselves)
 {
-    static const char gltf[] =
-        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],"
-        "\"nodes\":[{\"name\":\"a\",\"mesh\":0,\"extras\":{\"shearwater\":{\"catcher\":true}}},"
-        "{\"name\":\"b\",\"mesh\":0,\"translation\":[2,0,0],"
-        "\"extras\":{\"shearwater\":{\"holdout\":true}}}],"
-        "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],"
-        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\","
-        "\"min\":[0,0,0],\"max\":[1,1,0]}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}],"
-        "\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/octet-stream;base64,"
-        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}";
     struct scene s;
-    assert_int_equal(room_import_text("scene.gltf", gltf, &s), 0);
-    assert_int_equal(flags_of(&s, "a"), INSTANCE_CATCHER);
-    assert_int_equal(flags_of(&s, "b"), INSTANCE_HOLDOUT);
-    scene_unmap(&s);
+    static const char *const words[][2] = {
+        {"{\"catcher\":true}", "{\"holdout\":true}"},
+        {"{\"catcher\":1}", "{\"holdout\":1,\"catcher\":0}"}, /* of Blender before 3.5 */
+        {"{\"catcher\":true,\"holdout\":false}", "{\"holdout\":true}"}};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        assert_int_equal(room_import_text("scene.gltf", two_nodes(words[i][0], words[i][1]), &s),
+                         0);
+        assert_int_equal(flags_of(&s, "a"), INSTANCE_CATCHER);
+        assert_int_equal(flags_of(&s, "b"), INSTANCE_HOLDOUT);
+        scene_unmap(&s);
+    }
+}
+
+TEST(nodes_are_refused_what_no_role_has)
+{
+#define OURS "nodes[1].extras.shearwater"
+    static const struct {
+        const char *role, *place;
+        int code;
+    } bad[] = {{"{\"cather\":true}", OURS ".cather", ERR_UNKNOWN_MEMBER},
+               {"{\"catcher\":\"yes\"}", OURS ".catcher", ERR_TYPE},
+               {"{\"catcher\":2}", OURS ".catcher", ERR_TYPE},
+               {"{\"holdout\":1.0}", OURS ".holdout", ERR_TYPE},
+               {"{\"holdout\":null}", OURS ".holdout", ERR_TYPE},
+               {"{\"holdout\":true,\"catcher\":1}", OURS, ERR_EXISTS},
+               {"5", OURS, ERR_TYPE}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+        room_refuses("scene.gltf", two_nodes("{}", bad[i].role), bad[i].code, bad[i].place);
 }
