@@ -46,8 +46,8 @@ static int parse(int argc, char **argv, struct render_options *o)
 {
     const struct option_line lines[] = {
         {"output", 'o', OPTION_TEXT, "OUT.exr", "EXR file with all layers", 0, 0, &o->exr},
-        {"png", 'p', OPTION_TEXT, "OUT.png", "the layer beauty as the job's view shows it", 0, 0,
-         &o->png},
+        {"png", 'p', OPTION_TEXT, "OUT.png", "the composite or beauty as the job's view shows it",
+         0, 0, &o->png},
         {"workers", 'w', OPTION_NUMBER, "N", "worker processes (default: 1)", 1, LIMIT_WORKERS,
          &o->workers},
         {"worker-threads", 0, OPTION_NUMBER, "N",

@@ -111,7 +111,8 @@ static int place_main(const struct objects *objects, const struct digest *scene,
     if (!suffix)
         return fault_set(
             fault, ERR_MAGIC, "/scene/asset",
-            "this file is neither glTF (binary or JSON) nor OBJ, nor a map (.hdr, .exr)");
+            "this file is neither glTF (binary or JSON) nor OBJ, nor a map (.hdr, .exr) or a "
+            "photograph (.jpg, .png, .webp)");
     snprintf(folder->main_name, sizeof folder->main_name, "scene%s", suffix);
     for (int i = 1; i < 1000; i++) {
         snprintf(to, sizeof to, "%s/%s", folder->root, folder->main_name);
