@@ -25,9 +25,9 @@ uint64_t active_job_frame_floats(const struct active_job *job)
     const struct plan *plan = &job->prepared->plan;
     /* About three channels a layer. */
     uint64_t layers = (uint64_t)__builtin_popcount(job->prepared->job.layers);
-    const uint64_t views = plan_views(plan);
+    const uint64_t views = plan_views(plan), plate = job->prepared->plate ? 3 : 0;
     return (uint64_t)plan->width_px * (uint64_t)plan->height_px *
-           (3 * layers + 1 + views * waiting_floats(plan) + (views - 1) * 4);
+           (3 * layers + 1 + views * waiting_floats(plan) + (views - 1) * 4 + plate);
 }
 
 /* The pixel feed shows one frame of a job at a time: the first that is in work. Between two there
