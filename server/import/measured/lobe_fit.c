@@ -192,8 +192,7 @@ static void find_pair(const struct fit *f, int best[2])
         }
 }
 
-/* Sets half of the widths about each of two, evenly in the logarithm, as far as `step` goes in all.
- */
+/* Sets half of the widths about each of two, evenly in the logarithm, `step` to each side. */
 static void set_widths(struct fit *f, const double about[2], double step)
 {
     const int half = WIDTHS / 2;

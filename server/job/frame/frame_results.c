@@ -127,8 +127,7 @@ int frame_submit_ready(struct frame *f)
 {
     uint32_t block;
     int error = 0;
-    /* A frame that waited for others has all blocks at once: some at a time leave others the pool.
-     */
+    /* A frame that waited for others has all blocks at once: some at a time spare the pool. */
     for (uint32_t view = 0; view < plan_views(&f->plan); view++)
         while (!error && !(frame_has_neighbours(f) && f->blocks_out > frame_blocks_out_max(f)) &&
                film_next_ready(f->views[view].film, &block))

@@ -2,7 +2,8 @@
 /* Spikes of paths' light (patch/spike_limits.h): one half of a pixel's samples has many times what
  * the other half and the pixels around have. The passes would make a spot of each, as no pixel is
  * like it. What it has beyond its limit is taken out before them, and added after them, spread over
- * pixels with like features, so that hardly any light is lost (docs/reconstruction.md, Residual spikes). */
+ * pixels with like features, so that hardly any light is lost (docs/reconstruction.md, Residual
+ * spikes). */
 #include "server/reconstruct/residual/residual_field.h"
 
 /* How far from a pixel spikes are taken from, and how much farther limits read. */
@@ -12,7 +13,7 @@
 struct residual_spikes {
     const float
         *excess; /* 3 planes for each component, of the pixel's mean; NULL: there are none */
-    const float *variance; /* a plane for each: of |r| + |g| + |b| of excess */
+    const float *variance;   /* a plane for each: of |r| + |g| + |b| of excess */
     struct scratch *scratch; /* borrowed */
     float *memory;           /* owned; taken from there */
 };

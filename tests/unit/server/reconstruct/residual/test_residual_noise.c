@@ -329,7 +329,7 @@ TEST(lone_spikes_say_nothing)
     for (int32_t i = 0; i < AREA; i++) assert_true(fabsf(p.filtered[i] - 0.5f) < 0.01f);
 }
 
-/* Many make no spots, and hardly any light is lost; at borders, where windows end, some is gained. */
+/* Many make no spots and lose hardly any light; at borders, where windows end, some is gained. */
 TEST(spikes_are_spread)
 {
     static struct pictures p;
