@@ -39,6 +39,10 @@ const view = new JobView(picture, {
     seen: $("first-seen"), draw: $("first-draw"), clear: $("first-clear"), region: $("first-text"),
     follow: $("follow"), more: $("more"), problem: $("steer-problem"),
   },
+  player: {
+    bar: $("player"), strip: $("strip"), play: $("play"), previous: $("frame-previous"), next: $("frame-next"),
+    slider: $("frame"), forming: $("frame-forming"), text: $("frame-text"),
+  },
   live,
 }, showConnection);
 const panel = new JobPanel({

@@ -1,0 +1,190 @@
+// Sequences in the viewer: the strip of frames and the player. TAP on standard output.
+//   node tests/browser/player.test.mjs BUILD_DIR
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import { readExr } from "../../web/picture/exr_file.js";
+import { moving, movingJob } from "../bench/scenes/moving.mjs";
+import { clean, narrow } from "./axe.mjs";
+import { expect, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
+
+const FRAMES = 6, WIDE = 96, TALL = 72, POINT = { x: 40, y: 50 };
+const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
+const save = (page, name) => page.screenshot({ path: join(shots, `player-${name}.png`), fullPage: true });
+
+// The jobs of the test: a block that goes across.
+function writeScene() {
+  const file = join(tmp, "moving.glb");
+  writeFileSync(file, moving.find(({ name }) => name === "object").glb());
+  return (more = {}) => movingJob(file, FRAMES, WIDE, 4, { layers: ["beauty", "depth"], ...more });
+}
+
+// A frame's light, three numbers a pixel: what the EXR has.
+async function beautyOf(page, url, id, frame) {
+  const body = await (await page.request.get(`${url}/v1/jobs/${id}/frames/${frame}/image.exr`)).body();
+  const { channels } = await readExr(body.buffer.slice(body.byteOffset, body.byteOffset + body.byteLength));
+  return ["R", "G", "B"].map((name) => channels.get(name));
+}
+
+// The first number that the readout says of a pixel.
+const redAt = async (page) => Number(/-?\d[\d.e+-]*/.exec((await text(page, "readout")).split(/[:=]/).slice(1).join(" ").trim())?.[0]);
+const near = (a, b, part = 2e-3) => Math.abs(a - b) <= part * Math.max(Math.abs(a), Math.abs(b)) + 1e-4;
+
+await runAll(async () => {
+  const url = await startServer(0, ["--worker-threads", "1"]);
+  const complaints = [], job = writeScene();
+  const page = await openPage(complaints, { viewport: { width: 1400, height: 1000 } });
+  const shownFrame = async () => Number(/^Frame (\d+);/.exec(await text(page, "frame-text"))?.[1]);
+  const at = (frame) => until(`frame ${frame}`, async () => (await shownFrame()) === frame, 60, () => text(page, "frame-text"));
+  const slow = submit(url, job({ image: { width: 320, height: 240 }, sampling: { spp: 25 }, filter: { temporal: "none" } }));
+
+  await test("while a job runs its strip says which frames wait, are traced and are done", async () => {
+    const words = () => page.locator("#strip .state").allTextContents();
+    await page.goto(`${url}/#/jobs/${slow}`);
+    await until("all states", async () => {
+      const seen = await words();
+      return seen.length === FRAMES && ["waiting", "tracing", "done"].every((word) => seen.includes(word));
+    }, 120, async () => (await words()).join());
+  });
+
+  await test("a frame that is done can be seen while others are traced, one that waits cannot", async () => {
+    await page.locator("#strip button").last().click();
+    await until("a word", async () => (await text(page, "frame-text")) === `Frame ${FRAMES} is not there: waiting.`);
+    await page.locator("#strip button").first().click();
+    await at(1);
+    await until("its picture", async () => (await viewText(page)).endsWith("320 240"));
+    await save(page, "running");
+    await page.click("#frame-forming");
+    await until("the frame that forms", async () => /^The frame that forms/.test(await text(page, "frame-text")));
+    await until("finished", async () => /finished/.test(await text(page, "progress-text")), 120);
+    await until("six done", async () => (await page.locator("#strip .state", { hasText: "done" }).count()) === FRAMES);
+  });
+
+  const id = submit(url, job()), frames = new Map();
+  await test("the frames of a finished sequence have pictures in the strip", async () => {
+    await page.goto(`${url}/#/jobs/${id}`);
+    await until("finished", async () => /finished/.test(await text(page, "progress-text")), 90);
+    await until("the pictures", async () => (await page.locator("#strip canvas[data-drawn]").count()) === FRAMES);
+    for (let frame = 1; frame <= FRAMES; frame++) frames.set(frame, await beautyOf(page, url, id, frame));
+    await save(page, "strip");
+  });
+
+  const pixel = POINT.y * WIDE + POINT.x;
+  await test("each frame is shown with its own values, by keys", async () => {
+    await at(1);
+    await press(page, "1");
+    await settle(page, 200);
+    const [zoom, x, y] = (await viewText(page)).split(" ").map(Number), box = await page.locator("#canvas").boundingBox();
+    await page.mouse.move(box.x + (POINT.x + 0.5 - x) * zoom, box.y + (POINT.y + 0.5 - y) * zoom);
+    const differ = new Set();
+    for (let frame = 1; frame <= FRAMES; frame++) {
+      await at(frame);
+      const wanted = frames.get(frame)[0][pixel];
+      await until("its value", async () => near(await redAt(page), wanted), 20, async () => `${await text(page, "readout")}, not ${wanted}`);
+      differ.add(wanted);
+      if (frame < FRAMES) await page.keyboard.press(">");
+    }
+    expect(differ.size > 2, "the frames are alike");
+    await page.keyboard.press("<");
+    await at(FRAMES - 1);
+    await press(page, "Home");
+    await at(1);
+    await press(page, "End");
+    await at(FRAMES);
+    expect((await page.getAttribute("#download-exr", "href")).includes(`/frames/${FRAMES}/`), "another download");
+  });
+
+  await test("zoom, exposure and layer stay as they are between frames", async () => {
+    await press(page, "+", "ArrowLeft", "e", "e");
+    const before = [await viewText(page), await text(page, "exposure-text")].join();
+    await press(page, "Home");
+    await at(1);
+    expect([await viewText(page), await text(page, "exposure-text")].join() === before, "the view has changed");
+    await page.selectOption("#layer", "depth");
+    await press(page, ">");
+    await at(2);
+    expect(await page.inputValue("#layer") === "depth", "the layer has changed");
+    await page.selectOption("#layer", "beauty");
+    await press(page, "0", "f");
+  });
+
+  await test("the slider scrubs, with a name and a value in words", async () => {
+    await page.focus("#frame");
+    await page.keyboard.press("Home");
+    await at(1);
+    await page.keyboard.press("ArrowRight");
+    await at(2);
+    expect(await page.getAttribute("#frame", "aria-valuetext") === "frame 2, done", await page.getAttribute("#frame", "aria-valuetext"));
+    expect(await page.getByRole("slider", { name: "Frame" }).count() === 1, "no name");
+  });
+
+  await test("the strip is one stop of the Tab key, its arrows move, Enter shows", async () => {
+    expect(await page.locator('#strip button[tabindex="0"]').count() === 1, "not one stop");
+    await page.locator('#strip button[tabindex="0"]').focus();
+    await page.keyboard.press("End");
+    await page.keyboard.press("ArrowLeft");
+    await page.keyboard.press("Enter");
+    await at(FRAMES - 1);
+    expect(/Frame 5 *done/.test(await page.textContent('#strip button[aria-current="true"]')), "another is marked");
+  });
+
+  await test("it plays all frames in turn, at the job's rate at most, and stops", async () => {
+    await page.evaluate(() => {
+      window.seen = [];
+      new MutationObserver(() => {
+        const frame = Number(/^Frame (\d+);/.exec(document.getElementById("frame-text").textContent)?.[1]);
+        if (frame && frame !== window.seen.at(-1)?.frame) window.seen.push({ frame, at: performance.now() });
+      }).observe(document.getElementById("frame-text"), { childList: true, characterData: true, subtree: true });
+    });
+    await press(page, "k");
+    await until("twice around", () => page.evaluate((n) => window.seen.length > 2 * n, FRAMES));
+    expect(await page.getAttribute("#play", "aria-pressed") === "true", "not said");
+    await press(page, "k");
+    const seen = await page.evaluate(() => window.seen);
+    seen.slice(1).forEach(({ frame }, i) => expect(frame === seen[i].frame % FRAMES + 1, `${frame} after ${seen[i].frame}`));
+    const rate = 1000 * (seen.length - 1) / (seen.at(-1).at - seen[0].at);
+    expect(rate < 24 * 1.15, `${rate} frames a second`);
+    const stopped = await shownFrame();
+    await settle(page, 400);
+    expect(await shownFrame() === stopped, "it goes on");
+    expect(await page.getAttribute("#play", "aria-pressed") === "false", "not said");
+  });
+
+  await test("what was fetched is not fetched again", async () => {
+    let asked = 0;
+    page.on("request", (request) => { asked += /pixels/.test(request.url()); });
+    await press(page, "Home");
+    for (let frame = 2; frame <= FRAMES; frame++) { await press(page, ">"); await at(frame); }
+    expect(asked === 0, `${asked} times`);
+  });
+
+  await test("the keys stand in the sheet, and nothing is in the way of readers", async () => {
+    const sheet = await page.textContent("#keys-list");
+    for (const words of ["play or stop a sequence", "previous frame, next frame"]) expect(sheet.includes(words), words);
+    await clean(page, "a sequence");
+    await narrow(page, "a sequence", (width) => join(shots, `player-${width}.png`));
+  });
+
+  await test("a list of frames begins with its own first, and a frame that it lacks is refused", async () => {
+    const list = submit(url, job({ frames: "3-5x2" }));
+    await page.goto(`${url}/#/jobs/${list}`);
+    await until("finished", async () => /finished/.test(await text(page, "progress-text")), 90);
+    await at(3);
+    await until("the picture", async () => (await viewText(page)).endsWith(`${WIDE} ${TALL}`));
+    await press(page, ">");
+    await at(5);
+    const status = async (query) => (await page.request.get(`${url}/v1/jobs/${list}/pixels?${query}`)).status();
+    expect(await status("frame=3") === 200, "3 is refused");
+    expect(await status("frame=4") === 409, "4 is not refused");
+    for (const odd of ["", "-1", "1.5", "3x", "99999999999"]) expect(await status(`frame=${odd}`) === 400, `${odd} is not refused`);
+  });
+
+  await test("a job of one frame has neither strip nor player", async () => {
+    const one = submit(url, job({ frames: { first: 2 } }));
+    await page.goto(`${url}/#/jobs/${one}`);
+    await until("finished", async () => /finished/.test(await text(page, "progress-text")), 90);
+    expect(await page.isHidden("#player") && await page.isHidden("#strip"), "they are there");
+    await press(page, "k", ">");
+  });
+
+  await test("nothing was complained of", async () => expect(complaints.length === 0, complaints.join("\n")));
+});
