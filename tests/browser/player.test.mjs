@@ -1,4 +1,4 @@
-// Sequences in the viewer: the strip of frames and the player. TAP on standard output.
+// Sequences in the viewer: the strip of frames, the player and the onion. TAP on standard output.
 //   node tests/browser/player.test.mjs BUILD_DIR
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -147,6 +147,52 @@ await runAll(async () => {
     await settle(page, 400);
     expect(await shownFrame() === stopped, "it goes on");
     expect(await page.getAttribute("#play", "aria-pressed") === "false", "not said");
+  });
+
+  // At 1:1, the screen's bytes of the pixel without dither.
+  const byteAt = (x, y) => page.evaluate(([px, py]) => {
+    const canvas = document.getElementById("canvas"), [zoom, left, top] = canvas.dataset.view.split(" ").map(Number);
+    const context = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+    context.drawImage(canvas, 0, 0);
+    return [...context.getImageData(Math.floor((px + 0.5 - left) * zoom), Math.floor((py + 0.5 - top) * zoom), 1, 1).data].slice(0, 3);
+  }, [x, y]);
+  const srgb = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * Math.min(1, v) ** (1 / 2.4) - 0.055));
+  // Where two frames differ most, of what is not too bright to show.
+  const mostUnlike = (a, b) => {
+    const unlike = a[0].map((v, i) => Math.max(...a.map((c) => c[i]), ...b.map((c) => c[i])) < 1 ? Math.abs(v - b[0][i]) : 0);
+    return unlike.indexOf(Math.max(...unlike));
+  };
+
+  await test("an onion is the mean of the frame and the one before, also while frames change", async () => {
+    await page.selectOption("#curve", "linear");
+    await press(page, "0", "1", "d", "Home", "q");
+    await page.selectOption("#curve", "linear");
+    expect(await page.inputValue("#compare") === "onion" && await page.isChecked("#other-before"), "no onion");
+    for (const frame of [2, 3]) {
+      await press(page, ">");
+      await at(frame);
+      const [now, before] = [frames.get(frame), frames.get(frame - 1)], i = mostUnlike(now, before);
+      const wanted = now.map((plane, c) => srgb((plane[i] + before[c][i]) / 2)), alone = now.map((plane) => srgb(plane[i]));
+      expect(wanted.some((v, c) => Math.abs(v - alone[c]) > 4), "the frames are alike there");
+      await until("the mean", async () => (await byteAt(i % WIDE, Math.floor(i / WIDE))).every((v, c) => Math.abs(v - wanted[c]) <= 1), 20,
+        async () => `${await byteAt(i % WIDE, Math.floor(i / WIDE))}, not ${wanted}`);
+    }
+    await press(page, "f");
+    await settle(page, 200);
+    await save(page, "onion");
+    await press(page, "q", "d", "0");
+  });
+
+  await test("a difference with the frame before has its figures", async () => {
+    await press(page, "End");
+    await at(FRAMES);
+    await press(page, "x");
+    await page.check("#other-before");
+    const [now, before] = [frames.get(FRAMES), frames.get(FRAMES - 1)];
+    const rmse = Math.sqrt(now.reduce((sum, plane, c) => sum + plane.reduce((s, v, i) => s + (v - before[c][i]) ** 2, 0), 0) / (3 * WIDE * TALL));
+    await until("the RMSE", async () => near(Number(/RMSE ([\d.e-]+)/.exec(await text(page, "figures"))?.[1]), rmse, 0.01), 20,
+      async () => `${await text(page, "figures")}, not ${rmse}`);
+    await press(page, "x");
   });
 
   await test("what was fetched is not fetched again", async () => {

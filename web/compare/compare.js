@@ -1,4 +1,4 @@
-// Two layers side by side: a wipe at any angle, one or the other, their difference; and the figures
+// Two layers side by side: a wipe at any angle, one or the other, their difference, their mean; and the figures
 // over what is in sight, as `shearwater compare` has them.
 
 const ID = /^[0-9a-z]{26}$/;
@@ -8,7 +8,7 @@ export class Compare {
   constructor(onChange) {
     this.onChange = onChange;
     this.counted = {}; // what the figures were last counted of, and they
-    this.mode = "off"; // off, wipe, toggle, difference, ssim, flip
+    this.mode = "off"; // off, wipe, toggle, difference, onion, ssim, flip
     this.flipped = false; // of toggle: the other is shown
     this.position = 0.5; // of the line, as a share of the way across the canvas
     this.angle = 0; // degrees; 0: upright
@@ -65,7 +65,7 @@ export function sideNames({ source, other, compare, ratio, job: shown, viewport 
   const isFrame = source.frame !== other.frame;
   const name = ({ job, layer, frame }) => `${layer.replaceAll("_", " ")}${job === shown ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}${isFrame && frame !== null && frame !== undefined ? ` of frame ${frame}` : ""}`;
   const y = 16 * ratio, both = `${name(source)}, ${name(other)}`;
-  const texts = { ssim: `SSIM: ${both}`, flip: `FLIP: ${both}`, difference: `${name(source)} − ${name(other)}`, toggle: name(compare.flipped ? other : source) };
+  const texts = { ssim: `SSIM: ${both}`, flip: `FLIP: ${both}`, difference: `${name(source)} − ${name(other)}`, onion: `${name(source)} + ${name(other)}`, toggle: name(compare.flipped ? other : source) };
   if (compare.mode !== "wipe") return [{ x: width / 2, y, text: texts[compare.mode] }];
   const [nx, ny, at] = compare.line(width, height), inside = (v, most, edge) => Math.min(most - edge, Math.max(edge, v));
   const upright = Math.abs(nx) > 0.5, x = upright ? (at - ny * y) / nx : width / 2, away = upright ? 70 * ratio : 0;

@@ -38,6 +38,7 @@ export async function chooseOtherFile(view, file) {
 
 function chosenOther(view, layers, problem) {
   view.at.otherProblem.textContent = problem;
+  view.at.otherBefore.checked = false;
   view.fill(view.at.otherLayer, layers, layers.includes(view.source?.layer) ? view.source.layer : layers[0]);
   if (view.compare.mode === "off") view.setCompare("wipe");
   else view.followOther();
@@ -59,6 +60,7 @@ export async function showUnfiltered(view) {
   if (view.otherJob === view.twin.id && view.compare.mode !== "off") { view.flip(); return; }
   view.stopOther();
   view.otherFile = null;
+  view.at.otherBefore.checked = false;
   view.otherJob = view.at.otherJob.value = view.twin.id;
   view.fill(view.at.otherLayer, view.twin.layers, view.source.layer);
   view.setCompare("toggle");

@@ -39,6 +39,7 @@ export function pictureKeys(view) {
     { keys: ["d"], name: "dither", run: () => { display.set("dither", !display.dither); say(display.dither ? "dithered" : "not dithered"); } },
     { keys: ["w"], name: "wipe between two layers", run: mode("wipe") },
     { keys: ["x"], name: "difference of two layers", run: mode("difference") },
+    { keys: ["q"], name: "onion: this frame and the one before, half of each", run: mode("onion") },
     { keys: ["i"], name: "map of structural similarity (SSIM)", run: mode("ssim") },
     { keys: ["y"], name: "map of visible differences (FLIP)", run: mode("flip") },
     { keys: ["b", " "], shown: ["B", "Space"], name: "show one picture, then the other", run: () => view.flip() },

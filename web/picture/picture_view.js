@@ -36,6 +36,9 @@ export class PictureView {
     this.onPointed = () => {};
     // For the moving camera: whether another view than the visible one is due.
     this.awaitsView = () => false;
+    // For the player: the number of the frame before the one in sight.
+    this.frameBefore = () => null;
+    this.isSequence = false;
     const redraw = () => this.redraw();
     this.note = new CanvasNote(elements.note);
     this.viewport = new Viewport(redraw);
@@ -49,7 +52,7 @@ export class PictureView {
     this.probe.more = (point) => this.compare.mode === "off" ? "" : this.perceptual.describe(point);
     const onForget = ({ image }) => this.picture?.forget(image);
     this.sources = new LayerSources(onForget);
-    this.frames = new FrameCache({ onForget, onBlock: (source) => this.took(source), onWhole: () => { this.measureSoon(); this.onFrameWhole?.(); },
+    this.frames = new FrameCache({ onForget, onBlock: (source) => this.took(source), onWhole: (source) => this.tookFrame(source),
       isSeen: (source) => source === this.source || source === this.other });
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
@@ -79,6 +82,7 @@ export class PictureView {
     at.layer.addEventListener("change", () => this.setLayer(at.layer.value));
     at.compare.addEventListener("change", () => this.setCompare(at.compare.value));
     at.otherLayer.addEventListener("change", () => this.followOther());
+    at.otherBefore.addEventListener("change", () => this.setBefore(at.otherBefore.checked));
     at.otherJob.addEventListener("change", () => chooseOtherJob(this));
     at.otherFile.addEventListener("change", () => chooseOtherFile(this, at.otherFile.files[0]));
     at.stage.addEventListener("dragover", (event) => event.preventDefault());
@@ -117,6 +121,7 @@ export class PictureView {
     if (!this.under) this.viewport.setPicture(0, 0);
     this.note.set({ refusal: "", fault: this.picture ? "" : this.note.fault });
     this.at.otherJob.value = this.at.otherFile.value = "";
+    this.at.otherBefore.checked = false;
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
     this.metrics.clear();
@@ -162,7 +167,7 @@ export class PictureView {
   }
 
   // The layer of the frame that is looked at: of a finished one, or of what the feed shows (null).
-  sourceOf(layer, frame = this.frame) { return frame === null ? this.sources.get(this.job, layer) : this.frames.get(layer, frame); }
+  sourceOf(layer, frame = this.frame, job = this.job) { return frame === null ? this.sources.get(job, layer) : this.frames.get(layer, frame, job); }
 
   showFrame(frame) {
     if (frame === this.frame) return;
@@ -220,8 +225,16 @@ export class PictureView {
     if (source !== this.source || !this.awaitsView(image.view)) this.redraw();
   }
 
+  // All of a frame is there, or it cannot be had.
+  tookFrame(source) {
+    if (source === this.other) this.at.otherProblem.textContent = source.fault?.message ?? "";
+    this.measureSoon();
+    this.onFrameWhole?.();
+  }
+
   setCompare(mode) {
     if (mode === "off" || !this.source) this.stopOther();
+    else if (mode === "onion" && this.isSequence && !this.otherJob && !this.otherFile) this.setBefore(true);
     this.compare.set({ mode, flipped: false });
     if (mode !== "off") this.followOther();
   }
@@ -230,12 +243,32 @@ export class PictureView {
     if (this.compare.mode === "off" || !this.at.otherLayer.value) return;
     const layer = this.at.otherLayer.value;
     if (this.otherFile && this.other?.job === this.otherFile.name && this.other.layer === layer) return;
-    const next = this.otherFile ? this.otherFile.source(layer) : this.otherJob ? this.sources.get(this.otherJob, layer) : this.sourceOf(layer);
+    const frame = this.at.otherBefore.checked ? this.frameBefore() ?? this.frame : this.frame;
+    const next = this.otherFile ? this.otherFile.source(layer) : this.sourceOf(layer, frame, this.otherJob ?? this.job);
     if (next !== this.other) this.stopOther();
     this.other = next;
     this.follow(next);
     this.showCompare();
     this.redraw();
+  }
+
+  // The job has several frames, of which the other of two may be the one before.
+  setSequence(on) {
+    this.isSequence = on;
+    this.at.otherBeforeLabel.hidden = !on;
+  }
+
+  // The other is of the frame before.
+  setBefore(on) {
+    const { at } = this;
+    at.otherBefore.checked = on;
+    if (on) {
+      this.stopOther();
+      this.otherJob = this.otherFile = null;
+      at.otherJob.value = at.otherFile.value = "";
+      this.fill(at.otherLayer, this.layers, this.source.layer);
+    }
+    this.followOther();
   }
 
   stopOther() {

@@ -21,9 +21,9 @@ export class FrameCache {
     this.job = job;
   }
 
-  get(layer, frame) {
-    const name = `${layer} ${frame}`;
-    if (!this.kept.has(name)) this.kept.set(name, new LayerSource(this.job, layer, frame));
+  get(layer, frame, job = this.job) {
+    const name = `${job} ${layer} ${frame}`;
+    if (!this.kept.has(name)) this.kept.set(name, new LayerSource(job, layer, frame));
     return this.kept.get(name);
   }
 
@@ -40,7 +40,7 @@ export class FrameCache {
     for (const frame of frames) {
       if (this.wanted.length === room) break;
       this.wanted.push(this.get(layer, frame));
-      names.add(`${layer} ${frame}`);
+      names.add(`${this.job} ${layer} ${frame}`);
     }
     for (const [name, source] of this.kept)
       if (!names.has(name) && !this.isSeen(source)) this.forget(name);

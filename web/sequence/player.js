@@ -52,6 +52,7 @@ export class Player {
     this.problem = "";
     this.strip.clear();
     this.at.bar.hidden = this.at.strip.hidden = true;
+    this.picture.setSequence(false);
   }
 
   // All that the server says of the job.
@@ -61,6 +62,7 @@ export class Player {
     this.frames = (job.frames ?? []).map(({ number, state, png }) =>
       ({ number, state, png, words: this.ended && state !== "finished" ? "not done" : WORDS[state] }));
     this.at.bar.hidden = this.at.strip.hidden = !this.isSequence;
+    this.picture.setSequence(this.isSequence);
     if (this.isSequence) this.write();
   }
 
