@@ -1,4 +1,4 @@
-// Sequences in the viewer: the strip of frames, the player and the onion. TAP on standard output.
+// Sequences in the viewer: the strip of frames, the player, the onion and the flicker map. TAP on standard output.
 //   node tests/browser/player.test.mjs BUILD_DIR
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -195,6 +195,41 @@ await runAll(async () => {
     await press(page, "x");
   });
 
+  await test("the flicker map has each pixel's mean change from frame to frame", async () => {
+    const wanted = [0, 1, 2].map((c) => frames.get(1)[c].map((_, i) => {
+      let sum = 0;
+      for (let frame = 2; frame <= FRAMES; frame++) sum += Math.abs(frames.get(frame)[c][i] - frames.get(frame - 1)[c][i]);
+      return sum / (FRAMES - 1);
+    }));
+    const gray = wanted[0].map((v, i) => (v + wanted[1][i] + wanted[2][i]) / 3);
+    const mean = gray.reduce((sum, v) => sum + v, 0) / gray.length, most = gray.indexOf(Math.max(...gray)), least = gray.indexOf(Math.min(...gray));
+    await press(page, "1", "z");
+    const said = async () => /mean change ([\d.e-]+) over 5 pairs of frames/.exec(await text(page, "flicker-text"))?.[1];
+    await until("the mean", async () => near(Number(await said()), mean, 0.01), 20, async () => `${await text(page, "flicker-text")}, not ${mean}`);
+    expect(await page.getAttribute("#flicker", "aria-pressed") === "true", "not said");
+    const [zoom, x, y] = (await viewText(page)).split(" ").map(Number), box = await page.locator("#canvas").boundingBox();
+    for (const i of [most, least]) {
+      await page.mouse.move(box.x + (i % WIDE + 0.5 - x) * zoom, box.y + (Math.floor(i / WIDE) + 0.5 - y) * zoom);
+      await until("a pixel's", async () => {
+        const shown = /flicker ([\d.e-]+)/.exec(await text(page, "readout"))?.[1];
+        return shown !== undefined && Math.abs(Number(shown) - gray[i]) < 0.02 * gray[i] + 1e-3;
+      }, 20, async () => `${await text(page, "readout")}, not ${gray[i]}`);
+    }
+    await settle(page, 300);
+    const light = async (i) => (await byteAt(i % WIDE, Math.floor(i / WIDE))).reduce((a, b) => a + b);
+    expect(await light(most) > await light(least) + 200, `${await light(most)} and ${await light(least)}`);
+    expect(/steady/.test(await text(page, "legend")) && await page.isVisible("#legend"), "no legend");
+    await press(page, "f");
+    await settle(page, 400);
+    await save(page, "flicker");
+    await press(page, "z");
+    expect(await text(page, "flicker-text") === "", "it stays");
+    await until("no legend", () => page.isHidden("#legend"));
+    await press(page, "z", "<");
+    await at(FRAMES - 1);
+    expect(await page.getAttribute("#flicker", "aria-pressed") === "false", "another frame does not end it");
+  });
+
   await test("what was fetched is not fetched again", async () => {
     let asked = 0;
     page.on("request", (request) => { asked += /pixels/.test(request.url()); });
@@ -205,7 +240,7 @@ await runAll(async () => {
 
   await test("the keys stand in the sheet, and nothing is in the way of readers", async () => {
     const sheet = await page.textContent("#keys-list");
-    for (const words of ["play or stop a sequence", "previous frame, next frame"]) expect(sheet.includes(words), words);
+    for (const words of ["play or stop a sequence", "previous frame, next frame", "onion", "flicker map"]) expect(sheet.includes(words), words);
     await clean(page, "a sequence");
     await narrow(page, "a sequence", (width) => join(shots, `player-${width}.png`));
   });

@@ -3,6 +3,7 @@ import { CanvasNote } from "./canvas_note.js";
 import { Compare, differenceOf, sideNames } from "../compare/compare.js";
 import { chooseOtherFile, chooseOtherJob, showUnfiltered } from "../compare/other_choice.js";
 import { Display } from "./display.js";
+import { Flicker } from "../sequence/flicker.js";
 import { FrameCache } from "../sequence/frame_cache.js";
 import { setText } from "../elements.js";
 import { Gestures } from "./gestures.js";
@@ -49,11 +50,13 @@ export class PictureView {
     this.overlay = new ValueOverlay(elements.overlay);
     this.metrics = new PerceptualMetrics(() => { this.measureSoon(); redraw(); }, (image) => this.picture?.forget(image));
     this.perceptual = new PerceptualView(elements, this.metrics);
-    this.probe.more = (point) => this.compare.mode === "off" ? "" : this.perceptual.describe(point);
+    this.probe.more = (point) => this.flicker.describe(point) + (this.compare.mode === "off" ? "" : this.perceptual.describe(point));
     const onForget = ({ image }) => this.picture?.forget(image);
     this.sources = new LayerSources(onForget);
     this.frames = new FrameCache({ onForget, onBlock: (source) => this.took(source), onWhole: (source) => this.tookFrame(source),
       isSeen: (source) => source === this.source || source === this.other });
+    this.flicker = new Flicker(elements, { frames: this.frames, onChange: () => { this.measureSoon(); redraw(); }, say: (text) => this.say(text),
+      onForget: (image) => this.picture?.forget(image) });
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
       this.picture.onError = (error) => this.note.set({ fault: error.message });
@@ -113,6 +116,7 @@ export class PictureView {
   open(job) {
     if (job && this.under?.job !== job) this.under = null;
     this.sources.clear();
+    this.flicker.stop();
     this.frames.open(job);
     this.source = this.other = this.frame = null;
     this.job = job;
@@ -183,6 +187,7 @@ export class PictureView {
 
   setLayer(layer) {
     const before = this.source;
+    this.flicker.stop();
     this.source = this.sourceOf(layer);
     if (before !== this.other && before !== this.source) this.leave(before);
     if (this.under?.images.has(layer)) this.source.image.showOver(this.under.images.get(layer));
@@ -296,7 +301,7 @@ export class PictureView {
   }
 
   look() {
-    const map = this.perceptual.look(this.compare, this.viewport);
+    const map = this.flicker.look(this.viewport) ?? this.perceptual.look(this.compare, this.viewport);
     return map ?? { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare, hurried: this.hurrying !== 0 };
   }
 
@@ -313,10 +318,10 @@ export class PictureView {
     const { at, viewport, source, other } = this;
     if (!source) return;
     at.behindLabel.hidden = !source.image.alpha && !(this.compare.mode !== "off" && other?.image.alpha);
-    const map = this.perceptual.values(this.compare);
+    const map = this.flicker.values() ?? this.perceptual.values(this.compare);
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
     this.showUnder();
-    this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: sideNames(this), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
+    this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: this.flicker.image ? [] : sideNames(this), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
     this.viewDrawn = source.image.view;
     this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
     setText(at.zoomText, `${Number((viewport.zoom * 100).toPrecision(3))} %`);
@@ -342,8 +347,10 @@ export class PictureView {
     if (this.compare.mode !== "off" && other) this.showFigures(moved);
     else at.figures.textContent = "";
     this.showPerceptual(moved);
-    const map = this.perceptual.look(this.compare, viewport);
-    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.metric === "ssim" ? "1 − SSIM" : "FLIP"}: `);
+    this.flicker.show();
+    const flicker = this.flicker.look(viewport), map = this.perceptual.look(this.compare, viewport);
+    if (flicker) this.histogram.draw(flicker.first, viewport.visible(), flicker.display, true, "Flicker: ");
+    else if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.metric === "ssim" ? "1 − SSIM" : "FLIP"}: `);
     else this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     this.redraw();
   }

@@ -27,6 +27,12 @@ export class FrameCache {
     return this.kept.get(name);
   }
 
+  // The source of a frame that is there; null of others.
+  whole(layer, frame) {
+    const source = this.kept.get(`${this.job} ${layer} ${frame}`);
+    return source?.whole ? source : null;
+  }
+
   // How many frames of the size of the largest there is may be kept.
   get room() {
     const size = Math.max(0, ...[...this.kept.values()].map(bytesOf));

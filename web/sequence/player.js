@@ -26,6 +26,7 @@ export class Player {
     on("previous", () => this.step(-1));
     on("next", () => this.step(1));
     on("forming", () => this.leave());
+    on("flicker", () => this.showFlicker());
     elements.slider.addEventListener("input", () => this.choose(Number(elements.slider.value)));
     this.close();
   }
@@ -35,6 +36,7 @@ export class Player {
       { keys: ["k"], name: "play or stop a sequence", run: () => this.play(!this.playing) },
       { keys: ["<"], run: () => this.step(-1) },
       { keys: [">"], shown: ["<", ">"], name: "previous frame, next frame", run: () => this.step(1) },
+      { keys: ["z"], name: "flicker map of a sequence: the mean change of each pixel between frames", run: () => this.showFlicker() },
       { keys: ["Home"], run: () => this.stepTo(this.done[0]) },
       { keys: ["End"], shown: ["Home", "End"], name: "first frame, last frame", run: () => this.stepTo(this.done.at(-1)) },
     ];
@@ -134,6 +136,15 @@ export class Player {
     for (let i = 1; i < length - (at > 0 ? 1 : 0); i++) yield done[(at + i) % length];
   }
 
+  // The map of all frames that are done, or the picture again.
+  showFlicker() {
+    const { flicker, source } = this.picture;
+    if (flicker.on) { flicker.stop(); return; }
+    this.play(false);
+    if (this.done.length < 2) { this.picture.say("There are no two frames yet."); return; }
+    flicker.start(source.layer, this.done);
+  }
+
   // Shows what is wanted if it is there.
   settle() {
     if (this.wanted === null || !this.isSequence) return;
@@ -154,6 +165,7 @@ export class Player {
     if (on === this.playing) return;
     this.playing = on;
     if (on) {
+      this.picture.flicker.stop();
       this.due = performance.now();
       this.picture.say("playing");
       requestAnimationFrame((now) => this.tick(now));
