@@ -3,6 +3,7 @@
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { readExr } from "../../web/picture/exr_file.js";
+import { FrameCache, MOST_BYTES } from "../../web/sequence/frame_cache.js";
 import { moving, movingJob } from "../bench/scenes/moving.mjs";
 import { clean, narrow } from "./axe.mjs";
 import { expect, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
@@ -243,6 +244,24 @@ await runAll(async () => {
     for (const words of ["play or stop a sequence", "previous frame, next frame", "onion", "flicker map"]) expect(sheet.includes(words), words);
     await clean(page, "a sequence");
     await narrow(page, "a sequence", (width) => join(shots, `player-${width}.png`));
+  });
+
+  await test("what is kept of large frames is bounded, and what is in sight stays", async () => {
+    const forgotten = [], seen = new Set(), nothing = () => {};
+    const cache = new FrameCache({ onBlock: nothing, onWhole: nothing, onForget: ({ frame }) => forgotten.push(frame), isSeen: (source) => seen.has(source) });
+    cache.open(id);
+    const first = cache.get("beauty", 1);
+    first.image.numbers = new Uint16Array(MOST_BYTES / 2 / 4 - 1); // four have room
+    first.whole = true;
+    const kept = () => [...cache.kept.values()].map(({ frame }) => frame).sort((a, b) => a - b).join();
+    cache.want("beauty", [1, 2, 3, 4, 5, 6]);
+    expect(kept() === "1,2,3,4", kept());
+    seen.add(first);
+    cache.want("beauty", [6, 5, 7, 8, 9]);
+    expect(kept() === "1,5,6,7,8" && forgotten.sort().join() === "2,3,4", `${kept()}; gone ${forgotten}`);
+    expect([...cache.kept.values()].filter(({ live }) => live).length === 2, "not two at a time");
+    cache.open(null);
+    expect(kept() === "" && cache.room === 2, `${kept()}, ${cache.room}`);
   });
 
   await test("a list of frames begins with its own first, and a frame that it lacks is refused", async () => {
