@@ -37,9 +37,10 @@ export const submitJob = (document, key) => request("/v1/jobs", {
 });
 export const listWorkers = () => request("/v1/workers");
 export const eventsUrl = (id) => `/v1/jobs/${id}/events`;
-// `after`: the revision that is there already, a BigInt; null for none. `alpha`: where it is not 1, too.
-export const pixelsUrl = (id, layer, format, after, alpha) =>
-  `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${alpha ? "&alpha=1" : ""}${after === null ? "" : `&after=${after}`}`;
+// `after`: the revision that is there already, a BigInt; null for none. `alpha`: where it is not 1, too. `frame`: a
+// finished one; null for what the feed shows.
+export const pixelsUrl = (id, layer, format, after, alpha, frame = null) =>
+  `/v1/jobs/${id}/pixels?layer=${encodeURIComponent(layer)}&format=${format}${alpha ? "&alpha=1" : ""}${after === null ? "" : `&after=${after}`}${frame === null ? "" : `&frame=${frame}`}`;
 export const imageUrl = (id, frame, kind) => `/v1/jobs/${id}/frames/${frame}/image.${kind}`;
 // What is at an address, unless it still is what `tag` names: {body, tag}, or null.
 export async function getChanged(path, tag) {

@@ -17,6 +17,7 @@ const picture = new PictureView({
   gamma: $("gamma"), gammaText: $("gamma-text"), curve: $("curve"), dither: $("dither"), clipMarks: $("clip-marks"),
   reset: $("exposure-reset"), range: $("range"), low: $("low"), high: $("high"), auto: $("auto"), logarithmic: $("logarithmic"),
   compare: $("compare"), others: $("others"), otherLayer: $("other-layer"), otherJob: $("other-job"), otherFile: $("other-file"),
+  flicker: $("flicker"), flickerText: $("flicker-text"), otherBefore: $("other-before"), otherBeforeLabel: $("other-before-label"),
   otherProblem: $("other-problem"), wipe: $("wipe"), position: $("wipe-position"), angle: $("wipe-angle"),
   flip: $("flip"), unfiltered: $("unfiltered"), figures: $("figures"), alike: $("alike"), legend: $("legend"), legendEnds: [$("legend-low"), $("legend-high")],
   behind: $("behind"), behindLabel: $("behind-label"), histogram: $("histogram"), histogramText: $("histogram-text"),
@@ -38,6 +39,10 @@ const view = new JobView(picture, {
     pause: $("pause"), priority: $("priority"), lower: $("priority-lower"), raise: $("priority-raise"),
     seen: $("first-seen"), draw: $("first-draw"), clear: $("first-clear"), region: $("first-text"),
     follow: $("follow"), more: $("more"), problem: $("steer-problem"),
+  },
+  player: {
+    bar: $("player"), strip: $("strip"), play: $("play"), previous: $("frame-previous"), next: $("frame-next"),
+    slider: $("frame"), flicker: $("flicker"), forming: $("frame-forming"), text: $("frame-text"),
   },
   live,
 }, showConnection);

@@ -20,6 +20,9 @@ try 404 GET $p "/v1/jobs/$id/pixels?layer=normal"
 try 200 GET $p "/v1/jobs/$id/pixels?layer=depth&format=float"
 try 400 GET $p "/v1/jobs/$id/pixels?format=double"
 try 400 GET $p "/v1/jobs/$id/pixels?after=soon"
+try 200 GET $p "/v1/jobs/$id/pixels?frame=1"
+try 409 GET $p "/v1/jobs/$id/pixels?frame=77"
+try 400 GET $p "/v1/jobs/$id/pixels?frame=last"
 wait_s=3 try 200 GET $p "/v1/jobs/$running/pixels?after=0" 2>/dev/null
 wait_s=3 try 200 GET $p "/v1/jobs/$running/pixels" 2>/dev/null
 check "the feed begins with the image's size" bash -c "

@@ -1,13 +1,14 @@
-// Two layers side by side: a wipe at any angle, one or the other, their difference; and the figures
+// Two layers side by side: a wipe at any angle, one or the other, their difference, their mean; and the figures
 // over what is in sight, as `shearwater compare` has them.
 
+const ID = /^[0-9a-z]{26}$/;
 const GRAB = 12; // pixels of the canvas from the line at which it can be taken
 
 export class Compare {
   constructor(onChange) {
     this.onChange = onChange;
     this.counted = {}; // what the figures were last counted of, and they
-    this.mode = "off"; // off, wipe, toggle, difference, ssim, flip
+    this.mode = "off"; // off, wipe, toggle, difference, onion, ssim, flip
     this.flipped = false; // of toggle: the other is shown
     this.position = 0.5; // of the line, as a share of the way across the canvas
     this.angle = 0; // degrees; 0: upright
@@ -55,6 +56,22 @@ export class Compare {
     this.set({ position: this.position + away / reach / 2 });
     return true;
   }
+}
+
+// Which side of the wipe is which; which of two is shown: [{x, y, text}] on the canvas of a picture view.
+export function sideNames({ source, other, compare, ratio, job: shown, viewport }) {
+  const { width, height } = viewport.canvas;
+  if (!other || compare.mode === "off") return [];
+  const isFrame = source.frame !== other.frame;
+  const name = ({ job, layer, frame }) => `${layer.replaceAll("_", " ")}${job === shown ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}${isFrame && frame !== null && frame !== undefined ? ` of frame ${frame}` : ""}`;
+  const y = 16 * ratio, both = `${name(source)}, ${name(other)}`;
+  const texts = { ssim: `SSIM: ${both}`, flip: `FLIP: ${both}`, difference: `${name(source)} − ${name(other)}`, onion: `${name(source)} + ${name(other)}`, toggle: name(compare.flipped ? other : source) };
+  if (compare.mode !== "wipe") return [{ x: width / 2, y, text: texts[compare.mode] }];
+  const [nx, ny, at] = compare.line(width, height), inside = (v, most, edge) => Math.min(most - edge, Math.max(edge, v));
+  const upright = Math.abs(nx) > 0.5, x = upright ? (at - ny * y) / nx : width / 2, away = upright ? 70 * ratio : 0;
+  const place = (side) => ({ x: inside(x + side * away, width, 70 * ratio),
+                             y: upright ? y : inside(at / ny - nx * x / ny + side * Math.sign(ny) * 24 * ratio, height, y) });
+  return [{ ...place(-1), text: name(source) }, { ...place(1), text: name(other) }];
 }
 
 // The difference of two images, for a walk over pixels as LayerImage.each makes it.

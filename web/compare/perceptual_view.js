@@ -3,7 +3,7 @@ import { magnitudes, STEPS } from "../picture/color_map.js";
 import { short } from "../picture/value_overlay.js";
 
 // As Display has it: dark where the two are alike, in both maps.
-const MAP_DISPLAY = { shownAs: "colour", low: 0, high: 1, logarithmic: false, dither: false, clipMarks: false,
+export const MAP_DISPLAY = { shownAs: "colour", low: 0, high: 1, logarithmic: false, dither: false, clipMarks: false,
                       exposure: 0, gamma: 1, curve: "linear", behind: "black" };
 const ENDS = { ssim: ["1 alike", "0 or less"], flip: ["0 alike", "1 unlike"] };
 

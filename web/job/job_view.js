@@ -1,6 +1,7 @@
 // One job: its events, its picture, what can be done with it.
 import { eventsUrl, getJob, imageUrl } from "../api.js";
 import { ENDED, firstFrame, percent as percentOf, seconds } from "./progress_text.js";
+import { Player } from "../sequence/player.js";
 import { Steering } from "./steering.js";
 
 const SOON_MS = 100;
@@ -11,6 +12,7 @@ export class JobView {
     this.at = elements;
     this.onConnection = onConnection;
     this.steering = new Steering(picture, elements.steering, (job) => this.show(job));
+    this.player = new Player(picture, elements.player, () => this.showDownloads());
   }
 
   // Shows a job; the one before is left.
@@ -33,6 +35,7 @@ export class JobView {
 
   close() {
     this.steering.close();
+    this.player.close();
     this.picture.open(null);
     this.at.live.close();
     this.events?.close();
@@ -98,8 +101,9 @@ export class JobView {
     this.picture.setLook(job.document?.image);
     this.picture.setLayers(job.document?.layers ?? ["beauty"]);
     this.showProblem(job.error ? `${job.error.pointer ? `${job.error.pointer}: ` : ""}${job.error.detail ?? job.error.title}` : null);
+    this.player.show(job);
     this.at.live.show(this.id, { ...job, state: this.state });
-    this.showDownloads(job);
+    this.showDownloads();
     this.at.warnings.replaceChildren(...(job.warnings ?? []).map((text) => textElement("li", text)));
     if (ENDED.has(job.state) && !this.ended) this.end(job);
   }
@@ -126,12 +130,14 @@ export class JobView {
     }
   }
 
-  showDownloads(job) {
+  // Of the frame in sight.
+  showDownloads() {
+    const frame = this.player.number ?? this.frame, there = this.state === "finished" || this.player.done.includes(frame);
     for (const kind of ["exr", "png"]) {
       const link = this.at[`download_${kind}`];
-      link.hidden = job.state !== "finished";
-      link.href = imageUrl(this.id, this.frame, kind);
-      link.download = `${this.id}.${kind}`;
+      link.hidden = !there;
+      link.href = imageUrl(this.id, frame, kind);
+      link.download = `${this.id}${this.player.isSequence ? `.${frame}` : ""}.${kind}`;
     }
   }
 

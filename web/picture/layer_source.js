@@ -11,9 +11,11 @@ const ENDED = new Set(["finished", "failed", "cancelled"]);
 const PAUSE_MS = 500, LONGEST_PAUSE_MS = 8000; // before a feed is asked for again
 
 export class LayerSource {
-  constructor(job, layer) {
+  // `frame`: a finished one; null for what the feed shows.
+  constructor(job, layer, frame = null) {
     this.job = job;
     this.layer = layer;
+    this.frame = frame;
     this.image = new LayerImage();
     this.revision = null;
     this.whole = false; // the job has finished and all of its picture is here
@@ -35,7 +37,7 @@ export class LayerSource {
       onState("still");
     };
     const feed = (after, finished) => {
-      this.stopFeed = followPixels((revision) => pixelsUrl(this.job, this.layer, this.format, revision, this.layer === "beauty"), after, (block) => {
+      this.stopFeed = followPixels((revision) => pixelsUrl(this.job, this.layer, this.format, revision, this.layer === "beauty", this.frame), after, (block) => {
         this.image.put(block);
         this.revision = block.revision;
         onChange(this);

@@ -18,7 +18,7 @@ export class PictureFile {
     for (let i = 0; i < width * height; i++) for (let c = 0; c < 3; c++) numbers[i * 3 + c] = channels[c][i];
     image.resize(width, height);
     image.put({ x: 0, y: 0, w: width, h: height, numbers, alpha: channels[3] ?? null });
-    return { job: this.name, layer, image, stopFeed: null, follow() {}, stop() {} };
+    return { job: this.name, layer, frame: null, image, stopFeed: null, follow() {}, stop() {} };
   }
 }
 

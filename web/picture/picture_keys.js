@@ -1,4 +1,5 @@
 // What each key does to the picture.
+import { showUnfiltered } from "../compare/other_choice.js";
 import { BEHIND, SHOWN_AS } from "./shader.js";
 import { CURVES } from "./view_transform.js";
 
@@ -38,10 +39,11 @@ export function pictureKeys(view) {
     { keys: ["d"], name: "dither", run: () => { display.set("dither", !display.dither); say(display.dither ? "dithered" : "not dithered"); } },
     { keys: ["w"], name: "wipe between two layers", run: mode("wipe") },
     { keys: ["x"], name: "difference of two layers", run: mode("difference") },
+    { keys: ["q"], name: "onion: this frame and the one before, half of each", run: mode("onion") },
     { keys: ["i"], name: "map of structural similarity (SSIM)", run: mode("ssim") },
     { keys: ["y"], name: "map of visible differences (FLIP)", run: mode("flip") },
     { keys: ["b", " "], shown: ["B", "Space"], name: "show one picture, then the other", run: () => view.flip() },
-    { keys: ["u"], name: "filtered or unfiltered (renders the job once more without filters)", run: () => view.showUnfiltered() },
+    { keys: ["u"], name: "filtered or unfiltered (renders the job once more without filters)", run: () => showUnfiltered(view) },
     { keys: ["["], run: () => compare.set({ position: compare.position - 0.02 }) },
     { keys: ["]"], shown: ["[", "]"], name: "move the wipe", run: () => compare.set({ position: compare.position + 0.02 }) },
     { keys: ["r"], name: "turn the wipe by 15 degrees", run: () => compare.set({ angle: compare.angle + 15 }) },

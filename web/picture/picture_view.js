@@ -1,8 +1,10 @@
 // The picture and all that looks at it: layers, zoom, display, comparison, probe, histogram.
-import { getJob } from "../api.js";
 import { CanvasNote } from "./canvas_note.js";
-import { Compare, differenceOf } from "../compare/compare.js";
+import { Compare, differenceOf, sideNames } from "../compare/compare.js";
+import { chooseOtherFile, chooseOtherJob, showUnfiltered } from "../compare/other_choice.js";
 import { Display } from "./display.js";
+import { Flicker } from "../sequence/flicker.js";
+import { FrameCache } from "../sequence/frame_cache.js";
 import { setText } from "../elements.js";
 import { Gestures } from "./gestures.js";
 import { Histogram } from "./histogram.js";
@@ -11,11 +13,9 @@ import { PerceptualView } from "../compare/perceptual_view.js";
 import { sparseStep } from "./layer_image.js";
 import { LayerSources } from "./layer_source.js";
 import { Picture } from "./picture.js";
-import { readPictureFile } from "./picture_file.js";
 import { pictureKeys } from "./picture_keys.js";
 import { Probe } from "./probe.js";
 import { Shortcuts } from "../shortcuts.js";
-import { unfilteredTwin } from "./unfiltered.js";
 import { ValueOverlay } from "./value_overlay.js";
 import { Viewport } from "./viewport.js";
 
@@ -23,7 +23,6 @@ const SCALARS = new Set(["depth", "samples", "filter_width", "visibility", "slop
 const NOT_PICTURES = new Set([...SCALARS, "normal", "error"]); // nothing that is looked at as it is
 const MEASURE_MS = 250; // figures, histogram and ranges follow at most this often
 const HURRY_MS = 300; // after the last move of a camera
-const ID = /^[0-9a-z]{26}$/;
 
 export class PictureView {
   constructor(elements, onFeedState) {
@@ -38,6 +37,9 @@ export class PictureView {
     this.onPointed = () => {};
     // For the moving camera: whether another view than the visible one is due.
     this.awaitsView = () => false;
+    // For the player: the number of the frame before the one in sight.
+    this.frameBefore = () => null;
+    this.isSequence = false;
     const redraw = () => this.redraw();
     this.note = new CanvasNote(elements.note);
     this.viewport = new Viewport(redraw);
@@ -48,8 +50,13 @@ export class PictureView {
     this.overlay = new ValueOverlay(elements.overlay);
     this.metrics = new PerceptualMetrics(() => { this.measureSoon(); redraw(); }, (image) => this.picture?.forget(image));
     this.perceptual = new PerceptualView(elements, this.metrics);
-    this.probe.more = (point) => this.compare.mode === "off" ? "" : this.perceptual.describe(point);
-    this.sources = new LayerSources(({ image }) => this.picture?.forget(image));
+    this.probe.more = (point) => this.flicker.describe(point) + (this.compare.mode === "off" ? "" : this.perceptual.describe(point));
+    const onForget = ({ image }) => this.picture?.forget(image);
+    this.sources = new LayerSources(onForget);
+    this.frames = new FrameCache({ onForget, onBlock: (source) => this.took(source), onWhole: (source) => this.tookFrame(source),
+      isSeen: (source) => source === this.source || source === this.other });
+    this.flicker = new Flicker(elements, { frames: this.frames, onChange: () => { this.measureSoon(); redraw(); }, say: (text) => this.say(text),
+      onForget: (image) => this.picture?.forget(image) });
     try {
       this.picture = new Picture(elements.canvas, () => this.look());
       this.picture.onError = (error) => this.note.set({ fault: error.message });
@@ -78,17 +85,18 @@ export class PictureView {
     at.layer.addEventListener("change", () => this.setLayer(at.layer.value));
     at.compare.addEventListener("change", () => this.setCompare(at.compare.value));
     at.otherLayer.addEventListener("change", () => this.followOther());
-    at.otherJob.addEventListener("change", () => this.chooseOtherJob());
-    at.otherFile.addEventListener("change", () => this.chooseOtherFile(at.otherFile.files[0]));
+    at.otherBefore.addEventListener("change", () => this.setBefore(at.otherBefore.checked));
+    at.otherJob.addEventListener("change", () => chooseOtherJob(this));
+    at.otherFile.addEventListener("change", () => chooseOtherFile(this, at.otherFile.files[0]));
     at.stage.addEventListener("dragover", (event) => event.preventDefault());
     at.stage.addEventListener("drop", (event) => {
       event.preventDefault();
-      if (event.dataTransfer.files.length > 0) this.chooseOtherFile(event.dataTransfer.files[0]);
+      if (event.dataTransfer.files.length > 0) chooseOtherFile(this, event.dataTransfer.files[0]);
     });
     for (const name of ["position", "angle"])
       at[name].addEventListener("input", () => this.compare.set({ [name]: Number(at[name].value) / (name === "position" ? 100 : 1) }));
     at.flip.addEventListener("click", () => this.flip());
-    at.unfiltered.addEventListener("click", () => this.showUnfiltered());
+    at.unfiltered.addEventListener("click", () => showUnfiltered(this));
     at.fit.addEventListener("click", () => this.viewport.fit());
     at.actual.addEventListener("click", () => this.viewport.zoomTo(1));
     at.zoomIn.addEventListener("click", () => this.viewport.zoomBy(2));
@@ -108,13 +116,16 @@ export class PictureView {
   open(job) {
     if (job && this.under?.job !== job) this.under = null;
     this.sources.clear();
-    this.source = this.other = null;
+    this.flicker.stop();
+    this.frames.open(job);
+    this.source = this.other = this.frame = null;
     this.job = job;
     this.layers = [];
     delete this.at.canvas.dataset.view;
     if (!this.under) this.viewport.setPicture(0, 0);
     this.note.set({ refusal: "", fault: this.picture ? "" : this.note.fault });
     this.at.otherJob.value = this.at.otherFile.value = "";
+    this.at.otherBefore.checked = false;
     this.otherJob = this.otherFile = null;
     this.compare.set({ mode: "off", flipped: false });
     this.metrics.clear();
@@ -159,9 +170,26 @@ export class PictureView {
     select.replaceChildren(...names.map((name) => new Option(name.replaceAll("_", " "), name, false, name === chosen)));
   }
 
+  // The layer of the frame that is looked at: of a finished one, or of what the feed shows (null).
+  sourceOf(layer, frame = this.frame, job = this.job) { return frame === null ? this.sources.get(job, layer) : this.frames.get(layer, frame, job); }
+
+  showFrame(frame) {
+    if (frame === this.frame) return;
+    this.frame = frame;
+    this.setLayer(this.source.layer);
+  }
+
+  // It is not looked at any more. Of frames the GPU has those in sight alone.
+  leave(source) {
+    source?.stop();
+    if (source && source.frame !== null) this.picture?.forget(source.image);
+  }
+
   setLayer(layer) {
-    if (this.source && this.source !== this.other) this.source.stop();
-    this.source = this.sources.get(this.job, layer);
+    const before = this.source;
+    this.flicker.stop();
+    this.source = this.sourceOf(layer);
+    if (before !== this.other && before !== this.source) this.leave(before);
     if (this.under?.images.has(layer)) this.source.image.showOver(this.under.images.get(layer));
     this.at.layer.value = layer;
     this.note.set({ refusal: "" });
@@ -179,12 +207,12 @@ export class PictureView {
   }
 
   follow(source) {
-    if (!this.picture || source.stopFeed) { this.measureSoon(); return; }
-    source.follow(({ image }) => {
-      if (source === this.source) this.viewport.setPicture(image.width, image.height);
+    if (!this.picture || source.stopFeed || source.frame !== null) {
+      if (source.frame !== null) this.frames.load(source);
       this.measureSoon();
-      if (source !== this.source || !this.awaitsView(image.view)) this.redraw();
-    }, (state, error) => {
+      return;
+    }
+    source.follow(() => this.took(source), (state, error) => {
       this.onFeedState(state, error);
       if (state === "refused") this.noteRefused(source, error);
       if (state === "still") this.measureSoon();
@@ -193,8 +221,25 @@ export class PictureView {
     this.measureSoon();
   }
 
+  // Pixels have come.
+  took(source) {
+    const { image } = source;
+    if (source === this.source) this.viewport.setPicture(image.width, image.height);
+    else if (source !== this.other) return;
+    this.measureSoon();
+    if (source !== this.source || !this.awaitsView(image.view)) this.redraw();
+  }
+
+  // All of a frame is there, or it cannot be had.
+  tookFrame(source) {
+    if (source === this.other) this.at.otherProblem.textContent = source.fault?.message ?? "";
+    this.measureSoon();
+    this.onFrameWhole?.();
+  }
+
   setCompare(mode) {
     if (mode === "off" || !this.source) this.stopOther();
+    else if (mode === "onion" && this.isSequence && !this.otherJob && !this.otherFile) this.setBefore(true);
     this.compare.set({ mode, flipped: false });
     if (mode !== "off") this.followOther();
   }
@@ -203,7 +248,8 @@ export class PictureView {
     if (this.compare.mode === "off" || !this.at.otherLayer.value) return;
     const layer = this.at.otherLayer.value;
     if (this.otherFile && this.other?.job === this.otherFile.name && this.other.layer === layer) return;
-    const next = this.otherFile ? this.otherFile.source(layer) : this.sources.get(this.otherJob ?? this.job, layer);
+    const frame = this.at.otherBefore.checked ? this.frameBefore() ?? this.frame : this.frame;
+    const next = this.otherFile ? this.otherFile.source(layer) : this.sourceOf(layer, frame, this.otherJob ?? this.job);
     if (next !== this.other) this.stopOther();
     this.other = next;
     this.follow(next);
@@ -211,75 +257,35 @@ export class PictureView {
     this.redraw();
   }
 
+  // The job has several frames, of which the other of two may be the one before.
+  setSequence(on) {
+    this.isSequence = on;
+    this.at.otherBeforeLabel.hidden = !on;
+  }
+
+  // The other is of the frame before.
+  setBefore(on) {
+    const { at } = this;
+    at.otherBefore.checked = on;
+    if (on) {
+      this.stopOther();
+      this.otherJob = this.otherFile = null;
+      at.otherJob.value = at.otherFile.value = "";
+      this.fill(at.otherLayer, this.layers, this.source.layer);
+    }
+    this.followOther();
+  }
+
   stopOther() {
-    if (this.other && this.other !== this.source) this.other.stop();
+    if (this.other !== this.source) this.leave(this.other);
     if (this.otherFile?.name === this.other?.job) this.picture?.forget(this.other?.image);
     this.other = null;
-  }
-
-  // A job to compare with, by its id or its page's address; nothing: the job itself.
-  async chooseOtherJob() {
-    const text = this.at.otherJob.value.trim(), id = text.split("/").pop();
-    let layers = this.layers, problem = "";
-    this.stopOther();
-    this.otherJob = this.otherFile = null;
-    this.at.otherFile.value = "";
-    if (text) {
-      try {
-        if (!ID.test(id)) throw new Error("This is not a job's id.");
-        layers = (await getJob(id)).document?.layers ?? ["beauty"];
-        this.otherJob = id;
-      } catch (error) { problem = error.status === 404 ? "There is no such job." : error.message; }
-    }
-    this.at.otherJob.setAttribute("aria-invalid", String(problem !== ""));
-    this.chosenOther(layers, problem);
-  }
-
-  // A file of the person's own to compare with.
-  async chooseOtherFile(file) {
-    if (!file) return;
-    let problem = "", chosen = null;
-    try { chosen = await readPictureFile(file); } catch (error) { problem = error.message; }
-    this.stopOther();
-    this.otherFile = chosen;
-    this.otherJob = null;
-    this.at.otherJob.value = "";
-    this.chosenOther(chosen?.names() ?? this.layers, problem);
-  }
-
-  chosenOther(layers, problem) {
-    this.at.otherProblem.textContent = problem;
-    this.fill(this.at.otherLayer, layers, layers.includes(this.source?.layer) ? this.source.layer : layers[0]);
-    if (this.compare.mode === "off") this.setCompare("wipe");
-    else this.followOther();
   }
 
   flip() {
     if (this.compare.mode !== "toggle") this.setCompare("toggle");
     this.compare.set({ flipped: !this.compare.flipped });
     this.say(this.compare.flipped ? `other: ${this.other?.layer ?? "none"}` : this.source?.layer ?? "");
-  }
-
-  // Filtered and unfiltered in turn. The first time the twin is submitted.
-  async showUnfiltered() {
-    const { job } = this, of = `${job} ${this.source?.image.view ?? ""}`; // a live job is another with each move
-    if (this.twin?.of !== of) {
-      this.at.otherProblem.textContent = "";
-      try {
-        this.twin = { of, ...await unfilteredTwin(job) };
-        if (this.job !== job) return;
-      } catch (error) {
-        this.at.otherProblem.textContent = error.message;
-        return;
-      }
-    }
-    if (this.otherJob === this.twin.id && this.compare.mode !== "off") { this.flip(); return; }
-    this.stopOther();
-    this.otherFile = null;
-    this.otherJob = this.at.otherJob.value = this.twin.id;
-    this.fill(this.at.otherLayer, this.twin.layers, this.source.layer);
-    this.setCompare("toggle");
-    this.flip();
   }
 
   showCompare() {
@@ -295,7 +301,7 @@ export class PictureView {
   }
 
   look() {
-    const map = this.perceptual.look(this.compare, this.viewport);
+    const map = this.flicker.look(this.viewport) ?? this.perceptual.look(this.compare, this.viewport);
     return map ?? { first: this.source?.image, other: this.other?.image, viewport: this.viewport, display: this.display, compare: this.compare, hurried: this.hurrying !== 0 };
   }
 
@@ -312,31 +318,16 @@ export class PictureView {
     const { at, viewport, source, other } = this;
     if (!source) return;
     at.behindLabel.hidden = !source.image.alpha && !(this.compare.mode !== "off" && other?.image.alpha);
-    const map = this.perceptual.values(this.compare);
+    const map = this.flicker.values() ?? this.perceptual.values(this.compare);
     const scalar = SCALARS.has(source.layer), shown = this.compare.shown === "other" && other ? other : source;
     this.showUnder();
-    this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: this.names(), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
+    this.overlay.draw({ image: map ?? shown.image, viewport, areas: this.areas(), names: this.flicker.image ? [] : sideNames(this), marks: this.probe.marks(), scalar: map !== null || SCALARS.has(shown.layer), ratio: this.ratio });
     this.viewDrawn = source.image.view;
     this.probe.show(source.image, this.compare.mode === "off" ? null : other?.image, scalar);
     setText(at.zoomText, `${Number((viewport.zoom * 100).toPrecision(3))} %`);
     const { zoom, x, y } = viewport, view = [zoom, x, y, viewport.picture.width, viewport.picture.height].join(" ");
     if (at.canvas.dataset.view !== view) at.canvas.dataset.view = view;
     if (zoom !== this.measured?.zoom || x !== this.measured?.x || y !== this.measured?.y) this.measureSoon();
-  }
-
-  // Which side of the wipe is which; which of two is shown.
-  names() {
-    const { source, other, compare, ratio } = this, { width, height } = this.viewport.canvas;
-    if (!other || compare.mode === "off") return [];
-    const name = ({ job, layer }) => `${layer.replaceAll("_", " ")}${job === this.job ? "" : ` of ${ID.test(job) ? job.slice(-6) : job}`}`;
-    const y = 16 * ratio;
-    if (compare.mode !== "wipe")
-      return [{ x: width / 2, y, text: compare.metric ? `${compare.metric.toUpperCase()}: ${name(source)}, ${name(other)}` : compare.mode === "difference" ? `${name(source)} − ${name(other)}` : name(compare.flipped ? other : source) }];
-    const [nx, ny, at] = compare.line(width, height), inside = (v, most, edge) => Math.min(most - edge, Math.max(edge, v));
-    const upright = Math.abs(nx) > 0.5, x = upright ? (at - ny * y) / nx : width / 2, away = upright ? 70 * ratio : 0;
-    const place = (side) => ({ x: inside(x + side * away, width, 70 * ratio),
-                               y: upright ? y : inside(at / ny - nx * x / ny + side * Math.sign(ny) * 24 * ratio, height, y) });
-    return [{ ...place(-1), text: name(source) }, { ...place(1), text: name(other) }];
   }
 
   measureSoon() {
@@ -350,12 +341,16 @@ export class PictureView {
     const { zoom, x, y } = viewport, moved = zoom !== this.measured?.zoom || x !== this.measured?.x || y !== this.measured?.y;
     this.measured = { zoom, x, y };
     const looked = this.compare.mode === "difference" && other?.image.numbers ? differenceOf(source.image, other.image) : source.image;
-    display.measure(looked);
+    const ranged = [source.layer, display.shownAs, display.auto, display.logarithmic, this.compare.mode].join();
+    if (source.frame === null || this.ranged !== ranged) display.measure(looked); // frames have one range
+    this.ranged = source.frame !== null && source.whole ? ranged : "";
     if (this.compare.mode !== "off" && other) this.showFigures(moved);
     else at.figures.textContent = "";
     this.showPerceptual(moved);
-    const map = this.perceptual.look(this.compare, viewport);
-    if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.metric === "ssim" ? "1 − SSIM" : "FLIP"}: `);
+    this.flicker.show();
+    const flicker = this.flicker.look(viewport), map = this.perceptual.look(this.compare, viewport);
+    if (flicker) this.histogram.draw(flicker.first, viewport.visible(), flicker.display, true, "Flicker: ");
+    else if (map) this.histogram.draw(map.first, { x0: 0, y0: 0, x1: map.first.width, y1: map.first.height }, map.display, true, `${this.compare.metric === "ssim" ? "1 − SSIM" : "FLIP"}: `);
     else this.histogram.draw(looked, viewport.visible(), display, SCALARS.has(source.layer));
     this.redraw();
   }

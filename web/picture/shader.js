@@ -11,7 +11,7 @@ void main() {
 
 export const SHOWN_AS = { picture: 0, colour: 1, sign: 2, vector: 3 };
 export const BEHIND = { black: 0, checkerboard: 1, white: 2, alpha: 3 };
-export const COMPARE = { off: 0, wipe: 1, other: 2, difference: 3 };
+export const COMPARE = { off: 0, wipe: 1, other: 2, difference: 3, onion: 4 };
 
 // compare and shownAs as above; curve as in view_transform.js; alpha: a layer has some; mean: pixels of the
 // picture are smaller than the canvas's.
@@ -147,6 +147,12 @@ vec3 at(vec2 screen, vec2 p) {
   float alpha = 1.0;
 #if ALPHA == 1
   alpha = isOther ? fetchAlpha(otherAlpha, p, otherSize) : fetchAlpha(firstAlpha, p, firstSize);
+#endif
+#if COMPARE == 4
+  if (inside(otherSize, p)) {
+    v = 0.5 * (v + fetch(other, p, otherTexels));
+    alpha = 0.5 * (alpha + fetchAlpha(otherAlpha, p, otherSize));
+  }
 #endif
   bool check = mod(floor(screen.x / 3.0) + floor(screen.y / 3.0), 2.0) < 1.0;
   if (any(isnan(v))) return check ? vec3(1.0, 0.0, 1.0) : vec3(0.0);

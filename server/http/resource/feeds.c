@@ -80,10 +80,28 @@ static bool has_layer(const json_t *body, const char *layer)
     return false;
 }
 
-static int first_frame(const json_t *body)
+/* Of {first, last}, or of a list such as "1-10,20-40x2". */
+static int32_t first_frame(const json_t *body)
 {
     const json_t *frames = json_object_get(json_object_get(body, "document"), "frames");
-    return (int)json_integer_value(json_object_get(frames, "first"));
+    if (json_is_string(frames)) return (int32_t)strtol(json_string_value(frames), NULL, 10);
+    return (int32_t)json_integer_value(json_object_get(frames, "first"));
+}
+
+/* Reads the number of the frame that is asked for into r->match, -1 where none is. Returns false,
+ * and sends a problem, when it is no number. */
+static bool read_frame(struct request *r)
+{
+    const char *text = target_parameter(&r->target, "frame");
+    const size_t digits = text ? strspn(text, "0123456789") : 1;
+    const long number = text && digits <= 10 ? strtol(text, NULL, 10) : -1;
+    const bool fits =
+        digits >= 1 && digits <= 10 && (!text || !text[digits]) && number <= INT32_MAX;
+    if (fits)
+        r->match.frame = (int32_t)number;
+    else
+        request_problem(r, PROBLEM_MALFORMED, "frame must be the number of a frame", NULL);
+    return fits;
 }
 
 static void on_pixels(void *ctx, int error, json_t *body)
@@ -95,6 +113,8 @@ static void on_pixels(void *ctx, int error, json_t *body)
         request_problem(r, PROBLEM_NOT_FOUND, "the job does not have this layer", NULL);
     } else if (request_is_head(r)) {
         answer_head(r, "application/octet-stream");
+    } else if (r->match.frame >= 0) {
+        picture_feed(r);
     } else if (has_ended(body)) {
         r->match.frame = first_frame(body);
         picture_feed(r);
@@ -108,7 +128,7 @@ static void on_pixels(void *ctx, int error, json_t *body)
 void route_pixels(struct request *r)
 {
     struct pixels_request wanted;
-    if (!picture_pixels_request(r, &wanted)) return;
+    if (!picture_pixels_request(r, &wanted) || !read_frame(r)) return;
     request_hold(r);
     jobs_get(r->http->options.jobs, &r->principal, r->match.job, on_pixels, r);
 }

@@ -226,7 +226,11 @@ static void on_feed(void *ctx, int error, const struct jobs_picture *picture)
     struct request *r = ctx;
     if (!request_back(r)) return;
     if (error == ERR_NOT_FOUND || (!error && picture && !picture->finished)) {
-        request_problem(r, PROBLEM_ENDED, "it ended without a picture", NULL);
+        const bool is_asked_for = target_parameter(&r->target, "frame") != NULL;
+        request_problem(r, PROBLEM_ENDED,
+                        is_asked_for ? "it has no such frame that is finished"
+                                     : "it ended without a picture",
+                        NULL);
         return;
     }
     if (!found(r, error, picture)) return;
