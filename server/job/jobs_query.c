@@ -109,10 +109,10 @@ static void add_tile_priority(json_t *body, const struct active_job *active)
 /* Adds the frames of a job that is not loaded. Those that are finished stay so. */
 static void add_stored_frames(json_t *body, const struct frame_row *frames, size_t count)
 {
-    json_t *span = json_object_get(json_object_get(body, "document"), "frames");
     json_t *progress = json_object_get(body, "progress");
-    const json_int_t first = json_integer_value(json_object_get(span, "first"));
-    const json_int_t total = json_integer_value(json_object_get(span, "last")) - first + 1;
+    struct job job;
+    const bool known = job_frames_of(json_object_get(body, "document"), &job) == 0;
+    const json_int_t total = known ? job_frame_count(&job) : 0;
     json_int_t done = 0;
     for (size_t i = 0; i < count; i++) {
         enum frame_state state;

@@ -69,7 +69,7 @@ check "an ended job is steered no more" is "$(patch "$job" '{"paused": true}')" 
 check "... nor paused" shows "$job" '.paused | not'
 
 # Frames that are finished stay so over a restart in a pause.
-frames=$(submit "$part, \"frames\": {\"first\": 1, \"last\": 4}")
+frames=$(submit "$part, \"frames\": \"1-7x2\"")
 check "a job of four frames has finished one" eventually 120 shows "$frames" '.progress.frames_done >= 1'
 steer "$frames" --pause >/dev/null
 eventually 30 workers_empty

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/job/job.h"
 #include "server/http/request.h"
 #include "server/http/resource/picture.h"
 #include "server/job/frame/state.h"
@@ -80,12 +81,11 @@ static bool has_layer(const json_t *body, const char *layer)
     return false;
 }
 
-/* Of {first, last}, or of a list such as "1-10,20-40x2". */
 static int32_t first_frame(const json_t *body)
 {
-    const json_t *frames = json_object_get(json_object_get(body, "document"), "frames");
-    if (json_is_string(frames)) return (int32_t)strtol(json_string_value(frames), NULL, 10);
-    return (int32_t)json_integer_value(json_object_get(frames, "first"));
+    struct job job;
+    const int error = job_frames_of(json_object_get(body, "document"), &job);
+    return error ? 0 : job_frame_number(&job, 0);
 }
 
 /* Reads the number of the frame that is asked for into r->match, -1 where none is. Returns false,
