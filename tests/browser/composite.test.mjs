@@ -3,18 +3,10 @@
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { encodePicture } from "../bench/scenes/png.mjs";
-import { expect, openPage, runAll, startServer, submit, test, text, tmp, until } from "./house.mjs";
+import { expect, openPage, pngBytes, runAll, startServer, submit, test, text, tmp, until } from "./house.mjs";
 
 const SIDE = 128, COLOR = [150, 110, 70];
 const CATCHERS = ["Floor", "Ceiling", "BackWall", "RightWall", "LeftWall"];
-
-// The bytes of a PNG as the browser decodes it, four a pixel.
-const pngBytes = (page, url) => page.evaluate(async (address) => {
-  const bitmap = await createImageBitmap(await (await fetch(address)).blob(), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
-  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
-  context.drawImage(bitmap, 0, 0);
-  return [...context.getImageData(0, 0, bitmap.width, bitmap.height).data];
-}, url);
 
 await runAll(async () => {
   const url = await startServer(), complaints = [];

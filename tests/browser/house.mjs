@@ -126,6 +126,15 @@ export const canvasText = async (page) => JSON.stringify({ ...await look(page), 
   return { width, height, view: dataset.view, lost: canvas.getContext("webgl2")?.isContextLost(), note: document.getElementById("canvas-note").textContent,
     frames: await Promise.race([new Promise((done) => requestAnimationFrame(() => done("frames"))), late]) };
 }) });
+
+// The bytes of a PNG as the browser decodes it, four a pixel.
+export const pngBytes = (page, url) => page.evaluate(async (address) => {
+  const bitmap = await createImageBitmap(await (await fetch(address)).blob(), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+  context.drawImage(bitmap, 0, 0);
+  return [...context.getImageData(0, 0, bitmap.width, bitmap.height).data];
+}, url);
+
 export const text = (page, id) => page.textContent(`#${id}`);
 
 // Runs all tests, says how they went, and ends.

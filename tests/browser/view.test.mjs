@@ -3,19 +3,11 @@
 import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { build, expect, openPage, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
+import { build, expect, openPage, pngBytes, runAll, settle, shots, startServer, submit, test, text, tmp, until, viewText } from "./house.mjs";
 
 const SIZE = 200;
 const scene = { file: join(process.cwd(), "tests/scenes/cornell-box/cornell-box.glb") };
 const press = async (page, ...keys) => { await page.focus("#stage"); for (const key of keys) await page.keyboard.press(key); };
-
-// The bytes of a PNG as the browser decodes it, four a pixel.
-const pngBytes = (page, url) => page.evaluate(async (address) => {
-  const bitmap = await createImageBitmap(await (await fetch(address)).blob(), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
-  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
-  context.drawImage(bitmap, 0, 0);
-  return [...context.getImageData(0, 0, bitmap.width, bitmap.height).data];
-}, url);
 
 // The same of the picture on the page, at 1:1.
 const shownBytes = (page) => page.evaluate(() => {

@@ -276,7 +276,7 @@ static void smooth(const struct work *w, struct rect rect)
         spike_limits_smooth(&w->limits, rect, STEP / 2, w->spread[k]);
 }
 
-/* The variance of a mean over a step: each spike is as likely to be there as not. */
+/* The variance of a mean over a step: spikes come by chance, so that each adds its square. */
 static void find_variance(const struct work *w, struct rect r)
 {
     const struct residual_shape *s = &w->f->shape;

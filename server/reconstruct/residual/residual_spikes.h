@@ -2,8 +2,8 @@
 /* Spikes of paths' light (patch/spike_limits.h): one half of a pixel's samples has many times what
  * the other half and the pixels around have. The passes would make a spot of each, as no pixel is
  * like it. What it has beyond its limit is taken out before them, and added after them, spread over
- * pixels with like features, so that hardly any light is lost (docs/reconstruction.md, Residual
- * spikes). */
+ * pixels with like features, as far as there are enough to tell what light they stand for
+ * (docs/reconstruction.md, Residual spikes). */
 #include "server/reconstruct/residual/residual_field.h"
 
 /* How far from a pixel spikes are taken from, and how much farther limits read. */
