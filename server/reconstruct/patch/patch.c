@@ -72,6 +72,7 @@ int patch_create_in(struct scratch *scratch, const struct plan *plan, struct rec
     struct patch *p = calloc(1, sizeof *p);
     if (!p) return ERR_MEMORY;
     p->rect = p->core = rect;
+    p->pixel_rad = plan->camera.type == CAMERA_PERSPECTIVE ? plan_pixel_size(plan, 1.0f) : 0.0f;
     p->scratch = scratch;
     struct carver carver = {.area = (size_t)rect_area(rect)};
     const size_t bytes = patch_bytes(plan, carver.area);

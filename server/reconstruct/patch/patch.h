@@ -43,6 +43,7 @@ struct patch_paths {
 struct patch {
     struct rect rect; /* in image pixels */
     struct rect core; /* within it; every array is set there */
+    float pixel_rad;  /* the angle that a pixel is wide; 0: none, the camera is orthographic */
 #define PLANE(number, name, key, type, components, per, values, merge, arrays, ...) arrays
 #include "proto/plane.def"
     /* Each pixel's number of rays so far, also in the far halo. NULL unless the plan has rounds,

@@ -6,20 +6,15 @@
 #include "server/reconstruct/residual/residual_pass.h"
 #include "server/reconstruct/residual/residual_smooth.h"
 #include "server/reconstruct/residual/residual_spikes.h"
+#include "server/reconstruct/residual/residual_spread.h"
 #include "server/reconstruct/residual/residual_window.h"
-
-/* So many equal spikes and fewer say nothing: their light may be that of the whole picture. */
-#define SPIKES_MIN 2.0f
-
-/* No pixel gets more than so many times its other light: the dark beside a caustic stays dark. */
-#define EXCESS_LIGHT 2.0f
 
 int32_t residual_halo_px(const struct plan *plan)
 {
     int32_t halo = 0;
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
-    if (halo < RESIDUAL_SPIKES_SPREAD_PX) halo = RESIDUAL_SPIKES_SPREAD_PX;
+    if (halo < RESIDUAL_SPREAD_PX) halo = RESIDUAL_SPREAD_PX;
     halo += RESIDUAL_SMOOTH_REACH_PX + RESIDUAL_SPIKES_LIMIT_PX;
     if (plan->temporal > 0) halo += RESIDUAL_WINDOW_REACH_PX;
     return halo + (plan->planes >> PLANE_PATH_M2 & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
@@ -47,40 +42,21 @@ void residual_picture_fini(struct residual_picture *picture)
     picture->memory = NULL;
 }
 
-/* How much of the excess that is spread about a pixel it gets: as much as is known of it. */
-static float share_of_excess(const struct residual_field *f, const struct residual_spikes *s,
-                             size_t component, size_t at)
-{
-    const size_t plane = f->features.shape.plane;
-    const float *e = s->excess + 3 * component * plane + at;
-    const float excess = fabsf(e[0]) + fabsf(e[plane]) + fabsf(e[2 * plane]);
-    if (!(excess > 0.0f)) return 0.0f;
-    const float noise = s->variance[component * plane + at] / excess / excess;
-    const float known = noise < 1.0f / SPIKES_MIN ? 1.0f - SPIKES_MIN * noise : 0.0f;
-    const float *rgb = f->light[component].half[0] + at;
-    const float own = fabsf(rgb[0]) + fabsf(rgb[plane]) + fabsf(rgb[2 * plane]);
-    const float most = EXCESS_LIGHT * own / excess;
-    return known * (most < 1.0f ? most : 1.0f);
-}
-
 /* Where light meets albedo again. Nothing is negative but by the filter's error. */
 static void compose_pixel(const struct residual_field *f, const struct residual_spikes *s,
                           const struct patch *p, size_t i, size_t at, struct residual_picture *out,
                           size_t to)
 {
     const size_t plane = f->features.shape.plane;
-    float share[RESIDUAL_COMPONENTS] = {0.0f};
-    for (size_t c = 0; c < RESIDUAL_COMPONENTS && s->excess; c++)
-        share[c] = share_of_excess(f, s, c, at);
     for (size_t c = 0; c < 3; c++) {
         const size_t k = c * plane + at;
         float direct = f->light[RESIDUAL_DIRECT].half[0][k];
         float indirect = f->light[RESIDUAL_INDIRECT].half[0][k];
         float rest = f->light[RESIDUAL_REST].half[0][k];
         if (s->excess) {
-            direct += share[RESIDUAL_DIRECT] * s->excess[k];
-            indirect += share[RESIDUAL_INDIRECT] * s->excess[3 * plane + k];
-            rest += share[RESIDUAL_REST] * s->excess[6 * plane + k];
+            direct += s->excess[k];
+            indirect += s->excess[3 * plane + k];
+            rest += s->excess[6 * plane + k];
         }
         const float sum =
             p->path_emission[c][i] / p->paths.spp[i] +

@@ -245,6 +245,7 @@ static int create(const struct patch *patch, struct residual_field *out)
     struct residual_shape *s = &out->features.shape;
     memset(out, 0, sizeof *out);
     set_shape(patch->rect, s);
+    out->features.pixel_rad = patch->pixel_rad;
     const size_t bytes = s->plane *
                          (PLANES_FEATURES + RESIDUAL_COMPONENTS * PLANES_LIGHT + PLANES_KNEE) *
                          sizeof(float);

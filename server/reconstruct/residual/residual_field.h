@@ -46,6 +46,7 @@ struct residual_shape {
 /* Means over the pixel's samples. */
 struct residual_features {
     struct residual_shape shape;
+    float pixel_rad;          /* the patch's */
     float *normal;            /* 3 planes */
     float *depth;             /* 0: no surface */
     float *slope_x, *slope_y; /* of depth, per pixel: the smaller of both sides' */

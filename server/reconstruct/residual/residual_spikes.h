@@ -6,14 +6,12 @@
  * (docs/reconstruction.md, Residual spikes). */
 #include "server/reconstruct/residual/residual_field.h"
 
-/* How far from a pixel spikes are taken from, and how much farther limits read. */
-#define RESIDUAL_SPIKES_SPREAD_PX 44
-#define RESIDUAL_SPIKES_LIMIT_PX  16
+/* How much farther than the spread limits read. */
+#define RESIDUAL_SPIKES_LIMIT_PX 16
 
 struct residual_spikes {
-    const float
-        *excess; /* 3 planes for each component, of the pixel's mean; NULL: there are none */
-    const float *variance;   /* a plane for each: of |r| + |g| + |b| of excess */
+    const float *excess; /* 3 planes for each component: what is to be added to the pixel's mean;
+                            NULL: nothing */
     struct scratch *scratch; /* borrowed */
     float *memory;           /* owned; taken from there */
 };
