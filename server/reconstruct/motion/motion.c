@@ -55,8 +55,8 @@ static bool project(const struct plan_camera *camera, const struct plan *plan, c
         return false; /* all of the picture looks the same way */
     }
     const double a = along(camera->right, v) * scale, b = along(camera->up, v) * scale;
-    *x = (a / (double)camera->half_width + 1) * plan->width_px / 2;
-    *y = (1 - b / (double)camera->half_height) * plan->height_px / 2;
+    *x = (a / (double)camera->half_width + (double)camera->centre_x + 1) * plan->width_px / 2;
+    *y = (1 - (double)camera->centre_y - b / (double)camera->half_height) * plan->height_px / 2;
     return isfinite(*x) && isfinite(*y);
 }
 
@@ -69,7 +69,8 @@ bool motion_is_same_view(const struct plan_camera *a, const struct plan_camera *
 {
     return a->type == b->type && is_same3(a->eye, b->eye) && is_same3(a->right, b->right) &&
            is_same3(a->up, b->up) && is_same3(a->forward, b->forward) &&
-           a->half_width == b->half_width && a->half_height == b->half_height;
+           a->half_width == b->half_width && a->half_height == b->half_height &&
+           a->centre_x == b->centre_x && a->centre_y == b->centre_y;
 }
 
 static void follow(const struct motion_part *part, enum motion_side side, double at[3])
