@@ -5,16 +5,22 @@
 #include "proto/scene/environment.h"
 #include "server/image/tonemap.h"
 
+static const char *place_of(const struct job *job)
+{
+    return job->composite.rgbd ? "/rgbd" : "/backplate";
+}
+
 static int check_size(const struct environment_header *header, const struct job *job,
                       struct fault *fault)
 {
     const bool same =
         (int64_t)header->width_px == job->width_px && (int64_t)header->height_px == job->height_px;
     if (job->composite.fit != PLATE_FIT_EXACT || same) return 0;
-    return fault_set(fault, ERR_MISMATCH, "/backplate",
+    return fault_set(fault, ERR_MISMATCH, place_of(job),
                      "the photograph has %u x %u px, the picture %d x %d: give image that size, or "
-                     "\"fit\" cover or stretch",
-                     header->width_px, header->height_px, job->width_px, job->height_px);
+                     "\"fit\" %sstretch",
+                     header->width_px, header->height_px, job->width_px, job->height_px,
+                     job->composite.rgbd ? "" : "cover or ");
 }
 
 /* The importer has taken a photograph's samples as sRGB: takes that back. */
@@ -42,7 +48,7 @@ static int make(const struct environment_blob *e, const struct job *job, struct 
                              (int32_t)e->header->height_px, job->width_px, job->height_px, scaling,
                              out);
     free(linear);
-    return error ? fault_set(fault, error, "/backplate", "no memory for the photograph") : 0;
+    return error ? fault_set(fault, error, place_of(job), "no memory for the photograph") : 0;
 }
 
 int backplate_make(const struct objects *objects, const struct digest *blob, const struct job *job,

@@ -32,9 +32,11 @@ static bool has_map(const struct preparation *p)
     return p->prepared->job.environment.kind == ENVIRONMENT_MAP;
 }
 
+/* Frames that measured depth have a plate each. */
 static bool has_plate(const struct preparation *p)
 {
-    return p->prepared->job.composite.has_plate && !p->is_later;
+    const struct job_composite *c = &p->prepared->job.composite;
+    return c->rgbd || (c->has_plate && !p->is_later);
 }
 
 static void destroy(struct preparation *p)
@@ -222,16 +224,36 @@ static void plate_imported(void *ctx, const struct fault *fault, const struct di
                            uint64_t cpu_us)
 {
     struct preparation *p = ctx;
-    picture_imported(p, fault, blob, cpu_us, "/backplate/asset", &p->plate_blob);
+    picture_imported(p, fault, blob, cpu_us,
+                     p->prepared->job.composite.rgbd ? "/rgbd" : "/backplate/asset",
+                     &p->plate_blob);
     if (!fault) start_planning(p);
+}
+
+/* Finds the photograph: the job's, or the file that the frame's scene names. NULL: there is none. */
+static const struct digest *find_plate(const struct preparation *p)
+{
+    char path[OBJECTS_PATH_BYTES], name[LIMIT_NAME_BYTES];
+    const struct job *job = &p->prepared->job;
+    if (job->composite.has_plate) return &job->composite.plate;
+    objects_path(p->objects, &p->scene_blob, path);
+    if (scene_find_plate(path, name) != 0) return NULL;
+    for (uint32_t i = 0; i < job->file_count; i++)
+        if (strcmp(job->files[i].path, name) == 0) return &job->files[i].asset;
+    return NULL;
 }
 
 static void import_plate(struct preparation *p)
 {
-    if (has_plate(p))
-        import_picture(p, &p->prepared->job.composite.plate, "backplate", plate_imported);
-    else
+    const struct digest *plate = has_plate(p) ? find_plate(p) : NULL;
+    if (plate) {
+        import_picture(p, plate, "backplate", plate_imported);
+    } else if (has_plate(p)) {
+        fault_set(&p->fault, ERR_NOT_FOUND, "/rgbd", "the frame's colour image is not there");
+        tell(p);
+    } else {
         start_planning(p);
+    }
 }
 
 static void map_imported(void *ctx, const struct fault *fault, const struct digest *blob,
