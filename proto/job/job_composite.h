@@ -3,10 +3,9 @@
  * photograph shows, and how the light that virtual objects take from them and give them changes it.
  *
  *   backplate  {asset, fit, color_space} or null
- *   rgbd       {document, fit, color_space} or null: frames of a camera that measures depth, instead
- *   catchers   [names of nodes or materials, {"ground": {"height": y}}]
- *   holdouts   [names of nodes or materials]
- *   composite  {mode}
+ *   rgbd       {document, fit, color_space} or null: frames of a camera that measures depth,
+ * instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts   [names of
+ * nodes or materials] composite  {mode}
  *
  * docs/mixed-reality.md explains them. */
 #include <stdbool.h>

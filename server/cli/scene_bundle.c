@@ -22,8 +22,8 @@ struct bundle {
     struct client *client;
     char folder[2048];  /* with a slash at the end, or empty */
     const char *prefix; /* of the names in `files` */
-    json_t *files;     /* relative name -> digest, the document's "files" */
-    char material[64]; /* the last that an MTL began; "": none */
+    json_t *files;      /* relative name -> digest, the document's "files" */
+    char material[64];  /* the last that an MTL began; "": none */
     struct fault *fault;
 };
 

@@ -9,8 +9,8 @@ static int add_member(const json_t *of, const char *member, int (*add)(void *, c
     return name ? add(ctx, name) : 0;
 }
 
-int sequence_files_each(const char *text, size_t size_bytes, int (*add)(void *ctx, const char *name),
-                        void *ctx)
+int sequence_files_each(const char *text, size_t size_bytes,
+                        int (*add)(void *ctx, const char *name), void *ctx)
 {
     json_t *sequence, *frame;
     size_t i;

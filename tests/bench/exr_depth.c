@@ -1,7 +1,8 @@
-/* exr_depth IN.exr OUT.pgm YFOV_DEG UNITS_PER_M NOISE [SEED]: a layer `depth`, distances along camera
- * rays, as a sensor sees it: z in millimetres as 16 bits, with noise that grows with the square of
- * the distance (Nguyen, Izadi and Lovell 2012) times NOISE, and without a value where depth jumps
- * for the pixel beside it. NOISE 0: as it is. Prints the root of the mean square of the noise. */
+/* exr_depth IN.exr OUT.pgm YFOV_DEG UNITS_PER_M NOISE [SEED]: a layer `depth`, distances along
+ * camera rays, as a sensor sees it: z in millimetres as 16 bits, with noise that grows with the
+ * square of the distance (Nguyen, Izadi and Lovell 2012) times NOISE, and without a value where
+ * depth jumps for the pixel beside it. NOISE 0: as it is. Prints the root of the mean square of the
+ * noise. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -47,9 +48,8 @@ static int write_depth(struct sensor *s, FILE *out)
     for (int y = 0; y < s->height; y++)
         for (int x = 0; x < s->width; x++) {
             const double z = true_z(s, x, y), far = z > 0.4 ? z - 0.4 : 0;
-            const double off = s->noise > 0
-                                   ? s->noise * (0.0012 + 0.0019 * far * far) * normal(s)
-                                   : 0;
+            const double off =
+                s->noise > 0 ? s->noise * (0.0012 + 0.0019 * far * far) * normal(s) : 0;
             const double mm = z > 0 && !is_edge(s, x, y) ? round(1000 * (z + off)) : 0;
             const unsigned v = mm > 0 && mm < 65535 ? (unsigned)mm : 0;
             fputc((int)(v >> 8), out);

@@ -40,5 +40,6 @@ int depth_map_fuse(struct depth_map *map, const struct depth_map *other,
                    const struct rgbd_document *d, const struct affine *to_other,
                    const struct affine *from_other, struct fault *fault);
 
-/* Filters z along surfaces, as the colours tell them apart, and fills in small holes. ERR_MEMORY. */
+/* Filters z along surfaces, as the colours tell them apart, and fills in small holes. ERR_MEMORY.
+ */
 int depth_map_smooth(struct depth_map *map, struct fault *fault);

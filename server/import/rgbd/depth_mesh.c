@@ -91,8 +91,8 @@ static void even_out(struct maker *k)
             float sum[2] = {2 * at->x, 2 * at->y};
             for (int side = 0; side < 4; side++) {
                 if (!(jumps >> side & 1)) continue;
-                const struct corner *n =
-                    &k->before[(size_t)(y + to[side][1]) * (size_t)across + (size_t)(x + to[side][0])];
+                const struct corner *n = &k->before[(size_t)(y + to[side][1]) * (size_t)across +
+                                                    (size_t)(x + to[side][0])];
                 sum[0] += n->x;
                 sum[1] += n->y;
             }

@@ -8,7 +8,8 @@
 
 /* Makes the mesh in the camera's coordinates: x right, y down, z ahead. `white` is the colour of
  * what reflects 0.8 of the light; colours of vertices are albedo. The triangles from
- * *first_shining on are of pixels that shine themselves: they are too bright to be lit. ERR_MEMORY. */
+ * *first_shining on are of pixels that shine themselves: they are too bright to be lit. ERR_MEMORY.
+ */
 int depth_mesh_make(const struct depth_map *map, const struct rgbd_document *d,
                     const float white[3], struct mesh *out, uint32_t *first_shining,
                     struct fault *fault);

@@ -46,8 +46,7 @@ static float filter(const struct smoothing *s, int32_t x, int32_t y)
                 inside = ends[2 * k] >= 0 && ends[2 * k] < m->width && ends[2 * k + 1] >= 0 &&
                          ends[2 * k + 1] < m->height;
                 if (!inside) break;
-                const size_t j =
-                    (size_t)ends[2 * k + 1] * (size_t)m->width + (size_t)ends[2 * k];
+                const size_t j = (size_t)ends[2 * k + 1] * (size_t)m->width + (size_t)ends[2 * k];
                 inside = m->z[j] > 0;
                 at[k] = inside ? 1 / m->z[j] : 0;
                 sure[k] = m->sure[j];

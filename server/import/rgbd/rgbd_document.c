@@ -115,13 +115,16 @@ static const struct json_choice formats[] = {
     {"tum", RGBD_POSES_TUM, NULL}, {"matrices", RGBD_POSES_MATRICES, NULL}, {NULL, 0, NULL}};
 
 static const struct json_member camera_members[] = {
-    NUMBER("fx", fx, 1, FOCAL_MAX_PX, true), NUMBER("fy", fy, 1, FOCAL_MAX_PX, true),
+    NUMBER("fx", fx, 1, FOCAL_MAX_PX, true),
+    NUMBER("fy", fy, 1, FOCAL_MAX_PX, true),
     NUMBER("cx", cx, -FOCAL_MAX_PX, FOCAL_MAX_PX, true),
-    NUMBER("cy", cy, -FOCAL_MAX_PX, FOCAL_MAX_PX, true), {.name = NULL}};
+    NUMBER("cy", cy, -FOCAL_MAX_PX, FOCAL_MAX_PX, true),
+    {.name = NULL}};
 
-static const struct json_member depth_members[] = {
-    NUMBER("scale", scale, 1e-3, 1e9, false), NUMBER("near", near_m, 1e-3, 1e6, false),
-    NUMBER("far", far_m, 1e-3, 1e6, false), {.name = NULL}};
+static const struct json_member depth_members[] = {NUMBER("scale", scale, 1e-3, 1e9, false),
+                                                   NUMBER("near", near_m, 1e-3, 1e6, false),
+                                                   NUMBER("far", far_m, 1e-3, 1e6, false),
+                                                   {.name = NULL}};
 
 static const struct json_member pose_members[] = {
     {.name = "file", .read = read_name, .offset = AT(poses), .required = true},
@@ -140,7 +143,8 @@ static const struct json_member place_members[] = {
      .max = LIMIT_SCENE_FILES},
     {.name = "pixel", .read = read_pixel, .required = true},
     NUMBER("turn_deg", place.turn_deg, -360, 360, false),
-    NUMBER("scale", place.scale, 1e-6, 1e6, false), {.name = NULL}};
+    NUMBER("scale", place.scale, 1e-6, 1e6, false),
+    {.name = NULL}};
 
 /* Where there is a place, its frame is the first by default. */
 static int read_place(struct json_cursor *at, const struct json_member *m, const json_t *v, void *o)
@@ -150,9 +154,11 @@ static int read_place(struct json_cursor *at, const struct json_member *m, const
 }
 
 static const struct json_member members[] = {
-    OBJECT("camera", camera_members, true), OBJECT("depth", depth_members, false),
+    OBJECT("camera", camera_members, true),
+    OBJECT("depth", depth_members, false),
     {.name = "frames", .read = read_frames, .required = true},
-    OBJECT("poses", pose_members, true), NUMBER("fps", fps, 1e-3, 1e3, false),
+    OBJECT("poses", pose_members, true),
+    NUMBER("fps", fps, 1e-3, 1e3, false),
     {.name = "fuse", .read = json_member_u32, .offset = AT(fuse), .min = 0, .max = 8},
     {.name = "white",
      .read = json_member_f32x3,
@@ -160,7 +166,8 @@ static const struct json_member members[] = {
      .min = 1e-6,
      .max = (double)LIMIT_RADIANCE},
     {.name = "place", .read = read_place, .members = place_members},
-    {.name = "to_scene", .read = read_to_scene}, {.name = NULL}};
+    {.name = "to_scene", .read = read_to_scene},
+    {.name = NULL}};
 
 static int check(struct json_cursor *at, const struct rgbd_document *d)
 {
@@ -181,7 +188,8 @@ static int check(struct json_cursor *at, const struct rgbd_document *d)
 static int read_json(struct rgbd_document *d, const struct file_view *file, struct fault *fault)
 {
     struct json_cursor at;
-    int rc = json_read((const char *)file->data, file->size_bytes, LIMIT_JOB_BYTES, &d->json, fault);
+    int rc =
+        json_read((const char *)file->data, file->size_bytes, LIMIT_JOB_BYTES, &d->json, fault);
     json_cursor_init(&at, fault);
     json_cursor_enter(&at, "rgbd");
     if (rc != 0) {

@@ -2,19 +2,19 @@
 /* The document of a sequence of colour and depth images:
  *
  *   camera    {fx, fy, cx, cy}: pixels, the centre of the first one being 0, 0
- *   depth     {scale, near, far}: numbers of a metre, 1000 by default; metres, 0.1 and 30 by default
- *   frames    [{color, depth, time_s}]: names of files beside the document; time_s is optional
- *   poses     {file, format}: "tum" or "matrices"; cameras to the sequence's world
- *   fps       frames a second, 24 by default: the scene's time tells the frame
- *   fuse      frames on each side whose depth a frame uses, 2 by default
- *   white     [r, g, b], linear: what reflects 0.8 of the light; by default each colour's value that
- *             a twentieth of the frame is brighter than. What is twice as bright shines itself
- *   place     {frame, pixel, turn_deg, scale}: the scene's origin is what the pixel shows, y away from
- *             the surface and z towards the camera, turned about y; scale units are a metre
- *   to_scene  instead of place: 16 numbers by rows, from the sequence's world to the scene's
+ *   depth     {scale, near, far}: numbers of a metre, 1000 by default; metres, 0.1 and 30 by
+ * default frames    [{color, depth, time_s}]: names of files beside the document; time_s is
+ * optional poses     {file, format}: "tum" or "matrices"; cameras to the sequence's world fps
+ * frames a second, 24 by default: the scene's time tells the frame fuse      frames on each side
+ * whose depth a frame uses, 2 by default white     [r, g, b], linear: what reflects 0.8 of the
+ * light; by default each colour's value that a twentieth of the frame is brighter than. What is
+ * twice as bright shines itself place     {frame, pixel, turn_deg, scale}: the scene's origin is
+ * what the pixel shows, y away from the surface and z towards the camera, turned about y; scale
+ * units are a metre to_scene  instead of place: 16 numbers by rows, from the sequence's world to
+ * the scene's
  *
- * Cameras look along z, with x to the right and y down, as OpenCV's. Faults have pointers that begin
- * with /rgbd. */
+ * Cameras look along z, with x to the right and y down, as OpenCV's. Faults have pointers that
+ * begin with /rgbd. */
 #include "proto/json.h"
 #include "server/import/fence/files.h"
 #include "server/import/scene/transform.h"
@@ -51,7 +51,8 @@ struct rgbd_document {
 
 enum rgbd_pose_format { RGBD_POSES_TUM, RGBD_POSES_MATRICES };
 
-/* Reads and checks the document `name` and its poses. rgbd_document_close frees it, in both cases. */
+/* Reads and checks the document `name` and its poses. rgbd_document_close frees it, in both cases.
+ */
 int rgbd_document_open(struct rgbd_document *d, struct files *files, const char *name,
                        struct fault *fault);
 void rgbd_document_close(struct rgbd_document *d);

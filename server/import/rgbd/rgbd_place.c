@@ -7,6 +7,7 @@
 #define REACH_PX  24 /* the surface around the pixel that tells of its slope */
 #define LEAST_PX  64
 #define FIT_STEPS 6
+#define STEEP     0.02 /* sine to the normal below which a camera looks straight down */
 
 /* Sums of a fit of 1/z = p0 + p1 u + p2 v by least squares. */
 struct fit {
@@ -46,8 +47,8 @@ static void add(const struct depth_map *m, const int32_t at[2], const double *pl
             const double row[3] = {1, u, v};
             double weight = 1;
             if (plane != NULL) {
-                const double off = (dot3(plane, row) - 1 / z) * z * z /
-                                   (double)depth_noise_m((float)z);
+                const double off =
+                    (dot3(plane, row) - 1 / z) * z * z / (double)depth_noise_m((float)z);
                 weight = 1 / (1 + off * off);
             }
             f->weight += weight;
@@ -89,20 +90,21 @@ static void plane_in_space(const struct rgbd_document *d, const double plane[3],
     normalize3(normal);
 }
 
-/* y along the normal, z as far towards the camera as that allows, both turned about y. */
-static bool axes_of(const double normal[3], const double to_camera[3], double turn_rad,
-                    double axes[3][3])
+/* y along the normal, z as far towards the camera as that allows, or where the camera looks
+ * straight down, towards the image's lower edge; both turned about y. */
+static void axes_of(const double normal[3], const double to_camera[3], const double down[3],
+                    double turn_rad, double axes[3][3])
 {
     double x[3], z[3];
     cross3(normal, to_camera, x);
-    if (!normalize3(x)) return false;
+    if (dot3(x, x) < STEEP * STEEP * dot3(to_camera, to_camera)) cross3(normal, down, x);
+    normalize3(x);
     cross3(x, normal, z);
     for (int i = 0; i < 3; i++) {
         axes[0][i] = cos(turn_rad) * x[i] - sin(turn_rad) * z[i];
         axes[1][i] = normal[i];
         axes[2][i] = sin(turn_rad) * x[i] + cos(turn_rad) * z[i];
     }
-    return true;
 }
 
 static int place_on(const struct rgbd_document *d, const struct depth_map *m, struct affine *out,
@@ -117,8 +119,8 @@ static int place_on(const struct rgbd_document *d, const struct depth_map *m, st
     affine_point(pose, (float[3]){(float)point[0], (float)point[1], (float)point[2]}, world);
     affine_direction(pose, normal, n);
     for (int i = 0; i < 3; i++) to_camera[i] = pose->m[4 * i + 3] - (double)world[i];
-    if (!axes_of(n, to_camera, d->place.turn_deg * M_PI / 180, axes))
-        return fault_set(fault, ERR_RANGE, PLACE, "the camera looks straight onto it from above");
+    const double down[3] = {pose->m[1], pose->m[5], pose->m[9]};
+    axes_of(n, to_camera, down, d->place.turn_deg * M_PI / 180, axes);
     for (int i = 0; i < 3; i++) {
         double moved = 0;
         for (int j = 0; j < 3; j++) {

@@ -230,7 +230,8 @@ static void plate_imported(void *ctx, const struct fault *fault, const struct di
     if (!fault) start_planning(p);
 }
 
-/* Finds the photograph: the job's, or the file that the frame's scene names. NULL: there is none. */
+/* Finds the photograph: the job's, or the file that the frame's scene names. NULL: there is none.
+ */
 static const struct digest *find_plate(const struct preparation *p)
 {
     char path[OBJECTS_PATH_BYTES], name[LIMIT_NAME_BYTES];
