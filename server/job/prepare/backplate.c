@@ -1,8 +1,10 @@
 #include "server/job/prepare/backplate.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "proto/scene/environment.h"
+#include "proto/scene/scene.h"
 #include "server/image/tonemap.h"
 
 static const char *place_of(const struct job *job)
@@ -21,6 +23,18 @@ static int check_size(const struct environment_header *header, const struct job 
                      "\"fit\" %sstretch",
                      header->width_px, header->height_px, job->width_px, job->height_px,
                      job->composite.rgbd ? "" : "cover or ");
+}
+
+const struct digest *backplate_find(const struct objects *objects, const struct digest *scene,
+                                    const struct job *job)
+{
+    char path[OBJECTS_PATH_BYTES], name[LIMIT_NAME_BYTES];
+    if (job->composite.has_plate) return &job->composite.plate;
+    objects_path(objects, scene, path);
+    if (scene_find_plate(path, name) != 0) return NULL;
+    for (uint32_t i = 0; i < job->file_count; i++)
+        if (strcmp(job->files[i].path, name) == 0) return &job->files[i].asset;
+    return NULL;
 }
 
 /* The importer has taken a photograph's samples as sRGB: takes that back. */

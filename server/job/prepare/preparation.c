@@ -230,23 +230,9 @@ static void plate_imported(void *ctx, const struct fault *fault, const struct di
     if (!fault) start_planning(p);
 }
 
-/* Finds the photograph: the job's, or the file that the frame's scene names. NULL: there is none.
- */
-static const struct digest *find_plate(const struct preparation *p)
-{
-    char path[OBJECTS_PATH_BYTES], name[LIMIT_NAME_BYTES];
-    const struct job *job = &p->prepared->job;
-    if (job->composite.has_plate) return &job->composite.plate;
-    objects_path(p->objects, &p->scene_blob, path);
-    if (scene_find_plate(path, name) != 0) return NULL;
-    for (uint32_t i = 0; i < job->file_count; i++)
-        if (strcmp(job->files[i].path, name) == 0) return &job->files[i].asset;
-    return NULL;
-}
-
 static void import_plate(struct preparation *p)
 {
-    const struct digest *plate = has_plate(p) ? find_plate(p) : NULL;
+    const struct digest *plate = has_plate(p) ? backplate_find(p->objects, &p->scene_blob, &p->prepared->job) : NULL;
     if (plate) {
         import_picture(p, plate, "backplate", plate_imported);
     } else if (has_plate(p)) {
