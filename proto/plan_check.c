@@ -343,7 +343,7 @@ static int check_composite(const struct plan_field *at, const struct plan *plan)
     const bool paths = plan->paths.spp > 0 && plan->paths.without_diffuse_direct == 0 &&
                        plan->paths.without_diffuse_indirect == 0 && plan->light_planes == 0 &&
                        plan->indirect_strata_per_axis == 0 && plan->lens_strata_per_axis == 0;
-    const bool may = paths && !plan_has_rounds(plan) && plan->temporal == 0;
+    const bool may = paths && !plan_has_rounds(plan);
     const int error = plan_field_count(at, "composite", plan->composite, 0, may ? 1 : 0);
     if (error || !plan->composite) return error;
     return plan_field_count(at, "paths.spp", plan->paths.spp, 1, LIMIT_COMPOSITE_SPP);

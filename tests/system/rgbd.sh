@@ -57,6 +57,15 @@ check "frames beside a frame make it better" eval 'put alone . && jq ".fuse = 0"
     jq -en "$(composed truth room_2 at_16 | jq .rms) < $(composed truth room_2 alone | jq .rms)"'
 check "the lamp keeps its bits" eval 'composed room_2 room_2 at_16 34,7,4,1 | jq -e ".same == 1"'
 
+# What frames on each side lend a frame makes it better.
+window() {
+    job window ".frames.first = 2 | .frames.last = 4 | .sampling.spp = 4 | .filter.temporal = \"$1\"" &&
+        "$build/shearwater" render "$tmp/window.json" -o "$tmp/window_$1.#.exr" --quiet
+}
+check "three frames are composed one by one, and together" eval 'window none && window auto'
+check "... which is nearer to the truth" eval \
+    'jq -en "$(composed truth room_2 window_auto.3 | jq .rms) < 0.95 * $(composed truth room_2 window_none.3 | jq .rms)"'
+
 # Frames follow the camera, each with its own photograph.
 sequence() { job list '.frames = "2,4" | .sampling.spp = 4' && "$build/shearwater" render "$tmp/list.json" -o "$tmp/$1.#.exr" --quiet "${@:2}"; }
 check "frames are composed with their own photographs" sequence list

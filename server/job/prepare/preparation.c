@@ -127,7 +127,8 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
         error = plan_make(&out->job, &source, out->number, &out->plan, &out->report, &p->fault);
     out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
     if (!error && p->has_motion) error = find_motion(p, &scene);
-    if (!error && out->moves && !out->motion && out->plan.temporal > 0)
+    /* What a camera measures stands: only the camera moves, as plans tell. */
+    if (!error && out->moves && !out->motion && !out->job.composite.rgbd && out->plan.temporal > 0)
         plan_temporal_none("it is not known how the scene moves", &out->plan, &out->report);
     if (!error && out->job.live)
         out->scene = scene;
@@ -232,7 +233,8 @@ static void plate_imported(void *ctx, const struct fault *fault, const struct di
 
 static void import_plate(struct preparation *p)
 {
-    const struct digest *plate = has_plate(p) ? backplate_find(p->objects, &p->scene_blob, &p->prepared->job) : NULL;
+    const struct digest *plate =
+        has_plate(p) ? backplate_find(p->objects, &p->scene_blob, &p->prepared->job) : NULL;
     if (plate) {
         import_picture(p, plate, "backplate", plate_imported);
     } else if (has_plate(p)) {
