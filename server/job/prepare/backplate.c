@@ -66,7 +66,7 @@ static int make(const struct environment_blob *e, const struct job *job, struct 
 }
 
 int backplate_make(const struct objects *objects, const struct digest *blob, const struct job *job,
-                   struct plate **out, struct fault *fault)
+                   struct plate **out, struct plan_report *report, struct fault *fault)
 {
     struct environment_blob e;
     char path[OBJECTS_PATH_BYTES];
@@ -79,6 +79,7 @@ int backplate_make(const struct objects *objects, const struct digest *blob, con
         return fault_set(fault, error, "/backplate/asset", "its blob: %s: %s", inner.pointer,
                          inner.detail);
     }
+    plan_copy_warnings(e.warnings, e.header->warning_bytes, report);
     const int made = make(&e, job, out, fault);
     environment_unmap(&e);
     return made;
