@@ -63,7 +63,7 @@ static void link_pixels(struct maker *k)
 
 static bool is_linked(const struct maker *k, int32_t x, int32_t y, uint8_t link)
 {
-    if (x < 0 || y < 0) return false;
+    if (x < 0 || y < 0 || x >= k->map->width || y >= k->map->height) return false;
     return k->links[pixel_at(k, x, y)] & link;
 }
 

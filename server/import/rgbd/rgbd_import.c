@@ -1,6 +1,7 @@
 #include "server/import/rgbd/rgbd_import.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,6 +40,16 @@ static struct affine between(const struct affine *from, const struct affine *to)
     return affine_multiply(&back, from);
 }
 
+static int refuse_size(uint32_t frame, const struct depth_map *map, const struct depth_map *first,
+                       struct fault *fault)
+{
+    char place[48];
+    snprintf(place, sizeof place, "/rgbd/frames/%u/depth", frame);
+    return fault_set(fault, ERR_MISMATCH, place,
+                     "it has %d x %d px, the frame beside it %d x %d: they have one camera",
+                     map->width, map->height, first->width, first->height);
+}
+
 static int fuse_one(const struct rgbd_document *d, struct files *files, uint32_t frame,
                     uint32_t other, struct depth_map *map, struct warnings *warnings,
                     struct fault *fault)
@@ -49,7 +60,10 @@ static int fuse_one(const struct rgbd_document *d, struct files *files, uint32_t
     int rc = depth_map_read(d, files, other, false, &there, warnings, fault);
     if (rc != 0) return rc;
     depth_map_drop_strays(&there);
-    rc = depth_map_fuse(map, &there, d, &to, &from, fault);
+    if (there.width != map->width || there.height != map->height)
+        rc = refuse_size(other, &there, map, fault);
+    else
+        rc = depth_map_fuse(map, &there, d, &to, &from, fault);
     depth_map_destroy(&there);
     return rc;
 }
