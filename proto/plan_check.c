@@ -14,8 +14,8 @@
 #define SINE_MIN 1e-6
 
 /* Side, at distance 1, of the widest and the narrowest view: 179.99 degrees and a millionth. */
-#define VIEW_MIN 1e-8f
-#define VIEW_MAX 1e5f
+#define VIEW_MIN        1e-8f
+#define VIEW_MAX        1e5f
 #define VIEW_CENTRE_MAX 4.0f /* half images off the middle */
 
 /* Powers are compared with each other, so they must not vanish or overflow in a sum. */

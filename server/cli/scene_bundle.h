@@ -11,7 +11,8 @@
 
 /* Turns the document's {"scene": {"file": "x.glb"}}, relative to the job file at `job_path`, into
  * {"scene": {"asset": sha256, "files": {...}}} by uploading all of it, and {"environment": {"file":
- * "x.hdr"}} into {"environment": {"asset": sha256}}. {"rgbd": {"file": "x.json"}} becomes {"rgbd": {"document":
- * "rgbd/x.json"}}, and its files are listed in scene.files. Members that already say "asset" stay. */
+ * "x.hdr"}} into {"environment": {"asset": sha256}}. {"rgbd": {"file": "x.json"}} becomes {"rgbd":
+ * {"document": "rgbd/x.json"}}, and its files are listed in scene.files. Members that already say
+ * "asset" stay. */
 int scene_bundle_upload(struct client *c, const char *job_path, json_t *document,
                         struct fault *fault);

@@ -90,7 +90,8 @@ static int import_geometry(struct files *files, const char *name, const struct s
 {
     struct builder b;
     int rc = builder_init(&b, fault);
-    if (rc == 0 && choice->time_count > 0 && choice->rgbd == NULL && format_of(name, main) == FORMAT_GLTF)
+    if (rc == 0 && choice->time_count > 0 && choice->rgbd == NULL &&
+        format_of(name, main) == FORMAT_GLTF)
         rc = sequence_import(files, name, choice, main, out, &b, stats, fault);
     else if (rc == 0)
         rc = import_still(files, name, choice, main, out, &b, stats, fault);

@@ -34,7 +34,8 @@ static const struct option_text texts[] = {
     {0, "holdouts", "JSON", "names of those that hide what is behind them, beside --catchers"},
     {0, "ground", "Y", "height of a floor of our making that catches shadows, too"},
     {0, "rgbd", "NAME",
-     "document in DIR of colour and depth images (server/import/rgbd): the frame at the time catches "
+     "document in DIR of colour and depth images (server/import/rgbd): the frame at the time "
+     "catches "
      "shadows, and its camera is the scene's"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
