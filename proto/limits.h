@@ -49,7 +49,7 @@
 #define LIMIT_POINTER_BYTES         256  /* bytes of a JSON pointer in a fault */
 #define LIMIT_DETAIL_BYTES          512  /* bytes of a fault's sentence */
 #define LIMIT_COMPOSITE_NAMES       64   /* names of catchers, and of holdouts */
-#define LIMIT_SCENE_FILES           512  /* files beside a scene's main file */
+#define LIMIT_SCENE_FILES           4096 /* files beside a scene's main file */
 #define LIMIT_PATH_BYTES            512  /* bytes of a relative path inside a scene */
 #define LIMIT_WARNINGS              64   /* warnings kept for a scene or a job */
 #define LIMIT_IDEMPOTENCY_KEY_BYTES 128  /* bytes of an Idempotency-Key header */
@@ -73,6 +73,7 @@
 #define LIMIT_ENVIRONMENT_SIDE_PX 16384u     /* px of an environment map's width */
 #define LIMIT_ENVIRONMENT_PIXELS  33554432u  /* px; 8192 x 4096: 400 MB as floats */
 #define LIMIT_NODE_DEPTH          256        /* nesting of a scene graph */
+#define LIMIT_DEPTH_PIXELS        4194304u   /* px of a depth image: each becomes two triangles */
 
 /* The wire. */
 #define LIMIT_FRAME_BYTES   134217728u /* payload bytes of a wire frame */

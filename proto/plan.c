@@ -72,8 +72,9 @@ uint32_t plan_light_planes(const struct plan *plan, uint32_t light)
 /* Computes the image plane's coordinates of a pixel position. */
 static void plane_position(const struct plan *plan, float px, float py, float *a, float *b)
 {
-    *a = (2.0f * px / (float)plan->width_px - 1.0f) * plan->camera.half_width;
-    *b = (1.0f - 2.0f * py / (float)plan->height_px) * plan->camera.half_height;
+    const struct plan_camera *c = &plan->camera;
+    *a = (2.0f * px / (float)plan->width_px - 1.0f - c->centre_x) * c->half_width;
+    *b = (1.0f - 2.0f * py / (float)plan->height_px - c->centre_y) * c->half_height;
 }
 
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],

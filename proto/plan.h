@@ -24,6 +24,7 @@ struct plan_camera {
     uint32_t type;
     float eye[3], right[3], up[3], forward[3];
     float half_width, half_height; /* at distance 1, or scene units when orthographic */
+    float centre_x, centre_y;      /* where forward meets the image: -1 left or bottom, 0 middle */
     float aperture_radius;         /* scene units; 0: a pinhole */
     float focus_distance;          /* scene units along forward; > 0 with a lens */
     uint32_t blade_count;          /* 0: round; else 3 .. LIMIT_LENS_BLADES */

@@ -14,8 +14,9 @@
 #define SINE_MIN 1e-6
 
 /* Side, at distance 1, of the widest and the narrowest view: 179.99 degrees and a millionth. */
-#define VIEW_MIN 1e-8f
-#define VIEW_MAX 1e5f
+#define VIEW_MIN        1e-8f
+#define VIEW_MAX        1e5f
+#define VIEW_CENTRE_MAX 4.0f /* half images off the middle */
 
 /* Powers are compared with each other, so they must not vanish or overflow in a sum. */
 #define POWER_MIN 1e-37f
@@ -342,7 +343,7 @@ static int check_composite(const struct plan_field *at, const struct plan *plan)
     const bool paths = plan->paths.spp > 0 && plan->paths.without_diffuse_direct == 0 &&
                        plan->paths.without_diffuse_indirect == 0 && plan->light_planes == 0 &&
                        plan->indirect_strata_per_axis == 0 && plan->lens_strata_per_axis == 0;
-    const bool may = paths && !plan_has_rounds(plan) && plan->temporal == 0;
+    const bool may = paths && !plan_has_rounds(plan);
     const int error = plan_field_count(at, "composite", plan->composite, 0, may ? 1 : 0);
     if (error || !plan->composite) return error;
     return plan_field_count(at, "paths.spp", plan->paths.spp, 1, LIMIT_COMPOSITE_SPP);

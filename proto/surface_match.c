@@ -12,8 +12,8 @@ void surface_view_init(struct surface_view *view, const struct plan *plan)
     view->orthographic = c->type == CAMERA_ORTHOGRAPHIC;
     view->a_step = 2.0f * c->half_width / (float)plan->width_px;
     view->b_step = -2.0f * c->half_height / (float)plan->height_px;
-    view->a_start = -c->half_width;
-    view->b_start = c->half_height;
+    view->a_start = -(1.0f + c->centre_x) * c->half_width;
+    view->b_start = (1.0f - c->centre_y) * c->half_height;
     view->pixel_size = plan_pixel_size(plan, 1.0f);
 }
 

@@ -23,7 +23,7 @@
  *   filter    {method, indirect, glossy, lens, residual, mu}
  *   layers    [names]; frames {first, last} or "1-10,20-40x2"; fps; start_time_s; priority;
  *             live: bool
- *   backplate, catchers, holdouts, composite: see job_composite.h
+ *   backplate, rgbd, catchers, holdouts, composite: see job_composite.h
  *   name, comment: text or null; labels [texts]; webhook: {url} or null
  *
  * A member of a later version is refused with ERR_UNSUPPORTED and its pointer, never ignored. */

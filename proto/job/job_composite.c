@@ -11,6 +11,9 @@ static const struct json_choice fit_words[] = {{"exact", PLATE_FIT_EXACT, NULL},
                                                {"cover", PLATE_FIT_COVER, NULL},
                                                {"stretch", PLATE_FIT_STRETCH, NULL},
                                                {NULL, 0, NULL}};
+/* The camera's field of view is the sequence's: nothing can be cut. */
+static const struct json_choice rgbd_fit_words[] = {
+    {"exact", PLATE_FIT_EXACT, NULL}, {"stretch", PLATE_FIT_STRETCH, NULL}, {NULL, 0, NULL}};
 static const struct json_choice color_words[] = {
     {"srgb", PLATE_COLOR_SRGB, NULL}, {"linear", PLATE_COLOR_LINEAR, NULL}, {NULL, 0, NULL}};
 static const struct json_choice mode_words[] = {{"multiplicative", COMPOSITE_MULTIPLY, NULL},
@@ -28,6 +31,33 @@ static const struct json_member plate_members[] = {
      .read = json_member_unsupported,
      .sentence = "a file on your machine: submit with the command line, or upload it and give its "
                  "digest as \"asset\""},
+    {.name = NULL}};
+
+static int read_document(struct json_cursor *at, const struct json_member *member,
+                         const json_t *value, void *object)
+{
+    struct job *job = object;
+    (void)member;
+    int error = json_cursor_expect(at, value, JSON_STRING, "the name of one of scene.files");
+    if (error) return error;
+    if (json_string_length(value) >= LIMIT_PATH_BYTES)
+        return json_cursor_refuse(at, ERR_LIMIT, "a name of %zu bytes is above the limit of %d",
+                                  json_string_length(value), LIMIT_PATH_BYTES - 1);
+    job->composite.rgbd = strdup(json_string_value(value));
+    return job->composite.rgbd ? 0 : json_cursor_refuse(at, ERR_MEMORY, "memory is exhausted");
+}
+
+static const struct json_member rgbd_members[] = {
+    {.name = "document", .read = read_document, .required = true},
+    {.name = "fit", .read = json_member_choice, .offset = FIELD(fit), .choices = rgbd_fit_words},
+    {.name = "color_space",
+     .read = json_member_choice,
+     .offset = FIELD(color),
+     .choices = color_words},
+    {.name = "file",
+     .read = json_member_unsupported,
+     .sentence = "a file on your machine: submit with the command line, or upload all files, list "
+                 "them in scene.files and name this one as \"document\""},
     {.name = NULL}};
 
 static const struct json_member ground_members[] = {{.name = "height",
@@ -54,6 +84,16 @@ int job_plate_read(struct json_cursor *at, const struct json_member *member, con
     if (json_is_null(value)) return 0;
     job->composite.on = job->composite.has_plate = true;
     return json_cursor_members(at, value, plate_members, job);
+}
+
+int job_rgbd_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                  void *object)
+{
+    struct job *job = object;
+    (void)member;
+    if (json_is_null(value)) return 0;
+    job->composite.on = true;
+    return json_cursor_members(at, value, rgbd_members, job);
 }
 
 static int read_name(struct json_cursor *at, const json_t *value, json_t *names)
@@ -152,6 +192,28 @@ static int refuse_in(struct json_cursor *at, const char *object, const char *key
     return json_cursor_refuse_member(at, key, code, "%s", why);
 }
 
+static bool has_file(const struct job *job, const char *path)
+{
+    for (uint32_t i = 0; i < job->file_count; i++)
+        if (strcmp(job->files[i].path, path) == 0) return true;
+    return false;
+}
+
+static int check_rgbd(struct json_cursor *at, const struct job *job)
+{
+    if (!job->composite.rgbd) return 0;
+    if (job->composite.has_plate)
+        return json_cursor_refuse_member(at, "backplate", ERR_EXISTS,
+                                         "the frames of \"rgbd\" are backplates already");
+    if (job->camera.kind != JOB_CAMERA_DEFAULT)
+        return refuse_in(at, "scene", "camera", ERR_UNSUPPORTED,
+                         "the camera is that of the frames of \"rgbd\"");
+    if (!has_file(job, job->composite.rgbd))
+        return refuse_in(at, "rgbd", "document", ERR_NOT_FOUND,
+                         "it is none of the names in scene.files");
+    return 0;
+}
+
 int job_composite_check(struct json_cursor *at, const struct job *job)
 {
     const uint32_t made = job->layers & LAYERS_COMPOSITE;
@@ -160,9 +222,12 @@ int job_composite_check(struct json_cursor *at, const struct job *job)
                                          "composite, catcher and overlay are of pictures with a "
                                          "\"backplate\" or \"catchers\"");
     if (!job->composite.on) return 0;
-    if ((made & LAYER_COMPOSITE) && !job->composite.has_plate)
+    if ((made & LAYER_COMPOSITE) && !job_composite_has_plate(&job->composite))
         return json_cursor_refuse_member(at, "layers", ERR_MISSING,
-                                         "composite needs the photograph: give \"backplate\"");
+                                         "composite needs the photograph: give \"backplate\" or "
+                                         "\"rgbd\"");
+    const int error = check_rgbd(at, job);
+    if (error) return error;
     if (job->live)
         return json_cursor_refuse_member(at, "live", ERR_UNSUPPORTED,
                                          "the camera of a photograph does not move");
@@ -177,10 +242,11 @@ int job_composite_check(struct json_cursor *at, const struct job *job)
 
 void job_composite_defaults(struct job *job, bool has_layers, bool has_view)
 {
+    const bool has_plate = job_composite_has_plate(&job->composite);
     if (!job->composite.on) return;
-    if (!has_layers) job->layers = LAYER_CATCHER | (job->composite.has_plate ? LAYER_COMPOSITE : 0);
+    if (!has_layers) job->layers = LAYER_CATCHER | (has_plate ? LAYER_COMPOSITE : 0);
     job->layers |= LAYER_BEAUTY; /* the objects, of which all others are made */
-    if (!has_view && job->composite.has_plate) job->view = VIEW_LINEAR;
+    if (!has_view && has_plate) job->view = VIEW_LINEAR;
 }
 
 static json_t *write_plate(const struct job_composite *c)
@@ -189,6 +255,13 @@ static json_t *write_plate(const struct job_composite *c)
     if (!c->has_plate) return json_null();
     digest_to_hex(&c->plate, hex);
     return json_pack("{s:s,s:s,s:s}", "asset", hex, "fit", job_word(fit_words, c->fit),
+                     "color_space", job_word(color_words, c->color));
+}
+
+static json_t *write_rgbd(const struct job_composite *c)
+{
+    if (!c->rgbd) return json_null();
+    return json_pack("{s:s,s:s,s:s}", "document", c->rgbd, "fit", job_word(rgbd_fit_words, c->fit),
                      "color_space", job_word(color_words, c->color));
 }
 
@@ -219,6 +292,7 @@ int job_composite_write(const struct job *job, json_t *document)
     const struct job_composite *c = &job->composite;
     if (!c->on) return 0;
     int failures = json_object_set_new(document, "backplate", write_plate(c)) != 0;
+    failures += json_object_set_new(document, "rgbd", write_rgbd(c)) != 0;
     failures += json_object_set_new(document, "catchers", write_catchers(c)) != 0;
     failures += json_object_set_new(document, "holdouts", write_names(c->holdouts)) != 0;
     failures += json_object_set_new(document, "composite",
@@ -230,7 +304,8 @@ void job_composite_fini(struct job_composite *composite)
 {
     free(composite->catchers);
     free(composite->holdouts);
-    composite->catchers = composite->holdouts = NULL;
+    free(composite->rgbd);
+    composite->catchers = composite->holdouts = composite->rgbd = NULL;
 }
 
 int job_composite_copy(const struct job_composite *from, struct job_composite *out)
@@ -238,7 +313,10 @@ int job_composite_copy(const struct job_composite *from, struct job_composite *o
     *out = *from;
     out->catchers = from->catchers ? strdup(from->catchers) : NULL;
     out->holdouts = from->holdouts ? strdup(from->holdouts) : NULL;
-    if (!from->catchers == !out->catchers && !from->holdouts == !out->holdouts) return 0;
+    out->rgbd = from->rgbd ? strdup(from->rgbd) : NULL;
+    if (!from->catchers == !out->catchers && !from->holdouts == !out->holdouts &&
+        !from->rgbd == !out->rgbd)
+        return 0;
     job_composite_fini(out);
     return ERR_MEMORY;
 }

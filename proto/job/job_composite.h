@@ -3,12 +3,13 @@
  * photograph shows, and how the light that virtual objects take from them and give them changes it.
  *
  *   backplate  {asset, fit, color_space} or null
- *   catchers   [names of nodes or materials, {"ground": {"height": y}}]
- *   holdouts   [names of nodes or materials]
- *   composite  {mode}
+ *   rgbd       {document, fit, color_space} or null: frames of a camera that measures depth,
+ * instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts   [names of
+ * nodes or materials] composite  {mode}
  *
  * docs/mixed-reality.md explains them. */
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "proto/digest.h"
 
@@ -32,6 +33,7 @@ struct job_composite {
     bool on; /* the document has one of the members; else all here is zero */
     bool has_plate;
     struct digest plate;       /* asset: .jpg, .png, .webp, .hdr or .exr */
+    char *rgbd;                /* owned; document: one of scene.files; NULL: none */
     enum plate_fit fit;        /* default exact */
     enum plate_color color;    /* default sRGB */
     char *catchers, *holdouts; /* owned; JSON arrays of names, null for the ground; NULL: none */
@@ -39,6 +41,12 @@ struct job_composite {
     float ground_height;       /* of the floor: y, scene units */
     enum composite_mode mode;  /* default multiply */
 };
+
+/* Returns whether the picture has a photograph: one for all frames, or one for each. */
+static inline bool job_composite_has_plate(const struct job_composite *composite)
+{
+    return composite->has_plate || composite->rgbd;
+}
 
 /* ERR_MEMORY: *out is empty. */
 int job_composite_copy(const struct job_composite *from, struct job_composite *out);

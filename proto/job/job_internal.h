@@ -34,6 +34,8 @@ int job_webhook_read(struct json_cursor *at, const struct json_member *member, c
 /* Read the members of a picture that is composed with a photograph. */
 int job_plate_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                    void *job);
+int job_rgbd_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                  void *job);
 int job_catchers_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                       void *job);
 int job_holdouts_read(struct json_cursor *at, const struct json_member *member, const json_t *value,

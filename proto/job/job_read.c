@@ -220,6 +220,7 @@ static const struct json_member job_members[] = {
     NUMBER("priority", json_member_i32, priority, -LIMIT_PRIORITY, LIMIT_PRIORITY),
     {.name = "live", .read = json_member_bool, .offset = JOB(live)},
     {.name = "backplate", .read = job_plate_read},
+    {.name = "rgbd", .read = job_rgbd_read},
     {.name = "catchers", .read = job_catchers_read},
     {.name = "holdouts", .read = job_holdouts_read},
     {.name = "composite", .read = job_composite_mode_read},

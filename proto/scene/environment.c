@@ -116,7 +116,8 @@ static int check_size(const struct environment_header *h, size_t size_bytes, str
 {
     int error = check_sides(h->width_px, h->height_px, fault);
     if (error) return error;
-    const uint64_t whole_bytes = sizeof *h + (uint64_t)h->width_px * h->height_px * TEXEL_BYTES;
+    const uint64_t whole_bytes =
+        sizeof *h + (uint64_t)h->width_px * h->height_px * TEXEL_BYTES + h->warning_bytes;
     if (size_bytes < whole_bytes)
         return fault_set(fault, ERR_TRUNCATED, "texels", "%llu bytes of which %zu are there",
                          (unsigned long long)whole_bytes, size_bytes);
@@ -179,7 +180,10 @@ int environment_open(const void *blob, size_t size_bytes, struct environment_blo
     int error = check_magic(h, fault);
     if (!error) error = check_size(h, size_bytes, fault);
     if (error) return error;
-    const struct environment_blob e = {blob, size_bytes, h, (const float *)(const void *)(h + 1)};
+    const struct environment_blob e = {blob, size_bytes, h, (const float *)(const void *)(h + 1),
+                                       (const char *)blob + size_bytes - h->warning_bytes};
+    if (h->warning_bytes > 0 && e.warnings[h->warning_bytes - 1] != '\0')
+        return fault_set(fault, ERR_CORRUPT, "warnings", "does not end with a NUL byte");
     error = check_texels(&e, fault);
     if (!error) *out = e;
     return error;

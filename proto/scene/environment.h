@@ -1,14 +1,15 @@
 #pragma once
 /* The environment blob, which shearwater-import makes of an .hdr or .exr map and workers sample.
  * It is flat, little-endian and can be mapped: a header of 64 bytes precedes rows of RGB floats
- * from the top, which are finite and not negative. A plan needs the header alone. */
+ * from the top, which are finite and not negative; behind them stand sentences of what was wrong
+ * with the file. A plan needs the header alone. */
 #include <stddef.h>
 #include <stdint.h>
 
 #include "proto/error.h"
 
 #define ENVIRONMENT_MAGIC   "SWENVIR"
-#define ENVIRONMENT_VERSION 1u
+#define ENVIRONMENT_VERSION 2u
 
 /* It was a PNG, JPEG or WebP file, taken as sRGB: a backplate (job_composite.h) that is no map of
  * light. */
@@ -18,10 +19,11 @@ struct environment_header {
     char magic[8]; /* "SWENVIR\0" */
     uint32_t version;
     uint32_t width_px, height_px;
-    float mean[3];    /* over the sphere (weighted by solid angle) */
-    float maximum[3]; /* of any texel, by channel */
-    uint32_t flags;   /* ENVIRONMENT_IS_PHOTOGRAPH */
-    uint32_t reserved[4];
+    float mean[3];          /* over the sphere (weighted by solid angle) */
+    float maximum[3];       /* of any texel, by channel */
+    uint32_t flags;         /* ENVIRONMENT_IS_PHOTOGRAPH */
+    uint32_t warning_bytes; /* of the sentences, NUL-terminated, one after the other */
+    uint32_t reserved[3];
 };
 _Static_assert(sizeof(struct environment_header) == 64, "texels stand at 64");
 
@@ -29,7 +31,8 @@ struct environment_blob {
     const void *blob;
     size_t blob_bytes;
     const struct environment_header *header;
-    const float *texels; /* 3 * width * height */
+    const float *texels;  /* 3 * width * height */
+    const char *warnings; /* warning_bytes of the header; the last is NUL */
 };
 
 /* Checks the header and every texel. `blob` must be aligned to 64 bytes and outlive *out.

@@ -237,23 +237,65 @@ void scene_unmap(struct scene *s)
     *s = (struct scene){0};
 }
 
+/* What a blob that has not been checked begins with. */
+struct blob_head {
+    struct scene_header header;
+    struct scene_section_entry table[SCENE_SECTION_COUNT];
+};
+
+/* Returns an open file, and 0 in the table's counts for what is no scene; -1 for one that cannot be
+ * read. */
+static int open_head(const char *path, struct blob_head *head)
+{
+    const int fd = open(path, O_RDONLY | O_CLOEXEC);
+    *head = (struct blob_head){0};
+    const ssize_t n = fd >= 0 ? pread(fd, head, sizeof *head, 0) : -1;
+    if (n != (ssize_t)sizeof *head ||
+        memcmp(head->header.magic, SCENE_MAGIC, sizeof head->header.magic) != 0)
+        *head = (struct blob_head){0};
+    if (n >= 0 || fd < 0) return fd;
+    close(fd);
+    return -1;
+}
+
+/* Reads the first bytes of a section, from a record on. False: they are not all there. */
+static bool read_part(int fd, const struct scene_section_entry *section, uint64_t from,
+                      size_t size_bytes, void *out)
+{
+    return section->count > 0 && section->offset < LIMIT_BLOB_BYTES &&
+           pread(fd, out, size_bytes, (off_t)(section->offset + from)) == (ssize_t)size_bytes;
+}
+
 int scene_find_base(const char *path, struct digest *out)
 {
-    struct {
-        struct scene_header header;
-        struct scene_section_entry table[SCENE_SECTION_COUNT];
-    } head = {0};
+    struct blob_head head;
+    const int fd = open_head(path, &head);
     *out = (struct digest){0};
-    const int fd = open(path, O_RDONLY | O_CLOEXEC);
     if (fd < 0) return ERR_IO;
-    const ssize_t n = pread(fd, &head, sizeof head, 0);
-    const struct scene_section_entry *base = &head.table[SCENE_BASE];
-    if (n == (ssize_t)sizeof head && base->count == 1 && base->offset < LIMIT_BLOB_BYTES &&
-        memcmp(head.header.magic, SCENE_MAGIC, sizeof head.header.magic) == 0 &&
-        pread(fd, out, sizeof *out, (off_t)base->offset) != (ssize_t)sizeof *out)
+    if (head.table[SCENE_BASE].count != 1 ||
+        !read_part(fd, &head.table[SCENE_BASE], 0, sizeof *out, out))
         *out = (struct digest){0};
     close(fd);
-    return n < 0 ? ERR_IO : 0;
+    return 0;
+}
+
+int scene_find_plate(const char *path, char out[LIMIT_NAME_BYTES])
+{
+    struct blob_head head;
+    struct scene_info info;
+    const int fd = open_head(path, &head);
+    out[0] = '\0';
+    if (fd < 0) return ERR_IO;
+    const struct scene_section_entry *names = &head.table[SCENE_NAMES];
+    if (read_part(fd, &head.table[SCENE_INFO], 0, sizeof info, &info) && info.plate > 0 &&
+        info.plate < names->count) {
+        const uint64_t left = names->count - info.plate;
+        const size_t most = left < LIMIT_NAME_BYTES ? (size_t)left : LIMIT_NAME_BYTES;
+        if (!read_part(fd, names, info.plate, most, out)) out[0] = '\0';
+        out[most - 1] = '\0';
+    }
+    close(fd);
+    return 0;
 }
 
 const char *scene_name(const struct scene *s, uint32_t name)

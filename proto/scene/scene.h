@@ -16,7 +16,7 @@
 #include "proto/error.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     5u
+#define SCENE_VERSION     6u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
 
@@ -67,6 +67,8 @@ struct scene_info {
     uint64_t placed_triangles;          /* after instancing */
     uint32_t default_camera;            /* index; there is always one camera */
     uint32_t flags;
+    uint32_t plate; /* name of the job's file that the camera took here; 0: the job says */
+    uint32_t reserved;
     double origin[3]; /* what the importer took from all positions: 0 unless they were far away */
 };
 
@@ -234,7 +236,9 @@ struct scene_light {
     uint32_t name;
 };
 
-/* Perspective: yfov_rad > 0. Orthographic: half_width, half_height > 0. aspect 0: the image's. */
+/* Perspective: yfov_rad > 0, and half_width the image's half at distance 1, or 0 where its shape
+ * says it. Orthographic: half_width, half_height > 0. aspect 0: the image's. centre: where forward
+ * meets the image, in half images right of and above the middle. */
 struct scene_camera {
     uint32_t type;
     uint32_t name;
@@ -244,6 +248,7 @@ struct scene_camera {
     float half_width, half_height;
     uint32_t is_default; /* made by the importer because the file has none */
     uint32_t reserved;
+    float centre_x, centre_y;
 };
 
 /* A checked view of a blob, into which its pointers lead. */
@@ -286,6 +291,10 @@ void scene_unmap(struct scene *s);
 
 /* Reads which base a file's blob has; zero for none and for what is no blob. ERR_IO. */
 int scene_find_base(const char *path, struct digest *out);
+
+/* Reads which of the job's files is the backplate of a file's blob; "" for none and for what is no
+ * blob. ERR_IO. */
+int scene_find_plate(const char *path, char out[LIMIT_NAME_BYTES]);
 
 /* Returns the scene that has a mesh's arrays, or an image's pixels. */
 static inline const struct scene *scene_mesh_home(const struct scene *s,

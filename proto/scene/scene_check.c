@@ -81,6 +81,7 @@ static int check_info(const struct scene *s, struct fault *fault)
     if (!error && !is_base)
         error = record_index(&at, "default_camera", info->default_camera, SCENE_CAMERAS);
     if (!error) error = record_flags(&at, info->flags, SCENE_MOVES | SCENE_IS_BASE);
+    if (!error) error = record_reserved(&at, info->reserved);
     for (int i = 0; i < 3 && !error; i++)
         error = record_number(&at, "origin", (float)info->origin[i], -far, far);
     return error;
@@ -239,7 +240,11 @@ static int check_camera(const struct scene_record *at, const struct scene_camera
 {
     char place[64];
     /* Its size on the image plane depends on the image; the rest is judged as in a plan. */
-    struct plan_camera as_planned = {.type = camera->type, .half_width = 1, .half_height = 1};
+    struct plan_camera as_planned = {.type = camera->type,
+                                     .half_width = 1,
+                                     .half_height = 1,
+                                     .centre_x = camera->centre_x,
+                                     .centre_y = camera->centre_y};
     memcpy(as_planned.eye, camera->eye, sizeof camera->eye);
     memcpy(as_planned.right, camera->right, sizeof camera->right);
     memcpy(as_planned.up, camera->up, sizeof camera->up);
@@ -331,10 +336,12 @@ static int check_records(const struct scene *s, struct fault *fault)
 int scene_check(const struct scene *s, struct fault *fault)
 {
     const bool is_base = s->count[SCENE_INFO] == 1 && s->info->flags & SCENE_IS_BASE;
+    const struct scene_record info = {s, SCENE_INFO, 0, fault};
     if (s->count[SCENE_CAMERAS] == 0 && !is_base)
         return fault_set(fault, ERR_MISSING, "cameras", "there is none");
     int error = check_info(s, fault);
     if (!error) error = check_strings(s, fault);
+    if (!error) error = record_name(&info, s->info->plate);
     if (!error) error = check_floats(s, SCENE_POSITIONS, s->positions, 3, fault);
     if (!error) error = check_units(s, SCENE_NORMALS, s->normals, 3, fault);
     if (!error) error = check_units(s, SCENE_TANGENTS, s->tangents, 4, fault);

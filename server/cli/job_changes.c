@@ -145,7 +145,8 @@ static int set_marks(const struct job_changes *changes, json_t *document, struct
     int error = 0;
     if (changes->name) error = set_text("name", changes->name, document, fault);
     if (!error && changes->comment) error = set_text("comment", changes->comment, document, fault);
-    if (!error && changes->labels) error = add_labels(changes->labels, document, fault);
+    for (size_t i = 0; i < changes->labels.count && !error; i++)
+        error = add_labels(changes->labels.values[i], document, fault);
     if (!error && changes->webhook) {
         json_object_del(document, "webhook");
         error = job_changes_set(document, "webhook", "url", json_string(changes->webhook));

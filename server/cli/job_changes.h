@@ -7,39 +7,39 @@
 #include "server/cli/option.h"
 
 struct job_changes {
-    const char *size;        /* image.width x image.height, "640x360"; NULL */
-    const char *camera;      /* scene.camera: name or index; NULL */
-    const char *variant;     /* scene.variant; NULL */
-    const char *animation;   /* scene.animation; NULL */
-    const char *time;        /* scene.time_s, a number; NULL */
-    const char *frames;      /* frames, "1-10,20-40x2"; NULL */
-    const char *fps;         /* fps, a number; NULL */
-    const char *name;        /* name; NULL */
-    const char *comment;     /* comment; NULL */
-    const char *labels;      /* labels to add, parted by commas; NULL */
-    const char *webhook;     /* webhook.url; NULL; `render` has no option for it */
-    const char *environment; /* .hdr or .exr on this machine; NULL: as in the document */
-    const char *backplate;   /* photograph on this machine; NULL: as in the document */
-    const char *fit;         /* backplate.fit; NULL */
-    const char *catchers;    /* names to add to catchers, parted by commas; NULL */
-    const char *ground;      /* height of a ground to add to them, a number; NULL */
-    const char *holdouts;    /* names to add to holdouts, parted by commas; NULL */
-    const char *composite;   /* composite.mode; NULL */
-    const char *method;      /* filter.method; NULL */
-    const char *indirect;    /* filter.indirect; NULL */
-    const char *glossy;      /* filter.glossy; NULL */
-    const char *lens;        /* filter.lens; NULL */
-    const char *residual;    /* filter.residual; NULL */
-    const char *temporal;    /* filter.temporal; NULL */
-    const char *view;        /* image.view; NULL */
-    const char *exposure;    /* image.exposure, a number; NULL */
-    const char *compression; /* image.exr_compression; NULL */
-    long png_bits;           /* image.png_bits; 0 */
-    bool png_alpha;          /* image.png_alpha true */
-    long bounces;            /* effects.indirect_bounces; -1 */
-    long spp;                /* sampling.spp; 0 */
-    long tile_px;            /* sampling.tile_px; 0 */
-    bool no_default_light;   /* scene.default_light false */
+    const char *size;            /* image.width x image.height, "640x360"; NULL */
+    const char *camera;          /* scene.camera: name or index; NULL */
+    const char *variant;         /* scene.variant; NULL */
+    const char *animation;       /* scene.animation; NULL */
+    const char *time;            /* scene.time_s, a number; NULL */
+    const char *frames;          /* frames, "1-10,20-40x2"; NULL */
+    const char *fps;             /* fps, a number; NULL */
+    const char *name;            /* name; NULL */
+    const char *comment;         /* comment; NULL */
+    struct option_list labels;   /* to add; each may be several, parted by commas */
+    const char *webhook;         /* webhook.url; NULL; `render` has no option for it */
+    const char *environment;     /* .hdr or .exr on this machine; NULL: as in the document */
+    const char *backplate;       /* photograph on this machine; NULL: as in the document */
+    const char *fit;             /* backplate.fit; NULL */
+    struct option_list catchers; /* names to add to catchers, likewise */
+    const char *ground;          /* height of a ground to add to them, a number; NULL */
+    struct option_list holdouts; /* names to add to holdouts, likewise */
+    const char *composite;       /* composite.mode; NULL */
+    const char *method;          /* filter.method; NULL */
+    const char *indirect;        /* filter.indirect; NULL */
+    const char *glossy;          /* filter.glossy; NULL */
+    const char *lens;            /* filter.lens; NULL */
+    const char *residual;        /* filter.residual; NULL */
+    const char *temporal;        /* filter.temporal; NULL */
+    const char *view;            /* image.view; NULL */
+    const char *exposure;        /* image.exposure, a number; NULL */
+    const char *compression;     /* image.exr_compression; NULL */
+    long png_bits;               /* image.png_bits; 0 */
+    bool png_alpha;              /* image.png_alpha true */
+    long bounces;                /* effects.indirect_bounces; -1 */
+    long spp;                    /* sampling.spp; 0 */
+    long tile_px;                /* sampling.tile_px; 0 */
+    bool no_default_light;       /* scene.default_light false */
 };
 #define JOB_CHANGES_NONE                                                                           \
     {                                                                                              \
@@ -50,6 +50,10 @@ struct job_changes {
     {                                                                                              \
         .name = (word), .letter = (sign), .kind = OPTION_TEXT, .value = (what),                    \
         .text = (sentence), .out = (where)                                                         \
+    }
+#define JOB_CHANGE_LIST(word, what, sentence, where)                                               \
+    {                                                                                              \
+        .name = (word), .kind = OPTION_LIST, .value = (what), .text = (sentence), .out = (where)   \
     }
 #define JOB_CHANGE_NUMBER(word, sign, sentence, from, to, where)                                   \
     {                                                                                              \
@@ -84,7 +88,7 @@ struct job_changes {
         JOB_CHANGE_TEXT("fps", 0, "N", "frames per second instead of the job's", &(c)->fps),       \
         JOB_CHANGE_TEXT("name", 0, "TEXT", "name of the job, to find it by", &(c)->name),          \
         JOB_CHANGE_TEXT("comment", 0, "TEXT", "comment on the job", &(c)->comment),                \
-        JOB_CHANGE_TEXT("label", 0, "LIST", "labels beside the job's, parted by commas",           \
+        JOB_CHANGE_LIST("label", "LIST", "labels beside the job's, parted by commas",              \
                         &(c)->labels),                                                             \
         {.name = "no-default-light",                                                               \
          .kind = OPTION_FLAG,                                                                      \
@@ -97,12 +101,12 @@ struct job_changes {
                         &(c)->backplate),                                                          \
         JOB_CHANGE_TEXT("fit", 0, "exact|cover|stretch", "how it becomes as large as the picture", \
                         &(c)->fit),                                                                \
-        JOB_CHANGE_TEXT("catcher", 0, "LIST",                                                      \
+        JOB_CHANGE_LIST("catcher", "LIST",                                                         \
                         "nodes or materials that catch shadows in it, parted by commas",           \
                         &(c)->catchers),                                                           \
         JOB_CHANGE_TEXT("catcher-ground", 0, "Y", "height of a floor that catches them",           \
                         &(c)->ground),                                                             \
-        JOB_CHANGE_TEXT("holdout", 0, "LIST",                                                      \
+        JOB_CHANGE_LIST("holdout", "LIST",                                                         \
                         "nodes or materials that hide objects behind it, parted by commas",        \
                         &(c)->holdouts),                                                           \
         JOB_CHANGE_TEXT("composite", 0, "multiplicative|additive",                                 \

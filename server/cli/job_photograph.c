@@ -69,11 +69,11 @@ int job_changes_photograph(const struct job_changes *changes, json_t *document, 
     if (changes->backplate) error = set_plate(changes->backplate, document, fault);
     if (!error && changes->fit)
         error = job_changes_set(document, "backplate", "fit", json_string(changes->fit));
-    if (!error && changes->catchers)
-        error = add_names("catcher", changes->catchers, "catchers", document, fault);
+    for (size_t i = 0; i < changes->catchers.count && !error; i++)
+        error = add_names("catcher", changes->catchers.values[i], "catchers", document, fault);
     if (!error && changes->ground) error = add_ground(changes->ground, document, fault);
-    if (!error && changes->holdouts)
-        error = add_names("holdout", changes->holdouts, "holdouts", document, fault);
+    for (size_t i = 0; i < changes->holdouts.count && !error; i++)
+        error = add_names("holdout", changes->holdouts.values[i], "holdouts", document, fault);
     if (!error && changes->composite)
         error = job_changes_set(document, "composite", "mode", json_string(changes->composite));
     return error;

@@ -24,10 +24,10 @@ static int write_patch(const struct marks *m, json_t *patch, struct fault *fault
     struct job_changes changes = JOB_CHANGES_NONE;
     changes.name = unless_none(m->name);
     changes.comment = unless_none(m->comment);
-    changes.labels = unless_none(m->labels);
+    if (unless_none(m->labels)) changes.labels = (struct option_list){{m->labels}, 1};
     if (m->name && !changes.name) json_object_set_new(patch, "name", json_null());
     if (m->comment && !changes.comment) json_object_set_new(patch, "comment", json_null());
-    if (m->labels && !changes.labels) json_object_set_new(patch, "labels", json_array());
+    if (m->labels && changes.labels.count == 0) json_object_set_new(patch, "labels", json_array());
     const int error = job_changes_apply(&changes, patch, fault);
     if (!error && json_object_size(patch) == 0)
         return fault_set(fault, ERR_MISSING, "", "give at least one change; --help lists them");

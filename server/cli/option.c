@@ -65,6 +65,17 @@ static int take_number(const struct option_line *line, const char *text)
     return 0;
 }
 
+static int add(const struct option_line *line, const char *text)
+{
+    struct option_list *list = line->out;
+    if (list->count == OPTION_LIST_MOST) {
+        fprintf(stderr, "--%s: it is given more than %d times\n", line->name, OPTION_LIST_MOST);
+        return -1;
+    }
+    list->values[list->count++] = text;
+    return 0;
+}
+
 static int take(const struct option_line *line, const char *text)
 {
     if (line->kind == OPTION_NUMBER) return take_number(line, text);
@@ -76,6 +87,7 @@ static int take(const struct option_line *line, const char *text)
         fprintf(stderr, "--%s: the value is empty\n", line->name);
         return -1;
     }
+    if (line->kind == OPTION_LIST) return add(line, text);
     *(const char **)line->out = text;
     return 0;
 }

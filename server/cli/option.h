@@ -16,6 +16,14 @@ enum option_kind {
     OPTION_FLAG,   /* out: bool *, set to true */
     OPTION_TEXT,   /* out: const char **, into argv; not empty */
     OPTION_NUMBER, /* out: long *, whole, in [least, most] */
+    OPTION_LIST,   /* out: struct option_list *; the option may be given several times */
+};
+
+/* The values of an option, in their order. Each is in argv and not empty. */
+#define OPTION_LIST_MOST 64
+struct option_list {
+    const char *values[OPTION_LIST_MOST];
+    size_t count;
 };
 
 struct option_line {

@@ -10,15 +10,20 @@
 #include "proto/job/job.h"
 #include "proto/json.h"
 #include "proto/scene/mtl_map.h"
+#include "server/cli/sequence_files.h"
+
+/* Where a sequence's files are among those of a scene. */
+#define RGBD_PREFIX "rgbd/"
 
 #define SCENE_TEXT_LIMIT_BYTES (256u << 20)
 
 /* What is being uploaded: the folder of the main file and the names found so far. */
 struct bundle {
     struct client *client;
-    char folder[2048]; /* with a slash at the end, or empty */
-    json_t *files;     /* relative name -> digest, the document's "files" */
-    char material[64]; /* the last that an MTL began; "": none */
+    char folder[2048];  /* with a slash at the end, or empty */
+    const char *prefix; /* of the names in `files` */
+    json_t *files;      /* relative name -> digest, the document's "files" */
+    char material[64];  /* the last that an MTL began; "": none */
     struct fault *fault;
 };
 
@@ -90,9 +95,11 @@ static void tidy(const char *name, char *out, size_t capacity)
 static int add_file(struct bundle *b, const char *given)
 {
     char path[4096], hex[DIGEST_HEX_BYTES], name[LIMIT_PATH_BYTES + 1];
+    char listed[LIMIT_PATH_BYTES + 16];
     struct digest digest;
     tidy(given, name, sizeof name);
-    if (json_object_get(b->files, name)) return 0;
+    snprintf(listed, sizeof listed, "%s%s", b->prefix, name);
+    if (json_object_get(b->files, listed)) return 0;
     if (!relative_path_is_inside(name))
         return fault_set(b->fault, ERR_RANGE, "/scene/file",
                          "the scene refers to \"%.200s\", which is not inside its folder", given);
@@ -100,7 +107,7 @@ static int add_file(struct bundle *b, const char *given)
     int error = client_put_asset(b->client, path, &digest, b->fault);
     if (error) return error;
     digest_to_hex(&digest, hex);
-    return json_object_set_new(b->files, name, json_string(hex)) == 0 ? 0 : ERR_MEMORY;
+    return json_object_set_new(b->files, listed, json_string(hex)) == 0 ? 0 : ERR_MEMORY;
 }
 
 /* %41 -> A in place; glTF URIs are percent-encoded. */
@@ -317,7 +324,7 @@ static int upload(struct client *c, const char *path, json_t *document, const ch
 static int upload_scene(struct client *c, const char *job_path, json_t *document,
                         struct fault *fault)
 {
-    struct bundle b = {.client = c, .fault = fault};
+    struct bundle b = {.client = c, .prefix = "", .fault = fault};
     char path[4096];
     int error = file_of(job_path, document, "scene", path, sizeof path, fault);
     if (error || !path[0]) return error;
@@ -332,11 +339,49 @@ static int upload_scene(struct client *c, const char *job_path, json_t *document
     return error;
 }
 
+static int add_named(void *bundle, const char *name)
+{
+    return add_file(bundle, name);
+}
+
+static int add_sequence_file(struct bundle *b, const char *path)
+{
+    size_t size_bytes;
+    char *text = read_text(path, &size_bytes, b->fault);
+    if (!text) return b->fault->code;
+    int error = add_file(b, path + strlen(b->folder));
+    if (!error) error = sequence_files_each(text, size_bytes, add_named, b);
+    free(text);
+    return error;
+}
+
+/* {"file": ...} becomes {"document": ...}, and its files are among the scene's. */
+static int upload_rgbd(struct client *c, const char *job_path, json_t *document,
+                       struct fault *fault)
+{
+    struct bundle b = {.client = c, .prefix = RGBD_PREFIX, .fault = fault};
+    json_t *rgbd = json_object_get(document, "rgbd"), *scene = json_object_get(document, "scene");
+    char path[4096], name[4096 + sizeof RGBD_PREFIX];
+    int error = file_of(job_path, document, "rgbd", path, sizeof path, fault);
+    if (error || !path[0]) return error;
+    folder_of(path, b.folder, sizeof b.folder);
+    if (!json_object_get(scene, "files")) json_object_set_new(scene, "files", json_object());
+    b.files = json_object_get(scene, "files");
+    error = json_is_object(b.files) ? add_sequence_file(&b, path) : 0;
+    if (error && fault->code && strcmp(fault->pointer, "/scene/file") == 0)
+        strcpy(fault->pointer, "/rgbd/file");
+    snprintf(name, sizeof name, RGBD_PREFIX "%s", path + strlen(b.folder));
+    json_object_del(rgbd, "file");
+    if (json_object_set_new(rgbd, "document", json_string(name)) != 0 && !error) error = ERR_MEMORY;
+    return error;
+}
+
 int scene_bundle_upload(struct client *c, const char *job_path, json_t *document,
                         struct fault *fault)
 {
     char path[4096];
     int error = upload_scene(c, job_path, document, fault);
+    if (!error) error = upload_rgbd(c, job_path, document, fault);
     if (!error) error = file_of(job_path, document, "environment", path, sizeof path, fault);
     if (!error && path[0]) error = upload(c, path, document, "environment", fault);
     if (!error) error = file_of(job_path, document, "backplate", path, sizeof path, fault);

@@ -51,6 +51,9 @@ static void camera_to_ndc(const struct plan_camera *c, double out[4][4])
         for (int j = 0; j < 4; j++) out[i][j] = 0;
     out[0][0] = 1 / (double)c->half_width;
     out[1][1] = 1 / (double)c->half_height;
+    const int from = c->type == CAMERA_PERSPECTIVE ? 2 : 3; /* ahead is -z */
+    out[from][0] = (from == 2 ? -1 : 1) * (double)c->centre_x;
+    out[from][1] = (from == 2 ? -1 : 1) * (double)c->centre_y;
     if (c->type == CAMERA_PERSPECTIVE) {
         out[2][2] = out[2][3] = -1;
         out[3][2] = -2 * NEAR_PLANE;

@@ -8,6 +8,7 @@
 #include "server/import/gltf/gltf.h"
 #include "server/import/image/environment_import.h"
 #include "server/import/obj/obj.h"
+#include "server/import/rgbd/rgbd_import.h"
 #include "server/import/scene/blob_writer.h"
 #include "server/import/scene/cameras.h"
 #include "server/import/scene/emitters.h"
@@ -74,7 +75,10 @@ static int import_still(struct files *files, const char *name, const struct scen
                         const struct file_view *main, const char *out, struct builder *b,
                         struct import_stats *stats, struct fault *fault)
 {
-    int rc = read_scene(files, name, choice, main, b, fault);
+    struct scene_choice at = *choice;
+    if (choice->time_count > 0) at.time_s = choice->times[0];
+    int rc = read_scene(files, name, &at, main, b, fault);
+    if (rc == 0 && choice->rgbd != NULL) rc = rgbd_import(files, &at, b, fault);
     if (rc == 0) rc = scene_finish(b, choice, fault);
     if (rc == 0) rc = blob_write(b, out, fault);
     return rc == 0 ? verify(out, stats, fault) : rc;
@@ -86,7 +90,8 @@ static int import_geometry(struct files *files, const char *name, const struct s
 {
     struct builder b;
     int rc = builder_init(&b, fault);
-    if (rc == 0 && choice->time_count > 0 && format_of(name, main) == FORMAT_GLTF)
+    if (rc == 0 && choice->time_count > 0 && choice->rgbd == NULL &&
+        format_of(name, main) == FORMAT_GLTF)
         rc = sequence_import(files, name, choice, main, out, &b, stats, fault);
     else if (rc == 0)
         rc = import_still(files, name, choice, main, out, &b, stats, fault);

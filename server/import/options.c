@@ -8,7 +8,8 @@
 
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
                             "[--animation NAME] [--time S | --times S,S,..] "
-                            "[--catchers JSON [--holdouts JSON] [--ground Y]] [--report FILE]";
+                            "[--catchers JSON [--holdouts JSON] [--ground Y] [--rgbd NAME]] "
+                            "[--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
     "coordinator runs it, once per file. It prints one line of JSON: {\"ok\":true, "
@@ -32,6 +33,10 @@ static const struct option_text texts[] = {
      "holdouts is not in the photograph"},
     {0, "holdouts", "JSON", "names of those that hide what is behind them, beside --catchers"},
     {0, "ground", "Y", "height of a floor of our making that catches shadows, too"},
+    {0, "rgbd", "NAME",
+     "document in DIR of colour and depth images (server/import/rgbd): the frame at the time "
+     "catches "
+     "shadows, and its camera is the scene's"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -101,6 +106,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--catchers", &out->choice.catchers, false},
                 {"--holdouts", &out->choice.holdouts, false},
                 {"--ground", &ground, false},
+                {"--rgbd", &out->choice.rgbd, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;

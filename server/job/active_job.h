@@ -159,6 +159,8 @@ const struct plan *active_frame_plan(const struct active_job *job,
 
 /* Returns how a frame moves; NULL: nothing does, or no layer shows it. */
 struct motion *active_frame_motion(const struct active_job *job, const struct active_frame *frame);
+/* Returns the photograph that a frame is composed with; NULL: none. */
+struct plate *active_frame_plate(const struct active_job *job, const struct active_frame *frame);
 
 /* Returns the blob that a frame's scene stands on; NULL: none. */
 const struct digest *active_frame_base(const struct active_job *job,

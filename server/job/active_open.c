@@ -53,7 +53,7 @@ static int start_work(struct active_job *job, struct active_frame *frame)
         .png = picture_png_options(document),
         .plan = &plan,
         .motion = active_frame_motion(job, frame),
-        .plate = job->prepared->plate,
+        .plate = active_frame_plate(job, frame),
         .adds = document->composite.mode == COMPOSITE_ADD,
         .pool = jobs->options.pool,
         .scratch = jobs->scratch,

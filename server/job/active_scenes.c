@@ -27,6 +27,12 @@ struct motion *active_frame_motion(const struct active_job *job, const struct ac
     return frame->prepared ? frame->prepared->motion : job->prepared->motion;
 }
 
+struct plate *active_frame_plate(const struct active_job *job, const struct active_frame *frame)
+{
+    struct plate *own = frame->prepared ? frame->prepared->plate : NULL;
+    return own ? own : job->prepared->plate;
+}
+
 const struct digest *active_frame_base(const struct active_job *job,
                                        const struct active_frame *frame)
 {

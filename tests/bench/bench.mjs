@@ -21,6 +21,7 @@ import { accuracy } from "./parts/accuracy.mjs";
 import { resolution, triangles, workers } from "./parts/farms.mjs";
 import { links, overlap } from "./parts/overlap.mjs";
 import { flicker } from "./parts/flicker.mjs";
+import { mixed } from "./parts/mixed.mjs";
 import { RATES, rate } from "./parts/rates.mjs";
 import { absentScenes, real } from "./parts/real.mjs";
 import { summary } from "./parts/runs.mjs";
@@ -30,11 +31,11 @@ import { writeResults } from "./results.mjs";
 import { scenes } from "./scenes/scenes.mjs";
 
 const cores = availableParallelism(), upTo = (n) => Array.from({ length: n }, (_, i) => i + 1);
-const OWN = { accuracy, real, workers, resolution, triangles, overlap, links, skips, flicker };
+const OWN = { accuracy, real, workers, resolution, triangles, overlap, links, skips, flicker, mixed };
 const FULL = { mode: "full", parts: [...Object.keys(OWN), ...RATES], scenes: scenes.map((s) => s.name), accuracy: [], repeat: 5, workersHeight: 720, workers: upTo(cores),
   heights: [360, 540, 720, 1080, 1440, 2160], kinds: ["fields", "paths", "lens"], hillSteps: [16, 50, 158, 500, 1000], hillSide: 512, skipSide: 512, overlapSizes: [[512, 512], [1280, 720]], runs: 3 };
 // Three minutes on two cores, from nothing but the build.
-const QUICK = { ...FULL, mode: "quick", parts: Object.keys(OWN).filter((name) => name !== "links" && name !== "flicker"), scenes: ["contacts", "curved", "box", "posts", "all_box"],
+const QUICK = { ...FULL, mode: "quick", parts: Object.keys(OWN).filter((name) => !["links", "flicker", "mixed"].includes(name)), scenes: ["contacts", "curved", "box", "posts", "all_box"],
   accuracy: ["smoke", "side=80", "spp=4,9,16,36"], repeat: 3, workersHeight: 240, heights: [90, 180, 360], kinds: ["fields", "paths"], hillSteps: [16, 64, 256], hillSide: 160, skipSide: 192, overlapSizes: [[512, 512]] };
 // A test of the bench itself, beside whatever else the machine does. Filters take milliseconds of it, mostly to
 // touch memory for the first time, which costs five times as much on one virtual machine as on another: times

@@ -79,6 +79,8 @@ refused() {
     grep -qF -- "$1" "$tmp/said" && grep -q -- "$2" "$tmp/said"
 }
 check "a catcher that is not there" refused /catchers/1 'no node or material "roof"' '.catchers += ["roof"]'
+"$build/shearwater" render "$tmp/room-and-box.obj" -o "$tmp/two.exr" --size 16x16 --spp 1 --catcher white --catcher roof --quiet 2>"$tmp/said"
+check "of the second of two options" grep -q '/catchers/1.*no node or material "roof"' "$tmp/said"
 check "a holdout that is not there" refused /holdouts/0 'no node or material "roof"' '.holdouts = ["roof"]'
 check "one that is both" refused /holdouts/0 'a catcher and a holdout' '.catchers = ["box"] | .holdouts = ["blue"]'
 check "a photograph of another size" refused /backplate "the photograph has 192 x 192 px, the picture 48 x 192" '.image.width = 48'

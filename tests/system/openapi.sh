@@ -114,7 +114,7 @@ good=("{$scene_member}"
     "{$scene_member, \"layers\": [\"beauty\", \"direct\", \"indirect\", \"albedo\", \"normal\", \"depth\", \"samples\", \"visibility\", \"slope_min\", \"slope_max\", \"emission\", \"id\"]}"
     "{$scene_member, \"name\": null, \"comment\": \"two\\nlines\", \"labels\": [], \"webhook\": null}"
     "{$scene_member, \"name\": \"$(printf 'ä%.0s' {1..200})\", \"labels\": [\"b\", \"a:1\"]}"
-    "{$scene_member, \"backplate\": null, \"catchers\": [\"Floor\", {\"ground\": {\"height\": -1}}], \"holdouts\": []}"
+    "{$scene_member, \"backplate\": null, \"rgbd\": null, \"catchers\": [\"Floor\", {\"ground\": {\"height\": -1}}], \"holdouts\": []}"
     "{$scene_member, \"catchers\": [{\"ground\": {\"height\": 0}}], \"composite\": {\"mode\": \"additive\"}, \"layers\": [\"catcher\", \"overlay\"]}"
     "{$scene_member, \"frames\": {\"first\": 0, \"last\": 99999}, \"priority\": -100}")
 bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fast\": true}"
@@ -162,6 +162,8 @@ bad=('{}' '[]' '{"scene": {}}' '{"scene": {"asset": "x"}}' "{$scene_member, \"fa
     "{$scene_member, \"catchers\": [\"\"]}" "{$scene_member, \"catchers\": [{\"ground\": {}}]}"
     "{$scene_member, \"holdouts\": [{\"ground\": {\"height\": 0}}]}" "{$scene_member, \"holdouts\": [\"a\", \"a\"]}"
     "{$scene_member, \"composite\": {\"mode\": \"over\"}}"
+    "{$scene_member, \"rgbd\": {}}" "{$scene_member, \"rgbd\": {\"document\": 1}}"
+    "{$scene_member, \"rgbd\": {\"document\": \"a.json\", \"fit\": \"cover\"}}" "{$scene_member, \"rgbd\": {\"file\": \"a.json\"}}"
     "{$scene_member, \"lens\": {}}" "{$scene_member, \"lens\": {\"focus_distance\": 2}}"
     "{$scene_member, \"lens\": {\"aperture_radius\": -1, \"focus_distance\": 2}}"
     "{$scene_member, \"lens\": {\"aperture_radius\": 1, \"focus_distance\": 2, \"blades\": 33}}")

@@ -32,8 +32,8 @@ static void add_corner(const struct plan *plan, const float corner[3], struct se
     const float ahead = dot(off, c->forward);
     const float scale =
         c->type == CAMERA_ORTHOGRAPHIC ? 1.0f : 1.0f / (ahead > NEAREST ? ahead : NEAREST);
-    across[0] = dot(off, c->right) * scale / half[0];
-    across[1] = -dot(off, c->up) * scale / half[1];
+    across[0] = dot(off, c->right) * scale / half[0] + c->centre_x;
+    across[1] = -dot(off, c->up) * scale / half[1] - c->centre_y;
     for (int k = 0; k < 2; k++) {
         const float px = 0.5f * (across[k] + 1.0f) * size[k];
         out->low[k] = fminf(out->low[k], px);

@@ -10,13 +10,13 @@ bool environment_is_known(const struct file_view *file)
     return panorama_is_radiance(file) || panorama_is_exr(file) || photograph_is_known(file);
 }
 
-static int write_blob(const struct panorama *p, uint32_t flags, const char *out,
-                      struct fault *fault)
+static int write_blob(const struct panorama *p, uint32_t flags, const struct warnings *warnings,
+                      const char *out, struct fault *fault)
 {
     struct environment_header header;
     int rc = environment_describe(p->width_px, p->height_px, p->texels, &header, fault);
     header.flags = flags;
-    return rc != 0 ? rc : blob_write_environment(&header, p->texels, out, fault);
+    return rc != 0 ? rc : blob_write_environment(&header, p->texels, warnings, out, fault);
 }
 
 /* Checks that workers would accept what was written. */
@@ -44,7 +44,7 @@ int environment_import(const struct file_view *file, const char *name, const cha
                                      : panorama_read_radiance(file, name, &p, warnings, fault);
     if (rc != 0) return rc;
     panorama_repair(&p, warnings);
-    rc = write_blob(&p, photograph ? ENVIRONMENT_IS_PHOTOGRAPH : 0, out, fault);
+    rc = write_blob(&p, photograph ? ENVIRONMENT_IS_PHOTOGRAPH : 0, warnings, out, fault);
     panorama_destroy(&p);
     return rc == 0 ? verify(out, stats, fault) : rc;
 }

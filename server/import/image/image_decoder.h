@@ -25,6 +25,11 @@ int image_measure(const uint8_t *data, size_t size_bytes, const char *place,
 int image_decode(const uint8_t *data, size_t size_bytes, const struct image_header *header,
                  const char *place, uint8_t *rgba, struct warnings *warnings, struct fault *fault);
 
+/* Decodes a PNG of one channel of 16 bits, such as a depth image. ERR_UNSUPPORTED for another file,
+ * ERR_CORRUPT also for other samples. */
+int image_decode_grey16(const uint8_t *data, size_t size_bytes, const struct image_header *header,
+                        const char *place, uint16_t *grey, struct fault *fault);
+
 /* Decode one format each, for image_decode. */
 int image_decode_png(const uint8_t *data, size_t size_bytes, const struct image_header *header,
                      const char *place, uint8_t *rgba, struct fault *fault);

@@ -1,4 +1,5 @@
 #include <png.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,9 +46,19 @@ static void convert_to_rgba8(png_structp png, png_infop info)
     png_read_update_info(png, info);
 }
 
+/* Asks for samples of 16 bits as this machine has them. */
+static void convert_to_grey16(png_structp png, png_infop info)
+{
+    if (png_get_color_type(png, info) != PNG_COLOR_TYPE_GRAY || png_get_bit_depth(png, info) != 16)
+        png_error(png, "it is no grey of 16 bits");
+    png_set_swap(png);
+    png_set_interlace_handling(png);
+    png_read_update_info(png, info);
+}
+
 /* Reads the rows, between setjmp and its return. Only libpng owns memory here. */
 static int read_rows(png_structp png, png_infop info, const struct image_header *header,
-                     png_bytepp rows)
+                     bool is_grey16, png_bytepp rows)
 {
     if (setjmp(png_jmpbuf(png)) != 0) return ERR_CORRUPT;
     png_set_user_limits(png, LIMIT_TEXTURE_SIDE_PX, LIMIT_TEXTURE_SIDE_PX);
@@ -56,16 +67,20 @@ static int read_rows(png_structp png, png_infop info, const struct image_header 
     if (png_get_image_width(png, info) != header->width_px ||
         png_get_image_height(png, info) != header->height_px)
         png_error(png, "its header changed");
-    convert_to_rgba8(png, info);
-    if (png_get_rowbytes(png, info) != (size_t)header->width_px * 4)
+    if (is_grey16)
+        convert_to_grey16(png, info);
+    else
+        convert_to_rgba8(png, info);
+    if (png_get_rowbytes(png, info) != (size_t)header->width_px * (is_grey16 ? 2 : 4))
         png_error(png, "its rows have an unexpected size");
     png_read_image(png, rows);
     return 0;
 }
 
-int image_decode_png(const uint8_t *data, size_t size_bytes, const struct image_header *header,
-                     const char *place, uint8_t *rgba, struct fault *fault)
+static int decode(const uint8_t *data, size_t size_bytes, const struct image_header *header,
+                  bool is_grey16, const char *place, uint8_t *out, struct fault *fault)
 {
+    const size_t row_bytes = (size_t)header->width_px * (is_grey16 ? 2 : 4);
     struct png_source source = {data, size_bytes, "out of memory"};
     png_infop info = NULL;
     int rc = ERR_MEMORY;
@@ -73,12 +88,26 @@ int image_decode_png(const uint8_t *data, size_t size_bytes, const struct image_
     png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &source, on_error, on_warning);
     if (png != NULL) info = png_create_info_struct(png);
     if (rows != NULL && info != NULL) {
-        for (size_t y = 0; y < header->height_px; y++) rows[y] = rgba + y * header->width_px * 4;
+        for (size_t y = 0; y < header->height_px; y++) rows[y] = out + y * row_bytes;
         png_set_read_fn(png, &source, on_read);
-        rc = read_rows(png, info, header, rows);
+        rc = read_rows(png, info, header, is_grey16, rows);
     }
     png_destroy_read_struct(&png, &info, NULL);
     free(rows);
     if (rc == 0) return 0;
     return fault_set(fault, rc, place, "the PNG image cannot be decoded: %s", source.message);
+}
+
+int image_decode_png(const uint8_t *data, size_t size_bytes, const struct image_header *header,
+                     const char *place, uint8_t *rgba, struct fault *fault)
+{
+    return decode(data, size_bytes, header, false, place, rgba, fault);
+}
+
+int image_decode_grey16(const uint8_t *data, size_t size_bytes, const struct image_header *header,
+                        const char *place, uint16_t *grey, struct fault *fault)
+{
+    if (header->kind != IMAGE_PNG)
+        return fault_set(fault, ERR_UNSUPPORTED, place, "it is no PNG of 16 bits");
+    return decode(data, size_bytes, header, true, place, (uint8_t *)grey, fault);
 }

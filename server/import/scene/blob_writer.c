@@ -108,13 +108,31 @@ int blob_write(const struct builder *b, const char *path, struct fault *fault)
     return close_file(fd, path, write_sections(fd, b, &layout), fault);
 }
 
-int blob_write_environment(const struct environment_header *header, const float *texels,
-                           const char *path, struct fault *fault)
+/* Writes sentences, or with fd -1 only counts their bytes into *size_bytes. */
+static bool write_warnings(int fd, const struct warnings *warnings, uint32_t *size_bytes)
 {
+    bool ok = true;
+    *size_bytes = 0;
+    for (uint32_t i = 0; i < warnings->count && ok; i++) {
+        char text[WARNING_TEXT_BYTES];
+        warnings_text(warnings, i, text);
+        const size_t length = strlen(text) + 1;
+        *size_bytes += (uint32_t)length;
+        if (fd >= 0) ok = write_all(fd, text, length);
+    }
+    return ok;
+}
+
+int blob_write_environment(const struct environment_header *header, const float *texels,
+                           const struct warnings *warnings, const char *path, struct fault *fault)
+{
+    struct environment_header whole = *header;
+    write_warnings(-1, warnings, &whole.warning_bytes);
     const uint64_t texel_bytes =
         (uint64_t)header->width_px * header->height_px * 3 * sizeof *texels;
     int fd = create_file(path, fault);
     if (fd < 0) return fault->code;
-    bool ok = write_all(fd, header, sizeof *header) && write_all(fd, texels, texel_bytes);
+    bool ok = write_all(fd, &whole, sizeof whole) && write_all(fd, texels, texel_bytes) &&
+              write_warnings(fd, warnings, &whole.warning_bytes);
     return close_file(fd, path, ok, fault);
 }

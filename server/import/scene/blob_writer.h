@@ -7,6 +7,7 @@
  * file is determined by the builder. On failure the file is removed. ERR_IO, ERR_LIMIT. */
 int blob_write(const struct builder *b, const char *path, struct fault *fault);
 
-/* Writes a map likewise: the header of environment_describe, then its texels. ERR_IO. */
+/* Writes a map likewise: the header of environment_describe, its texels, and the warnings. ERR_IO.
+ */
 int blob_write_environment(const struct environment_header *header, const float *texels,
-                           const char *path, struct fault *fault);
+                           const struct warnings *warnings, const char *path, struct fault *fault);

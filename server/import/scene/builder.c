@@ -247,7 +247,8 @@ static int finish(struct builder *b, uint64_t placed, uint32_t flags, struct fau
     memcpy(info->bounds_max, highest, sizeof highest);
     memcpy(info->origin, b->origin, sizeof b->origin);
     info->placed_triangles = placed;
-    info->default_camera = 0;
+    info->default_camera = b->default_camera;
+    info->plate = b->plate;
     info->flags = flags;
     return append_warnings(b, fault);
 }

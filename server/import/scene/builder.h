@@ -19,9 +19,11 @@ struct builder_array {
 struct builder {
     struct builder_array sections[SCENE_SECTION_COUNT];
     struct warnings warnings;
-    double origin[3];  /* of the scene in the file's coordinates */
-    bool moves;        /* an animation plays */
-    bool is_composite; /* what is no catcher or holdout is not in the photograph (roles.h) */
+    double origin[3];        /* of the scene in the file's coordinates */
+    bool moves;              /* an animation plays */
+    uint32_t default_camera; /* index */
+    uint32_t plate;          /* name of the file that is this frame's backplate; 0: none */
+    bool is_composite;       /* what is no catcher or holdout is not in the photograph (roles.h) */
     const struct builder *base; /* borrowed; of a frame (builder_begin_frame); NULL: none */
 };
 

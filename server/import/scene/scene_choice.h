@@ -15,4 +15,5 @@ struct scene_choice {
     const char *holdouts; /* NULL: none */
     bool has_ground;
     double ground_height; /* y in the file's coordinates */
+    const char *rgbd;     /* document of a sequence of colour and depth that it is put into; NULL */
 };

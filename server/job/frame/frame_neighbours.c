@@ -8,7 +8,7 @@
 
 void frame_neighbours_begin(struct frame *f)
 {
-    film_hold(f->film, true);
+    for (uint32_t k = 0; k < plan_views(&f->plan); k++) film_hold(f->views[k].film, true);
 }
 
 void frame_neighbours_destroy(struct frame *f)
@@ -40,6 +40,7 @@ bool frame_has_window(const struct frame *f)
 struct condense_task {
     struct pool_task task;
     struct frame *frame;
+    uint32_t view;
     struct rect rect;
     int error;
 };
@@ -49,8 +50,8 @@ static void condense_run(struct pool_task *task)
     struct condense_task *t = (struct condense_task *)task;
     struct patch *patch = NULL;
     if (atomic_load(&t->frame->dropped)) return;
-    t->error = film_gather_rect(t->frame->film, t->rect, &patch);
-    if (!t->error) t->error = residual_history_take(t->frame->neighbours.history, patch);
+    t->error = film_gather_rect(t->frame->views[t->view].film, t->rect, &patch);
+    if (!t->error) t->error = residual_history_take(t->frame->neighbours.history, t->view, patch);
     patch_destroy(&patch);
 }
 
@@ -76,12 +77,13 @@ static void condense_done(struct pool_task *task)
     free(t);
 }
 
-static int condense(struct frame *f, uint32_t block)
+static int condense(struct frame *f, uint32_t view, uint32_t block)
 {
     struct condense_task *t = calloc(1, sizeof *t);
     if (!t) return ERR_MEMORY;
     *t = (struct condense_task){.task = {.run = condense_run, .done = condense_done},
                                 .frame = f,
+                                .view = view,
                                 .rect = film_block_rect(f->film, block)};
     f->neighbours.condensing++;
     frame_task_submit(f, &t->task);
@@ -94,7 +96,9 @@ int frame_neighbours_note(struct frame *f)
     if (!tile_queue_complete(f->tiles) || n->state != FRAME_TRACES) return 0;
     int error = residual_history_create(&f->plan, f->motion, &n->history);
     n->state = FRAME_CONDENSES;
-    for (uint32_t i = 0; i < film_block_count(f->film) && !error; i++) error = condense(f, i);
+    for (uint32_t k = 0; k < plan_views(&f->plan); k++)
+        for (uint32_t i = 0; i < film_block_count(f->film) && !error; i++)
+            error = condense(f, k, i);
     if (error) frame_fail(f, error, "", "its samples could not be kept for other frames");
     return error;
 }
@@ -106,15 +110,18 @@ void frame_draw(struct frame *f, const struct frame_window *window)
     struct frame_neighbours *n = &f->neighbours;
     assert(n->state == FRAME_WAITS);
     n->state = FRAME_DRAWS;
-    n->window.plan = &f->plan;
-    n->window.motion = f->motion;
+    struct residual_window read = {.plan = &f->plan, .motion = f->motion};
     for (int side = 0; side < MOTION_SIDES; side++) {
-        n->held.count[side] = n->window.count[side] = window->count[side];
+        n->held.count[side] = read.count[side] = window->count[side];
         for (uint32_t k = 0; k < window->count[side]; k++)
-            n->window.frames[side][k] = n->held.frames[side][k] =
+            read.frames[side][k] = n->held.frames[side][k] =
                 residual_history_hold(window->frames[side][k]);
     }
-    film_hold(f->film, false);
+    for (uint32_t k = 0; k < plan_views(&f->plan); k++) {
+        n->windows[k] = read;
+        n->windows[k].view = k;
+        film_hold(f->views[k].film, false);
+    }
     const int error = frame_submit_ready(f);
     if (error) frame_fail(f, error, "", "a block could not be reconstructed");
 }

@@ -75,7 +75,7 @@ static int reconstruct(struct block_task *t)
     int error = film_gather(f->views[t->view].film, t->block, &patch);
     if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
     if (!error) patch->lens_drawn = t->drawn;
-    if (!error && frame_has_neighbours(f)) patch->window = &f->neighbours.window;
+    if (!error && frame_has_neighbours(f)) patch->window = &f->neighbours.windows[t->view];
     const bool bare = !error && frame_view_is_bare(f, t->view, patch);
     if (!error && measured)
         error = block_reconstruct_measured(&f->view_plan, patch, t->rect, &view, &t->measure,

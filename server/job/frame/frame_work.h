@@ -69,11 +69,11 @@ struct frame_spool {
 enum frame_wait { FRAME_TRACES, FRAME_CONDENSES, FRAME_WAITS, FRAME_DRAWS };
 struct frame_neighbours {
     enum frame_wait state;
-    struct residual_history *history; /* held; NULL before it is traced */
-    uint32_t condensing;              /* tasks */
-    int error;                        /* of one of these; 0: none */
-    struct frame_window held;         /* its frames are held */
-    struct residual_window window;    /* the same, as filters read it */
+    struct residual_history *history;           /* held; NULL before it is traced */
+    uint32_t condensing;                        /* tasks */
+    int error;                                  /* of one of these; 0: none */
+    struct frame_window held;                   /* its frames are held */
+    struct residual_window windows[PLAN_VIEWS]; /* the same, as filters of a view read it */
 };
 
 /* A file that a frame leaves behind. One task works on each at a time. */

@@ -36,10 +36,9 @@ void plan_warn(struct plan_report *report, const char *format, ...)
 }
 
 /* The importer's warnings are the job's, too. */
-static void copy_warnings(const struct scene *scene, struct plan_report *report)
+void plan_copy_warnings(const char *sentences, size_t size_bytes, struct plan_report *report)
 {
-    const char *at = scene->warnings;
-    const char *end = at ? at + scene->count[SCENE_WARNINGS] : at;
+    const char *at = sentences, *end = sentences ? sentences + size_bytes : sentences;
     while (at < end) {
         size_t length = strnlen(at, (size_t)(end - at));
         if (length > 0) plan_warn(report, "%.*s", (int)(length < 500 ? length : 500), at);
@@ -323,7 +322,9 @@ static void tell_darkness(struct plan_report *report)
 static int gather(const struct job *job, const struct plan_source *source, struct plan *plan,
                   struct plan_report *report, float environment_mean[3], struct fault *fault)
 {
-    copy_warnings(source->scene, report);
+    plan_copy_warnings(source->scene->warnings, source->scene->count[SCENE_WARNINGS], report);
+    if (source->map && source->map_warnings)
+        plan_copy_warnings(source->map_warnings, source->map->warning_bytes, report);
     memcpy(report->origin, source->scene->info->origin, sizeof report->origin);
     int error = plan_resolve_camera(job, source->scene, &plan->camera, report, fault);
     if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);

@@ -80,6 +80,7 @@ struct plan_source {
     const struct scene *scene;
     struct digest scene_blob;
     const struct environment_header *map; /* of the job's map; NULL when it has none */
+    const char *map_warnings;             /* its sentences, as its header counts them */
     struct digest map_blob;
     const struct environment_header *studio; /* of the light where there is none; NULL: none */
     struct digest studio_blob;
@@ -123,6 +124,9 @@ bool plan_may_want_studio(const struct job *job, const struct scene *scene);
 /* Finds the camera of a frame, as plan_make does but for its lens. */
 int plan_find_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
                      struct fault *fault);
+
+/* Adds sentences, NUL-terminated, of an import to a report. */
+void plan_copy_warnings(const char *sentences, size_t size_bytes, struct plan_report *report);
 
 /* Plans one frame; frames of a job differ in plan->pattern.frame alone. ERR_LIMIT, ERR_NOT_FOUND,
  * ERR_RANGE with *fault pointing into the job document. */

@@ -61,6 +61,9 @@ static void from_scene(const struct job *job, const struct scene_camera *c, stru
     double half_height =
         c->type == CAMERA_ORTHOGRAPHIC ? (double)c->half_height : tan((double)c->yfov_rad / 2);
     fit(out, half_height, job);
+    if (c->type == CAMERA_PERSPECTIVE && c->half_width > 0) out->half_width = c->half_width;
+    out->centre_x = c->centre_x;
+    out->centre_y = c->centre_y;
 }
 
 /* Refuses a camera's name with the sentence "there is no camera "x"; there are "a", "b"", as far as

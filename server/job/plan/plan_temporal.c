@@ -14,7 +14,6 @@
 static const char *obstacle_of(const struct job *job, const struct plan *plan)
 {
     if (job_frame_count(job) < 2) return "the job has one frame";
-    if (plan->composite) return "views of a composite are filtered one by one";
     if (job->temporal == TEMPORAL_NONE) return "filter.temporal is none";
     if (plan->residual_filter == RESIDUAL_FILTER_NONE)
         return "the residual filter, which uses them, does not run";
@@ -32,7 +31,7 @@ static uint64_t window_bytes(const struct plan *plan, uint32_t frames)
     const uint64_t pixels = (uint64_t)plan->width_px * (uint64_t)plan->height_px;
     if (samples_layout_init(&layout, plan, 0, side, side) != 0) return UINT64_MAX;
     const uint64_t each = layout.total_bytes / (LIMIT_TILE_SIDE_MIN_PX * LIMIT_TILE_SIDE_MIN_PX);
-    return pixels *
+    return plan_views(plan) * pixels *
            ((frames + 2) * each + (2 * (uint64_t)frames + 2) * residual_history_pixel_bytes());
 }
 

@@ -1,9 +1,16 @@
 #include "server/job/prepare/backplate.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "proto/scene/environment.h"
+#include "proto/scene/scene.h"
 #include "server/image/tonemap.h"
+
+static const char *place_of(const struct job *job)
+{
+    return job->composite.rgbd ? "/rgbd" : "/backplate";
+}
 
 static int check_size(const struct environment_header *header, const struct job *job,
                       struct fault *fault)
@@ -11,10 +18,23 @@ static int check_size(const struct environment_header *header, const struct job 
     const bool same =
         (int64_t)header->width_px == job->width_px && (int64_t)header->height_px == job->height_px;
     if (job->composite.fit != PLATE_FIT_EXACT || same) return 0;
-    return fault_set(fault, ERR_MISMATCH, "/backplate",
+    return fault_set(fault, ERR_MISMATCH, place_of(job),
                      "the photograph has %u x %u px, the picture %d x %d: give image that size, or "
-                     "\"fit\" cover or stretch",
-                     header->width_px, header->height_px, job->width_px, job->height_px);
+                     "\"fit\" %sstretch",
+                     header->width_px, header->height_px, job->width_px, job->height_px,
+                     job->composite.rgbd ? "" : "cover or ");
+}
+
+const struct digest *backplate_find(const struct objects *objects, const struct digest *scene,
+                                    const struct job *job)
+{
+    char path[OBJECTS_PATH_BYTES], name[LIMIT_NAME_BYTES];
+    if (job->composite.has_plate) return &job->composite.plate;
+    objects_path(objects, scene, path);
+    if (scene_find_plate(path, name) != 0) return NULL;
+    for (uint32_t i = 0; i < job->file_count; i++)
+        if (strcmp(job->files[i].path, name) == 0) return &job->files[i].asset;
+    return NULL;
 }
 
 /* The importer has taken a photograph's samples as sRGB: takes that back. */
@@ -42,11 +62,11 @@ static int make(const struct environment_blob *e, const struct job *job, struct 
                              (int32_t)e->header->height_px, job->width_px, job->height_px, scaling,
                              out);
     free(linear);
-    return error ? fault_set(fault, error, "/backplate", "no memory for the photograph") : 0;
+    return error ? fault_set(fault, error, place_of(job), "no memory for the photograph") : 0;
 }
 
 int backplate_make(const struct objects *objects, const struct digest *blob, const struct job *job,
-                   struct plate **out, struct fault *fault)
+                   struct plate **out, struct plan_report *report, struct fault *fault)
 {
     struct environment_blob e;
     char path[OBJECTS_PATH_BYTES];
@@ -59,6 +79,7 @@ int backplate_make(const struct objects *objects, const struct digest *blob, con
         return fault_set(fault, error, "/backplate/asset", "its blob: %s: %s", inner.pointer,
                          inner.detail);
     }
+    plan_copy_warnings(e.warnings, e.header->warning_bytes, report);
     const int made = make(&e, job, out, fault);
     environment_unmap(&e);
     return made;

@@ -16,10 +16,12 @@ static int code_of(const char *name)
     return ERR_CORRUPT;
 }
 
-/* Names of parts are the document's (server/import/scene/roles.h). */
+/* Names of parts are the document's (server/import/scene/roles.h), and so is what is in the files
+ * of a sequence (server/import/rgbd). */
 static bool is_of_document(const char *place)
 {
-    return strncmp(place, "/catchers/", 10) == 0 || strncmp(place, "/holdouts/", 10) == 0;
+    return strncmp(place, "/catchers/", 10) == 0 || strncmp(place, "/holdouts/", 10) == 0 ||
+           strncmp(place, "/rgbd", 5) == 0;
 }
 
 void import_answer_refusal(const json_t *answer, struct fault *fault)

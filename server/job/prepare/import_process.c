@@ -258,6 +258,7 @@ static size_t add_roles(struct import_process *p, char **args, size_t count)
     if (c->holdouts) args[count++] = "--holdouts", args[count++] = c->holdouts;
     snprintf(p->ground, sizeof p->ground, "%.9g", (double)c->ground_height);
     if (c->has_ground) args[count++] = "--ground", args[count++] = p->ground;
+    if (c->rgbd) args[count++] = "--rgbd", args[count++] = c->rgbd;
     return count;
 }
 

@@ -32,9 +32,11 @@ static bool has_map(const struct preparation *p)
     return p->prepared->job.environment.kind == ENVIRONMENT_MAP;
 }
 
+/* Frames that measured depth have a plate each. */
 static bool has_plate(const struct preparation *p)
 {
-    return p->prepared->job.composite.has_plate && !p->is_later;
+    const struct job_composite *c = &p->prepared->job.composite;
+    return c->rgbd || (c->has_plate && !p->is_later);
 }
 
 static void destroy(struct preparation *p)
@@ -57,12 +59,12 @@ static int blame(struct preparation *p, const char *pointer, const char *kind)
 struct plan_source prepared_source(const struct prepared *prepared)
 {
     const bool has_environment = prepared->job.environment.kind == ENVIRONMENT_MAP;
-    const bool has_studio = prepared->studio.version != 0;
-    return (struct plan_source){.studio = has_studio ? &prepared->studio : NULL,
+    return (struct plan_source){.studio = prepared->studio.version ? &prepared->studio : NULL,
                                 .studio_blob = prepared->studio_blob,
                                 .scene = &prepared->scene,
                                 .scene_blob = prepared->plan.scene,
                                 .map = has_environment ? prepared->map.header : NULL,
+                                .map_warnings = prepared->map.warnings,
                                 .map_blob = prepared->plan.environment.map};
 }
 
@@ -104,8 +106,8 @@ static int find_motion(struct preparation *p, const struct scene *now)
     return error;
 }
 
-/* map: the header of the job's map, or NULL. */
-static int plan_scene(struct preparation *p, const struct environment_header *map)
+/* map: the job's, or NULL. */
+static int plan_scene(struct preparation *p, const struct environment_blob *map)
 {
     struct scene scene;
     struct prepared *out = p->prepared;
@@ -114,8 +116,11 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
     int error = find_base(p, path);
     if (!error) error = scene_map_on(path, shared_base_scene(out->base), &scene, &p->fault);
     if (error) return blame(p, "/scene/asset", "an environment map, no scene");
-    struct plan_source source = {
-        .scene = &scene, .scene_blob = p->scene_blob, .map = map, .map_blob = p->map_blob};
+    struct plan_source source = {.scene = &scene,
+                                 .scene_blob = p->scene_blob,
+                                 .map = map ? map->header : NULL,
+                                 .map_warnings = map ? map->warnings : NULL,
+                                 .map_blob = p->map_blob};
     if (plan_may_want_studio(&out->job, &scene)) {
         error = studio_light_place(p->objects, &out->studio, &out->studio_blob, &p->fault);
         source.studio = &out->studio;
@@ -125,7 +130,7 @@ static int plan_scene(struct preparation *p, const struct environment_header *ma
         error = plan_make(&out->job, &source, out->number, &out->plan, &out->report, &p->fault);
     out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
     if (!error && p->has_motion) error = find_motion(p, &scene);
-    if (!error && out->moves && !out->motion && out->plan.temporal > 0)
+    if (!error && out->moves && !out->motion && !out->job.composite.rgbd && out->plan.temporal > 0)
         plan_temporal_none("it is not known how the scene moves", &out->plan, &out->report);
     if (!error && out->job.live)
         out->scene = scene;
@@ -146,7 +151,7 @@ static int plan_with_map(struct preparation *p)
     if (map.header->flags & ENVIRONMENT_IS_PHOTOGRAPH)
         error = fault_set(&p->fault, ERR_MAGIC, "/environment/asset",
                           "this file is a photograph, no environment map (.hdr or .exr)");
-    if (!error) error = plan_scene(p, map.header);
+    if (!error) error = plan_scene(p, &map);
     if (!error && p->prepared->job.live)
         p->prepared->map = map;
     else
@@ -160,7 +165,7 @@ static void plan_run(struct pool_task *task)
     p->fault.code = plan_with_map(p);
     if (!p->fault.code && has_plate(p))
         p->fault.code = backplate_make(p->objects, &p->plate_blob, &p->prepared->job,
-                                       &p->prepared->plate, &p->fault);
+                                       &p->prepared->plate, &p->prepared->report, &p->fault);
 }
 
 static void tell(struct preparation *p)
@@ -189,7 +194,7 @@ static void start_planning(struct preparation *p)
     thread_pool_submit(p->pool, &p->task);
 }
 
-/* A map or a plate has been imported as a scene: a fault of a scene's asset is one of its. */
+/* A map or a plate was imported as a scene: a fault of a scene's asset is one of its. */
 static void picture_imported(struct preparation *p, const struct fault *fault,
                              const struct digest *blob, uint64_t cpu_us, const char *pointer,
                              struct digest *out)
@@ -222,16 +227,24 @@ static void plate_imported(void *ctx, const struct fault *fault, const struct di
                            uint64_t cpu_us)
 {
     struct preparation *p = ctx;
-    picture_imported(p, fault, blob, cpu_us, "/backplate/asset", &p->plate_blob);
+    picture_imported(p, fault, blob, cpu_us,
+                     p->prepared->job.composite.rgbd ? "/rgbd" : "/backplate/asset",
+                     &p->plate_blob);
     if (!fault) start_planning(p);
 }
 
 static void import_plate(struct preparation *p)
 {
-    if (has_plate(p))
-        import_picture(p, &p->prepared->job.composite.plate, "backplate", plate_imported);
-    else
+    const struct digest *plate =
+        has_plate(p) ? backplate_find(p->objects, &p->scene_blob, &p->prepared->job) : NULL;
+    if (plate) {
+        import_picture(p, plate, "backplate", plate_imported);
+    } else if (has_plate(p)) {
+        fault_set(&p->fault, ERR_NOT_FOUND, "/rgbd", "the frame's colour image is not there");
+        tell(p);
+    } else {
         start_planning(p);
+    }
 }
 
 static void map_imported(void *ctx, const struct fault *fault, const struct digest *blob,

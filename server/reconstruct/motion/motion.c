@@ -55,8 +55,8 @@ static bool project(const struct plan_camera *camera, const struct plan *plan, c
         return false; /* all of the picture looks the same way */
     }
     const double a = along(camera->right, v) * scale, b = along(camera->up, v) * scale;
-    *x = (a / (double)camera->half_width + 1) * plan->width_px / 2;
-    *y = (1 - b / (double)camera->half_height) * plan->height_px / 2;
+    *x = (a / (double)camera->half_width + (double)camera->centre_x + 1) * plan->width_px / 2;
+    *y = (1 - (double)camera->centre_y - b / (double)camera->half_height) * plan->height_px / 2;
     return isfinite(*x) && isfinite(*y);
 }
 
@@ -69,7 +69,8 @@ bool motion_is_same_view(const struct plan_camera *a, const struct plan_camera *
 {
     return a->type == b->type && is_same3(a->eye, b->eye) && is_same3(a->right, b->right) &&
            is_same3(a->up, b->up) && is_same3(a->forward, b->forward) &&
-           a->half_width == b->half_width && a->half_height == b->half_height;
+           a->half_width == b->half_width && a->half_height == b->half_height &&
+           a->centre_x == b->centre_x && a->centre_y == b->centre_y;
 }
 
 static void follow(const struct motion_part *part, enum motion_side side, double at[3])
@@ -105,14 +106,15 @@ void motion_show(const struct plan *plan, const struct patch *patch, int32_t x, 
                          : (double)origin[c] + (double)patch->depth[i] * (double)direction[c];
 }
 
-bool motion_follow(const struct motion *m, const struct plan *plan, enum motion_side side,
-                   struct motion_point *p)
+bool motion_follow(const struct motion *m, const struct plan *plan, const struct plan *next,
+                   enum motion_side side, struct motion_point *p)
 {
     const struct motion_part *part = m ? part_of(m, p) : NULL;
     const bool moves = part && part->moves[side];
-    if (!m || (!moves && motion_is_same_view(&m->camera[side], &plan->camera))) return true;
+    const struct plan_camera *camera = m ? &m->camera[side] : &next->camera;
+    if (!moves && motion_is_same_view(camera, &plan->camera)) return true;
     if (moves) follow(part, side, p->at);
-    return project(&m->camera[side], plan, p->at, p->is_far, &p->x, &p->y);
+    return project(camera, plan, p->at, p->is_far, &p->x, &p->y);
 }
 
 void motion_compose(const struct motion *m, const struct plan *plan, const struct patch *patch,
@@ -129,7 +131,7 @@ void motion_compose(const struct motion *m, const struct plan *plan, const struc
             for (int32_t x = block.x0; x < block.x1; x++) {
                 struct motion_point p;
                 motion_show(plan, patch, x, y, &p);
-                const bool seen = motion_follow(m, plan, (enum motion_side)side, &p);
+                const bool seen = motion_follow(m, plan, NULL, (enum motion_side)side, &p);
                 *plane_at(out[0], x, y) = seen ? (float)(p.x - (x + 0.5)) : 0.0f;
                 *plane_at(out[1], x, y) = seen ? (float)(p.y - (y + 0.5)) : 0.0f;
             }

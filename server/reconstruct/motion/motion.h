@@ -42,11 +42,12 @@ struct motion_point {
 void motion_show(const struct plan *plan, const struct patch *patch, int32_t x, int32_t y,
                  struct motion_point *out);
 
-/* Moves a point from the frame of `plan` and `motion` (NULL: nothing moves) to the one on a side.
- * Returns false where that frame's camera does not look; x and y are then not set. What stands
- * keeps them to the last bit. */
-bool motion_follow(const struct motion *motion, const struct plan *plan, enum motion_side side,
-                   struct motion_point *point);
+/* Moves a point from the frame of `plan` and `motion` to the one on a side. Without a motion (NULL)
+ * nothing moves but the camera, which is that of `next`, the plan of that frame. Returns false
+ * where that frame's camera does not look; x and y are then not set. What stands keeps them to the
+ * last bit. */
+bool motion_follow(const struct motion *motion, const struct plan *plan, const struct plan *next,
+                   enum motion_side side, struct motion_point *point);
 
 /* Writes the channels motion.backward and motion.forward of `block`, as far as the image has them:
  * x to the right, y down, from the pixel's centre. Pixels without a surface count as infinitely far

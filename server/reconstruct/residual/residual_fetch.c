@@ -20,6 +20,7 @@
 /* A pixel of the patch, as other frames see it. */
 struct seeker {
     const struct residual_history *from;
+    uint32_t of_view;          /* enum plan_view */
     struct motion_point point; /* there */
     float normal[3], view[3];  /* in the patch's frame; from the point to the eye */
     float mixture, tolerance, alpha;
@@ -123,7 +124,7 @@ static void fetch_around(const struct seeker *s, size_t i, const struct residual
         const int32_t tx = x + k % 2, ty = y + k / 2;
         const float weight = (k % 2 ? fx : 1.0f - fx) * (k / 2 ? fy : 1.0f - fy);
         if (tx < 0 || tx >= width || ty < 0 || ty >= height) continue;
-        add_tap(s, &s->from->pixels[(size_t)ty * (size_t)width + (size_t)tx], weight, view, i, out);
+        add_tap(s, residual_history_at(s->from, s->of_view, tx, ty), weight, view, i, out);
     }
     const float sum = out->share[i];
     if (sum < SHARE_MIN) {
@@ -147,7 +148,8 @@ static bool seek(const struct residual_way *way, const struct patch *patch,
     motion_show(own, patch, x, y, &s->point);
     look_back(&own->camera, s->point.at, s->view);
     for (uint32_t k = 0; k < way->steps; k++)
-        if (!motion_follow(way->motions[k], way->plans[k], way->side, &s->point)) return false;
+        if (!motion_follow(way->motions[k], way->plans[k], way->plans[k + 1], way->side, &s->point))
+            return false;
     for (int c = 0; c < 3; c++) s->normal[c] = patch->normal[c][i];
     s->alpha = f->alpha[at];
     s->mixture = f->depth[at] / patch->depth[i];
@@ -167,22 +169,18 @@ static bool is_still(const struct motion_point *a, const struct motion_point *b)
            a->at[2] == b->at[2];
 }
 
-static const struct residual_past *past_of(const struct residual_history *from, int32_t x,
-                                           int32_t y)
-{
-    return &from->pixels[(size_t)y * (size_t)from->plan.width_px + (size_t)x];
-}
-
 /* Whether a pixel's centre shows the same point in all frames on the way; or none in both. */
 static bool centre_is_still(const struct residual_history *from, const struct residual_way *way,
                             const struct patch *patch, int32_t x, int32_t y)
 {
     struct motion_point here, there;
-    if (past_of(from, x, y)->id != patch->id[patch_pixel(patch, x, y)]) return false;
+    if (residual_history_at(from, way->view, x, y)->id != patch->id[patch_pixel(patch, x, y)])
+        return false;
     motion_show(way->plans[0], patch, x, y, &here);
     there = here;
     for (uint32_t k = 0; k < way->steps; k++)
-        if (!motion_follow(way->motions[k], way->plans[k], way->side, &there)) return false;
+        if (!motion_follow(way->motions[k], way->plans[k], way->plans[k + 1], way->side, &there))
+            return false;
     return is_still(&here, &there);
 }
 
@@ -238,10 +236,10 @@ void residual_fetch(const struct residual_history *from, const struct residual_w
         memset(out->noise[k], 0, area * sizeof *out->noise[k]);
     for (int32_t y = r.y0; y < r.y1; y++)
         for (int32_t x = r.x0; x < r.x1; x++) {
-            struct seeker s = {.from = from};
+            struct seeker s = {.from = from, .of_view = way->view};
             const size_t at = residual_at(&features->shape, x - r.x0, y - r.y0);
             const size_t i = patch_pixel(patch, x, y);
-            const struct residual_past *q = past_of(from, x, y);
+            const struct residual_past *q = residual_history_at(from, way->view, x, y);
             if (still[i] && q->id > 0 && residual_is_filtered(features, at))
                 take_still(q, features, at, i, out);
             else if (!still[i] && seek(way, patch, features, x, y, &s))

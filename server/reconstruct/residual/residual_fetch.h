@@ -13,13 +13,14 @@ struct residual_fetched {
                                           have it */
 };
 
-/* The frames between the patch's and the other one, the patch's own first: their plans and how they
- * move. */
+/* The frames from the patch's own to the other one: their plans and how they move. */
 struct residual_way {
     uint32_t steps;
+    uint32_t view; /* enum plan_view, of all frames */
     enum motion_side side;
-    const struct plan *plans[LIMIT_TEMPORAL_FRAMES];
-    const struct motion *motions[LIMIT_TEMPORAL_FRAMES];
+    const struct plan *plans[LIMIT_TEMPORAL_FRAMES + 1];
+    const struct motion
+        *motions[LIMIT_TEMPORAL_FRAMES + 1]; /* NULL: nothing but the camera moves */
 };
 
 /* Finds the patch's pixels in which, and in those beside which, nothing has moved: all samples that

@@ -5,7 +5,7 @@
 int residual_history_create(const struct plan *plan, struct motion *motion,
                             struct residual_history **out)
 {
-    const size_t area = (size_t)plan->width_px * (size_t)plan->height_px;
+    const size_t area = (size_t)plan->width_px * (size_t)plan->height_px * plan_views(plan);
     struct residual_history *h = calloc(1, sizeof *h);
     *out = h;
     if (!h) return ERR_MEMORY;
@@ -61,7 +61,8 @@ static void take_pixel(const struct residual_history *h, const struct patch *pat
     out->id = point.id;
 }
 
-int residual_history_take(struct residual_history *history, const struct patch *patch)
+int residual_history_take(struct residual_history *history, uint32_t view,
+                          const struct patch *patch)
 {
     struct residual_field field;
     const struct rect r = patch->rect;
@@ -70,7 +71,7 @@ int residual_history_take(struct residual_history *history, const struct patch *
         for (int32_t x = r.x0; x < r.x1; x++)
             take_pixel(history, patch, &field, x, y,
                        residual_at(&field.features.shape, x - r.x0, y - r.y0),
-                       &history->pixels[(size_t)y * (size_t)history->plan.width_px + (size_t)x]);
+                       residual_history_at(history, view, x, y));
     residual_field_fini(&field);
     return error;
 }

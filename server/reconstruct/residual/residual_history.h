@@ -21,7 +21,7 @@ struct residual_past {
 struct residual_history {
     struct plan plan;             /* of the frame */
     struct motion *motion;        /* held: how it moves; NULL: nothing does */
-    struct residual_past *pixels; /* owned; of the whole picture, row by row */
+    struct residual_past *pixels; /* owned; of the whole picture, row by row, view by view */
     uint32_t holders;
 };
 
@@ -39,6 +39,15 @@ static inline uint64_t residual_history_pixel_bytes(void)
 struct residual_history *residual_history_hold(struct residual_history *history);
 void residual_history_drop(struct residual_history **history);
 
-/* Sets the pixels of the patch, which has depth, normal, id and the planes of the residual filter.
- * Any thread may do this, for pixels of its own. ERR_MEMORY. */
-int residual_history_take(struct residual_history *history, const struct patch *patch);
+/* Returns what a view (enum plan_view) of the frame has of a pixel of the picture. */
+static inline struct residual_past *residual_history_at(const struct residual_history *history,
+                                                        uint32_t view, int32_t x, int32_t y)
+{
+    const size_t width = (size_t)history->plan.width_px, height = (size_t)history->plan.height_px;
+    return &history->pixels[(view * height + (size_t)y) * width + (size_t)x];
+}
+
+/* Sets the pixels of the patch of a view, which has depth, normal, id and the planes of the
+ * residual filter. Any thread may do this, for pixels of its own. ERR_MEMORY. */
+int residual_history_take(struct residual_history *history, uint32_t view,
+                          const struct patch *patch);

@@ -174,9 +174,12 @@ static void join(const struct work *w, int c, int half)
 static struct residual_way way_to(const struct residual_window *window, enum motion_side side,
                                   uint32_t number)
 {
-    struct residual_way way = {
-        .steps = number + 1, .side = side, .plans = {window->plan}, .motions = {window->motion}};
-    for (uint32_t k = 0; k < number; k++) {
+    struct residual_way way = {.steps = number + 1,
+                               .view = window->view,
+                               .side = side,
+                               .plans = {window->plan},
+                               .motions = {window->motion}};
+    for (uint32_t k = 0; k <= number; k++) {
         way.plans[k + 1] = &window->frames[side][k]->plan;
         way.motions[k + 1] = window->frames[side][k]->motion;
     }
@@ -263,8 +266,7 @@ static void join_still(const struct patch *patch, const uint8_t *still, int32_t 
     for (int side = 0; side < MOTION_SIDES; side++)
         for (uint32_t k = 0; k < window->count[side]; k++) {
             const struct residual_history *from = window->frames[side][k];
-            const struct residual_past *q =
-                &from->pixels[(size_t)y * (size_t)from->plan.width_px + (size_t)x];
+            const struct residual_past *q = residual_history_at(from, window->view, x, y);
             if (still[mask_of((enum motion_side)side, k) * area + i] && q->id > 0)
                 add_features(q, &sum);
         }

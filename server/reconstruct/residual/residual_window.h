@@ -13,7 +13,8 @@
 /* What a frame has of others: those beside it, the nearest first. All is borrowed. */
 struct residual_window {
     const struct plan *plan;     /* of the frame itself */
-    const struct motion *motion; /* NULL: nothing moves */
+    const struct motion *motion; /* NULL: nothing moves but the camera */
+    uint32_t view;               /* enum plan_view, of all frames */
     uint32_t count[MOTION_SIDES];
     const struct residual_history *frames[MOTION_SIDES][LIMIT_TEMPORAL_FRAMES];
 };

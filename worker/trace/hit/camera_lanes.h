@@ -69,8 +69,8 @@ static void kernel_camera_rays(const struct plan *plan, const float *px, const f
     float width = (float)plan->width_px, height = (float)plan->height_px;
     _Alignas(LANES_ALIGN) float a[LANES], b[LANES];
     for (int i = 0; i < LANES; i++) {
-        a[i] = (2.0f * px[i] / width - 1.0f) * c->half_width;
-        b[i] = (1.0f - 2.0f * py[i] / height) * c->half_height;
+        a[i] = (2.0f * px[i] / width - 1.0f - c->centre_x) * c->half_width;
+        b[i] = (1.0f - 2.0f * py[i] / height - c->centre_y) * c->half_height;
     }
     camera_rays_through(c, a, b, rays);
 }

@@ -23,11 +23,12 @@ static uint32_t kernel_sanitise(const struct RTCRay16 *restrict r,
 
 /* Computes the columns or rows of a block's pixel centres on the camera's screen, as
  * kernel_camera_rays does. It needs four divisions instead of sixteen. */
-static void place_lines(int32_t first, float size, float half, float sign, float out[LANES_ACROSS])
+static void place_lines(int32_t first, float size, float half, float centre, float sign,
+                        float out[LANES_ACROSS])
 {
     for (int32_t k = 0; k < LANES_ACROSS; k++) {
         const float at = 2.0f * ((float)(first + k) + 0.5f) / size;
-        out[k] = (sign > 0.0f ? at - 1.0f : 1.0f - at) * half;
+        out[k] = ((sign > 0.0f ? at - 1.0f : 1.0f - at) - centre) * half;
     }
 }
 
@@ -38,10 +39,10 @@ static uint32_t kernel_camera_row(const struct plan *plan, int32_t x, int32_t y,
     float across[LANES_ACROSS], down[LANES_ACROSS];
     _Alignas(LANES_ALIGN) float a[LANES], b[LANES];
     uint32_t rejected = 0;
-    place_lines(y, (float)plan->height_px, c->half_height, -1.0f, down);
+    place_lines(y, (float)plan->height_px, c->half_height, c->centre_y, -1.0f, down);
     for (int i = 0; i < LANES; i++) b[i] = down[i / LANES_ACROSS];
     for (uint32_t k = 0; k < count; k++, x += LANES_ACROSS) {
-        place_lines(x, (float)plan->width_px, c->half_width, 1.0f, across);
+        place_lines(x, (float)plan->width_px, c->half_width, c->centre_x, 1.0f, across);
         for (int32_t i = 0; i < LANES; i++) {
             a[i] = across[i % LANES_ACROSS];
             row[k].valid.on[i] = -1;

@@ -150,8 +150,8 @@ static const struct gbuffer_pixel *find_centre(struct centre_gbuffer *l,
     const float z = dot(from, c->forward), read = travelled(plan, z);
     if (!(z > 0.0f)) return NULL;
     const float a = dot(from, c->right) / z, b = dot(from, c->up) / z;
-    const float x = 0.5f * (a / c->half_width + 1.0f) * (float)plan->width_px;
-    const float y = 0.5f * (1.0f - b / c->half_height) * (float)plan->height_px;
+    const float x = 0.5f * (a / c->half_width + c->centre_x + 1.0f) * (float)plan->width_px;
+    const float y = 0.5f * (1.0f - c->centre_y - b / c->half_height) * (float)plan->height_px;
     const struct gbuffer_pixel *centre = centre_at(l, x, y);
     if (!centre || !centre->lit) return NULL;
     const float scale = read / z;

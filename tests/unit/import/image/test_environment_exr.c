@@ -216,6 +216,12 @@ TEST(strange_texels_are_repaired)
     assert_int_equal(room_warnings.count, 4);
     assert_true(room_warned("no number") && room_warned("negative") && room_warned("infinite") &&
                 room_warned("above the limit"));
+    /* Whoever reads the blob learns of it, too. */
+    const char *end = map.warnings + map.header->warning_bytes;
+    int sentences = 0;
+    for (const char *at = map.warnings; at < end; at += strlen(at) + 1) sentences++;
+    assert_int_equal(sentences, 4);
+    assert_non_null(strstr(map.warnings, "is no number"));
     assert_string_equal(room_warnings.list[0].place, "texels[1][0].G");
     assert_int_equal(room_warnings.list[0].more, 1);
     environment_unmap(&map);

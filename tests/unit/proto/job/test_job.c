@@ -60,6 +60,7 @@ static void check_same_composites(const struct job_composite *a, const struct jo
 {
     check_same_text(a->catchers, b->catchers);
     check_same_text(a->holdouts, b->holdouts);
+    check_same_text(a->rgbd, b->rgbd);
     assert_true(a->on == b->on && a->has_plate == b->has_plate && a->fit == b->fit);
     assert_true(digest_equal(&a->plate, &b->plate));
     assert_true(a->color == b->color && a->mode == b->mode && a->has_ground == b->has_ground);
@@ -319,7 +320,7 @@ TEST(lists_have_limits)
          "{\"type\": \"point\", \"position\": [1, 2, 3], \"intensity\": [10, 10, 10]}", "]}",
          "LIMIT /lights", 64, false},
         {"{\"scene\": {\"asset\": \"" ASSET "\", \"files\": {", "\"" ASSET "\"", "}}}",
-         "LIMIT /scene/files", 512, true},
+         "LIMIT /scene/files", LIMIT_SCENE_FILES, true},
     };
     char *text = malloc(LIMIT_JOB_BYTES);
     assert_non_null(text);

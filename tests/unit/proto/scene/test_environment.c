@@ -140,7 +140,7 @@ TEST(each_field_is_checked)
     make();
     made.header.magic[3] = 'X';
     refuses(ERR_MAGIC, "header.magic");
-    made.header.version = 2;
+    made.header.version = ENVIRONMENT_VERSION + 1;
     refuses(ERR_VERSION, "header.version");
     made.header.width_px = 0;
     refuses(ERR_LIMIT, "header.width_px");
@@ -157,7 +157,10 @@ TEST(each_field_is_checked)
     made.header.flags = 2;
     refuses(ERR_RANGE, "header.flags");
     made.header.flags = 0;
-    made.header.reserved[3] = 1;
+    made.header.warning_bytes = 1;
+    refuses(ERR_TRUNCATED, "texels");
+    made.header.warning_bytes = 0;
+    made.header.reserved[2] = 1;
     refuses(ERR_RANGE, "header.reserved");
     made.header.mean[1] = NAN;
     refuses(ERR_NOT_FINITE, "header.mean[1]");

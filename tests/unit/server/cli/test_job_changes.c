@@ -74,15 +74,25 @@ TEST(names_replace_and_labels_are_added)
     struct job_changes changes = JOB_CHANGES_NONE;
     changes.name = "new";
     changes.comment = "why";
-    changes.labels = "b,c d,b";
+    changes.labels = (struct option_list){{"b,c d", "b"}, 2};
     check_change(&changes, "{\"name\": \"old\", \"labels\": [\"a\", \"b\"]}",
                  "{\"name\": \"new\", \"labels\": [\"a\", \"b\", \"c d\"], \"comment\": \"why\"}");
-    changes = (struct job_changes){.bounces = -1, .labels = "a,"};
+    changes = (struct job_changes){.bounces = -1, .labels = {{"a,"}, 1}};
     check_change(&changes, "{}", "{\"labels\": [\"a\", \"\"]}"); /* the server refuses the second */
     json_t *document = json_object();
     changes = (struct job_changes){.bounces = -1, .name = "\xff"};
     assert_int_equal(job_changes_apply(&changes, document, &fault), ERR_RANGE);
     json_decref(document);
+}
+
+TEST(lists_may_be_given_several_times)
+{
+    struct job_changes changes = JOB_CHANGES_NONE;
+    changes.catchers = (struct option_list){{"floor,wall", "table"}, 2};
+    changes.holdouts = (struct option_list){{"lamp", "sun"}, 2};
+    check_change(&changes, "{\"catchers\": [\"door\"]}",
+                 "{\"catchers\": [\"door\", \"floor\", \"wall\", \"table\"],"
+                 " \"holdouts\": [\"lamp\", \"sun\"]}");
 }
 
 TEST(sizes_and_cameras_replace)

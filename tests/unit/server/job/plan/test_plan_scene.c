@@ -75,6 +75,21 @@ TEST(keeps_the_vertical_view)
     assert_true(s->plan.camera.half_width == 6 && s->plan.camera.half_height == 3);
 }
 
+TEST(looks_as_measured_cameras_do)
+{
+    struct stage *s = *state;
+    float origin[3], direction[3];
+    s->cameras[0].half_width = 0.75f;
+    s->cameras[0].centre_x = 0.5f;
+    s->cameras[0].centre_y = -0.25f;
+    assert_int_equal(make(s), 0);
+    const struct plan_camera *c = &s->plan.camera;
+    assert_true(c->half_width == 0.75f && fabsf(c->half_height - tanf(0.5f)) < 1e-6f);
+    plan_camera_ray(&s->plan, 0.75f * (float)s->plan.width_px, 0.625f * (float)s->plan.height_px,
+                    origin, direction);
+    for (int k = 0; k < 3; k++) assert_true(fabsf(direction[k] - c->forward[k]) < 1e-6f);
+}
+
 TEST(finds_cameras)
 {
     struct stage *s = *state;

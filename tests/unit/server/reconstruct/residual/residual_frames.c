@@ -33,7 +33,7 @@ void window_open(struct window *w)
             residual_history_create(&w->plans[k + 2], w->motions[k + 2], &w->histories[k + 2]), 0);
         for (int i = 0; i < 2; i++) {
             struct patch *patch = residual_scene_patch(&s, parts[i]);
-            assert_int_equal(residual_history_take(w->histories[k + 2], patch), 0);
+            assert_int_equal(residual_history_take(w->histories[k + 2], 0, patch), 0);
             patch_destroy(&patch);
         }
     }

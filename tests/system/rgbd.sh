@@ -1,0 +1,117 @@
+#!/usr/bin/env bash
+# Objects in sequences of colour and depth: a room path-traced with a box against the box put into what a
+# noisy sensor saw of the room; cameras follow the poses; what is wrong with a sequence is refused where
+# it stands.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+build=${1:?usage: tests/system/rgbd.sh BUILD_DIR}
+. tests/tap.bash
+. tests/system/jobs.bash
+composed() { "$build/tests/bench/exr_composite" "$tmp/$1.exr" "$tmp/$2.exr" "$tmp/$3.exr" "${@:4}" | tee /dev/stderr; }
+cp tests/scenes/photograph/*.obj tests/scenes/photograph/*.mtl "$tmp/"
+side=72
+focal=$(jq -n "$side / 2 / 0.249328")
+
+# -- what a sensor sees of a made room, twice as large as in metres, from five places side by side --
+# room NAME SCENE EYE_X MEMBERS
+room() {
+    echo "{\"scene\": {\"file\": \"$2\", \"camera\": {\"eye\": [$3, 1, 5], \"target\": [$3, 1, 0], \"yfov_deg\": 28}},
+        \"image\": {\"width\": $side, \"height\": $side}, \"effects\": {\"indirect_bounces\": 4}, $4}" >"$tmp/$1.json"
+    render "$1" "$1"
+}
+reference() { echo "\"sampling\": {\"spp\": $1}, \"filter\": {\"method\": \"none\"}, \"layers\": [\"beauty\", \"depth\"]"; }
+sees() {
+    local k=0 x spp
+    for x in -0.2 -0.1 0 0.1 0.2; do
+        spp=4
+        [ $x != 0 ] || spp=1024
+        room "room_$k" room.obj $x "$(reference $spp)" &&
+            "$build/tests/bench/exr_depth" "$tmp/room_$k.exr" "$tmp/depth_$k.pgm" 28 2 1 $k || return 1
+        k=$((k + 1))
+    done
+}
+check "a sensor moves past a room" sees
+check "the middle of its frames is path-traced with a box" room truth room-and-box.obj 0 "$(reference 1024)"
+# x is right and y down in the sequence, whose first camera is to the left.
+for k in 0 1 2 3 4; do jq -nr "\"\($k / 30) \(-0.1 + 0.05 * $k) 0 0 0 0 0 1\""; done >"$tmp/poses.txt"
+jq -n --argjson f "$focal" --argjson c "$(jq -n "$side / 2 - 0.5")" '{camera: {fx: $f, fy: $f, cx: $c, cy: $c},
+    poses: {file: "poses.txt", format: "tum"}, frames: [range(5) | {color: "room_\(.).exr", depth: "depth_\(.).pgm"}],
+    to_scene: [2,0,0,0, 0,-2,0,1, 0,0,-2,5, 0,0,0,1]}' >"$tmp/sequence.json"
+# job NAME FILTER: the box in the middle frame, under a lamp where the room's is.
+job() {
+    jq -n --argjson side $side '{scene: {file: "box.obj"}, rgbd: {file: "sequence.json"},
+        image: {width: $side, height: $side}, frames: {first: 3, last: 3}, sampling: {spp: 16}, effects: {indirect_bounces: 4},
+        lights: [{type: "rectangle", center: [0, 1.93, 0], half_u: [0.25, 0, 0], half_v: [0, 0, 0.25], radiance: [17, 12, 4]}]}
+        | '"$2" >"$tmp/$1.json"
+}
+put() { job "$1" "$2" && render "$1" "$1" "${@:3}"; }
+near() { composed truth room_2 "$1" | jq -e ".rms < $2 and .plate_rms > 0.1"; }
+for spp in 4 16 64; do
+    check "a box stands in it, by $spp samples a pixel" put at_$spp ".sampling.spp = $spp"
+    composed truth room_2 at_$spp 2>/dev/null | sed "s/^/# $spp: /"
+done
+check "at 16 samples a pixel the composite is within 2 % of the truth" near at_16 0.02
+check "at 4 within 2.5 %" near at_4 0.025
+check "frames beside a frame make it better" eval 'put alone . && jq ".fuse = 0" "$tmp/sequence.json" >"$tmp/alone_sequence.json" &&
+    jq ".rgbd.file = \"alone_sequence.json\"" "$tmp/alone.json" >"$tmp/alone_2.json" && render alone_2 alone &&
+    jq -en "$(composed truth room_2 at_16 | jq .rms) < $(composed truth room_2 alone | jq .rms)"'
+check "the lamp keeps its bits" eval 'composed room_2 room_2 at_16 34,7,4,1 | jq -e ".same == 1"'
+
+# What frames on each side lend a frame makes it better.
+window() {
+    job window ".frames.first = 2 | .frames.last = 4 | .sampling.spp = 4 | .filter.temporal = \"$1\"" &&
+        "$build/shearwater" render "$tmp/window.json" -o "$tmp/window_$1.#.exr" --quiet
+}
+check "three frames are composed one by one, and together" eval 'window none && window auto'
+check "... which is nearer to the truth" eval \
+    'jq -en "$(composed truth room_2 window_auto.3 | jq .rms) < 0.95 * $(composed truth room_2 window_none.3 | jq .rms)"'
+
+# Frames follow the camera, each with its own photograph.
+sequence() { job list '.frames = "2,4" | .sampling.spp = 4' && "$build/shearwater" render "$tmp/list.json" -o "$tmp/$1.#.exr" --quiet "${@:2}"; }
+check "frames are composed with their own photographs" sequence list
+for k in 2 4; do check "... frame $k" eval "composed room_$((k - 1)) room_$((k - 1)) list.$k 0,6,8,60 | jq -e '.rms < 0.2'"; done
+check "... and stand where their cameras were" eval '! cmp -s "$tmp/list.2.exr" "$tmp/list.4.exr"'
+check "two workers and other tiles give the same bytes" eval 'sequence again --workers 2 --tile 16 && cmp "$tmp/list.2.exr" "$tmp/again.2.exr" && cmp "$tmp/list.4.exr" "$tmp/again.4.exr"'
+
+# What stands before the box hides it: half of it is behind a wall that the sensor sees.
+cat >"$tmp/screen.obj" <<OBJ
+mtllib materials.mtl
+v 0.2 0 0.8
+v 1 0 0.8
+v 1 0.9 0.8
+v 0.2 0.9 0.8
+usemtl green
+f 1 2 3 4
+OBJ
+{ cat "$tmp/room.obj"; sed -n '/^v/p' "$tmp/screen.obj"; printf 'usemtl green\nf -4 -3 -2 -1\n'; } >"$tmp/hidden_room.obj"
+hides() {
+    room room_2 hidden_room.obj 0 "$(reference 64)" &&
+        "$build/tests/bench/exr_depth" "$tmp/room_2.exr" "$tmp/depth_2.pgm" 28 2 1 3 &&
+        jq '.fuse = 0' "$tmp/sequence.json" >"$tmp/hidden_sequence.json" &&
+        job hidden '.rgbd.file = "hidden_sequence.json"' && render hidden hidden
+}
+check "a screen comes before the box" hides
+alpha() { "$build/tests/bench/exr_pixel" "$tmp/hidden.exr" "$1" "$2" | jq -e "$3"; }
+check "... which is seen beside it" alpha 37 50 '.A == 1'
+check "... and hidden by it" alpha 45 50 '.A == 0'
+
+# -- what is refused --
+# refused PLACE TEXT FILE FILTER: the job, with a file of the sequence changed by jq, or by sed where it is a text.
+refused() {
+    local said=0
+    job bad . && cp "$tmp/$3" "$tmp/kept"
+    case $3 in *.json) jq "$4" "$tmp/kept" >"$tmp/$3" ;; *) sed "$4" "$tmp/kept" >"$tmp/$3" ;; esac
+    "$build/shearwater" render "$tmp/bad.json" -o "$tmp/bad.exr" --quiet >"$tmp/said" 2>&1 && said=1
+    cp "$tmp/kept" "$tmp/$3"
+    cat "$tmp/said"
+    [ $said = 0 ] && grep -qF -- "$1" "$tmp/said" && grep -q -- "$2" "$tmp/said"
+}
+"$build/shearwater" render "$tmp/box.obj" -o "$tmp/small.exr" --size 24x24 --spp 1 --quiet
+check "poses that end early" refused /rgbd/poses/file 'ends after 4 poses of 5 frames' poses.txt '$d'
+check "a pose that is no rotation" refused /rgbd/poses/file 'line 2: its quaternion has the length 3' poses.txt '2s/1$/3/'
+check "depth that is all zero" refused /rgbd/frames/2/depth 'no pixel has a depth' sequence.json '.depth.scale = 1e9'
+check "images of two sizes" refused /rgbd/frames/2/color 'the colour image has 24 x 24 px' sequence.json '.frames[2].color = "small.exr"'
+check "a file that is not there" refused '' 'nowhere.pgm' sequence.json '.frames[2].depth = "nowhere.pgm"'
+check "a camera without a focal length" refused /rgbd/camera/fx 'fx' sequence.json 'del(.camera.fx)'
+check "a picture of another size" refused /rgbd 'the photograph has 72 x 72 px, the picture 48 x 72' bad.json '.image.width = 48'
+tap_done

@@ -1,0 +1,288 @@
+/* Sequences of colour and depth: what is refused, how depth becomes better, and the mesh of it. */
+#include <math.h>
+#include <png.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/import/rgbd/depth_map.h"
+#include "server/import/rgbd/depth_mesh.h"
+#include "tests/random.h"
+#include "tests/unit/import/scene_room.h"
+
+#define WIDTH  40
+#define HEIGHT 30
+#define STEP   20 /* the column where depth jumps */
+
+static const struct rgbd_document lens = {.fx = 40, .fy = 40, .cx = 19.5, .cy = 14.5};
+
+/* ---- files ---- */
+
+static void write_color(const char *name, uint32_t width)
+{
+    static uint8_t rgb[3 * WIDTH * HEIGHT], file[65536];
+    png_image image = {
+        .version = PNG_IMAGE_VERSION, .width = width, .height = HEIGHT, .format = PNG_FORMAT_RGB};
+    png_alloc_size_t size_bytes = sizeof file;
+    memset(rgb, 128, sizeof rgb);
+    assert_true(png_image_write_to_memory(&image, file, &size_bytes, 0, rgb, 0, NULL));
+    room_write(name, file, size_bytes);
+}
+
+/* A wall at that many millimetres; 0: nothing was measured. */
+static void write_depth(const char *name, unsigned mm)
+{
+    static uint8_t file[32 + 2 * WIDTH * HEIGHT];
+    int at = sprintf((char *)file, "P5\n# a wall\n%d %d\n65535\n", WIDTH, HEIGHT);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        file[at++] = (uint8_t)(mm >> 8);
+        file[at++] = (uint8_t)mm;
+    }
+    room_write(name, file, (size_t)at);
+}
+
+#define CAMERA "\"camera\": {\"fx\": 40, \"fy\": 40, \"cx\": 21.5, \"cy\": 14.5}"
+#define FRAMES                                                                                     \
+    "\"frames\": [{\"color\": \"1.png\", \"depth\": \"1.pgm\"}, "                                  \
+    "{\"color\": \"2.png\", \"depth\": \"2.pgm\"}]"
+#define POSES "\"poses\": {\"file\": \"poses.txt\", \"format\": \"tum\"}"
+#define SCENE "\"to_scene\": [1,0,0,0, 0,-1,0,0, 0,0,-1,0, 0,0,0,1]"
+#define WHOLE "{" CAMERA ", " FRAMES ", " POSES ", " SCENE "}"
+
+static const char box[] = "v 0 0 -1\nv 0.1 0 -1\nv 0 0.1 -1\nf 1 2 3\n";
+static const char tum[] = "# time x y z qx qy qz qw\n0 0 0 0 0 0 0 1\n0.1 0.5 0 0 0 0 0 1\n";
+
+static int open_sequence(void **state)
+{
+    room_choice = (struct scene_choice){.catchers = "[]", .rgbd = "s.json"};
+    if (room_open(state) != 0) return -1;
+    write_color("1.png", WIDTH);
+    write_color("2.png", WIDTH);
+    write_depth("1.pgm", 2000);
+    write_depth("2.pgm", 2000);
+    room_write("poses.txt", tum, strlen(tum));
+    room_write("s.json", WHOLE, strlen(WHOLE));
+    return 0;
+}
+
+EACH_TEST(open_sequence, room_close);
+
+TEST(a_frame_is_a_catcher_before_its_own_camera)
+{
+    struct scene s;
+    room_choice.time_s = 1.0 / 24;
+    assert_int_equal(room_import_text("box.obj", box, &s), 0);
+    const struct scene_camera *c = &s.cameras[s.info->default_camera];
+    assert_true(fabsf(c->eye[0] - 0.5f) < 1e-6f && fabsf(c->forward[2] + 1) < 1e-6f);
+    assert_true(fabsf(c->half_width - 0.5f) < 1e-6f && fabsf(c->centre_x - 0.1f) < 1e-6f);
+    assert_string_equal(scene_name(&s, s.info->plate), "2.png");
+    assert_true(s.info->flags & SCENE_MOVES);
+    assert_int_equal(s.count[SCENE_INSTANCES], 2);
+    assert_int_equal(s.instances[1].flags, INSTANCE_CATCHER | INSTANCE_IDENTITY);
+    assert_int_equal(s.meshes[1].triangle_count, 2 * WIDTH * HEIGHT);
+    assert_true(fabsf(s.positions[3 * s.meshes[1].first_vertex + 2] + 2) < 1e-4f);
+    scene_unmap(&s);
+}
+
+TEST(objects_stand_where_a_pixel_shows_a_surface)
+{
+    static const char *const pixels[] = {"[29, 14]", "[21.5, 14.5]"};
+    for (int k = 0; k < 2; k++) {
+        struct scene s;
+        char text[512];
+        snprintf(text, sizeof text,
+                 "{" CAMERA ", " FRAMES ", " POSES
+                 ", \"place\": {\"pixel\": %s, \"scale\": 3, \"turn_deg\": 90}}",
+                 pixels[k]);
+        room_write("s.json", text, strlen(text));
+        assert_int_equal(room_import_text("box.obj", box, &s), 0);
+        /* The wall, 2 m away, is the ground. */
+        const struct scene_camera *c = &s.cameras[s.info->default_camera];
+        assert_true(fabsf(c->eye[1] - 6) < 1e-3f && fabsf(c->forward[1] + 1) < 1e-3f);
+        for (uint32_t v = 0; v < s.meshes[1].vertex_count; v++)
+            assert_true(fabsf(s.positions[3 * (s.meshes[1].first_vertex + v) + 1]) < 1e-2f);
+        if (k == 0) assert_true(c->eye[0] < -1 && fabsf(c->eye[2]) < 1e-3f);
+        scene_unmap(&s);
+    }
+}
+
+/* Changes a file of the sequence, and expects the place. */
+static void refuses(const char *name, const char *text, int code, const char *place)
+{
+    room_write(name, text, strlen(text));
+    room_refuses("box.obj", box, code, place);
+}
+
+TEST(refuses_lists_of_poses_with_a_place)
+{
+    static const char at[] = "/rgbd/poses/file";
+    refuses("poses.txt", "0 0 0 0 0 0 0 1\n", ERR_TRUNCATED, at);
+    refuses("poses.txt", "", ERR_TRUNCATED, at);
+    refuses("poses.txt", "0 0 0 0 0 0 0 2\n0 0 0 0 0 0 0 1\n", ERR_RANGE, at);
+    refuses("poses.txt", "0 0 0 0 0 0 0 nan\n0 0 0 0 0 0 0 1\n", ERR_SYNTAX, at);
+    refuses("poses.txt", "0 0 0 0 0 0 1\n0 0 0\n", ERR_SYNTAX, at);
+    refuses("poses.txt", "0 1e30 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", ERR_LIMIT, at);
+    const char matrices[] = "{" CAMERA ", " FRAMES ", " SCENE
+                            ", \"poses\": {\"file\": \"poses.txt\", \"format\": \"matrices\"}}";
+#define UNIT "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+    room_write("s.json", matrices, strlen(matrices));
+    refuses("poses.txt", UNIT "1 0 0 0\n0 1 0 0\n", ERR_TRUNCATED, at);
+    refuses("poses.txt", UNIT "1 0 0 0\n0 1 0 0\n0 0 2 0\n0 0 0 1\n", ERR_RANGE, at);
+    refuses("poses.txt", UNIT "1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n", ERR_RANGE, at);
+    refuses("poses.txt", UNIT "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 1 1\n", ERR_RANGE, at);
+    struct scene s;
+    room_write("poses.txt", UNIT UNIT, strlen(UNIT UNIT));
+    assert_int_equal(room_import_text("box.obj", box, &s), 0);
+    scene_unmap(&s);
+}
+
+TEST(refuses_images_with_a_place)
+{
+    write_depth("1.pgm", 0);
+    room_refuses("box.obj", box, ERR_MISSING, "/rgbd/frames/0/depth");
+    write_depth("1.pgm", 2000);
+    write_color("1.png", WIDTH - 1);
+    room_refuses("box.obj", box, ERR_MISMATCH, "/rgbd/frames/0/color");
+    write_color("1.png", WIDTH);
+    refuses("1.pgm", "P5 40 30 65535\nshort", ERR_TRUNCATED, "/rgbd/frames/0/depth");
+    refuses("1.pgm", "P5 40 30 255\n", ERR_UNSUPPORTED, "/rgbd/frames/0/depth");
+    refuses("1.pgm", "P5 16000 16000 65535\n", ERR_LIMIT, "/rgbd/frames/0/depth");
+    refuses("1.pgm", "P5 99999999999 2 65535\n", ERR_CORRUPT, "/rgbd/frames/0/depth");
+    write_depth("1.pgm", 2000);
+    refuses("2.pgm", "P5 1 1 65535\n12", ERR_MISMATCH, "/rgbd/frames/1/depth");
+    write_depth("2.pgm", 2000);
+    write_color("1.pgm", WIDTH); /* a PNG of colours */
+    room_refuses("box.obj", box, ERR_CORRUPT, "/rgbd/frames/0/depth");
+    write_depth("1.pgm", 2000);
+    write_depth("2.pgm", 0);
+    room_refuses("box.obj", box, ERR_MISSING, "/rgbd/frames/1/depth");
+}
+
+TEST(refuses_documents_with_a_place)
+{
+    refuses("s.json", "{", ERR_SYNTAX, "/rgbd");
+    refuses("s.json", "{" CAMERA ", " FRAMES ", " POSES "}", ERR_MISSING, "/rgbd/place");
+    refuses("s.json", "{" CAMERA ", \"frames\": [], " POSES ", " SCENE "}", ERR_RANGE,
+            "/rgbd/frames");
+    refuses("s.json",
+            "{" CAMERA ", " FRAMES ", " POSES ", \"place\": {\"frame\": 3, \"pixel\": [1, 1]}}",
+            ERR_RANGE, "/rgbd/place/frame");
+    refuses("s.json",
+            "{\"camera\": {\"fx\": 0, \"fy\": 40, \"cx\": 0, \"cy\": 0}, " FRAMES ", " POSES
+            ", " SCENE "}",
+            ERR_RANGE, "/rgbd/camera/fx");
+    refuses("s.json",
+            "{" CAMERA ", \"frames\": [{\"color\": \"../1.png\", \"depth\": \"1.pgm\"}], " POSES
+            ", " SCENE "}",
+            ERR_RANGE, "/rgbd/frames/0/color");
+    room_write("s.json", WHOLE, strlen(WHOLE));
+    room_choice.time_s = 1;
+    room_refuses("box.obj", box, ERR_NOT_FOUND, "/rgbd/frames");
+}
+
+/* ---- depth ---- */
+
+/* Two walls that lean back, a metre apart, one red and the other blue. */
+static float true_z(int x, int y)
+{
+    return (x < STEP ? 1.5f : 2.5f) + 0.01f * (float)y;
+}
+
+static void make_map(struct depth_map *m, float noise, uint64_t seed)
+{
+    struct random random = {seed};
+    *m = (struct depth_map){.width = WIDTH, .height = HEIGHT};
+    m->z = calloc(WIDTH * HEIGHT, sizeof *m->z);
+    m->sure = calloc(WIDTH * HEIGHT, sizeof *m->sure);
+    m->color = calloc(WIDTH * HEIGHT, 3 * sizeof *m->color);
+    assert_true(m->z && m->sure && m->color);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const float z = true_z(i % WIDTH, i / WIDTH);
+        float sum = 0; /* of variance 1 */
+        for (int k = 0; k < 12; k++) sum += random_unit(&random);
+        m->z[i] = z + noise * (sum - 6) * depth_noise_m(z);
+        m->sure[i] = 1;
+        m->color[3 * i + (i % WIDTH < STEP ? 0 : 2)] = 0.5f;
+    }
+}
+
+static double error_of(const struct depth_map *m)
+{
+    double sum = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const double off = (double)(m->z[i] - true_z(i % WIDTH, i / WIDTH));
+        sum += off * off;
+    }
+    return sqrt(sum / (WIDTH * HEIGHT));
+}
+
+TEST(filtering_takes_noise_away_and_keeps_edges)
+{
+    struct depth_map m;
+    make_map(&m, 1, 7);
+    const double before = error_of(&m);
+    for (int y = 10; y < 14; y++) /* a hole */
+        for (int x = 24; x < 29; x++) m.z[y * WIDTH + x] = m.sure[y * WIDTH + x] = 0;
+    m.z[5 * WIDTH + STEP] = 2.0f; /* between both walls */
+    depth_map_drop_strays(&m);
+    assert_true(m.z[5 * WIDTH + STEP] == 0);
+    assert_int_equal(depth_map_smooth(&m, &(struct fault){0}), 0);
+    assert_true(error_of(&m) < 0.6 * before);
+    for (int y = 0; y < HEIGHT; y++) {
+        assert_true(fabsf(m.z[y * WIDTH + STEP - 1] - true_z(STEP - 1, y)) < 0.05f);
+        assert_true(fabsf(m.z[y * WIDTH + STEP] - true_z(STEP, y)) < 0.05f);
+    }
+    depth_map_destroy(&m);
+}
+
+TEST(frames_make_each_other_better)
+{
+    struct depth_map m, other;
+    const struct affine same = affine_identity();
+    make_map(&m, 1, 7);
+    const double before = error_of(&m);
+    for (uint64_t k = 0; k < 3; k++) {
+        make_map(&other, 1, 100 + k);
+        assert_int_equal(depth_map_fuse(&m, &other, &lens, &same, &same, &(struct fault){0}), 0);
+        depth_map_destroy(&other);
+    }
+    assert_true(error_of(&m) < 0.65 * before); /* half, but where gates cut */
+    m.z[3] = m.sure[3] = 0;
+    make_map(&other, 0, 1);
+    assert_int_equal(depth_map_fuse(&m, &other, &lens, &same, &same, &(struct fault){0}), 0);
+    assert_true(m.z[3] == other.z[3] && m.sure[3] < 1);
+    depth_map_destroy(&other);
+    depth_map_destroy(&m);
+}
+
+/* ---- the mesh ---- */
+
+TEST(meshes_break_at_jumps_and_face_the_camera)
+{
+    static const float white[3] = {0.5f, 0.5f, 0.5f};
+    struct depth_map m;
+    struct mesh mesh;
+    uint32_t first_shining;
+    make_map(&m, 0, 1);
+    m.color[0] = 8; /* a lamp */
+    assert_int_equal(depth_mesh_make(&m, &lens, white, &mesh, &first_shining, &(struct fault){0}),
+                     0);
+    assert_int_equal(mesh.triangle_count, 2 * WIDTH * HEIGHT);
+    assert_int_equal(first_shining, mesh.triangle_count - 2);
+    /* The corners of the jump are there twice. */
+    assert_int_equal(mesh.vertex_count, (WIDTH + 2) * (HEIGHT + 1));
+    for (uint32_t t = 0; t < mesh.triangle_count; t++) {
+        double n[3];
+        float low = INFINITY, high = 0;
+        mesh_triangle_normal(mesh.positions, mesh.triangles + 3 * t, n);
+        assert_true(n[2] < 0);
+        for (int k = 0; k < 3; k++) {
+            const float *p = mesh.positions + 3 * mesh.triangles[3 * t + (uint32_t)k];
+            low = fminf(low, p[2]);
+            high = fmaxf(high, p[2]);
+        }
+        assert_true(high - low < 0.1f);
+    }
+    mesh_fini(&mesh);
+    depth_map_destroy(&m);
+}
