@@ -175,7 +175,7 @@ property: $(properties)
 runs ?= 1000
 simulate: $(loads)
 	@$(B)/tests/load/simulate_farm runs=$(runs) $(if $(farm),farm=$(farm))
-## tile-rate: tiles a second that the coordinator keeps the books of, with workers that answer at once, e.g. workers=256
+## tile-rate: what a tile's bookkeeping costs the coordinator, with workers that answer at once, e.g. workers=256
 tile-rate: all $(fakes)
 	@node tests/load/tile_rate.mjs $(B) $(if $(workers),workers=$(workers))
 ## mutations: results damaged on the wire, a million of them; e.g. make mutations count=100000
