@@ -111,36 +111,43 @@ static void turn(const double matrix[3][3], struct view_pixels *p)
     }
 }
 
-/* Replaces each number v of the pixels. */
-#define REPLACE(pixels, v, expression)                                                             \
-    for (int c = 0; c < 3; c++)                                                                    \
-        for (int i = 0; i < VIEW_PIXELS; i++) {                                                    \
-            const double v = (pixels)->channel[c][i];                                              \
-            (pixels)->channel[c][i] = (expression);                                                \
-        }
-
 static double filmic(double v)
 {
     const double x = 0.6 * v;
     return x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
 }
 
+static double clip_shown(double v)
+{
+    return clip(v, 1);
+}
+
+/* Replaces each number of the pixels; the loop is the function's own once that is in it. */
+static inline __attribute__((always_inline)) void replace(struct view_pixels *p,
+                                                          double (*by)(double v))
+{
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < VIEW_PIXELS; i++) p->channel[c][i] = by(p->channel[c][i]);
+}
+
 static void agx(struct view_pixels *p)
 {
     turn(rec2020_of_709, p);
     turn(agx_inset, p);
-    REPLACE(p, v, agx_sigmoid(v))
+    replace(p, agx_sigmoid);
     turn(agx_outset, p);
-    REPLACE(p, v, agx_power(v))
+    replace(p, agx_power);
     turn(rec709_of_2020, p);
 }
 
 static void show(enum view_curve curve, double scale, struct view_pixels *p)
 {
-    REPLACE(p, v, clip(v * scale, LIGHT_MAX))
-    if (curve == VIEW_FILMIC) REPLACE(p, v, filmic(v))
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < VIEW_PIXELS; i++)
+            p->channel[c][i] = clip(p->channel[c][i] * scale, LIGHT_MAX);
+    if (curve == VIEW_FILMIC) replace(p, filmic);
     if (curve == VIEW_AGX) agx(p);
-    REPLACE(p, v, clip(v, 1))
+    replace(p, clip_shown);
 }
 
 const struct view_kernels KERNELS(view_kernels) = {.show = show};
