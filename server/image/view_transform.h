@@ -23,8 +23,8 @@ struct view_transform {
     const struct view_kernels *kernels;
 };
 
-/* Pixels that are shown side by side: AgX takes half the time of one after the other with SSE4.2, and
- * a seventh with AVX-512. */
+/* Pixels that are shown side by side. AgX takes half the time of one after the other with SSE4.2,
+ * and a seventh with AVX-512. */
 #define VIEW_PIXELS 64
 struct view_pixels {
     double channel[3][VIEW_PIXELS];
