@@ -175,7 +175,7 @@ property: $(properties)
 runs ?= 1000
 simulate: $(loads)
 	@$(B)/tests/load/simulate_farm runs=$(runs) $(if $(farm),farm=$(farm))
-## tile-rate: tiles a second that the coordinator keeps the books of, with workers that answer at once, e.g. workers=256
+## tile-rate: what a tile's bookkeeping costs the coordinator, with workers that answer at once, e.g. workers=256
 tile-rate: all $(fakes)
 	@node tests/load/tile_rate.mjs $(B) $(if $(workers),workers=$(workers))
 ## mutations: results damaged on the wire, a million of them; e.g. make mutations count=100000
@@ -284,7 +284,7 @@ $(B)/obj/%.avx512.o: MARCH := -march=x86-64-v4 -mprefer-vector-width=512 $(clock
 
 # Flags by room.
 fast_rooms := server/film server/reconstruct worker/scene worker/shade worker/trace tests/bench/unet
-fast_files := proto/half proto/octahedron proto/plane_filter proto/samples% proto/v_plane server/image/exr_zip
+fast_files := proto/half proto/octahedron proto/plane_filter proto/samples% proto/v_plane server/image/exr_zip server/image/view_kernels%
 rooms = $(patsubst %,$(B)/obj/%.o,$(addsuffix /%,$(1)) $(2))
 $(call rooms,$(fast_rooms),$(fast_files)): OPT := $(FAST)
 $(call rooms,server/film worker/tile worker/trace): TUNE := $(stores)

@@ -22,7 +22,8 @@ struct pool_queue {
 struct pool_thread {
     pthread_t thread;
     struct thread_pool *pool;
-    void *tool; /* owned */
+    void *tool;      /* owned */
+    uint64_t cpu_us; /* when its last task ended, on its own clock */
     bool started;
 };
 
@@ -91,12 +92,14 @@ static bool queue_remove(struct pool_queue *q, struct pool_task *task)
 
 /* -- on the threads -- */
 
-static void run_task(struct pool_task *task, void *tool)
+/* Counts from where the task before ended, since a clock of CPU time is a call of the system. */
+static void run_task(struct pool_thread *self, struct pool_task *task)
 {
-    const uint64_t start_us = thread_cpu_us();
-    task->tool = tool;
+    const uint64_t start_us = self->cpu_us;
+    task->tool = self->tool;
     task->run(task);
-    task->cpu_us = thread_cpu_us() - start_us;
+    self->cpu_us = thread_cpu_us();
+    task->cpu_us = self->cpu_us - start_us;
 }
 
 /* The descriptor is closed only after the threads have gone. */
@@ -132,7 +135,7 @@ static void *thread_main(void *arg)
     struct pool_task *task;
     pthread_setname_np(pthread_self(), self->pool->name);
     while ((task = next_task(self->pool))) {
-        run_task(task, self->tool);
+        run_task(self, task);
         finish_task(self->pool, task);
     }
     return NULL;

@@ -5,17 +5,10 @@
 
 #include "server/image/view_transform.h"
 
-/* Puts pixel i of what the curve shows of `light` into the planes. */
-static void put(const struct view_transform *curve, double gamma, const double light[3],
-                float *const planes[3], size_t i)
+static float encoded(double v, double gamma)
 {
-    double shown[3];
-    view_transform_apply(curve, light, shown);
-    for (int c = 0; c < 3; c++) {
-        const double v = shown[c];
-        const double encoded = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
-        planes[c][i] = (float)pow(encoded, 1 / gamma);
-    }
+    const double srgb = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
+    return (float)pow(srgb, 1 / gamma);
 }
 
 static int allocate(int32_t width, int32_t height, struct display_pair *out)
@@ -39,23 +32,37 @@ static bool is_finite(const struct plane *const rgb[3], int32_t x, int32_t y)
     return true;
 }
 
+/* Loads up to VIEW_PIXELS pixels of row y from x0 on, and shows them. */
+static void show(const struct view_transform *curve, const struct plane *const rgb[3], int32_t x0,
+                 int32_t y, struct view_pixels *shown)
+{
+    for (int32_t i = 0; i < VIEW_PIXELS; i++)
+        for (int c = 0; c < 3; c++)
+            shown->channel[c][i] =
+                x0 + i < rgb[c]->width_px ? (double)*plane_at(rgb[c], x0 + i, y) : 0;
+    view_transform_apply(curve, shown);
+}
+
 static void fill(const struct plane *const r[3], const struct plane *const t[3],
                  const struct display_transform *view, struct display_pair *out)
 {
     const struct view_transform curve = view_transform_of(view->curve, view->exposure_ev);
-    size_t i = 0;
+    struct view_pixels reference, test;
+    size_t at = 0;
     for (int32_t y = 0; y < out->height_px; y++)
-        for (int32_t x = 0; x < out->width_px; x++, i++) {
-            if (!is_finite(r, x, y) || !is_finite(t, x, y)) continue;
-            out->counts[i] = 1;
-            out->count++;
-            double in_reference[3], in_test[3];
-            for (int c = 0; c < 3; c++) {
-                in_reference[c] = (double)*plane_at(r[c], x, y);
-                in_test[c] = (double)*plane_at(t[c], x, y);
+        for (int32_t x = 0; x < out->width_px; x++, at++) {
+            const int32_t i = x % VIEW_PIXELS;
+            if (i == 0) {
+                show(&curve, r, x, y, &reference);
+                show(&curve, t, x, y, &test);
             }
-            put(&curve, view->gamma, in_reference, out->reference, i);
-            put(&curve, view->gamma, in_test, out->test, i);
+            if (!is_finite(r, x, y) || !is_finite(t, x, y)) continue;
+            out->counts[at] = 1;
+            out->count++;
+            for (int c = 0; c < 3; c++) {
+                out->reference[c][at] = encoded(reference.channel[c][i], view->gamma);
+                out->test[c][at] = encoded(test.channel[c][i], view->gamma);
+            }
         }
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/limits.h"
+#include "proto/runtime/pages.h"
 
 /* Layer b is bit 1 << b of proto/job/job.h's enum layer, which this room does not include, since it
  * has nothing to do with jobs. A unit test compares the two. */
@@ -70,8 +71,10 @@ int image_create_named(const char *const *names, uint32_t count, int32_t width_p
             memcpy(image->channels[c].name, names[c], strlen(names[c]) + 1);
     }
     if (!error) {
-        image->data = calloc((size_t)width_px * (size_t)height_px * count, sizeof(float));
+        const size_t numbers = (size_t)width_px * (size_t)height_px * count;
+        image->data = calloc(numbers, sizeof *image->data);
         if (!image->data) error = ERR_MEMORY;
+        if (image->data) pages_prefer_huge(image->data, numbers * sizeof *image->data);
     }
     if (error) {
         image_destroy(&image);

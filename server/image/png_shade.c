@@ -107,42 +107,60 @@ static uint8_t *put(const struct png_shader *s, float v, uint8_t *out)
     return out + 2;
 }
 
-static uint8_t *put_color(const struct png_shader *s, const double light[3], uint8_t *out)
+/* PNG files have the colour of what covers the pixel, without alpha in it. */
+static double straight(const struct png_shader *s, float light, float alpha)
 {
-    double shown[3];
-    view_transform_apply(&s->view, light, shown);
-    for (int c = 0; c < 3; c++) {
-        if (s->is_deep)
-            out = put(s, tonemap_srgb((float)shown[c]), out);
-        else
-            *out++ = tonemap_table_byte(&s->table, (float)shown[c], 1.0f);
-    }
-    return out;
+    if (!(alpha > 0.0f)) return 0.0;
+    return (double)light / (s->is_straight ? 1.0 : (double)clip(alpha));
 }
 
-/* PNG files have the colour of what covers the pixel, without alpha in it. */
-static uint8_t *put_pixel(const struct png_shader *s, int32_t x, int32_t y, uint8_t *out)
+static void load(const struct png_shader *s, int32_t y, int32_t x0, int32_t count,
+                 struct view_pixels *pixels)
 {
-    const float alpha = s->alpha ? clip(*plane_at(s->alpha, x, y)) : 1.0f;
-    const double share = s->is_straight ? 1.0 : (double)alpha;
-    double light[3];
-    for (int c = 0; c < 3; c++)
-        light[c] = alpha > 0.0f ? (double)*plane_at(s->rgb[c], x, y) / share : 0.0;
-    out = put_color(s, light, out);
-    return s->alpha ? put(s, alpha, out) : out;
+    const float *alpha = s->alpha ? plane_row(s->alpha, y) + x0 : NULL;
+    for (int c = 0; c < 3; c++) {
+        const float *light = plane_row(s->rgb[c], y) + x0;
+        double *to = pixels->channel[c];
+        for (int32_t i = 0; i < count; i++)
+            to[i] = alpha ? straight(s, light[i], alpha[i]) : (double)light[i];
+    }
+}
+
+/* Stores a sample of each of `count` pixels; of 8 bits by the table. */
+static void store(const struct png_shader *s, const double *shown, int32_t count, uint8_t *out)
+{
+    const int channels = png_shader_channels(s);
+    if (!s->is_deep) tonemap_table_bytes(&s->table, shown, count, out, channels);
+    for (int32_t i = 0; s->is_deep && i < count; i++)
+        put(s, tonemap_srgb((float)shown[i]), out + 2 * channels * i);
+}
+
+static void shade_colors(const struct png_shader *s, int32_t y, uint8_t *out)
+{
+    const int32_t width = s->rgb[0]->width_px, sample = s->is_deep ? 2 : 1;
+    const int32_t pixel = png_shader_channels(s) * sample;
+    struct view_pixels pixels = {0};
+    for (int32_t x = 0; x < width; x += VIEW_PIXELS) {
+        const int32_t count = width - x < VIEW_PIXELS ? width - x : VIEW_PIXELS;
+        load(s, y, x, count, &pixels);
+        view_transform_apply(&s->view, &pixels);
+        for (int c = 0; c < 3; c++)
+            store(s, pixels.channel[c], count, out + x * pixel + c * sample);
+    }
+    for (int32_t x = 0; s->alpha && x < width; x++)
+        put(s, clip(*plane_at(s->alpha, x, y)), out + x * pixel + 3 * sample);
 }
 
 void png_shader_row(const struct png_shader *s, int32_t y, uint8_t *out)
 {
-    for (int32_t x = 0; x < s->rgb[0]->width_px; x++) {
-        if (s->shade == PNG_SHADE_COLOR) {
-            out = put_pixel(s, x, y, out);
-            continue;
-        }
+    if (s->shade == PNG_SHADE_COLOR) {
+        shade_colors(s, y, out);
+        return;
+    }
+    for (int32_t x = 0; x < s->rgb[0]->width_px; x++)
         for (int c = 0; c < 3; c++) {
             const float v = *plane_at(s->rgb[c], x, y);
             out =
                 put(s, clip(s->shade == PNG_SHADE_VECTOR ? 0.5f * (v + 1.0f) : v * s->factor), out);
         }
-    }
 }

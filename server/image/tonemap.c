@@ -64,13 +64,18 @@ void tonemap_table_init(struct tonemap_table *table)
     }
 }
 
-uint8_t tonemap_table_byte(const struct tonemap_table *table, float linear, float scale)
+static uint8_t table_byte(const struct tonemap_table *table, float v)
 {
-    float v = linear * scale;
     if (!(v > 0.0f)) return 0;
     if (v >= 1.0f) return 255;
     uint32_t bucket = to_bits(v) >> BUCKET_SHIFT;
     if (bucket < FIRST_BITS) return 0;
     uint32_t byte = table->start[bucket - FIRST_BITS];
     return (uint8_t)(byte + (v >= table->least[byte + 1] ? 1u : 0u));
+}
+
+void tonemap_table_bytes(const struct tonemap_table *table, const double *linear, int32_t count,
+                         uint8_t *out, int32_t step)
+{
+    for (int32_t i = 0; i < count; i++, out += step) *out = table_byte(table, (float)linear[i]);
 }

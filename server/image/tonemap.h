@@ -18,4 +18,7 @@ struct tonemap_table {
     uint8_t start[TONEMAP_BUCKETS]; /* byte of a bucket's first value */
 };
 void tonemap_table_init(struct tonemap_table *table);
-uint8_t tonemap_table_byte(const struct tonemap_table *table, float linear, float scale);
+
+/* Puts the bytes of `count` values, rounded to floats, at every step-th place. */
+void tonemap_table_bytes(const struct tonemap_table *table, const double *linear, int32_t count,
+                         uint8_t *out, int32_t step);

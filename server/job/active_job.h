@@ -224,7 +224,6 @@ void active_job_statistics(const struct active_job *job, struct statistics *out)
 /* Adds those statistics that stand still while the job is not in work: clocks, and peaks of memory,
  * to which other jobs' work adds. */
 void active_job_add_work(const struct active_job *job, struct statistics *sum);
-double active_job_fraction(const struct active_job *job);
 /* Starts the pace anew, for its time left; notes what has been spent meanwhile. */
 void active_job_pace_start(struct active_job *job);
 void active_job_pace_note(struct active_job *job);

@@ -21,7 +21,7 @@ static double frame_fraction(const struct active_frame *frame)
     return TRACED_SHARE * frame_traced_share(frame->work);
 }
 
-double active_job_fraction(const struct active_job *job)
+static double job_fraction(const struct active_job *job)
 {
     double sum = job->frames_finished;
     if (job->frame_count == 0) return 0;
@@ -115,7 +115,7 @@ json_t *active_job_progress(const struct active_job *job)
         }
         if (!frame->work && frame->state == FRAME_ENCODING) done += each;
     }
-    double fraction = active_job_fraction(job);
+    double fraction = job_fraction(job);
     json_t *progress =
         json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
                   (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s", eta_of(job),

@@ -97,19 +97,20 @@ has_anchor() {
     [[ ${headings[$1]} == *$'\n'"$2"$'\n'* ]]
 }
 
-# fault_of FILE TARGET: what is wrong with a link; nothing where it leads somewhere.
-fault_of() {
+# find_fault FILE TARGET: sets $fault to what is wrong with a link; to nothing where it leads somewhere.
+find_fault() {
     local target=$2 fragment='' folder=. path
+    fault=
     [[ $1 != */* ]] || folder=${1%/*}
     case $target in [a-zA-Z]*:* | //*) return ;; esac
     [[ $target != *'#'* ]] || fragment=${target#*#} target=${target%%#*}
     target=${target//%20/ }
     if [ -z "$target" ]; then path=$1
-    elif [[ $target == /* ]]; then echo "is an absolute path"; return
-    elif ! resolve "$folder" "$target"; then echo "leads out of the repository"; return
-    elif ! is_there "$path"; then echo "there is no $path"; return
+    elif [[ $target == /* ]]; then fault="is an absolute path"; return
+    elif ! resolve "$folder" "$target"; then fault="leads out of the repository"; return
+    elif ! is_there "$path"; then fault="there is no $path"; return
     fi
-    [[ -z $fragment || $path != *.md ]] || has_anchor "$path" "$fragment" || echo "$path has no heading #$fragment"
+    [[ -z $fragment || $path != *.md ]] || has_anchor "$path" "$fragment" || fault="$path has no heading #$fragment"
 }
 
 while IFS= read -r page; do
@@ -117,7 +118,7 @@ while IFS= read -r page; do
     faults=() count=0
     while read -r line target; do
         count=$((count + 1))
-        fault=$(fault_of "$page" "$target")
+        find_fault "$page" "$target"
         [ -z "$fault" ] || faults+=("$page:$line: $target: $fault")
     done < <(targets "$page")
     if [ ${#faults[@]} -eq 0 ]; then echo "ok $n - $page: its links lead somewhere ($count)"

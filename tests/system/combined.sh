@@ -54,14 +54,15 @@ subset() { # SHADOWS INDIRECT OCCLUSION GLOSSY LENS
     local rays=$((alone == 0 && ($2 == 1 || $3 == 1))) glossy=$((lens == 1 && $4 == 1 && $2 == 1))
     local lit=$((lens == 1 && (shadows == 1 || bounces == 1)))
     local paths=$((alone == 1 || ($4 == 1 && lens == 0)))
-    check "... soft shadows" counts "$name" "(.shadow.pixels_filtered > 0) == ($shadows == 1) and (.cpu_s.shadow > 0) == ($shadows == 1)"
-    check "... indirect light" counts "$name" "(.indirect.pixels_filtered > 0) == ($rays == 1) and (.cpu_s.indirect > 0) == ($rays == 1)
-        and ($2 == 1 or .rays.indirect_shadow == 0)"
-    check "... glossy lobes" counts "$name" "(.glossy.pixels_filtered > 0) == ($glossy == 1) and (.cpu_s.glossy > 0) == ($glossy == 1)"
-    check "... the lens" counts "$name" "(.rays.lens == $pixels * 9) == ($lens == 1) and (.rays.lens > 0) == ($lens == 1) and (.cpu_s.lens > 0) == ($lens == 1)"
-    check "... light of fields at lens samples" counts "$name" "(.lens.samples_lit > 0) == ($lit == 1)
-        and (.rays.lens_centres > 0) == ($lit == 1) and (.cpu_s.lens_relight > 0) == ($lit == 1)"
-    check "... paths" counts "$name" "(.rays.paths > 0) == ($paths == 1) and ($3 == 1 or .rays.occlusion == 0)"
+    check_counts "$name" \
+        "... soft shadows" "(.shadow.pixels_filtered > 0) == ($shadows == 1) and (.cpu_s.shadow > 0) == ($shadows == 1)" \
+        "... indirect light" "(.indirect.pixels_filtered > 0) == ($rays == 1) and (.cpu_s.indirect > 0) == ($rays == 1)
+            and ($2 == 1 or .rays.indirect_shadow == 0)" \
+        "... glossy lobes" "(.glossy.pixels_filtered > 0) == ($glossy == 1) and (.cpu_s.glossy > 0) == ($glossy == 1)" \
+        "... the lens" "(.rays.lens == $pixels * 9) == ($lens == 1) and (.rays.lens > 0) == ($lens == 1) and (.cpu_s.lens > 0) == ($lens == 1)" \
+        "... light of fields at lens samples" "(.lens.samples_lit > 0) == ($lit == 1)
+            and (.rays.lens_centres > 0) == ($lit == 1) and (.cpu_s.lens_relight > 0) == ($lit == 1)" \
+        "... paths" "(.rays.paths > 0) == ($paths == 1) and ($3 == 1 or .rays.occlusion == 0)"
 }
 for shadows in 0 1; do for indirect in 0 1; do for occlusion in 0 1; do for glossy in 0 1; do for lens in 0 1; do
     subset $shadows $indirect $occlusion $glossy $lens

@@ -6,6 +6,7 @@
 #   http CURL-ARGUMENTS...
 #   render JOB OUT ARGUMENTS...    $tmp/JOB.json to $tmp/OUT.exr, with its statistics in $tmp/OUT.stats
 #   counts OUT FILTER              asks jq about those
+#   check_counts OUT {TEXT FILTER}...  tests of them, by one jq for all
 #   figure A B ARGUMENTS...        compares two pictures, by beauty
 #   compared A B LAYER ARGUMENTS...
 # On the coordinator that runs, with its data in $tmp/data:
@@ -34,6 +35,12 @@ render() {
     "$build/shearwater" render "$tmp/$1.json" --quiet -o "$tmp/$2.exr" --stats "$tmp/$2.stats" "${@:3}"
 }
 counts() { jq -e "$2" "$tmp/$1.stats"; }
+check_counts() {
+    local out=$1 texts=() filters=() answers k
+    for ((k = 2; k < $#; k += 2)); do texts+=("${@:k:1}") filters+=("(${@:k+1:1})"); done
+    mapfile -t answers < <(jq "$(IFS=,; echo "${filters[*]}")" "$tmp/$out.stats" 2>&1)
+    for k in "${!texts[@]}"; do check "${texts[k]}" is "${filters[k]} ${answers[k]:-}" "${filters[k]} true"; done
+}
 figure() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer beauty "${@:3}"; }
 compared() { "$build/shearwater" compare "$tmp/$1.exr" "$tmp/$2.exr" --layer "$3" "${@:4}" | tee /dev/stderr; }
 

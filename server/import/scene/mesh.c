@@ -266,7 +266,7 @@ done:
     return rc;
 }
 
-int mesh_unweld(struct mesh *mesh, const char *place, struct fault *fault)
+static int unweld(struct mesh *mesh, const char *place, struct fault *fault)
 {
     if (mesh->triangle_count > LIMIT_VERTICES / 3)
         return fault_set(fault, ERR_LIMIT, place, "it would need more than %u vertices",
@@ -279,7 +279,7 @@ int mesh_unweld(struct mesh *mesh, const char *place, struct fault *fault)
 
 int mesh_flatten(struct mesh *mesh, const char *place, struct fault *fault)
 {
-    int rc = mesh_unweld(mesh, place, fault);
+    int rc = unweld(mesh, place, fault);
     if (rc != 0) return rc;
     free(mesh->normals);
     mesh->normals = malloc(((size_t)mesh->vertex_count * 3 + 1) * sizeof(float));

@@ -33,11 +33,8 @@ int mesh_gather(struct mesh *mesh, const uint32_t *source, uint32_t count, struc
 /* Drops vertices that no triangle uses; keeps the order. Indexes must be valid. ERR_MEMORY. */
 int mesh_compact(struct mesh *mesh, struct fault *fault);
 
-/* Gives every triangle vertices of its own; afterwards vertex 3t + k is corner k of triangle t.
- * ERR_MEMORY, ERR_LIMIT. */
-int mesh_unweld(struct mesh *mesh, const char *place, struct fault *fault);
-
-/* Unwelds and sets the triangles' own normals. */
+/* Gives every triangle vertices of its own, with its own normal; afterwards vertex 3t + k is corner
+ * k of triangle t. ERR_MEMORY, ERR_LIMIT. */
 int mesh_flatten(struct mesh *mesh, const char *place, struct fault *fault);
 
 /* Turns the winding of all triangles over. */

@@ -136,12 +136,6 @@ void plan_lens(const struct job *job, struct plan *plan, struct plan_report *rep
 void plan_lens_one_set(const char *why, struct plan *plan, struct plan_report *report);
 /* Returns whether the residual filter may clean lens samples that no field lights. */
 bool plan_lens_paths_possible(const struct job *job);
-/* Chooses which light fields light the lens samples (enum lens_relight), with a sentence that says
- * why. They do where a filter of the lens runs and one of light fields would. Where fields cover
- * the scene these are shadows and indirect light, else indirect light alone. */
-uint32_t plan_choose_lens_relight(const struct job *job, const struct scene *scene,
-                                  const struct plan *plan, const struct plan_emitters *emitters,
-                                  char why[PLAN_FILTER_WHY_BYTES]);
 const char *plan_lens_relight_name(uint32_t light);
 /* Plans the planes of the fields that light lens samples, and their filters, or none. It runs
  * before plan_lens. */

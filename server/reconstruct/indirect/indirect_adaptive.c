@@ -81,7 +81,8 @@ float indirect_adaptive_width_mu(float mu)
     return mu > 1.0f ? mu : 1.0f;
 }
 
-float indirect_adaptive_min(float mu, uint32_t first)
+/* Returns the least rays of a pixel that has `first`. */
+static float least_rays(float mu, uint32_t first)
 {
     const float by = indirect_adaptive_width_mu(mu);
     return (float)first * (by * by * by);
@@ -130,7 +131,7 @@ static uint32_t strata_of(const struct adaptive *a, const struct indirect_bandli
     const float least = a->near_px * pixel;
     const struct indirect_span span = {fmaxf(1.0f / near, least), fmaxf(far, least), pixel};
     const float mu = a->plan->adaptive.mu, rays = indirect_adaptive_rays(band, mu, &span);
-    return indirect_adaptive_strata(fmaxf(rays, indirect_adaptive_min(mu, l * l)), l * l,
+    return indirect_adaptive_strata(fmaxf(rays, least_rays(mu, l * l)), l * l,
                                     a->plan->adaptive.rays_max);
 }
 

@@ -63,9 +63,8 @@ float indirect_adaptive_width(const struct indirect_bandlimit *band, float mu,
 float indirect_adaptive_rays(const struct indirect_bandlimit *band, float mu,
                              const struct indirect_span *span);
 
-/* Return the mu of widths, and the least rays of a pixel that has `first`. */
+/* Returns the mu of widths. */
 float indirect_adaptive_width_mu(float mu);
-float indirect_adaptive_min(float mu, uint32_t first);
 
 /* Returns the strata per axis of a pixel's second set: n - first, rounded to a square. The pixel
  * asks for `rays` in all, has `first` and may get `most`. */

@@ -4,12 +4,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
-#include <sys/mman.h>
 
 #include "proto/error.h"
+#include "proto/runtime/pages.h"
 
 #define LINE_BYTES 64u
-#define HUGE_BYTES ((size_t)1 << 21)
 #define SLACK      4 /* a piece may be larger than what is asked for by 1/4 */
 
 /* Before each piece; as long as a line, so that the piece starts on one. */
@@ -55,12 +54,12 @@ void scratch_destroy(struct scratch **scratch)
 static struct piece *allocate(size_t asked, bool kept)
 {
     const size_t bytes = kept ? asked + asked / SLACK : asked;
-    const size_t unit = kept && bytes >= HUGE_BYTES ? HUGE_BYTES : LINE_BYTES;
+    const size_t unit = kept && bytes >= PAGES_HUGE_BYTES ? PAGES_HUGE_BYTES : LINE_BYTES;
     if (asked > SIZE_MAX / 4) return NULL;
     const size_t size = (sizeof(struct piece) + bytes + unit - 1) / unit * unit;
     struct piece *piece = aligned_alloc(unit, size);
     if (!piece) return NULL;
-    if (unit == HUGE_BYTES) madvise(piece, size, MADV_HUGEPAGE); /* or not: the same bytes */
+    pages_prefer_huge(piece, size);
     piece->bytes = size - sizeof *piece;
     return piece;
 }
@@ -73,11 +72,18 @@ static bool is_better(const struct piece *piece, const struct piece *best, size_
     return fits ? piece->bytes < best->bytes : piece->bytes > best->bytes;
 }
 
-/* Takes the best piece out of the list; NULL when it is empty. */
+/* Returns whether a piece fits as closely as a new one would. */
+static bool is_close(const struct piece *piece, size_t bytes)
+{
+    return piece->bytes >= bytes && piece->bytes - bytes <= bytes / SLACK;
+}
+
+/* Takes the best piece out of the list; NULL when it is empty. Most are of one size, so that a
+ * close one soon ends the search. */
 static struct piece *take_best(struct scratch *s, size_t bytes)
 {
     struct piece **best = &s->free;
-    for (struct piece **at = best; *at; at = &(*at)->next)
+    for (struct piece **at = best; *at && !is_close(*best, bytes); at = &(*at)->next)
         if (is_better(*at, *best, bytes)) best = at;
     struct piece *piece = *best;
     if (piece) *best = piece->next;

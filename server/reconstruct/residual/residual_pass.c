@@ -44,7 +44,7 @@ static void make_passes(void)
     for (int k = 0; k < RESIDUAL_PASSES; k++) make_pass(&lattices[k], &passes[k]);
 }
 
-const struct residual_pass *residual_pass_of(int number)
+static const struct residual_pass *pass_of(int number)
 {
     pthread_once(&once, make_passes);
     return &passes[number];
@@ -220,7 +220,7 @@ static void take_probes(struct residual_field *field, enum residual_kind kind)
 int residual_pass_run(int number, struct rect area, struct residual_field *field,
                       struct residual_statistics *statistics)
 {
-    struct job job = {.pass = residual_pass_of(number),
+    struct job job = {.pass = pass_of(number),
                       .kernels = KERNELS_BEST(residual_kernels),
                       .field = field,
                       .reach_px = residual_reach_px(number)};

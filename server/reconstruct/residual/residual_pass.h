@@ -3,9 +3,8 @@
 #include "server/reconstruct/residual/residual.h"
 #include "server/reconstruct/residual/residual_kernels.h"
 
-/* Returns one of the three passes, by its place in their order. */
+/* The passes, which are numbered in their order. */
 #define RESIDUAL_PASSES 3
-const struct residual_pass *residual_pass_of(int number);
 
 /* Returns how many pixels around a pixel a pass reads. */
 int32_t residual_reach_px(int number);

@@ -53,7 +53,7 @@ static void store_reflectance(const struct path_context *c, const struct block *
     store_unorms(c, b, lobes->reflectance.z, samples_u16(samples, plane, first + 2));
 }
 
-void glossy_store_lobes(const struct path_context *c, const struct block *b,
+static void store_lobes(const struct path_context *c, const struct block *b,
                         const struct glossy_lobes *lobes, struct samples *samples)
 {
     store_reflectance(c, b, lobes, samples, PLANE_GLOSSY_LOBE, 0);
@@ -296,7 +296,7 @@ void glossy_trace(const struct path_context *c, const struct block *block,
         trace_batch(&g, done, n, &scratch->sums, paths);
         done += n;
     }
-    glossy_store_lobes(c, block, &scratch->lobes, samples);
+    store_lobes(c, block, &scratch->lobes, samples);
     store_axes(c, block, &scratch->lobes, samples);
     store(&g, &scratch->sums, samples);
     if (samples->layout.planes >> PLANE_GLOSSY_SPAN & 1) store_span(&g, &scratch->sums, samples);

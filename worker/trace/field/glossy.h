@@ -15,8 +15,6 @@
 #include "proto/samples.h"
 #include "worker/trace/path/glossy_lobes.h"
 
-void glossy_store_lobes(const struct path_context *c, const struct block *b,
-                        const struct glossy_lobes *lobes, struct samples *samples);
 void glossy_store_sub(const struct path_context *c, const struct block *b, uint32_t sub,
                       const struct glossy_lobes *lobes, struct samples *samples);
 

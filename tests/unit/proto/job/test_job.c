@@ -260,38 +260,35 @@ TEST(sentences_help)
     }
 }
 
-static int read_text(const char *text, struct job *job)
+#define ASSET "3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f"
+#define SCENE "\"scene\": {\"asset\": \"" ASSET "\"}"
+
+/* Reads a job of a scene and further members. */
+static int read_with(const char *members, struct job *job)
 {
+    char text[512];
+    snprintf(text, sizeof text, "{" SCENE "%s}", members);
     return job_read(text, strlen(text), job, NULL);
 }
 
-#define SCENE "\"scene\": {\"asset\": \"" ASSET "\"}"
-#define ASSET "3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f3f"
-
+#define FOCUSED ", \"focus_distance\": 2, \"blades\": 6}"
 TEST(environments_and_lenses_are_read)
 {
     static struct job job;
-    assert_int_equal(read_text("{" SCENE "}", &job), 0);
+    assert_int_equal(read_with("", &job), 0);
     assert_int_equal(job.environment.kind, ENVIRONMENT_NONE);
     assert_true(job.aperture_radius == 0 && job.occlusion_distance == 0);
-    assert_int_equal(read_text("{" SCENE ", \"environment\": {\"asset\": \"" ASSET "\"}}", &job),
-                     0);
+    assert_int_equal(read_with(", \"environment\": {\"asset\": \"" ASSET "\"}", &job), 0);
     assert_int_equal(job.environment.kind, ENVIRONMENT_MAP);
     assert_int_equal(job.environment.asset.bytes[31], 0x3f);
     assert_true(job.environment.intensity == 1 && job.environment.rotation_deg == 0);
-    assert_int_equal(read_text("{" SCENE ", \"environment\": {\"radiance\": [1, 2, 3]}}", &job), 0);
+    assert_int_equal(read_with(", \"environment\": {\"radiance\": [1, 2, 3]}", &job), 0);
     assert_int_equal(job.environment.kind, ENVIRONMENT_CONSTANT);
     assert_true(job.environment.radiance[2] == 3);
-    assert_int_equal(read_text("{" SCENE ", \"lens\": {\"aperture_radius\": 0.5, "
-                               "\"focus_distance\": 2, \"blades\": 6}}",
-                               &job),
-                     0);
+    assert_int_equal(read_with(", \"lens\": {\"aperture_radius\": 0.5" FOCUSED, &job), 0);
     assert_true(job.aperture_radius == 0.5f && job.focus_distance == 2 && job.blades == 6);
     /* A closed aperture leaves no lens behind that would make equal pictures differ. */
-    assert_int_equal(read_text("{" SCENE ", \"lens\": {\"aperture_radius\": 0, "
-                               "\"focus_distance\": 2, \"blades\": 6}}",
-                               &job),
-                     0);
+    assert_int_equal(read_with(", \"lens\": {\"aperture_radius\": 0" FOCUSED, &job), 0);
     assert_true(job.focus_distance == 0 && job.blades == 0);
 }
 
@@ -313,14 +310,13 @@ TEST(lists_have_limits)
 {
     static const struct {
         const char *head, *item, *tail, *expect;
-        int count_max;
-        bool keyed;
+        int count_max, keyed;
     } lists[] = {
         {"{" SCENE ", \"lights\": [",
          "{\"type\": \"point\", \"position\": [1, 2, 3], \"intensity\": [10, 10, 10]}", "]}",
-         "LIMIT /lights", 64, false},
+         "LIMIT /lights", 64, 0},
         {"{\"scene\": {\"asset\": \"" ASSET "\", \"files\": {", "\"" ASSET "\"", "}}}",
-         "LIMIT /scene/files", LIMIT_SCENE_FILES, true},
+         "LIMIT /scene/files", LIMIT_SCENE_FILES, 1},
     };
     char *text = malloc(LIMIT_JOB_BYTES);
     assert_non_null(text);

@@ -95,10 +95,11 @@ TEST(a_view_shows_light_and_nothing_else)
         const struct raw plain = encode(data, "albedo", options);
         for (int x = 0; x < 2; x++) {
             const double in[3] = {(double)pixels[x][0], (double)pixels[x][1], (double)pixels[x][2]};
-            double shown[3];
-            view_transform_apply(&view, in, shown);
+            struct view_pixels shown = {{{in[0]}, {in[1]}, {in[2]}}};
+            view_transform_apply(&view, &shown);
             for (int c = 0; c < 3; c++) {
-                assert_int_equal(light.samples[3 * x + c], lrint(255 * srgb(shown[c])));
+                const double v = shown.channel[c][0];
+                assert_int_equal(light.samples[3 * x + c], lrint(255 * srgb(v)));
                 assert_int_equal(plain.samples[3 * x + c], lrint(255 * srgb(fmin(2 * in[c], 1))));
             }
         }

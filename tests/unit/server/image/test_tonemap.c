@@ -28,6 +28,14 @@ TEST(what_is_outside_is_clipped)
     assert_int_equal(tonemap_byte(-1e30f, 1.0f), 0);
 }
 
+static uint8_t table_byte(const struct tonemap_table *table, float v)
+{
+    const double linear = (double)v;
+    uint8_t byte;
+    tonemap_table_bytes(table, &linear, 1, &byte, 1);
+    return byte;
+}
+
 TEST(the_table_gives_the_same_bytes)
 {
     static struct tonemap_table table;
@@ -35,16 +43,14 @@ TEST(the_table_gives_the_same_bytes)
     for (uint32_t bits = 0; bits < 0x40000000u; bits += 4099) {
         float v;
         memcpy(&v, &bits, sizeof v);
-        assert_int_equal(tonemap_table_byte(&table, v, 1.0f), tonemap_byte(v, 1.0f));
+        assert_int_equal(table_byte(&table, v), tonemap_byte(v, 1.0f));
     }
     for (int i = 1; i < 256; i++) {
         float v = table.least[i], below = nextafterf(v, 0.0f);
-        assert_int_equal(tonemap_table_byte(&table, v, 1.0f), i);
-        assert_int_equal(tonemap_table_byte(&table, below, 1.0f), i - 1);
+        assert_int_equal(table_byte(&table, v), i);
+        assert_int_equal(table_byte(&table, below), i - 1);
     }
     static const float others[] = {NAN, -NAN, INFINITY, -INFINITY, -0.5f, 3e38f, -0.0f};
-    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
-        assert_int_equal(tonemap_table_byte(&table, others[i], 2.0f),
-                         tonemap_byte(others[i], 2.0f));
-    }
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
+        assert_int_equal(table_byte(&table, others[i]), tonemap_byte(others[i], 1.0f));
 }

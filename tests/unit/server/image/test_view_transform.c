@@ -1,9 +1,10 @@
 /* Views: closed forms in double precision, and what any of them must keep. */
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
 
 #include "server/image/tonemap.h"
-#include "server/image/view_transform.h"
+#include "server/image/view_kernels.h"
 #include "tests/unit/unit.h"
 
 static const enum view_curve curves[] = {VIEW_LINEAR, VIEW_FILMIC, VIEW_AGX};
@@ -12,8 +13,9 @@ static void show(enum view_curve curve, double exposure_ev, double r, double g, 
                  double shown[3])
 {
     const struct view_transform view = view_transform_of(curve, exposure_ev);
-    const double light[3] = {r, g, b};
-    view_transform_apply(&view, light, shown);
+    struct view_pixels pixels = {{{r}, {g}, {b}}};
+    view_transform_apply(&view, &pixels);
+    for (int c = 0; c < 3; c++) shown[c] = pixels.channel[c][0];
 }
 
 static double grey(enum view_curve curve, double exposure_ev, double v)
@@ -131,6 +133,31 @@ TEST(numbers_that_are_no_light_are_black_and_infinite_light_is_white)
         assert_true(shown[0] < 1e-9 && shown[1] < 1e-9 && shown[2] < 1e-9);
         show(curves[k], 100, (double)INFINITY, 1e38, 3e38, shown);
         for (int c = 0; c < 3; c++) assert_true(shown[c] > 0.996 && shown[c] <= 1);
+    }
+}
+
+/* Each place of a row is shown as it is alone, with the same bits on all instruction sets. */
+TEST(pixels_side_by_side_are_shown_as_one_is)
+{
+    const struct view_kernels *const sets[] = {&view_kernels_sse42, &view_kernels_avx2,
+                                               &view_kernels_avx512};
+    const int sets_here = 1 + (strcmp(build_isa(), "sse42") != 0) + !strcmp(build_isa(), "avx512");
+    for (size_t k = 0; k < 3; k++) {
+        struct view_pixels light, first;
+        for (int i = 0; i < VIEW_PIXELS; i++)
+            for (int c = 0; c < 3; c++) light.channel[c][i] = exp2(0.3 * i - 15 + c);
+        for (int set = 0; set < sets_here; set++) {
+            struct view_pixels shown = light;
+            sets[set]->show(curves[k], 1, &shown);
+            if (set == 0) first = shown;
+            assert_memory_equal(&shown, &first, sizeof shown);
+        }
+        for (int i = 0; i < VIEW_PIXELS; i++) {
+            double alone[3];
+            show(curves[k], 0, light.channel[0][i], light.channel[1][i], light.channel[2][i],
+                 alone);
+            for (int c = 0; c < 3; c++) assert_true(first.channel[c][i] == alone[c]);
+        }
     }
 }
 

@@ -120,25 +120,33 @@ static inline struct v_plane_picture accuracy_filter(const struct v_plane_scene 
     return p;
 }
 
-/* Of a pixel's strata: v and the weight that it was drawn with, 1 / gamma. */
-struct brute_samples {
-    float v1[V_PLANE_STRATA_MAX * V_PLANE_STRATA_MAX], v2[V_PLANE_STRATA_MAX * V_PLANE_STRATA_MAX];
-    float inverse[V_PLANE_STRATA_MAX * V_PLANE_STRATA_MAX]; /* 1 + |v|^2 */
+/* Of a stratum: v and the weight that it was drawn with, 1 / gamma. */
+struct brute_sample {
+    float v1, v2, inverse; /* 1 + |v|^2 */
 };
 
+static inline uint32_t brute_strata(const struct v_plane_scene *s)
+{
+    return s->plan.indirect_strata_per_axis * s->plan.indirect_strata_per_axis;
+}
+
+/* Fills in the strata of a pixel. */
 static inline void brute_samples_init(const struct v_plane_scene *s, int32_t x, int32_t y,
-                                      struct brute_samples *out)
+                                      struct brute_sample *out)
 {
     const uint32_t l = s->plan.indirect_strata_per_axis;
-    float jitter[2];
+    float jitter[2], side[V_PLANE_STRATA_MAX], height[V_PLANE_STRATA_MAX];
     pattern_jitter(&s->plan.pattern, x, y, PATTERN_INDIRECT, jitter);
-    for (uint32_t j = 0; j < l * l; j++) {
-        float side, height, sine, cosine;
-        v_plane_column(pattern_axis(jitter[0], l, j % l), &side, &height);
-        v_plane_row(pattern_axis(jitter[1], l, j / l), &sine, &cosine);
-        out->v1[j] = side / height;
-        out->v2[j] = sine / cosine / height;
-        out->inverse[j] = 1.0f + out->v1[j] * out->v1[j] + out->v2[j] * out->v2[j];
+    for (uint32_t a = 0; a < l; a++)
+        v_plane_column(pattern_axis(jitter[0], l, a), &side[a], &height[a]);
+    for (uint32_t b = 0; b < l; b++) {
+        float sine, cosine;
+        v_plane_row(pattern_axis(jitter[1], l, b), &sine, &cosine);
+        for (uint32_t a = 0; a < l; a++, out++) {
+            out->v1 = side[a] / height[a];
+            out->v2 = sine / cosine / height[a];
+            out->inverse = 1.0f + out->v1 * out->v1 + out->v2 * out->v2;
+        }
     }
 }
 
@@ -146,16 +154,15 @@ struct brute {
     const struct v_plane_scene *scene;
     const struct v_plane_neighbourhood *around;
     const struct patch *patch;
-    struct brute_samples *samples; /* of the patch's pixels */
-    float shear;                   /* times eta: 1, or 0 for none */
+    struct brute_sample *samples; /* of the patch's pixels, one after the other */
+    float shear;                  /* times eta: 1, or 0 for none */
 };
 
 /* What pixel q, at `from` of the patch, adds to the sums of p. */
 static inline void brute_add(const struct brute *b, size_t p, size_t q, size_t from, double sums[4])
 {
     const struct v_plane_source *own = &b->around->sources[p], *other = &b->around->sources[q];
-    const uint32_t n =
-        b->scene->plan.indirect_strata_per_axis * b->scene->plan.indirect_strata_per_axis;
+    const uint32_t n = brute_strata(b->scene);
     const size_t area = (size_t)rect_area(b->patch->rect);
     float d[3], y[2], exponent = 0.0f;
     for (int k = 0; k < 3; k++) d[k] = other->point[k] - own->point[k];
@@ -172,10 +179,10 @@ static inline void brute_add(const struct brute *b, size_t p, size_t q, size_t f
         if (along * along * w->falloff > 2.2f || fabsf(y[axis]) > 1.0f) return;
     }
     const double weight = exp(-(double)exponent);
-    const struct brute_samples *s = &b->samples[from];
+    const struct brute_sample *s = &b->samples[from * n];
     for (uint32_t j = 0; j < n; j++) {
-        const float v1 = s->v1[j] - y[0], v2 = s->v2[j] - y[1];
-        const float ratio = s->inverse[j] / (1.0f + v1 * v1 + v2 * v2);
+        const float v1 = s[j].v1 - y[0], v2 = s[j].v2 - y[1];
+        const float ratio = s[j].inverse / (1.0f + v1 * v1 + v2 * v2);
         const double w = weight * (double)(ratio * ratio);
         for (uint32_t c = 0; c < 3; c++)
             sums[c] += w * (double)b->patch->indirect_strata[(4 * j + c) * area + from];
@@ -207,7 +214,8 @@ static inline struct v_plane_picture accuracy_brute(const struct v_plane_scene *
     struct v_plane_picture p = picture_create(rect);
     struct brute brute = {s, &around, patch, NULL, shear};
     const struct rect r = patch->rect;
-    brute.samples = malloc((size_t)rect_area(r) * sizeof *brute.samples);
+    const uint32_t n = brute_strata(s);
+    brute.samples = malloc((size_t)rect_area(r) * n * sizeof *brute.samples);
     if (!brute.samples ||
         v_plane_neighbourhood_create(&s->plan, patch, rect, KERNELS_BEST(v_plane_kernels),
                                      &around) ||
@@ -215,7 +223,7 @@ static inline struct v_plane_picture accuracy_brute(const struct v_plane_scene *
         abort();
     for (int32_t y = r.y0; y < r.y1; y++)
         for (int32_t x = r.x0; x < r.x1; x++)
-            brute_samples_init(s, x, y, &brute.samples[picture_index(r, x, y)]);
+            brute_samples_init(s, x, y, &brute.samples[picture_index(r, x, y) * n]);
     for (int32_t y = rect.y0; y < rect.y1; y += stride) {
         for (int32_t x = rect.x0; x < rect.x1; x += stride) {
             const size_t i = picture_index(rect, x, y);
