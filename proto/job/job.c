@@ -198,8 +198,8 @@ const char *lens_method_name(enum lens_method method)
 bool job_may_be_temporal(const struct job *job)
 {
     return job->temporal != TEMPORAL_NONE && job_frame_count(job) > 1 &&
-           !(job->shutter_fraction > 0.0f) && job->residual != RESIDUAL_NONE &&
-           !job->composite.on && !(job->target_error > 0.0f) && !job->live;
+           job->residual != RESIDUAL_NONE && !job->composite.on && !(job->target_error > 0.0f) &&
+           !job->live;
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)

@@ -14,7 +14,6 @@
 static const char *obstacle_of(const struct job *job, const struct plan *plan)
 {
     if (job_frame_count(job) < 2) return "the job has one frame";
-    if (job->shutter_fraction > 0.0f) return "pixels show many times while the shutter is open";
     if (plan->composite) return "views of a composite are filtered one by one";
     if (job->temporal == TEMPORAL_NONE) return "filter.temporal is none";
     if (plan->residual_filter == RESIDUAL_FILTER_NONE)
