@@ -17,12 +17,19 @@ static void write_light(struct bytes_writer *w, const struct plan_light *light)
 #include "proto/plan.def"
 }
 
+static void write_pose(struct bytes_writer *w, const struct plan_camera *pose)
+{
+#define POSE(type, name, check, from, to) WRITE_##type(pose->name)
+#include "proto/plan.def"
+}
+
 void plan_encode(struct bytes_writer *w, const struct plan *plan)
 {
 #define FIELD(type, name, check, from, to)  WRITE_##type(plan->name)
 #define CAMERA(type, name, check, from, to) WRITE_##type(plan->camera.name)
 #include "proto/plan.def"
     for (uint32_t k = 0; k < plan->light_count; k++) write_light(w, &plan->lights[k]);
+    for (uint32_t k = 0; k < plan->pose_count; k++) write_pose(w, &plan->poses[k]);
 }
 
 #define READ_digest(field) bytes_read_raw(r, (field).bytes, DIGEST_BYTES);
@@ -35,6 +42,12 @@ void plan_encode(struct bytes_writer *w, const struct plan *plan)
 static void read_light(struct bytes_reader *r, struct plan_light *light)
 {
 #define LIGHT(type, name, check, from, to) READ_##type(light->name)
+#include "proto/plan.def"
+}
+
+static void read_pose(struct bytes_reader *r, struct plan_camera *pose)
+{
+#define POSE(type, name, check, from, to) READ_##type(pose->name)
 #include "proto/plan.def"
 }
 
@@ -54,7 +67,14 @@ int plan_decode(const void *data, size_t size_bytes, struct plan *out, struct fa
     if (out->light_count > LIMIT_LIGHTS)
         return fault_set(fault, ERR_LIMIT, "light_count", "%u lights are above %d",
                          out->light_count, LIMIT_LIGHTS);
+    if (out->pose_count != 0 && out->pose_count != SHUTTER_STEPS)
+        return fault_set(fault, ERR_RANGE, "pose_count", "%u is neither 0 nor %u", out->pose_count,
+                         SHUTTER_STEPS);
     for (uint32_t k = 0; k < out->light_count && !r.failed; k++) read_light(&r, &out->lights[k]);
+    for (uint32_t k = 0; k < out->pose_count && !r.failed; k++) {
+        out->poses[k] = out->camera;
+        read_pose(&r, &out->poses[k]);
+    }
     const int error = bytes_finish(&r);
     if (error)
         return fault_set(fault, error, "", "a plan of %u lights does not have %zu bytes",
@@ -70,19 +90,54 @@ uint32_t plan_light_planes(const struct plan *plan, uint32_t light)
 }
 
 /* Computes the image plane's coordinates of a pixel position. */
-static void plane_position(const struct plan *plan, float px, float py, float *a, float *b)
+static void plane_position(const struct plan *plan, const struct plan_camera *c, float px, float py,
+                           float *a, float *b)
 {
-    const struct plan_camera *c = &plan->camera;
     *a = (2.0f * px / (float)plan->width_px - 1.0f - c->centre_x) * c->half_width;
     *b = (1.0f - 2.0f * py / (float)plan->height_px - c->centre_y) * c->half_height;
+}
+
+static void mix(struct shutter_place at, const float *before, const float *after, int count,
+                float *out)
+{
+    for (int i = 0; i < count; i++) out[i] = shutter_mix(at, before[i], after[i]);
+}
+
+/* Turned axes lose length between steps; opposite ones would lose all. */
+static void mix_axis(struct shutter_place at, const float before[3], const float after[3],
+                     float out[3])
+{
+    float v[3];
+    mix(at, before, after, 3, v);
+    const float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    for (int i = 0; i < 3; i++) out[i] = square > 1e-4f ? v[i] / sqrtf(square) : before[i];
+}
+
+void plan_camera_at(const struct plan *plan, float time, struct plan_camera *out)
+{
+    *out = plan->camera;
+    if (!plan_has_shutter(plan)) return;
+    const struct shutter_place at = shutter_place_of(time);
+    const struct plan_camera *a = &plan->poses[at.before], *b = a + 1;
+    mix(at, a->eye, b->eye, 3, out->eye);
+    mix_axis(at, a->right, b->right, out->right);
+    mix_axis(at, a->up, b->up, out->up);
+    mix_axis(at, a->forward, b->forward, out->forward);
+    mix(at, &a->half_width, &b->half_width, 1, &out->half_width);
+    mix(at, &a->half_height, &b->half_height, 1, &out->half_height);
 }
 
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
                      float direction[3])
 {
-    const struct plan_camera *c = &plan->camera;
+    plan_camera_ray_of(plan, &plan->camera, px, py, origin, direction);
+}
+
+void plan_camera_ray_of(const struct plan *plan, const struct plan_camera *c, float px, float py,
+                        float origin[3], float direction[3])
+{
     float a, b;
-    plane_position(plan, px, py, &a, &b);
+    plane_position(plan, c, px, py, &a, &b);
     if (c->type == CAMERA_ORTHOGRAPHIC) {
         for (int i = 0; i < 3; i++) {
             origin[i] = c->eye[i] + a * c->right[i] + b * c->up[i];

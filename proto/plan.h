@@ -7,6 +7,7 @@
 #include "proto/digest.h"
 #include "proto/error.h"
 #include "proto/pattern.h"
+#include "proto/shutter.h"
 #include "proto/tile.h"
 
 enum camera_type { CAMERA_PERSPECTIVE = 0, CAMERA_ORTHOGRAPHIC = 1 };
@@ -197,15 +198,19 @@ enum capability {
     CAPABILITY_LENS = 1u << 6,
     CAPABILITY_STRATA_MAPS = 1u << 7, /* second sets, by strata maps */
     CAPABILITY_VIEWS = 1u << 8,       /* enum plan_view */
+    CAPABILITY_SHUTTER = 1u << 9,     /* samples have times */
 };
 
-/* plan.def has the fields, but the lights, in the order of the wire. */
+/* plan.def has the fields in the order of the wire. */
 struct plan {
     struct digest scene;
     int32_t width_px, height_px;
     int32_t tile_px;
     struct pattern pattern;
-    struct plan_camera camera;
+    struct plan_camera camera; /* half way through the shutter, where there is one */
+    uint32_t pose_count; /* SHUTTER_STEPS: samples have times of their own while the shutter is
+                            open; 0: they are of one moment */
+    struct plan_camera poses[SHUTTER_STEPS]; /* the camera's, of its projection and lens */
     uint32_t light_count;
     struct plan_light lights[LIMIT_LIGHTS];
     struct plan_environment environment;
@@ -270,9 +275,16 @@ int plan_light_check(const struct plan_light *light, const char *place, struct f
  * filter makes its irradiance. A light without area has irradiance alone. */
 uint32_t plan_light_planes(const struct plan *plan, uint32_t light);
 
+/* Computes the camera as it is at a time, 0..1, while the shutter is open. */
+void plan_camera_at(const struct plan *plan, float time, struct plan_camera *out);
+
 /* Computes the camera ray through the continuous pixel position (px, py). The direction is unit. */
 void plan_camera_ray(const struct plan *plan, float px, float py, float origin[3],
                      float direction[3]);
+
+/* Computes it for another camera of the plan's image. */
+void plan_camera_ray_of(const struct plan *plan, const struct plan_camera *camera, float px,
+                        float py, float origin[3], float direction[3]);
 
 /* Returns how many views (enum plan_view) a plan has, 1 of an ordinary picture. Pass p of a plan
  * with several is pass p / views of the view p % views, and has its samples and planes. */
@@ -364,6 +376,12 @@ int plan_strata_map_check(const struct plan_pass *pass, size_t area);
 /* Returns the planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of
  * paths in other passes, and after the schedule what bounce rays measure, too. */
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number);
+
+/* Returns whether the frame's samples have times of their own. */
+static inline bool plan_has_shutter(const struct plan *plan)
+{
+    return plan->pose_count > 0;
+}
 
 /* Returns the number of samples of a pixel in passes 0 .. passes - 1 of one view; 0 without paths.
  */

@@ -25,7 +25,7 @@
 #define CAPABILITIES_KNOWN                                                                         \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_STRATA_MAPS |        \
-     CAPABILITY_VIEWS)
+     CAPABILITY_VIEWS | CAPABILITY_SHUTTER)
 #define PLANES_KNOWN ((PLANE_BIT(ID_COUNT) - 1) | PLANE_BIT(LONE) | PLANE_BIT(MIXED))
 #define PLANES_SUB                                                                                 \
     (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) | PLANE_BIT(SUB_ID))
@@ -349,6 +349,24 @@ static int check_composite(const struct plan_field *at, const struct plan *plan)
     return plan_field_count(at, "paths.spp", plan->paths.spp, 1, LIMIT_COMPOSITE_SPP);
 }
 
+/* Times are of paths: fields of pixel centres are of one moment. */
+static int check_shutter(const struct plan_field *at, const struct plan *plan)
+{
+    char place[24];
+    const bool paths = plan->paths.spp > 0 && plan->paths.without_diffuse_direct == 0 &&
+                       plan->paths.without_diffuse_indirect == 0 && plan->light_planes == 0 &&
+                       plan->indirect_strata_per_axis == 0 && plan->lens_strata_per_axis == 0 &&
+                       plan->paths.edge_digits == 0 && !(plan->planes & PLANE_BIT(MIXED));
+    if (plan->pose_count == 0) return 0;
+    int error = plan_field_count(at, "pose_count", plan->pose_count, paths ? SHUTTER_STEPS : 0,
+                                 paths ? SHUTTER_STEPS : 0);
+    for (uint32_t k = 0; k < plan->pose_count && !error; k++) {
+        snprintf(place, sizeof place, "poses[%u]", k);
+        error = plan_camera_check(&plan->poses[k], place, at->fault);
+    }
+    return error;
+}
+
 int plan_check(const struct plan *plan, struct fault *fault)
 {
     const struct plan_field at = {"", fault};
@@ -373,5 +391,6 @@ int plan_check(const struct plan *plan, struct fault *fault)
     if (!error) error = plan_filters_check(&at, plan);
     if (!error) error = check_strata(&at, plan);
     if (!error) error = check_composite(&at, plan);
+    if (!error) error = check_shutter(&at, plan);
     return error ? error : check_lights(plan, fault);
 }

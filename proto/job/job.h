@@ -16,6 +16,7 @@
  *              png_alpha: bool}
  *   lights    [{type: rectangle | directional | point | spot, ...}]; see openapi.yaml
  *   environment {asset, intensity, rotation_deg}, {radiance} or null
+ *   camera    {shutter: a fraction of a frame, {fraction, centre} or null}
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
@@ -211,11 +212,15 @@ struct job {
     uint32_t layers;                               /* default beauty */
     struct job_frame_run frames[LIMIT_FRAME_RUNS]; /* in order; default frame 1 alone */
     uint32_t frame_run_count;
-    double fps;          /* 0.001..1000; default 24 */
-    double start_time_s; /* of frame 1, whether or not the job has it; default 0 */
-    int32_t priority;    /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
-    int32_t tile_px;     /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
-    bool live;           /* its camera is moved while it is open (job_view_read); default false */
+    double fps;             /* 0.001..1000; default 24 */
+    double start_time_s;    /* of frame 1, whether or not the job has it; default 0 */
+    float shutter_fraction; /* of a frame, 0..1, for which the shutter is open; default 0: what
+                               moves stands in each frame */
+    float shutter_centre;   /* when it is half way, in frames from the frame's time, -1..1; default
+                               0 */
+    int32_t priority;       /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
+    int32_t tile_px;        /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
+    bool live; /* its camera is moved while it is open (job_view_read); default false */
     struct job_composite composite; /* default none */
     struct job_marks marks;         /* default none */
 };
@@ -251,8 +256,11 @@ bool job_frame_find(const struct job *job, int32_t number, uint32_t *index);
 /* Returns whether frames may use samples of others, as far as the document tells. */
 bool job_may_be_temporal(const struct job *job);
 
-/* Returns the time in the scene that a frame shows. */
+/* Returns the time in the scene that a frame shows: when its shutter is half way. */
 double job_frame_time_s(const struct job *job, int32_t number);
+
+/* Returns how long the shutter is open, in seconds of the scene; 0: a frame shows one moment. */
+double job_shutter_s(const struct job *job);
 
 /* Reads the frames of a document alone; the job's other members are 0. Needs no job_fini. */
 int job_frames_of(const json_t *document, struct job *out);

@@ -44,7 +44,7 @@ bool job_frame_find(const struct job *job, int32_t number, uint32_t *index)
 double job_frame_time_s(const struct job *job, int32_t number)
 {
     if (job->stands) return job->time_s;
-    return job->start_time_s + ((double)number - 1) / job->fps;
+    return job->start_time_s + ((double)number - 1 + (double)job->shutter_centre) / job->fps;
 }
 
 /* Reads up to ten digits, and moves on. */

@@ -209,6 +209,7 @@ static const struct json_member job_members[] = {
     OBJECT("image", job_image_members),
     {.name = "lights", .read = job_lights_read},
     {.name = "environment", .read = job_environment_read},
+    OBJECT("camera", job_shutter_members),
     {.name = "lens", .read = job_lens_read},
     OBJECT("effects", effects_members),
     OBJECT("sampling", sampling_members),
@@ -344,6 +345,11 @@ static int check_adaptive(struct json_cursor *at, const struct job *job)
 static int check_live(struct json_cursor *at, const struct job *job)
 {
     if (!job->live) return 0;
+    if (job->shutter_fraction > 0.0f) {
+        json_cursor_enter(at, "camera");
+        return json_cursor_refuse_member(at, "shutter", ERR_UNSUPPORTED,
+                                         "a live job shows single moments: leave it out");
+    }
     if (job_frame_count(job) > 1)
         return json_cursor_refuse_member(
             at, "frames", ERR_UNSUPPORTED,

@@ -104,6 +104,7 @@ json_t *job_write(const struct job *job)
     failures += set(object, "image", job_image_write(job));
     failures += set(object, "lights", job_lights_write(job));
     failures += set(object, "environment", job_environment_write(&job->environment));
+    failures += set(object, "camera", job_shutter_write(job));
     failures += set(object, "lens", job_lens_write(job));
     failures += set(object, "effects", write_effects(job));
     failures += set(object, "sampling", write_sampling(job));

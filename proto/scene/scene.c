@@ -40,6 +40,9 @@ static const struct section_kind kinds[SCENE_SECTION_COUNT] = {
     [SCENE_WARNINGS] = {"warnings", 1, LIMIT_WARNINGS * 4096ull},
     [SCENE_COLORS] = {"colors", 16, LIMIT_VERTICES},
     [SCENE_BASE] = {"base", sizeof(struct digest), 1},
+    [SCENE_MOVERS] = {"movers", sizeof(struct scene_mover), LIMIT_INSTANCES},
+    [SCENE_STEPS] = {"steps", sizeof(struct scene_step), LIMIT_INSTANCES *(uint64_t)SHUTTER_STEPS},
+    [SCENE_POSES] = {"poses", sizeof(struct scene_camera), LIMIT_CAMERAS *(uint64_t)SHUTTER_STEPS},
 };
 
 /* A stretch of the blob that something occupies. */
@@ -172,6 +175,9 @@ static void view_sections(struct scene *s, const struct scene_section_entry *tab
     s->pixels = at[SCENE_PIXELS];
     s->lights = at[SCENE_LIGHTS];
     s->cameras = at[SCENE_CAMERAS];
+    s->movers = at[SCENE_MOVERS];
+    s->steps = at[SCENE_STEPS];
+    s->poses = at[SCENE_POSES];
     s->names = at[SCENE_NAMES];
     s->warnings = at[SCENE_WARNINGS];
 }

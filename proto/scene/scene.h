@@ -14,6 +14,7 @@
 
 #include "proto/digest.h"
 #include "proto/error.h"
+#include "proto/shutter.h"
 
 #define SCENE_MAGIC       "SWSCENE"
 #define SCENE_VERSION     6u
@@ -40,7 +41,10 @@ enum scene_section {
     SCENE_WARNINGS = 15, /* char: NUL-terminated sentences, one after the other */
     SCENE_COLORS = 16,   /* float[4]: factors of the base colour, linear, and of alpha */
     SCENE_BASE = 17,     /* struct digest of the base; at most one */
-    SCENE_SECTION_COUNT = 18
+    SCENE_MOVERS = 18,   /* what moves while the shutter is open, in the order of instances */
+    SCENE_STEPS = 19,    /* SHUTTER_STEPS of each mover */
+    SCENE_POSES = 20,    /* struct scene_camera, SHUTTER_STEPS of each camera; or none: all stand */
+    SCENE_SECTION_COUNT = 21
 };
 
 struct scene_header {
@@ -109,6 +113,18 @@ struct scene_instance {
     uint32_t name;
     uint32_t reserved;
     float to_world[12]; /* 3 rows of 4: x' = R x + t */
+};
+
+/* An instance that moves. One that bends is the only one of a mesh of the frame's own. */
+struct scene_mover {
+    uint32_t instance;
+    uint32_t bends; /* 1: the vertices move; 0: as a whole */
+};
+
+/* A mover at one step (proto/shutter.h). The one in the middle is the instance itself. */
+struct scene_step {
+    uint32_t first_vertex, first_normal; /* of one that bends, as a mesh has them; else 0 */
+    float to_world[12];                  /* of one that does not; else the instance's */
 };
 
 enum alpha_mode { ALPHA_OPAQUE = 0, ALPHA_MASK = 1, ALPHA_BLEND = 2 };
@@ -266,7 +282,9 @@ struct scene {
     const struct scene_image *images;
     const uint8_t *pixels;
     const struct scene_light *lights;
-    const struct scene_camera *cameras;
+    const struct scene_camera *cameras, *poses;
+    const struct scene_mover *movers;
+    const struct scene_step *steps;
     const char *names, *warnings;
     const struct scene *base; /* borrowed; NULL: none */
 };

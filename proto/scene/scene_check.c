@@ -167,7 +167,7 @@ static int check_mesh(const struct scene_record *at, const struct scene_mesh *m)
     return error ? error : check_triangles(at, m);
 }
 
-static bool is_invertible(const float m[12])
+bool scene_is_invertible(const float m[12])
 {
     double lengths = 1.0, c[3][3];
     for (int column = 0; column < 3; column++) {
@@ -192,7 +192,7 @@ static int check_instance(const struct scene_record *at, const struct scene_inst
     if (!error) error = record_reserved(at, instance->reserved);
     if (!error) error = record_numbers(at, "to_world", instance->to_world, 12, -far, far);
     if (error) return error;
-    if (!is_invertible(instance->to_world))
+    if (!scene_is_invertible(instance->to_world))
         return record_refuse(at, "to_world", ERR_RANGE, (double)instance->to_world[0],
                              "begins a matrix that has no inverse");
     if (!(instance->flags & INSTANCE_IDENTITY)) return 0;
@@ -236,7 +236,7 @@ static int check_lens(const struct scene_record *at, const struct scene_camera *
     return error ? error : record_number(at, "half_height", camera->half_height, 1e-8f, far);
 }
 
-static int check_camera(const struct scene_record *at, const struct scene_camera *camera)
+int scene_check_camera(const struct scene_record *at, const struct scene_camera *camera)
 {
     char place[64];
     /* Its size on the image plane depends on the image; the rest is judged as in a plan. */
@@ -249,7 +249,8 @@ static int check_camera(const struct scene_record *at, const struct scene_camera
     memcpy(as_planned.right, camera->right, sizeof camera->right);
     memcpy(as_planned.up, camera->up, sizeof camera->up);
     memcpy(as_planned.forward, camera->forward, sizeof camera->forward);
-    snprintf(place, sizeof place, "cameras[%llu]", (unsigned long long)at->index);
+    snprintf(place, sizeof place, "%s[%llu]", scene_section_name(at->section),
+             (unsigned long long)at->index);
     int error = plan_camera_check(&as_planned, place, at->fault);
     if (!error) error = record_name(at, camera->name);
     if (!error) error = record_number(at, "aspect", camera->aspect, 0.0f, ASPECT_MAX);
@@ -329,7 +330,7 @@ static int check_records(const struct scene *s, struct fault *fault)
     CHECK_SECTION(s, SCENE_TEXTURES, s->textures, scene_check_texture, fault);
     CHECK_SECTION(s, SCENE_IMAGES, s->images, scene_check_image, fault);
     CHECK_SECTION(s, SCENE_LIGHTS, s->lights, check_light, fault);
-    CHECK_SECTION(s, SCENE_CAMERAS, s->cameras, check_camera, fault);
+    CHECK_SECTION(s, SCENE_CAMERAS, s->cameras, scene_check_camera, fault);
     return 0;
 }
 
@@ -351,5 +352,6 @@ int scene_check(const struct scene *s, struct fault *fault)
     if (!error) error = check_records(s, fault);
     if (!error) error = check_placed(s, fault);
     if (!error) error = check_base(s, fault);
+    if (!error) error = scene_check_motion(s, fault);
     return error;
 }

@@ -1,5 +1,6 @@
 #pragma once
 /* Checks of a scene blob's contents, once its sections are known to lie where they should. */
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "proto/scene/scene.h"
@@ -48,3 +49,9 @@ int record_name(const struct scene_record *at, uint32_t name);
 int scene_check_material(const struct scene_record *at, const struct scene_material *m);
 int scene_check_texture(const struct scene_record *at, const struct scene_texture *t);
 int scene_check_image(const struct scene_record *at, const struct scene_image *image);
+
+int scene_check_camera(const struct scene_record *at, const struct scene_camera *camera);
+bool scene_is_invertible(const float m[12]);
+
+/* Checks what moves while the shutter is open (scene_check_motion.c); all else has been checked. */
+int scene_check_motion(const struct scene *s, struct fault *fault);

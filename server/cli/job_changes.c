@@ -82,6 +82,9 @@ static int set_animation(const struct job_changes *changes, json_t *document, st
     if (!error && changes->fps) error = read_number("--fps", changes->fps, &value, fault);
     if (!error && changes->fps)
         error = json_object_set_new(document, "fps", value) ? ERR_MEMORY : 0;
+    if (!error && changes->shutter)
+        error = read_number("--shutter", changes->shutter, &value, fault);
+    if (!error && changes->shutter) error = job_changes_set(document, "camera", "shutter", value);
     return error;
 }
 

@@ -14,6 +14,7 @@ struct job_changes {
     const char *time;            /* scene.time_s, a number; NULL */
     const char *frames;          /* frames, "1-10,20-40x2"; NULL */
     const char *fps;             /* fps, a number; NULL */
+    const char *shutter;         /* camera.shutter, a number; NULL */
     const char *name;            /* name; NULL */
     const char *comment;         /* comment; NULL */
     struct option_list labels;   /* to add; each may be several, parted by commas */
@@ -86,6 +87,9 @@ struct job_changes {
         JOB_CHANGE_TEXT("frames", 0, "LIST", "frames instead of the job's, as 1-10,20-40x2",       \
                         &(c)->frames),                                                             \
         JOB_CHANGE_TEXT("fps", 0, "N", "frames per second instead of the job's", &(c)->fps),       \
+        JOB_CHANGE_TEXT("shutter", 0, "SHARE",                                                     \
+                        "share of a frame for which the shutter is open, 0 to 1: motion blur",     \
+                        &(c)->shutter),                                                            \
         JOB_CHANGE_TEXT("name", 0, "TEXT", "name of the job, to find it by", &(c)->name),          \
         JOB_CHANGE_TEXT("comment", 0, "TEXT", "comment on the job", &(c)->comment),                \
         JOB_CHANGE_LIST("label", "LIST", "labels beside the job's, parted by commas",              \

@@ -7,7 +7,7 @@
 #include "proto/option_text.h"
 
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
-                            "[--animation NAME] [--time S | --times S,S,..] "
+                            "[--animation NAME] [--time S | --times S,S,.. [--shutter S]] "
                             "[--catchers JSON [--holdouts JSON] [--ground Y] [--rgbd NAME]] "
                             "[--report FILE]";
 static const char summary[] =
@@ -28,6 +28,8 @@ static const struct option_text texts[] = {
     {0, "times", "S,S,..",
      "several such times: a scene that moves becomes a base in BLOB and frames in BLOB.0, BLOB.1, "
      ".., as many as \"frames\" of the answer says"},
+    {0, "shutter", "S",
+     "seconds around each of --times for which the shutter is open; by default a moment"},
     {0, "catchers", "JSON",
      "names of nodes and materials that catch shadows in a photograph, [\"floor\"]; all else but "
      "holdouts is not in the photograph"},
@@ -91,7 +93,7 @@ static int read_times(const char *text, struct options *out, struct fault *fault
 
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
-    const char *time = NULL, *times = NULL, *ground = NULL;
+    const char *time = NULL, *times = NULL, *ground = NULL, *shutter = NULL;
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -103,6 +105,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--animation", &out->choice.animation, false},
                 {"--time", &time, false},
                 {"--times", &times, false},
+                {"--shutter", &shutter, false},
                 {"--catchers", &out->choice.catchers, false},
                 {"--holdouts", &out->choice.holdouts, false},
                 {"--ground", &ground, false},
@@ -129,6 +132,9 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     int rc = 0;
     if (ground != NULL)
         rc = read_number("--ground", ground, "height", &out->choice.ground_height, fault);
+    if (rc != 0) return rc;
+    if (shutter != NULL)
+        rc = read_number("--shutter", shutter, "time in seconds", &out->choice.shutter_s, fault);
     if (rc != 0) return rc;
     rc = time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
     return rc == 0 && times != NULL ? read_times(times, out, fault) : rc;

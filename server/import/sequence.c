@@ -8,6 +8,7 @@
 #include "server/import/gltf/gltf.h"
 #include "server/import/scene/blob_writer.h"
 #include "server/import/scene/roles.h"
+#include "server/import/shutter.h"
 
 /* CPU time after which no further frame is begun: the job waits for its first. */
 #define FRAMES_CPU_S 2.0
@@ -86,10 +87,13 @@ static int write_frame(struct sequence *s, uint32_t index, struct import_stats *
     struct builder b;
     struct scene frame;
     char path[4096];
+    const double time_s = s->choice->times[index];
+    const struct shutter_frame shutter = {&s->g, s->choice, time_s, &s->digest, &b};
     frame_path(s, index, path);
     int rc = builder_begin_frame(&b, s->base, &s->digest, fault);
-    if (rc == 0) rc = gltf_read_frame(&s->g, s->choice, s->choice->times[index], &b, fault);
+    if (rc == 0) rc = gltf_read_frame(&s->g, s->choice, time_s, &b, fault);
     if (rc == 0) rc = scene_finish(&b, s->choice, fault);
+    if (rc == 0) rc = shutter_add(&shutter, fault);
     if (rc == 0) rc = blob_write(&b, path, fault);
     if (rc == 0) rc = verify(path, &s->map, &frame, fault);
     if (rc == 0 && index == 0) {

@@ -97,6 +97,11 @@ export const GROUPS = [
     { at: "/catchers", label: "Catchers", kind: "words", grounds: true, otherwise: [], hint: "nodes or materials that stand for what it shows, parted by commas; \"ground 0\" is a floor at that height" },
     { at: "/holdouts", label: "Holdouts", kind: "words", otherwise: [], hint: "those that hide objects behind them" },
     { at: "/composite/mode", label: "Shadows and light", kind: "choice", of: ["multiplicative", "additive"], otherwise: "multiplicative" }] },
+  { title: "Shutter", fields: [{ at: "/camera/shutter", label: "Shutter", kind: "variant", of: [
+    { label: "a moment", value: null, is: (value) => !isObject(value), fields: [] },
+    { label: "open", value: { fraction: 0.5 }, is: isObject, fields: [
+      { at: "/fraction", label: "Share of a frame", kind: "number", min: 0, max: 1 },
+      { at: "/centre", label: "Half way, in frames after its time", kind: "number", min: -1, max: 1, otherwise: 0 }] }] }] },
   { title: "Lens", fields: [{ at: "/lens", label: "Lens", kind: "variant", of: [
     { label: "pinhole", value: null, is: (value) => !isObject(value), fields: [] },
     { label: "thin lens", value: { aperture_radius: 0.05, focus_distance: 5 }, is: isObject, fields: [

@@ -10,6 +10,7 @@
 #include "worker/scene/alpha.h"
 #include "worker/scene/emitters.h"
 #include "worker/scene/lobe_boxes.h"
+#include "worker/scene/movers.h"
 #include "worker/scene/sky_guide.h"
 
 static char version_text[32];
@@ -140,21 +141,34 @@ static RTCScene scene_new(const struct render_scene *s)
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST |
                                 (s->has_culled ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0));
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM); /* same tree for any thread count */
-    if (s->steps) rtcSetSceneProgressMonitorFunction(scene, on_built, (void *)s->steps);
+    if (s->progress) rtcSetSceneProgressMonitorFunction(scene, on_built, (void *)s->progress);
     return scene;
 }
 
+/* Sets the vertices of a mesh, at each step of the shutter if it bends. */
+static void set_vertices(const struct render_scene *s, const struct mesh_view *view, uint32_t count,
+                         const struct scene_step *steps, RTCGeometry geometry)
+{
+    const uint32_t times = steps ? SHUTTER_STEPS : 1;
+    rtcSetGeometryTimeStepCount(geometry, times);
+    for (uint32_t k = 0; k < times; k++) {
+        const float *at = view->positions;
+        if (steps) at = s->blob->positions + (size_t)3 * steps[k].first_vertex;
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, k, RTC_FORMAT_FLOAT3, at, 0,
+                                   3 * sizeof(float), count);
+    }
+}
+
 /* Attaches the mesh's triangles as geometry `id` of `scene`, for rays with a bit of `mask`. The
- * blob keeps them. */
+ * blob keeps them. `steps`: it bends so; NULL: it does not. */
 static void mesh_attach(struct render_scene *s, uint32_t index, RTCScene scene, uint32_t id,
-                        uint32_t mask)
+                        uint32_t mask, const struct scene_step *steps)
 {
     const struct scene_mesh *mesh = &s->blob->meshes[index];
     struct mesh_view *view = &s->meshes[index];
     RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     if (!geometry) return;
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               view->positions, 0, 3 * sizeof(float), mesh->vertex_count);
+    set_vertices(s, view, mesh->vertex_count, steps, geometry);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                view->triangles, 0, 3 * sizeof(uint32_t), mesh->triangle_count);
     rtcSetGeometryUserData(geometry, view);
@@ -174,18 +188,23 @@ static int sub_scene_create(struct render_scene *s, uint32_t mesh, struct fault 
     RTCScene scene = scene_new(s);
     if (!scene) return device_status(s, "meshes", fault);
     s->sub_scenes[mesh] = scene;
-    mesh_attach(s, mesh, scene, 0, UINT32_MAX);
+    mesh_attach(s, mesh, scene, 0, UINT32_MAX, NULL);
     rtcCommitScene(scene);
     return device_status(s, "meshes", fault);
 }
 
+/* `steps`: it moves so; NULL: it stands. */
 static void scene_attach(struct render_scene *s, RTCScene scene, const float to_world[12],
-                         uint32_t id, uint32_t mask)
+                         const struct scene_step *steps, uint32_t id, uint32_t mask)
 {
     RTCGeometry geometry = rtcNewGeometry(s->device, RTC_GEOMETRY_TYPE_INSTANCE);
     if (!geometry) return;
     rtcSetGeometryInstancedScene(geometry, scene);
-    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, to_world);
+    const uint32_t times = steps ? SHUTTER_STEPS : 1;
+    rtcSetGeometryTimeStepCount(geometry, times);
+    for (uint32_t k = 0; k < times; k++)
+        rtcSetGeometryTransform(geometry, k, RTC_FORMAT_FLOAT3X4_ROW_MAJOR,
+                                steps ? steps[k].to_world : to_world);
     rtcSetGeometryMask(geometry, mask);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(s->top, geometry, id);
@@ -198,7 +217,9 @@ static void instance_attach(struct render_scene *s, uint32_t index)
     const struct scene_instance *instance = &s->blob->instances[index];
     const bool is_based = s->blob->meshes[instance->mesh].flags & MESH_IN_BASE;
     RTCScene scene = (is_based ? s->base : s)->sub_scenes[instance->mesh];
-    if (scene) scene_attach(s, scene, instance->to_world, index, instance_class(instance));
+    if (scene)
+        scene_attach(s, scene, instance->to_world, mover_steps(s, index), index,
+                     instance_class(instance));
 }
 
 /* Attaches instance `index`. A mesh placed once and untransformed needs no Embree instance. */
@@ -212,7 +233,8 @@ static int place(struct render_scene *s, uint32_t index, uint32_t uses, struct f
         return 0;
     }
     if (uses == 1 && instance->flags & INSTANCE_IDENTITY) {
-        mesh_attach(s, instance->mesh, s->top, index, instance_class(instance));
+        mesh_attach(s, instance->mesh, s->top, index, instance_class(instance),
+                    mover_steps(s, index));
         return 0;
     }
     if (!s->sub_scenes[instance->mesh]) {
@@ -233,11 +255,11 @@ static int place_all(struct render_scene *s, struct fault *fault)
     if (s->base && s->base->top_count > 0) {
         static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
         s->ground = instances;
-        scene_attach(s, s->base->top, identity, s->ground, UINT32_MAX);
+        scene_attach(s, s->base->top, identity, NULL, s->ground, UINT32_MAX);
     }
     for (uint32_t i = 0; i < instances && rc == 0; i++) {
         rc = place(s, i, uses[s->blob->instances[i].mesh], fault);
-        step(s->steps);
+        step(s->progress);
     }
     free(uses);
     return rc ? rc : device_status(s, "instances", fault);
@@ -261,12 +283,12 @@ static int build_base(struct render_scene *s, struct fault *fault)
         const struct scene_instance *instance = &s->blob->instances[i];
         const uint32_t mesh = instance->mesh;
         if (uses[mesh] != 1 || s->meshes[mesh].triangle_count == 0) continue;
-        mesh_attach(s, mesh, s->top, i, instance_class(instance));
+        mesh_attach(s, mesh, s->top, i, instance_class(instance), NULL);
         s->top_count++;
     }
     for (uint32_t i = 0; i < meshes && rc == 0; i++) {
         if (uses[i] != 1 && s->meshes[i].triangle_count > 0) rc = sub_scene_create(s, i, fault);
-        step(s->steps);
+        step(s->progress);
     }
     free(uses);
     if (rc) return rc;
@@ -320,7 +342,7 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
     s->blob = blob;
     s->base = base;
     s->ground = RTC_INVALID_GEOMETRY_ID;
-    s->steps = steps;
+    s->progress = steps;
     s->meshes = calloc(meshes + 1, sizeof *s->meshes);
     s->sub_scenes = calloc(meshes + 1, sizeof(RTCScene));
     if (!s->meshes || !s->sub_scenes || material_table_create(blob, &s->materials) != 0) {
@@ -329,6 +351,10 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
     }
     for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
     s->has_culled = has_culled(s);
+    if (movers_find(blob, &s->steps) != 0) {
+        fault_set(fault, rc, "movers", "no memory for their steps");
+        goto fail;
+    }
     rc = is_base(s) ? find_boxes(s, fault) : find_light(s, fault);
     if (rc) goto fail;
     step(steps);
@@ -342,7 +368,7 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
         rc = fault_set(fault, ERR_MEMORY, "scene", "no memory for what it sees of the sky");
         goto fail;
     }
-    s->steps = NULL;
+    s->progress = NULL;
     *out = s;
     return 0;
 fail:
@@ -362,6 +388,7 @@ void render_scene_destroy(struct render_scene **scene)
     lobe_boxes_destroy(&s->lobes);
     emitters_destroy(&s->emitters);
     if (s->materials) material_table_destroy(&s->materials);
+    free(s->steps);
     free(s->boxes);
     free(s->sub_scenes);
     free(s->meshes);

@@ -68,11 +68,13 @@ struct render_scene {
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;
-    _Atomic uint64_t *steps;         /* while it is created; borrowed, may be NULL */
-    const char *isa;                 /* what build_isa() said */
-    uint32_t packet_width;           /* rays that this CPU traces at once: 16, 8 or 4 */
-    bool has_culled;                 /* some mesh has a back that cameras do not see */
-    bool has_instances;              /* whether `top` holds Embree instances, not just geometries */
+    const struct scene_step *
+        *steps;                 /* of each instance that moves; NULL: nothing does (movers.h) */
+    _Atomic uint64_t *progress; /* while it is created; borrowed, may be NULL */
+    const char *isa;            /* what build_isa() said */
+    uint32_t packet_width;      /* rays that this CPU traces at once: 16, 8 or 4 */
+    bool has_culled;            /* some mesh has a back that cameras do not see */
+    bool has_instances;         /* whether `top` holds Embree instances, not just geometries */
     const struct render_scene *base; /* borrowed; NULL: none */
     uint32_t ground; /* instID of the base's top scene; RTC_INVALID_GEOMETRY_ID without one */
     struct lobe_box *boxes;   /* of a base: one a mesh */

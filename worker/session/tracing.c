@@ -194,7 +194,8 @@ static int trace(void *ctx, void *tracer, const struct tracing_job *job,
 const struct tracing tracing_embree = {
     .capabilities = CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY |
                     CAPABILITY_STRATA | CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT |
-                    CAPABILITY_LENS | CAPABILITY_STRATA_MAPS | CAPABILITY_VIEWS,
+                    CAPABILITY_LENS | CAPABILITY_STRATA_MAPS | CAPABILITY_VIEWS |
+                    CAPABILITY_SHUTTER,
     .embree_version = embree_version,
     .find_base = find_base,
     .load = load,

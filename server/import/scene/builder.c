@@ -29,6 +29,9 @@ static const struct {
     [SCENE_WARNINGS] = {"bytes of warnings", LIMIT_WARNINGS *WARNING_TEXT_BYTES},
     [SCENE_COLORS] = {"vertex colours", LIMIT_VERTICES},
     [SCENE_BASE] = {"bases", 1},
+    [SCENE_MOVERS] = {"movers", LIMIT_INSTANCES},
+    [SCENE_STEPS] = {"steps of movers", LIMIT_INSTANCES *(uint64_t)SHUTTER_STEPS},
+    [SCENE_POSES] = {"poses of cameras", LIMIT_CAMERAS *(uint64_t)SHUTTER_STEPS},
 };
 
 int builder_init(struct builder *b, struct fault *fault)

@@ -10,6 +10,7 @@ struct scene_choice {
     /* With times a scene that moves becomes a base and a blob for each of them. */
     const double *times;
     uint32_t time_count;
+    double shutter_s; /* how long it is open around each of them; 0: a frame is one moment */
     /* Of a scene that is composed with a photograph (roles.h): JSON arrays of names. */
     const char *catchers; /* NULL: it is none */
     const char *holdouts; /* NULL: none */

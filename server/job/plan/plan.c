@@ -239,11 +239,16 @@ static void choose(const struct job *job, const struct scene *scene, struct plan
                    struct plan_report *report)
 {
     static const char none[] = "filter.method is none: samples are averaged";
+    static const char moves[] = "samples have times of their own while the shutter is open, which "
+                                "light fields of pixel centres have not";
     if (job->composite.on) {
         choose_views(job, plan, report);
     } else if (job->method == FILTER_NONE) {
         choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
         plan_lens_none(job, none, report);
+    } else if (plan_has_shutter(plan)) {
+        choose_paths(job, moves, moves, moves, report);
+        plan_lens_none(job, moves, report);
     } else if (plan->camera.aperture_radius > 0) {
         choose_lens(job, plan, report);
     } else {
@@ -327,6 +332,7 @@ static int gather(const struct job *job, const struct plan_source *source, struc
         plan_copy_warnings(source->map_warnings, source->map->warning_bytes, report);
     memcpy(report->origin, source->scene->info->origin, sizeof report->origin);
     int error = plan_resolve_camera(job, source->scene, &plan->camera, report, fault);
+    if (!error) plan_shutter(job, source->scene, plan, report);
     if (!error) error = plan_gather_lights(job, source->scene, plan, report, fault);
     plan_find_emitters(source->scene, &report->emitters);
     if (!error) error = plan_set_environment(job, source, plan, report, environment_mean, fault);

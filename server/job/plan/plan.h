@@ -39,8 +39,9 @@ enum plan_effect {
     EFFECT_LENS = 1u << 7,
     EFFECT_OCCLUSION = 1u << 8,
     EFFECT_EMITTERS = 1u << 9, /* meshes that no light of the list stands for */
+    EFFECT_MOTION_BLUR = 1u << 10,
 };
-#define EFFECT_COUNT 10
+#define EFFECT_COUNT 11
 
 /* The integrator that makes the picture. */
 enum plan_integrator {

@@ -161,6 +161,31 @@ int plan_resolve_camera(const struct job *job, const struct scene *scene, struct
     return set_lens(job, out, report, fault);
 }
 
+/* Returns the scene's camera that the job means; SCENE_NONE: one that stands. */
+static uint32_t moving_camera(const struct job *job, const struct scene *scene)
+{
+    uint64_t index;
+    struct fault ignored;
+    if (scene->count[SCENE_POSES] == 0 || job->camera.kind == JOB_CAMERA_LOOK_AT) return SCENE_NONE;
+    if (find(job, scene, &index, &ignored) != 0 || scene->cameras[index].is_default)
+        return SCENE_NONE;
+    return (uint32_t)index;
+}
+
+bool plan_find_poses(const struct job *job, const struct scene *scene, struct plan *plan)
+{
+    const uint32_t index = moving_camera(job, scene);
+    bool moved = false;
+    for (uint32_t k = 0; k < SHUTTER_STEPS; k++) {
+        struct plan_camera *pose = &plan->poses[k];
+        *pose = plan->camera;
+        if (index == SCENE_NONE) continue;
+        from_scene(job, &scene->poses[index * SHUTTER_STEPS + k], pose);
+        moved = moved || memcmp(pose, &plan->camera, sizeof *pose) != 0;
+    }
+    return moved;
+}
+
 int plan_find_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
                      struct fault *fault)
 {

@@ -41,6 +41,10 @@ static void plan_edges(struct plan *plan)
 void plan_mixed(struct plan *plan, struct plan_report *report)
 {
     static const char what[] = "mixed pixels";
+    if (plan_has_shutter(plan)) {
+        plan_skip(report, what, "shares of surfaces differ from time to time");
+        return;
+    }
     if (plan->camera.aperture_radius > 0.0f)
         plan_skip(report, what, "the camera has a lens: its samples make the picture");
     else if (plan->paths.spp > 0 && !report->by_lobe)

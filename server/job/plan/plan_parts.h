@@ -10,6 +10,11 @@ void plan_warn(struct plan_report *report, const char *format, ...)
 
 int plan_resolve_camera(const struct job *job, const struct scene *scene, struct plan_camera *out,
                         struct plan_report *report, struct fault *fault);
+/* Finds the camera's poses while the shutter is open. Returns whether it moves. */
+bool plan_find_poses(const struct job *job, const struct scene *scene, struct plan *plan);
+/* Plans whether samples have times of their own, once the camera is found; or reports why not. */
+void plan_shutter(const struct job *job, const struct scene *scene, struct plan *plan,
+                  struct plan_report *report);
 int plan_gather_lights(const struct job *job, const struct scene *scene, struct plan *plan,
                        struct plan_report *report, struct fault *fault);
 /* Sets radiance_scale and length_unit, given the environment's mean radiance. */

@@ -6,8 +6,8 @@
 #include "server/job/plan/plan_parts.h"
 
 static const char *const effect_names[EFFECT_COUNT] = {
-    "primary",  "antialias",   "direct", "shadows",   "indirect",
-    "emission", "environment", "lens",   "occlusion", "emitters"};
+    "primary",     "antialias", "direct",    "shadows",  "indirect",   "emission",
+    "environment", "lens",      "occlusion", "emitters", "motion_blur"};
 static const char *const integrator_names[] = {
     [INTEGRATOR_LIGHT_FIELD] = "light_field",
     [INTEGRATOR_PATHS] = "paths",

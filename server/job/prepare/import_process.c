@@ -27,6 +27,7 @@ struct import_process {
     struct job_composite composite; /* owned */
     char ground[32];                /* its height */
     char times[32 * IMPORT_TIMES];  /* seconds */
+    char shutter[32];               /* the same; "": none */
     struct job_file *files;         /* owned, with their paths */
     uint32_t file_count;
     import_process_done done;
@@ -275,6 +276,7 @@ static int spawn(struct import_process *p)
                       p->times};
     size_t count = 9;
     if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
+    if (p->shutter[0]) args[count++] = "--shutter", args[count++] = p->shutter;
     if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
     (void)add_roles(p, args, count);
     uv_stdio_container_t stdio[3] = {
@@ -343,7 +345,10 @@ static void write_times(struct import_process *p, const struct job *scene,
                         const struct import_times *times)
 {
     size_t used = 0;
+    const double shutter_s = job_shutter_s(scene);
     p->is_sequence = times->count > 0;
+    if (p->is_sequence && shutter_s > 0)
+        snprintf(p->shutter, sizeof p->shutter, "%.17g", shutter_s);
     if (!p->is_sequence) snprintf(p->times, sizeof p->times, "%.17g", scene->time_s);
     for (uint32_t i = 0; i < times->count; i++)
         used += (size_t)snprintf(p->times + used, sizeof p->times - used, "%s%.17g",

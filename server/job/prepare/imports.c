@@ -78,6 +78,8 @@ static int hash_time(struct digest_state *state, const struct job *scene)
 {
     int error = digest_update(state, scene->stands ? "\1" : "\2", 1);
     if (!error) error = digest_update(state, &scene->time_s, sizeof scene->time_s);
+    const double shutter_s = job_shutter_s(scene);
+    if (!error && shutter_s > 0) error = digest_update(state, &shutter_s, sizeof shutter_s);
     if (!error) error = digest_update(state, scene->animation, strlen(scene->animation));
     return error;
 }
@@ -281,6 +283,8 @@ static int copy_scene(const struct job *scene, struct job *out)
     memcpy(out->animation, scene->animation, sizeof out->animation);
     out->stands = scene->stands;
     out->time_s = scene->time_s;
+    out->fps = scene->fps;
+    out->shutter_fraction = scene->shutter_fraction;
     out->files = calloc(scene->file_count + 1, sizeof *out->files);
     if (!out->files || job_composite_copy(&scene->composite, &out->composite) != 0)
         return ERR_MEMORY;

@@ -21,9 +21,9 @@ void imports_stop(struct imports *imports);
 /* Frees the imports, after imports_stop, once store and pool have let go. Nulls the pointer. */
 void imports_destroy(struct imports **imports);
 
-/* Requests a blob. Of `scene` the main file, its files, variant, animation, `stands` and time_s
- * count, but not its frames. An environment map is a scene of one file that stands. `scene` is
- * borrowed for the call. With `times`, the first of which is time_s, the blobs of the others are
+/* Requests a blob. Of `scene` the main file, its files, variant, animation, `stands`, time_s and
+ * shutter count, but not its frames. An environment map is a scene of one file that stands. `scene`
+ * is borrowed for the call. With `times`, the first of which is time_s, the blobs of the others are
  * made on the way, for later requests. `done` comes later, once, unless forgotten; the request is
  * gone then. The imports hold the blob, if at all, so the caller releases nothing. cpu_us is
  * charged to the first request. After ERR_MEMORY no import has begun, and `done` does not come. */

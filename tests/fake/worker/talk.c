@@ -14,7 +14,7 @@
 #define CAPABILITIES                                                                               \
     (CAPABILITY_DIRECT | CAPABILITY_INDIRECT | CAPABILITY_VISIBILITY | CAPABILITY_STRATA |         \
      CAPABILITY_PATHS | CAPABILITY_ENVIRONMENT | CAPABILITY_LENS | CAPABILITY_STRATA_MAPS |        \
-     CAPABILITY_VIEWS)
+     CAPABILITY_VIEWS | CAPABILITY_SHUTTER)
 
 static void send_hello(struct fake *f)
 {

@@ -100,6 +100,7 @@ TEST(names_fields_of_plans)
 #define FIELD(type, name, check, from, to)  "\n| " #type " | " #name " |",
 #define CAMERA(type, name, check, from, to) "\n| " #type " | camera." #name " |",
 #define LIGHT(type, name, check, from, to)  "\n| " #type " | light." #name " |",
+#define POSE(type, name, check, from, to)   "\n| " #type " | pose." #name " |",
 #include "proto/plan.def"
     };
     const size_t count = sizeof rows / sizeof *rows;
@@ -126,7 +127,11 @@ TEST(sizes_are_true)
     size_t without_bytes = w.size_bytes;
     plan->light_count = 1;
     plan_encode(&w, plan);
-    expect("%zu bytes and %zu a light", without_bytes, w.size_bytes - 2 * without_bytes);
+    const size_t light_bytes = w.size_bytes - 2 * without_bytes, before = w.size_bytes;
+    plan->pose_count = SHUTTER_STEPS;
+    plan_encode(&w, plan);
+    expect("%zu bytes, %zu a light and %zu a pose;", without_bytes, light_bytes,
+           (w.size_bytes - before - without_bytes - light_bytes) / SHUTTER_STEPS);
     bytes_writer_fini(&w);
     free(plan);
     expect("Header, %zu bytes", sizeof(struct scene_header));
@@ -137,6 +142,9 @@ TEST(sizes_are_true)
     expect("| 8 | materials | %u bytes", scene_record_bytes(SCENE_MATERIALS));
     expect("| 9 | textures | %u bytes", scene_record_bytes(SCENE_TEXTURES));
     expect("| 10 | images | %u bytes", scene_record_bytes(SCENE_IMAGES));
+    expect("| 18 | movers | %u bytes", scene_record_bytes(SCENE_MOVERS));
+    expect("| 19 | steps | %u bytes, %u a mover", scene_record_bytes(SCENE_STEPS), SHUTTER_STEPS);
+    expect("| 20 | poses | %u bytes, %u a camera", scene_record_bytes(SCENE_POSES), SHUTTER_STEPS);
     expect("| 12 | lights | %u bytes", scene_record_bytes(SCENE_LIGHTS));
     expect("| 13 | cameras | %u bytes", scene_record_bytes(SCENE_CAMERAS));
     expect("`u32` count of sections (%d)", SCENE_SECTION_COUNT);

@@ -1,5 +1,7 @@
 #include "worker/trace/hit/back_faces.h"
 
+#include "worker/scene/movers.h"
+
 /* Embree has accessors of N-wide rays for C++ only. Fields follow each other, N values each, in the
  * order of struct RTCRay and struct RTCHit. */
 enum { RAY_DIRECTION = 4, HIT_NORMAL = 0 };
@@ -57,9 +59,10 @@ static bool is_back(const struct render_scene *scene, const struct RTCRayHit16 *
     const uint32_t index = placed != RTC_INVALID_GEOMETRY_ID ? placed : hit->geomID[i];
     const struct scene_instance *instance = &scene->blob->instances[index];
     const struct mesh_view *mesh = &scene->meshes[instance->mesh];
-    float normal[3];
+    float normal[3], to_world[12];
     if (!mesh->material->culled) return false;
-    world_facet(mesh, hit->primID[i], instance->to_world, normal);
+    mover_to_world(scene, index, r->time[i], to_world);
+    world_facet(mesh, hit->primID[i], to_world, normal);
     return dot(normal, d) > 0.0f;
 }
 

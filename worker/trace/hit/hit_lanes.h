@@ -2,6 +2,7 @@
 /* hit_kernels' resolve_hits. */
 #include <math.h>
 
+#include "worker/scene/movers.h"
 #include "worker/trace/hit/hit.h"
 #include "worker/trace/hit/lift_lanes.h"
 #include "worker/trace/hit/surface_lanes.h"
@@ -10,7 +11,10 @@
 /* What each lane hit. */
 struct hit_lanes {
     struct lanes_mask placed; /* through an Embree instance: the mesh's space is not the world's */
-    const struct scene_instance *instance[LANES];
+    const float *to_world[LANES];
+    struct lanes_mask bent; /* a mesh that bends in the shutter, elsewhere than in its middle */
+    bool any_bent;
+    float moved[LANES][12];        /* transforms of lanes on what moves as a whole */
     const struct mesh_view **mesh; /* the surface's */
     bool any_hit, any_placed;
     uint32_t traits;              /* enum mesh_trait: of any surface */
@@ -145,7 +149,7 @@ static void find_one(const struct render_scene *scene, const struct RTCRayHit16 
     lanes->only = mesh;
     for (int i = 0; i < LANES; i++) {
         lanes->mesh[i] = mesh;
-        lanes->instance[i] = instance;
+        lanes->to_world[i] = instance->to_world;
         lanes->placed.on[i] = lanes->any_placed ? -1 : 0;
         out->id[i] = index + 1;
         out->light.on[i] = light;
@@ -188,7 +192,7 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
         traits |= on & mesh->traits;
         placed |= other;
         lanes->mesh[i] = on ? mesh : NULL;
-        lanes->instance[i] = instance;
+        lanes->to_world[i] = instance->to_world;
         lanes->placed.on[i] = (int32_t)other;
         out->id[i] = (index + 1) & on;
         out->light.on[i] = (int32_t)(on & -(uint32_t)((mesh->flags & MESH_IS_LIGHT) != 0));
@@ -196,6 +200,66 @@ static void find(const struct render_scene *scene, const struct lanes_mask *vali
     lanes->traits = traits;
     lanes->any_placed = placed != 0;
     lanes->only = several ? NULL : first;
+}
+
+/* Finds where lanes on what moves are at their rays' times. */
+static void find_moved(const struct render_scene *scene, const struct RTCRayHit16 *rays,
+                       const struct surface *s, struct hit_lanes *lanes)
+{
+    lanes->any_bent = false;
+    if (!scene->steps) return;
+    for (int i = 0; i < LANES; i++) {
+        const uint32_t index = s->id[i] - 1;
+        const struct scene_step *steps = s->hit.on[i] ? mover_steps(scene, index) : NULL;
+        lanes->bent.on[i] = steps && mover_bends(steps) ? -1 : 0;
+        lanes->any_bent = lanes->any_bent || lanes->bent.on[i];
+        if (!steps || lanes->bent.on[i]) continue;
+        mover_to_world(scene, index, rays->ray.time[i], lanes->moved[i]);
+        lanes->to_world[i] = lanes->moved[i];
+    }
+}
+
+static inline struct vector vector_at(const float *v)
+{
+    return (struct vector){v[0], v[1], v[2]};
+}
+
+/* Places the lanes of bent meshes on their triangles as these are at the rays' times. */
+static void place_bent(const struct render_scene *scene, const struct hit_lanes *lanes,
+                       const struct RTCRayHit16 *rays, bool bent_normals, float *magnitude,
+                       struct surface *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        float v[9], n[9];
+        struct vector position, facet;
+        if (!lanes->bent.on[i]) continue;
+        const float u = rays->hit.u[i], w = rays->hit.v[i];
+        mover_corners(scene, s->id[i] - 1, rays->hit.primID[i], rays->ray.time[i], v, n);
+        magnitude[i] =
+            place_lane(vector_at(v), vector_at(v + 3), vector_at(v + 6), u, w, &position, &facet);
+        lane_put(position, i, &s->position);
+        lane_put(facet, i, &s->facet);
+        if (!bent_normals) continue;
+        lane_put(lanes->mesh[i]->normals
+                     ? interpolated(vector_at(n), vector_at(n + 3), vector_at(n + 6), u, w)
+                     : facet,
+                 i, &s->normal);
+    }
+}
+
+/* Does the same for lifts. */
+static void lift_bent(const struct render_scene *scene, const struct hit_lanes *lanes,
+                      const struct RTCRayHit16 *rays, const struct surface *s, struct lift_lanes *l)
+{
+    for (int i = 0; i < LANES; i++) {
+        float v[9], n[9];
+        if (!lanes->bent.on[i] || !(lanes->mesh[i]->traits & MESH_ROUND)) continue;
+        mover_corners(scene, s->id[i] - 1, rays->hit.primID[i], rays->ray.time[i], v, n);
+        for (int k = 0; k < 3; k++) {
+            lane_put(vector_at(v + 3 * k), i, &l->place.corner[k]);
+            lane_put(vector_at(n + 3 * k), i, &l->normal.corner[k]);
+        }
+    }
 }
 
 /* Clears emission, and where no lane met anything all else that readers look at. */
@@ -257,15 +321,17 @@ static bool place_one(const struct mesh_view *mesh, const struct RTCRayHit16 *re
 }
 
 /* Lifts the origins on round meshes, once vectors and sides are final. */
-static void lift(const struct hit_lanes *lanes, const struct RTCRayHit16 *rays, struct surface *s)
+static void lift(const struct render_scene *scene, const struct hit_lanes *lanes,
+                 const struct RTCRayHit16 *rays, struct surface *s)
 {
     struct lift_lanes l;
     if (!(lanes->traits & MESH_ROUND)) return;
     find_round_corners(lanes->mesh, &rays->hit, &l);
+    if (lanes->any_bent) lift_bent(scene, lanes, rays, s, &l);
     find_lifts(s, &rays->hit, &l);
     for (int i = 0; lanes->any_placed && i < LANES; i++)
         if (lanes->mesh[i] && lanes->placed.on[i])
-            hit_lift_to_world(lanes->instance[i]->to_world, i, &l.lift, &l.round);
+            hit_lift_to_world(lanes->to_world[i], i, &l.lift, &l.round);
     lift_origins(&rays->ray, &l, s);
 }
 
@@ -284,22 +350,24 @@ static void kernel_resolve_hits(const struct queries *q, const struct lanes_mask
     out->any_bsdf = (lanes.traits & MESH_REFLECTS) != 0;
     out->any_emission = (lanes.traits & MESH_SHINES) != 0;
     if (!lanes.any_hit) return;
+    find_moved(q->scene, rays, out, &lanes);
     const bool bent = lanes.traits & MESH_BENT;
     const bool one_triangle = lanes.one && is_one_triangle(&rays->hit);
-    if (one_triangle && !lanes.mesh[0]->tangents && !lanes.any_placed &&
+    if (one_triangle && !lanes.mesh[0]->tangents && !lanes.any_placed && !lanes.any_bent &&
         place_one(lanes.mesh[0], rays, out)) {
         shade(q, &lanes, &rays->hit, out);
         if (lanes.traits & MESH_SHINES) hide_emission(out);
-        lift(&lanes, rays, out);
+        lift(q->scene, &lanes, rays, out);
         return;
     }
     gather_surface(lanes.mesh, one_triangle, bent, &rays->hit, magnitude, out);
+    if (lanes.any_bent) place_bent(q->scene, &lanes, rays, bent, magnitude, out);
     shade(q, &lanes, &rays->hit, out);
     for (int i = 0; lanes.any_placed && i < LANES; i++)
         if (lanes.mesh[i] && lanes.placed.on[i])
-            hit_to_world(lanes.instance[i]->to_world, i, &magnitude[i], out);
+            hit_to_world(lanes.to_world[i], i, &magnitude[i], out);
     find_sides(&rays->ray, out);
     if (lanes.traits & MESH_SHINES) hide_emission(out);
     kernel_finish_surface(&rays->ray, magnitude, !bent, out);
-    lift(&lanes, rays, out);
+    lift(q->scene, &lanes, rays, out);
 }

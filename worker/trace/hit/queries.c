@@ -9,6 +9,7 @@ void queries_init_rays(struct RTCRayHit16 *rays)
 {
     memset(rays, 0, sizeof *rays);
     memset(rays->ray.mask, 0xff, sizeof rays->ray.mask);
+    for (int i = 0; i < LANES; i++) rays->ray.time[i] = SHUTTER_MIDDLE_TIME;
 }
 
 void queries_init(struct queries *q)
@@ -61,7 +62,7 @@ void queries_sanitise(struct queries *q, struct lanes_mask *valid, const struct 
     {                                                                                              \
         COPY_IN(org_x), COPY_IN(org_y), COPY_IN(org_z), COPY_IN(tnear);                            \
         COPY_IN(dir_x), COPY_IN(dir_y), COPY_IN(dir_z), COPY_IN(tfar), COPY_IN(id);                \
-        COPY_IN(mask);                                                                             \
+        COPY_IN(mask), COPY_IN(time);                                                              \
     }                                                                                              \
     static void copy_hits_##W(struct RTCHit16 *whole, const struct RTCHit##W *part, int first)     \
     {                                                                                              \

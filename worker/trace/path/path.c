@@ -95,6 +95,7 @@ static void trace_occlusion(const struct path_context *c, const struct path_pack
         r->dir_z[i] = direction.z[i];
         r->tnear[i] = 0.0f;
         r->tfar[i] = c->plan->occlusion_distance;
+        r->time[i] = p->rays.ray.time[i];
     }
     if (c->blended) c->kernels->ray_keys(p, 0, PATH_RAY_OCCLUSION, r);
     queries_sanitise(c->queries, &valid, r);

@@ -280,6 +280,7 @@ static void trace_sample(const struct path_context *c, const struct path_packet 
     struct light_packet *packet = &light->packet;
     const bool camera = v->depth == 0;
     if (c->blended) c->kernels->ray_keys(p, v->depth, PATH_RAY_SHADOW, &packet->rays.ray);
+    memcpy(packet->rays.ray.time, p->rays.ray.time, sizeof packet->rays.ray.time);
     drop_dim(c, reflected, packet);
     queries_sanitise(c->queries, &packet->traced, &packet->rays.ray);
     if (c->record) record(c, v, selection, packet, reflected);

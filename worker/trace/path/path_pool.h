@@ -13,7 +13,7 @@
 
 /* The next segment of up to sixteen paths: lanes 0 .. count - 1. */
 struct path_packet {
-    struct RTCRayHit16 rays; /* unit directions */
+    struct RTCRayHit16 rays; /* unit directions; a path's time is that of all its rays */
     struct lanes3 throughput;
     _Alignas(LANES_ALIGN) float pdf[LANES]; /* of the direction, per solid angle, where a light
                                                sample could have found it too; 0: it could not */
@@ -111,6 +111,7 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     r->dir_z[lane] = s->direction->z[i];
     r->tnear[lane] = 0.0f;
     r->tfar[lane] = s->reach;
+    r->time[lane] = SHUTTER_MIDDLE_TIME;
     p->throughput.x[lane] = s->weight[0];
     p->throughput.y[lane] = s->weight[1];
     p->throughput.z[lane] = s->weight[2];

@@ -145,6 +145,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     r->dir_z[lane] = s->direction.z[i];
     r->tnear[lane] = 0.0f;
     r->tfar[lane] = INFINITY;
+    r->time[lane] = p->rays.ray.time[i];
     next->key[lane] = p->key[i];
     next->sample[lane] = p->sample[i];
     next->slot[lane] = p->slot[i];

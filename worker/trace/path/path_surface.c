@@ -2,17 +2,18 @@
 #include <string.h>
 
 #include "worker/scene/mesh.h"
+#include "worker/scene/movers.h"
 #include "worker/shade/direction.h"
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_kernels.h"
 
 /* Computes the mesh's tangent in the world. Returns the sign of its bitangent. */
 static float world_tangent(const struct path_context *c, const struct mesh_point *at, uint32_t id,
-                           float out[3])
+                           float time, float out[3])
 {
-    const struct scene_instance *instance = &c->queries->scene->blob->instances[id - 1];
-    const float *m = instance->to_world;
-    float t[4];
+    float t[4], to_world[12];
+    const float *m = to_world;
+    mover_to_world(c->queries->scene, id - 1, time, to_world);
     for (size_t k = 0; k < 4; k++) t[k] = mesh_interpolate(at, at->mesh->tangents, 4, k);
     for (int k = 0; k < 3; k++, m += 4) out[k] = m[0] * t[0] + m[1] * t[1] + m[2] * t[2];
     return t[3] < 0.0f ? -1.0f : 1.0f;
@@ -20,14 +21,14 @@ static float world_tangent(const struct path_context *c, const struct mesh_point
 
 /* Aligns the tangents with those that anisotropy refers to: the mesh's, turned by the material. */
 static void align_tangents(const struct path_context *c, int i, const struct material_uv *uv,
-                           const struct mesh_point *at, struct path_vertex *v)
+                           const struct mesh_point *at, float time, struct path_vertex *v)
 {
     const struct surface *s = &v->surface;
     const struct mesh_view *mesh = s->mesh[i];
     float direction[2], t[3];
     if (!mesh->tangents) return;
     material_tangent_angle(mesh->material, uv, direction);
-    direction[1] *= world_tangent(c, at, s->id[i], t);
+    direction[1] *= world_tangent(c, at, s->id[i], time, t);
     float n[3] = {s->normal.x[i], s->normal.y[i], s->normal.z[i]};
     float along = t[0] * n[0] + t[1] * n[1] + t[2] * n[2], squared = 0.0f;
     for (int k = 0; k < 3; k++) t[k] -= along * n[k], squared += t[k] * t[k];
@@ -48,19 +49,21 @@ static void align_tangents(const struct path_context *c, int i, const struct mat
 
 /* Gives the coat its normal: of the mesh, bent by the coat's own map, turned to the viewer as other
  * normals are. */
-static void bend_coat(const struct path_context *c, const struct RTCHit16 *hit, int i,
+static void bend_coat(const struct path_context *c, const struct RTCRayHit16 *rays, int i,
                       struct path_vertex *v)
 {
+    const struct RTCHit16 *hit = &rays->hit;
     const struct surface *s = &v->surface;
     const struct mesh_view *mesh = s->mesh[i];
     const struct mesh_point at = mesh_point_at(mesh, hit->primID[i], hit->u[i], hit->v[i]);
     const float wo[3] = {v->back.x[i], v->back.y[i], v->back.z[i]};
     struct bsdf *b = &v->bsdf[i];
     struct material_uv uv;
-    float bend[3], n[3], local[3];
+    float bend[3], n[3], local[3], to_world[12];
     mesh_uv(&at, &uv);
     material_coat_normal(mesh->material, &uv, bend);
-    hit_bend_layer(&at, bend, c->queries->scene->blob->instances[s->id[i] - 1].to_world, n);
+    mover_to_world(c->queries->scene, s->id[i] - 1, rays->ray.time[i], to_world);
+    hit_bend_layer(&at, bend, to_world, n);
     if (!(direction_normalize(n[0], n[1], n[2], n) > 1e-18f)) return;
     const float side = n[0] * s->plane.x[i] + n[1] * s->plane.y[i] + n[2] * s->plane.z[i];
     for (int k = 0; side < 0.0f && k < 3; k++) n[k] = -n[k];
@@ -89,7 +92,7 @@ static void resolve_general(const struct path_context *c, const struct RTCRayHit
     struct material_uv uv;
     if (m->textured || m->anisotropic) mesh_uv(&at, &uv);
     material_bsdf(m, &uv, s->behind.on[i], &v->bsdf[i]);
-    if (m->anisotropic) align_tangents(c, i, &uv, &at, v);
+    if (m->anisotropic) align_tangents(c, i, &uv, &at, rays->ray.time[i], v);
     s->albedo.x[i] = v->bsdf[i].albedo[0];
     s->albedo.y[i] = v->bsdf[i].albedo[1];
     s->albedo.z[i] = v->bsdf[i].albedo[2];
@@ -112,7 +115,7 @@ void path_resolve(const struct path_context *c, const struct RTCRayHit16 *rays,
         if (v->active.on[i] && !v->lambert.on[i]) resolve_general(c, rays, i, v);
     c->kernels->look_back(&rays->ray, v);
     for (int i = 0; i < LANES; i++)
-        if (has_bent_coat(v, i)) bend_coat(c, &rays->hit, i, v);
+        if (has_bent_coat(v, i)) bend_coat(c, rays, i, v);
 }
 
 static void turn(struct lanes3 *v)

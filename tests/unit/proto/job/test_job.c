@@ -97,6 +97,7 @@ static void check_same(const struct job *a, const struct job *b)
     assert_string_equal(x.animation, y.animation);
     assert_true(x.tile_px == y.tile_px);
     assert_memory_equal(&x.environment, &y.environment, sizeof x.environment);
+    assert_true(x.shutter_fraction == y.shutter_fraction && x.shutter_centre == y.shutter_centre);
     assert_true(x.aperture_radius == y.aperture_radius && x.focus_distance == y.focus_distance);
     assert_true(x.blades == y.blades && x.blade_rotation_deg == y.blade_rotation_deg);
     assert_true(x.occlusion_distance == y.occlusion_distance);

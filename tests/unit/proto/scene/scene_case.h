@@ -15,8 +15,10 @@ struct scene_case {
     float uvs[4][2];
     float colors[4][4];
     uint32_t triangles[3][3];
-    struct scene_mesh meshes[2];
-    struct scene_instance instances[3];
+    struct scene_mesh meshes[3]; /* mesh_count of them */
+    uint64_t mesh_count;
+    struct scene_instance instances[5]; /* instance_count of them */
+    uint64_t instance_count;
     struct scene_material materials[2];
     struct scene_texture textures[1];
     struct scene_image images[1];
@@ -27,6 +29,10 @@ struct scene_case {
     char warnings[24];
     struct digest base;
     uint64_t base_count; /* 0: none */
+    struct scene_mover movers[2];
+    struct scene_step steps[2 * SHUTTER_STEPS];
+    struct scene_camera poses[2 * SHUTTER_STEPS];
+    uint64_t mover_count, step_count, pose_count; /* 0: none */
 };
 
 static inline void scene_case_geometry(struct scene_case *c)
@@ -140,6 +146,8 @@ static inline void scene_case_init(struct scene_case *c)
                                   .bounds_max = {5, 1, 1},
                                   .placed_triangles = 4,
                                   .default_camera = 1};
+    c->mesh_count = 2;
+    c->instance_count = 3;
     scene_case_geometry(c);
     scene_case_surfaces(c);
     scene_case_lights(c);
@@ -158,22 +166,34 @@ struct scene_case_section {
     {                                                                                              \
         (array), sizeof(array) / sizeof(array)[0], sizeof(array)[0]                                \
     }
-#define SCENE_CASE_BYTES 4096u
+#define SCENE_CASE_BYTES 8192u
 
 /* Lays the case out into SCENE_CASE_BYTES bytes at an address that is a multiple of 64; returns the
  * blob's size. */
 static inline size_t scene_case_lay_out(const struct scene_case *c, uint8_t *blob)
 {
     const struct scene_case_section sections[SCENE_SECTION_COUNT] = {
-        {&c->info, 1, sizeof c->info},  SCENE_CASE_ARRAY(c->positions),
-        SCENE_CASE_ARRAY(c->normals),   SCENE_CASE_ARRAY(c->tangents),
-        SCENE_CASE_ARRAY(c->uvs),       SCENE_CASE_ARRAY(c->triangles),
-        SCENE_CASE_ARRAY(c->meshes),    SCENE_CASE_ARRAY(c->instances),
-        SCENE_CASE_ARRAY(c->materials), SCENE_CASE_ARRAY(c->textures),
-        SCENE_CASE_ARRAY(c->images),    SCENE_CASE_ARRAY(c->pixels),
-        SCENE_CASE_ARRAY(c->lights),    SCENE_CASE_ARRAY(c->cameras),
-        SCENE_CASE_ARRAY(c->names),     SCENE_CASE_ARRAY(c->warnings),
-        SCENE_CASE_ARRAY(c->colors),    {&c->base, c->base_count, sizeof c->base}};
+        {&c->info, 1, sizeof c->info},
+        SCENE_CASE_ARRAY(c->positions),
+        SCENE_CASE_ARRAY(c->normals),
+        SCENE_CASE_ARRAY(c->tangents),
+        SCENE_CASE_ARRAY(c->uvs),
+        SCENE_CASE_ARRAY(c->triangles),
+        {c->meshes, c->mesh_count, sizeof c->meshes[0]},
+        {c->instances, c->instance_count, sizeof c->instances[0]},
+        SCENE_CASE_ARRAY(c->materials),
+        SCENE_CASE_ARRAY(c->textures),
+        SCENE_CASE_ARRAY(c->images),
+        SCENE_CASE_ARRAY(c->pixels),
+        SCENE_CASE_ARRAY(c->lights),
+        SCENE_CASE_ARRAY(c->cameras),
+        SCENE_CASE_ARRAY(c->names),
+        SCENE_CASE_ARRAY(c->warnings),
+        SCENE_CASE_ARRAY(c->colors),
+        {&c->base, c->base_count, sizeof c->base},
+        {c->movers, c->mover_count, sizeof c->movers[0]},
+        {c->steps, c->step_count, sizeof c->steps[0]},
+        {c->poses, c->pose_count, sizeof c->poses[0]}};
     struct scene_header *header = (void *)blob;
     struct scene_section_entry *table = (void *)(header + 1);
     size_t at = sizeof *header + SCENE_SECTION_COUNT * sizeof *table;

@@ -42,7 +42,7 @@ static int load(const void *data, size_t size_bytes, void **loaded, enum tracing
 static void load_scene(void **scene)
 {
     static struct scene_case c;
-    static uint8_t blob[SCENE_CASE_BYTES];
+    static _Alignas(64) uint8_t blob[SCENE_CASE_BYTES];
     enum tracing_kind kind;
     uint64_t bytes = 0;
     struct fault fault = {0};
