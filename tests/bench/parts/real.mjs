@@ -11,6 +11,7 @@ import { makeReferences } from "../real/references.mjs";
 import { LAMPS, lampsScene } from "../scenes/lamps.mjs";
 import { peersScenes } from "../scenes/peers.mjs";
 import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
+import { ROOM_NAMES, roomScenes } from "../scenes/room.mjs";
 import { TABLE_NAMES, tableScenes } from "../scenes/table.mjs";
 import { withFarm } from "./farms.mjs";
 import { summary } from "./runs.mjs";
@@ -32,8 +33,8 @@ function settings({ mode, given, repeat, out }) {
 
 // Those of the peers folder and the bench's own; null where there is no such folder.
 function fullScenes({ out, peers }) {
-  const scenes = peersScenes(peers);
-  return scenes && [...scenes, lampsScene(`${out}/real`, OWN_WIDTH), ...tableScenes(`${out}/real`, OWN_WIDTH)];
+  const scenes = peersScenes(peers), own = [`${out}/real`, OWN_WIDTH];
+  return scenes && [...scenes, lampsScene(...own), ...tableScenes(...own), ...roomScenes(...own)];
 }
 
 // Those that there are; null where the peers folder is wanted and not there.
@@ -95,7 +96,7 @@ function judge(o, rows) {
 
 // {absent, names}: what was asked for and is not there, and what is; null where all is, or where no folder tells.
 export function absentScenes({ mode, peers, realNames }) {
-  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES];
+  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES, ...ROOM_NAMES];
   return names && realNames?.some((name) => !names.includes(name)) ? { absent: realNames.filter((name) => !names.includes(name)), names } : null;
 }
 
