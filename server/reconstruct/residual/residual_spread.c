@@ -36,9 +36,8 @@ enum { CHANNELS = 4, VARIANCE = 3 };
 struct spread {
     const struct residual_features *f;
     const struct spike_limits *limits;
-    float
-        lobe_px2; /* square of a lobe's width in pixels, over that of its roughness; 0: any width */
-    bool lobes;   /* normals count as they do for the rest */
+    float lobe_px2; /* square of the pixels that a lobe of roughness 1 shows alike; 0: of all */
+    bool lobes;     /* lobes' directions count, too */
     float *mean[LEVELS][CHANNELS], *between[CHANNELS];
     float *known[3]; /* of the widest mean, what is known of it */
     float *few;      /* variance of the widest mean over that of a single pixel */
@@ -173,6 +172,7 @@ static void mean_rows(const struct spread *s, const struct level *level, struct 
     }
 }
 
+/* How far a level's taps are. */
 static int32_t reach_px(int level)
 {
     return (levels[level].weight[TAPS] > 0.0f ? TAPS : TAPS - 1) * levels[level].step_px;
@@ -187,6 +187,7 @@ static void begin(const struct spread *s, float *const excess[3])
         for (size_t i = first; i < first + (size_t)rect_width(r); i++) {
             float sum = 0.0f;
             for (size_t c = 0; c < 3; c++) sum += fabsf(excess[c][i]);
+            if (sum > RESIDUAL_GUIDE_MAX) sum = RESIDUAL_GUIDE_MAX;
             s->mean[0][VARIANCE][i] = sum / (BASE * BASE) * sum;
         }
     }
