@@ -331,17 +331,15 @@ static int check_target(struct json_cursor *at, const struct job *job)
 /* Rays that are dealt out by what the first of them met tell nothing of their error. */
 static int check_adaptive(struct json_cursor *at, const struct job *job)
 {
-    const bool target = job->target_error > 0.0f;
-    if (job->indirect != INDIRECT_ADAPTIVE) return 0;
-    if (!target && !(job->layers & LAYER_ERROR)) return 0;
+    const bool target = job->target_error > 0.0f, error = job->layers & LAYER_ERROR;
+    if (job->indirect != INDIRECT_ADAPTIVE || (!target && !error)) return 0;
     json_cursor_enter(at, "filter");
     return json_cursor_refuse_member(at, "indirect", ERR_UNSUPPORTED,
                                      "adaptive sampling does not know its error, which %s asks for",
                                      target ? "sampling.target_error" : "the layer error");
 }
 
-/* Refuses members that make no sense for a picture that begins anew with each move of the camera.
- *  */
+/* Refuses what makes no sense for a picture that begins anew with each move of the camera. */
 static int check_live(struct json_cursor *at, const struct job *job)
 {
     if (!job->live) return 0;

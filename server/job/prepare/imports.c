@@ -76,10 +76,9 @@ static int hash_files(struct digest_state *state, const struct job *scene)
 /* A scene that stands is one blob, and another one than the same in a sequence. */
 static int hash_time(struct digest_state *state, const struct job *scene)
 {
+    const double moment[2] = {scene->time_s, job_shutter_s(scene)};
     int error = digest_update(state, scene->stands ? "\1" : "\2", 1);
-    if (!error) error = digest_update(state, &scene->time_s, sizeof scene->time_s);
-    const double shutter_s = job_shutter_s(scene);
-    if (!error && shutter_s > 0) error = digest_update(state, &shutter_s, sizeof shutter_s);
+    if (!error) error = digest_update(state, moment, sizeof moment);
     if (!error) error = digest_update(state, scene->animation, strlen(scene->animation));
     return error;
 }
@@ -394,9 +393,7 @@ void imports_stop(struct imports *s)
 
 void imports_destroy(struct imports **imports)
 {
-    struct imports *s = *imports;
+    if (*imports) assert(!(*imports)->list);
+    free(*imports);
     *imports = NULL;
-    if (!s) return;
-    assert(!s->list);
-    free(s);
 }
