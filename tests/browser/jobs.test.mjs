@@ -100,7 +100,7 @@ await runAll(async () => {
     expect((await row(named).locator(".label").allTextContents()).join() === "sc 010,show:gulls", "other labels");
     const picture = row(named).getByRole("img", { name: "Gulls <b>over</b> the sea" });
     await until("its small picture", () => picture.evaluate((img) => img.complete && img.naturalWidth === 16));
-    const before = await page.evaluate((id) => performance.getEntriesByType("resource").filter(({ name }) => name.includes(`${id}/thumbnail`)).length, named);
+    const asked = await page.evaluate((id) => performance.getEntriesByType("resource").map(({ name }) => name).filter((name) => name.includes(`${id}/thumbnail`)), named);
     await clean(page, "a named job");
     await page.screenshot({ path: shot("named") });
     await page.getByRole("link", { name: "Jobs with the label sc 010" }).click();
@@ -126,7 +126,7 @@ await runAll(async () => {
     expect(marked.name === "Terns" && marked.labels.join() === "sc 020" && marked.document.comment === "for Ana", JSON.stringify(marked.labels));
     complaints.splice(0, complaints.length, ...complaints.filter((line) => !/422/.test(line)));
     await page.request.delete(`${url}/v1/jobs/${named}?purge=1`);
-    expect(before === 1, `it was asked for ${before} times`);
+    expect(asked.length > 0 && new Set(asked).size === asked.length, `one was asked for twice: ${asked}`);
     expect((await page.request.get(`${url}/v1/jobs/${named}/thumbnail`)).status() === 404, "the picture outlives its job");
   });
 

@@ -91,7 +91,7 @@ export const GROUPS = [
     { at: "/rgbd", label: "Colour and depth around the objects", kind: "variant", of: [
       { label: "none", value: null, is: (value) => !isObject(value), fields: [] },
       { label: "a sequence", value: { document: "" }, is: isObject, fields: [
-        { at: "/document", label: "Document", kind: "word", longest: 511, otherwise: "", hint: "its name among the scene's files" },
+        { at: "/document", label: "Document", kind: "word", longest: 511, hint: "its name among the scene's files" },
         { at: "/fit", label: "Fit", kind: "choice", of: ["exact", "stretch"], otherwise: "exact" },
         { at: "/color_space", label: "Colour space", kind: "choice", of: ["srgb", "linear"], otherwise: "srgb" }] }] },
     { at: "/catchers", label: "Catchers", kind: "words", grounds: true, otherwise: [], hint: "nodes or materials that stand for what it shows, parted by commas; \"ground 0\" is a floor at that height" },
