@@ -13,7 +13,7 @@
 /* The knee of guides, over the light around. */
 #define KNEE_TIMES 3.0f
 
-_Static_assert(RESIDUAL_SPIKES_LIMIT_PX >= 2 * WINDOW_PX, "the limits' reach");
+_Static_assert(RESIDUAL_SPIKES_LIMIT_PX >= 3 * WINDOW_PX, "the limits' reach");
 _Static_assert(RESIDUAL_PAD_PX >= WINDOW_PX + SIMD_LANES, "margins");
 
 _Static_assert(SPIKE_ARRAYS + RESIDUAL_SPREAD_PLANES == 9 * RESIDUAL_COMPONENTS, "to borrow");

@@ -6,8 +6,8 @@
  * (docs/reconstruction.md, Residual spikes). */
 #include "server/reconstruct/residual/residual_field.h"
 
-/* How much farther than the spread limits read. */
-#define RESIDUAL_SPIKES_LIMIT_PX 16
+/* How much farther than the spread limits read, and what halves agree on. */
+#define RESIDUAL_SPIKES_LIMIT_PX 24
 
 struct residual_spikes {
     const float *excess; /* 3 planes for each component: what is to be added to the pixel's mean;

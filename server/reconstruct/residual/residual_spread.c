@@ -44,7 +44,7 @@ struct spread {
 };
 
 _Static_assert(RESIDUAL_SPREAD_PLANES == CHANNELS * (LEVELS + 1) - 3, "scratch");
-_Static_assert(RESIDUAL_SPREAD_PX >= BASE / 2 + TAPS * (5 + 10) + 15, "the spread's reach");
+_Static_assert(RESIDUAL_SPREAD_PX >= 2 * (BASE / 2) + AROUND + TAPS * (5 + 10) + 15, "its reach");
 
 /* -- means -- */
 
