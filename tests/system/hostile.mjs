@@ -245,7 +245,7 @@ if (!isMainThread) {
     "half a pair": '{"scene": "\\ud800"}',
     "a NUL inside": '{"scene\\u0000": 1}',
     "20,000 lights": JSON.stringify({ scene: { asset }, lights: Array(12000).fill({ type: "point", position: [0, 1, 0], intensity: [1, 1, 1] }) }),
-    "600 files": JSON.stringify({ scene: { asset, files: Object.fromEntries(Array.from({ length: 600 }, (_, i) => [`f${i}`, asset])) } }),
+    "5,000 files": JSON.stringify({ scene: { asset, files: Object.fromEntries(Array.from({ length: 5000 }, (_, i) => [`f${i}`, asset])) } }),
   };
   await healthy("documents that are dear to read: 20 of each at once", async () => {
     const wrong = [];
