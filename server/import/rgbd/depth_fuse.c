@@ -96,7 +96,8 @@ int depth_map_fuse(struct depth_map *map, const struct depth_map *other,
     for (int32_t y = 0; y < map->height; y++)
         for (int32_t x = 0; x < map->width; x++) fuse_pixel(&f, to_other, x, y);
     for (size_t i = 0; i < count; i++) {
-        if (map->z[i] > 0 || seen[i] == 0) continue;
+        const double z = (double)seen[i];
+        if (map->z[i] > 0 || !(z > 0 && z >= d->near_m && z <= d->far_m)) continue;
         map->z[i] = seen[i];
         map->sure[i] = 0.5f;
     }

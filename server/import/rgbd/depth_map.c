@@ -58,11 +58,16 @@ static int read_png(const struct file_view *file, const char *place, const struc
     return rc;
 }
 
+static bool is_space(uint8_t byte)
+{
+    return byte && strchr(" \t\r\n", byte);
+}
+
 /* Reads a number of a PGM's header; 0: there is none, or it is far too large. */
 static uint32_t pgm_number(const struct file_view *file, size_t *at)
 {
     uint32_t v = 0;
-    while (*at < file->size_bytes && (strchr(" \t\r\n", file->data[*at]) || file->data[*at] == '#'))
+    while (*at < file->size_bytes && (is_space(file->data[*at]) || file->data[*at] == '#'))
         if (file->data[(*at)++] == '#')
             while (*at < file->size_bytes && file->data[*at] != '\n') ++*at;
     for (; *at < file->size_bytes && file->data[*at] >= '0' && file->data[*at] <= '9'; ++*at) {
@@ -88,10 +93,14 @@ static int read_pgm(const struct file_view *file, const char *place, const struc
     const size_t count = (size_t)width * height;
     if (rc == 0 && (at >= file->size_bytes || file->size_bytes - at - 1 < 2 * count))
         rc = fault_set(fault, ERR_TRUNCATED, place, "the PGM has fewer bytes than pixels");
+    if (rc == 0 && (!is_space(file->data[at]) || file->size_bytes - at - 1 > 2 * count))
+        rc = fault_set(fault, ERR_CORRUPT, place,
+                       "samples do not follow the PGM's maximum after one byte of white space");
+    if (rc != 0) return rc;
     const uint8_t *samples = file->data + at + 1;
-    for (size_t i = 0; rc == 0 && i < count; i++)
+    for (size_t i = 0; i < count; i++)
         set(m, i, (uint16_t)(samples[2 * i] << 8 | samples[2 * i + 1]), d);
-    return rc;
+    return 0;
 }
 
 static int read_depth(const struct rgbd_document *d, struct files *files, uint32_t frame,

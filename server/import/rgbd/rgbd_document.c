@@ -194,7 +194,8 @@ static int read_json(struct rgbd_document *d, const struct file_view *file, stru
     json_cursor_enter(&at, "rgbd");
     if (rc != 0) {
         const struct fault inner = *fault;
-        return fault_set(fault, rc, at.pointer, "%s: %s", inner.pointer, inner.detail);
+        return fault_set(fault, rc, at.pointer, "%s%s%s", inner.pointer,
+                         inner.pointer[0] ? ": " : "", inner.detail);
     }
     rc = json_cursor_members(&at, d->json, members, d);
     return rc == 0 ? check(&at, d) : rc;

@@ -191,12 +191,24 @@ static int append_camera(const struct rgbd_document *d, const struct depth_map *
     return rc == 0 ? append(b, SCENE_CAMERAS, &camera, fault) : rc;
 }
 
+/* Names the backplate; a name that would be cut names no file. */
+static int set_plate(const struct rgbd_document *d, uint32_t frame, struct builder *b,
+                     struct fault *fault)
+{
+    char plate[LIMIT_PATH_BYTES], place[48];
+    snprintf(place, sizeof place, "/rgbd/frames/%u/color", frame);
+    int rc = files_resolve(d->name, d->frames[frame].color, false, plate, place, fault);
+    if (rc == 0 && strlen(plate) >= LIMIT_NAME_BYTES)
+        rc = fault_set(fault, ERR_LIMIT, place, "its path has more than %d bytes",
+                       LIMIT_NAME_BYTES - 1);
+    return rc == 0 ? builder_name(b, plate, &b->plate, fault) : rc;
+}
+
 static int add_frame(const struct rgbd_document *d, struct files *files, uint32_t frame,
                      struct builder *b, struct fault *fault)
 {
     struct affine place;
     struct depth_map map;
-    char plate[LIMIT_PATH_BYTES];
     int rc = rgbd_place_find(d, files, &place, &b->warnings, fault);
     if (rc == 0) rc = read_map(d, files, frame, &map, &b->warnings, fault);
     if (rc != 0) return rc;
@@ -204,8 +216,7 @@ static int add_frame(const struct rgbd_document *d, struct files *files, uint32_
     for (int i = 0; i < 3; i++) to_scene.m[4 * i + 3] -= b->origin[i];
     rc = append_surfaces(d, &map, &to_scene, b, fault);
     if (rc == 0) rc = append_camera(d, &map, &to_scene, b, fault);
-    if (rc == 0) rc = files_resolve(d->name, d->frames[frame].color, false, plate, "/rgbd", fault);
-    if (rc == 0) rc = builder_name(b, plate, &b->plate, fault);
+    if (rc == 0) rc = set_plate(d, frame, b, fault);
     depth_map_destroy(&map);
     return rc;
 }

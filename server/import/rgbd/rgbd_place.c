@@ -80,13 +80,16 @@ static int fit_plane(const struct depth_map *m, const double pixel[2], double ou
 static void plane_in_space(const struct rgbd_document *d, const double plane[3], double point[3],
                            double normal[3])
 {
-    const double x = d->place.pixel[0], y = d->place.pixel[1], z = 1 / plane[0];
+    const double x = d->place.pixel[0], y = d->place.pixel[1];
+    const double there =
+        plane[0] + plane[1] * (x - (double)lround(x)) + plane[2] * (y - (double)lround(y));
+    const double z = 1 / there;
     point[0] = (x - d->cx) / d->fx * z;
     point[1] = (y - d->cy) / d->fy * z;
     point[2] = z;
     normal[0] = -plane[1] * d->fx;
     normal[1] = -plane[2] * d->fy;
-    normal[2] = -(plane[0] + plane[1] * (d->cx - x) + plane[2] * (d->cy - y));
+    normal[2] = -(there + plane[1] * (d->cx - x) + plane[2] * (d->cy - y));
     normalize3(normal);
 }
 

@@ -265,7 +265,7 @@ static size_t add_roles(struct import_process *p, char **args, size_t count)
 
 static int spawn(struct import_process *p)
 {
-    char *args[24] = {(char *)p->options.program,
+    char *args[32] = {(char *)p->options.program,
                       "--root",
                       p->folder.root,
                       "--in",
@@ -278,7 +278,8 @@ static int spawn(struct import_process *p)
     if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
     if (p->shutter[0]) args[count++] = "--shutter", args[count++] = p->shutter;
     if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
-    (void)add_roles(p, args, count);
+    count = add_roles(p, args, count);
+    assert(count < sizeof args / sizeof *args); /* NULL ends them */
     uv_stdio_container_t stdio[3] = {
         {.flags = UV_IGNORE},
         {.flags = (uv_stdio_flags)(UV_CREATE_PIPE | UV_WRITABLE_PIPE),

@@ -14,7 +14,7 @@
 #define HEIGHT 30
 #define STEP   20 /* the column where depth jumps */
 
-static const struct rgbd_document lens = {.fx = 40, .fy = 40, .cx = 19.5, .cy = 14.5};
+static const struct rgbd_document lens = {.fx = 40, .fy = 40, .cx = 19.5, .cy = 14.5, .near_m = 0.1, .far_m = 30};
 
 /* ---- files ---- */
 
@@ -148,6 +148,8 @@ TEST(refuses_images_with_a_place)
     refuses("1.pgm", "P5 40 30 255\n", ERR_UNSUPPORTED, "/rgbd/frames/0/depth");
     refuses("1.pgm", "P5 16000 16000 65535\n", ERR_LIMIT, "/rgbd/frames/0/depth");
     refuses("1.pgm", "P5 99999999999 2 65535\n", ERR_CORRUPT, "/rgbd/frames/0/depth");
+    refuses("1.pgm", "P5 1 1 65535\r\n12", ERR_CORRUPT, "/rgbd/frames/0/depth");
+    refuses("1.pgm", "P5 1 1 65535#\n12", ERR_CORRUPT, "/rgbd/frames/0/depth");
     write_depth("1.pgm", 2000);
     refuses("2.pgm", "P5 1 1 65535\n12", ERR_MISMATCH, "/rgbd/frames/1/depth");
     write_depth("2.pgm", 2000);
