@@ -73,6 +73,7 @@
 #define LIMIT_ENVIRONMENT_SIDE_PX 16384u     /* px of an environment map's width */
 #define LIMIT_ENVIRONMENT_PIXELS  33554432u  /* px; 8192 x 4096: 400 MB as floats */
 #define LIMIT_NODE_DEPTH          256        /* nesting of a scene graph */
+#define LIMIT_POSES               65536u     /* poses of a sequence; each frame is sought in them */
 #define LIMIT_DEPTH_PIXELS        4194304u   /* px of a depth image: each becomes two triangles */
 
 /* The wire. */

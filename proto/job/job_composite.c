@@ -211,6 +211,9 @@ static int check_rgbd(struct json_cursor *at, const struct job *job)
     if (!has_file(job, job->composite.rgbd))
         return refuse_in(at, "rgbd", "document", ERR_NOT_FOUND,
                          "it is none of the names in scene.files");
+    if (job->layers & LAYERS_MOTION)
+        return json_cursor_refuse_member(at, "layers", ERR_UNSUPPORTED,
+                                         "motion is not known of the frames of \"rgbd\"");
     return 0;
 }
 

@@ -179,6 +179,11 @@ static int check(struct json_cursor *at, const struct rgbd_document *d)
         return json_cursor_refuse_member(at, "frame", ERR_RANGE, "%u: there are %u frames",
                                          d->place.frame, d->frame_count);
     }
+    if (d->frames[0].has_time && d->pose_format == RGBD_POSES_MATRICES) {
+        json_cursor_enter(at, "poses");
+        return json_cursor_refuse_member(at, "format", ERR_UNSUPPORTED,
+                                         "matrices have no times: frames with a time_s need tum");
+    }
     if (d->near_m < d->far_m) return 0;
     json_cursor_enter(at, "depth");
     return json_cursor_refuse_member(at, "far", ERR_RANGE, "%.9g is not beyond near, %.9g",

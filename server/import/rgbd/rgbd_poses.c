@@ -40,6 +40,8 @@ bool rgbd_similarity_read(const double rows[16], struct affine *out, double *sca
 
 static int add(struct poses *p, const struct affine *pose, double time_s, struct fault *fault)
 {
+    if (p->count == LIMIT_POSES)
+        return fault_set(fault, ERR_LIMIT, PLACE, "it has more than %u poses", LIMIT_POSES);
     if (p->count == p->capacity) {
         const size_t capacity = 2 * p->capacity + 64;
         struct affine *list = realloc(p->list, capacity * sizeof *list);
@@ -91,6 +93,19 @@ static int add_tum(struct poses *p, int line, const double *v, int count, struct
     return add(p, &pose, count == 8 ? v[0] : NAN, fault);
 }
 
+/* Makes columns orthonormal that nearly are. */
+static void orthonormalise(struct affine *pose)
+{
+    double c[3][3];
+    for (int k = 0; k < 9; k++) c[k / 3][k % 3] = pose->m[4 * (k % 3) + k / 3];
+    normalize3(c[0]);
+    const double along = dot3(c[0], c[1]);
+    for (int i = 0; i < 3; i++) c[1][i] -= along * c[0][i];
+    normalize3(c[1]);
+    cross3(c[0], c[1], c[2]);
+    for (int k = 0; k < 9; k++) pose->m[4 * (k % 3) + k / 3] = c[k / 3][k % 3];
+}
+
 static int add_matrix(struct poses *p, int line, const double rows[16], struct fault *fault)
 {
     struct affine pose;
@@ -101,6 +116,7 @@ static int add_matrix(struct poses *p, int line, const double rows[16], struct f
     for (int i = 0; i < 3; i++)
         if (!(fabs(rows[4 * i + 3]) <= (double)LIMIT_COORDINATE))
             return fault_set(fault, ERR_LIMIT, PLACE, "line %d: the camera is too far", line);
+    orthonormalise(&pose);
     return add(p, &pose, NAN, fault);
 }
 
@@ -120,7 +136,8 @@ static int add_row(struct poses *p, int line, const double *v, int count, double
     return add_matrix(p, line, rows, fault);
 }
 
-static int read_lines(char *text, uint32_t format, struct poses *p, struct fault *fault)
+static int read_lines(char *text, uint32_t format, bool by_time, struct poses *p,
+                      struct fault *fault)
 {
     double v[16], rows[16];
     int line = 0, filled = 0, rc = 0;
@@ -131,6 +148,9 @@ static int read_lines(char *text, uint32_t format, struct poses *p, struct fault
         line++;
         if (count < 0)
             rc = fault_set(fault, ERR_SYNTAX, PLACE, "line %d is no list of numbers", line);
+        else if (count == 7 && format == RGBD_POSES_TUM && by_time)
+            rc = fault_set(fault, ERR_MISSING, PLACE,
+                           "line %d has no time, and frames with a time_s need one", line);
         else if (count > 0 && format == RGBD_POSES_TUM)
             rc = add_tum(p, line, v, count, fault);
         else if (count > 0)
@@ -173,7 +193,7 @@ int rgbd_poses_read(const struct file_view *file, struct rgbd_document *d, struc
     if (text == NULL) return fault_set(fault, ERR_MEMORY, PLACE, "no memory for poses");
     memcpy(text, file->data, file->size_bytes);
     text[file->size_bytes] = '\0';
-    int rc = read_lines(text, d->pose_format, &p, fault);
+    int rc = read_lines(text, d->pose_format, d->frames[0].has_time, &p, fault);
     if (rc == 0) rc = assign(&p, d, fault);
     free(text);
     free(p.list);

@@ -177,6 +177,13 @@ TEST(refuses_documents_with_a_place)
             "{" CAMERA ", \"frames\": [{\"color\": \"../1.png\", \"depth\": \"1.pgm\"}], " POSES
             ", " SCENE "}",
             ERR_RANGE, "/rgbd/frames/0/color");
+#define TIMED                                                                                      \
+    "{" CAMERA ", " SCENE ", \"frames\": [{\"color\": \"1.png\", \"depth\": \"1.pgm\", "            \
+    "\"time_s\": 0}], \"poses\": {\"file\": \"poses.txt\", \"format\": "
+    refuses("s.json", TIMED "\"matrices\"}}", ERR_UNSUPPORTED, "/rgbd/poses/format");
+    room_write("poses.txt", "0 0 0 0 0 0 1\n", 14);
+    refuses("s.json", TIMED "\"tum\"}}", ERR_MISSING, "/rgbd/poses/file");
+    room_write("poses.txt", tum, strlen(tum));
     room_write("s.json", WHOLE, strlen(WHOLE));
     room_choice.time_s = 1;
     room_refuses("box.obj", box, ERR_NOT_FOUND, "/rgbd/frames");
