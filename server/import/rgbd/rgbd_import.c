@@ -106,15 +106,6 @@ static int find_white(const struct depth_map *m, float white[3], struct fault *f
     return 0;
 }
 
-static int append(struct builder *b, enum scene_section section, const void *record,
-                  struct fault *fault)
-{
-    void *at;
-    int rc = builder_append(b, section, 1, &at, fault);
-    if (rc == 0) memcpy(at, record, scene_record_bytes(section));
-    return rc;
-}
-
 /* Appends a placed part of a mesh: `count` of its triangles from `first` on. */
 static int append_part(struct builder *b, const struct scene_mesh *whole, uint32_t first,
                        uint32_t count, uint32_t role, struct fault *fault)
@@ -127,8 +118,8 @@ static int append_part(struct builder *b, const struct scene_mesh *whole, uint32
     if (count == 0) return 0;
     part.first_triangle += first;
     part.triangle_count = count;
-    int rc = append(b, SCENE_MESHES, &part, fault);
-    return rc == 0 ? append(b, SCENE_INSTANCES, &instance, fault) : rc;
+    int rc = builder_append_record(b, SCENE_MESHES, &part, fault);
+    return rc == 0 ? builder_append_record(b, SCENE_INSTANCES, &instance, fault) : rc;
 }
 
 /* What shines in the photograph itself is a holdout. */
@@ -145,7 +136,7 @@ static int append_mesh(const struct mesh *mesh, uint32_t first_shining, struct b
     if (rc != 0) return rc;
     record.name = material.name;
     record.material = (uint32_t)builder_count(b, SCENE_MATERIALS);
-    rc = append(b, SCENE_MATERIALS, &material, fault);
+    rc = builder_append_record(b, SCENE_MATERIALS, &material, fault);
     if (rc == 0) rc = append_part(b, &record, 0, first_shining, INSTANCE_CATCHER, fault);
     return rc == 0 ? append_part(b, &record, first_shining, mesh->triangle_count - first_shining,
                                  INSTANCE_HOLDOUT, fault)
@@ -188,7 +179,7 @@ static int append_camera(const struct rgbd_document *d, const struct depth_map *
     if (rc == 0 && !camera_set_frame(&camera, &turned))
         rc = fault_set(fault, ERR_RANGE, "/rgbd/poses", "a camera looks nowhere");
     b->default_camera = (uint32_t)builder_count(b, SCENE_CAMERAS);
-    return rc == 0 ? append(b, SCENE_CAMERAS, &camera, fault) : rc;
+    return rc == 0 ? builder_append_record(b, SCENE_CAMERAS, &camera, fault) : rc;
 }
 
 /* Names the backplate; a name that would be cut names no file. */

@@ -85,6 +85,15 @@ int builder_append(struct builder *b, enum scene_section section, uint64_t count
     return 0;
 }
 
+int builder_append_record(struct builder *b, enum scene_section section, const void *record,
+                          struct fault *fault)
+{
+    void *at;
+    const int rc = builder_append(b, section, 1, &at, fault);
+    if (rc == 0) memcpy(at, record, b->sections[section].record_bytes);
+    return rc;
+}
+
 uint64_t builder_count(const struct builder *b, enum scene_section section)
 {
     return b->sections[section].count;

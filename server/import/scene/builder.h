@@ -43,6 +43,10 @@ const struct builder *builder_home(const struct builder *b, const struct scene_m
 int builder_append(struct builder *b, enum scene_section section, uint64_t count, void **out,
                    struct fault *fault);
 
+/* Appends a copy of one record. The same errors. */
+int builder_append_record(struct builder *b, enum scene_section section, const void *record,
+                          struct fault *fault);
+
 uint64_t builder_count(const struct builder *b, enum scene_section section);
 
 /* Return typed views. Each holds until the next append to its section. */

@@ -79,15 +79,6 @@ static struct scene_info *info_of(const struct builder *b)
     return (struct scene_info *)(void *)b->sections[SCENE_INFO].data;
 }
 
-static int append(struct builder *b, enum scene_section section, const void *record,
-                  struct fault *fault)
-{
-    void *at;
-    int rc = builder_append(b, section, 1, &at, fault);
-    if (rc == 0) memcpy(at, record, scene_record_bytes(section));
-    return rc;
-}
-
 static int append_square(struct builder *b, const float centre[3], float half, struct fault *fault)
 {
     float positions[12];
@@ -106,8 +97,8 @@ static int append_square(struct builder *b, const float centre[3], float half, s
     int rc = mesh_append(&square, b, &mesh, fault);
     mesh.material = (uint32_t)builder_count(b, SCENE_MATERIALS) - 1;
     mesh.name = 0;
-    if (rc == 0) rc = append(b, SCENE_MESHES, &mesh, fault);
-    return rc == 0 ? append(b, SCENE_INSTANCES, &instance, fault) : rc;
+    if (rc == 0) rc = builder_append_record(b, SCENE_MESHES, &mesh, fault);
+    return rc == 0 ? builder_append_record(b, SCENE_INSTANCES, &instance, fault) : rc;
 }
 
 int roles_add_ground(struct builder *b, const struct scene_choice *choice, struct fault *fault)
@@ -127,7 +118,7 @@ int roles_add_ground(struct builder *b, const struct scene_choice *choice, struc
     material.metallic = material.specular = 0;
     material.flags = MATERIAL_DOUBLE_SIDED;
     for (int c = 0; c < 3; c++) material.base_color[c] = GROUND_ALBEDO;
-    int rc = append(b, SCENE_MATERIALS, &material, fault);
+    int rc = builder_append_record(b, SCENE_MATERIALS, &material, fault);
     if (rc == 0) rc = append_square(b, centre, (float)(GROUND_RADII * sqrt(squared)), fault);
     if (rc == 0) info_of(b)->placed_triangles += 2;
     return rc;
