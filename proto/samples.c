@@ -4,13 +4,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/runtime/pages.h"
 #include "proto/samples_layout.h"
 
-/* Three bytes more than the planes take: those that fill the end start with a whole number. */
+#define DATA_ALIGN_BYTES 64u
+
+/* Whole cache lines, as aligned_alloc wants, and at least three bytes more than the planes take:
+ * those that fill the end start with a whole number. */
 static size_t data_bytes(const struct samples_layout *layout)
 {
-    return layout->total_bytes + 3u;
+    return (layout->total_bytes / DATA_ALIGN_BYTES + 2) * DATA_ALIGN_BYTES;
 }
 
 int samples_create_unset(const struct samples_layout *layout, struct samples **out)
@@ -18,7 +20,7 @@ int samples_create_unset(const struct samples_layout *layout, struct samples **o
     struct samples *s = calloc(1, sizeof *s);
     if (!s) return ERR_MEMORY;
     s->layout = *layout;
-    s->data = pages_take(data_bytes(layout));
+    s->data = aligned_alloc(DATA_ALIGN_BYTES, data_bytes(layout));
     if (!s->data) {
         free(s);
         return ERR_MEMORY;
@@ -37,7 +39,7 @@ int samples_create(const struct samples_layout *layout, struct samples **out)
 void samples_destroy(struct samples **s)
 {
     if (!*s) return;
-    pages_give((*s)->data);
+    free((*s)->data);
     sparse_list_destroy(&(*s)->lone);
     sparse_list_destroy(&(*s)->mixed);
     free(*s);
