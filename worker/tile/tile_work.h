@@ -14,6 +14,7 @@
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
 #include "worker/trace/path/centre_gbuffer.h"
+#include "worker/trace/path/mattes.h"
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_sums.h"
 
@@ -44,6 +45,7 @@ struct tile_tracer {
     struct lens_second_set more;
     struct lone_scratch lone;
     struct mixed_scratch mixed;
+    struct matte_scratch mattes;
 };
 
 /* Returns whether the stages trace rays through the centres of all pixels. */
