@@ -1,6 +1,7 @@
 #pragma once
 /* Internals of the tile tracer, for tile.c and tile_block.c alone. */
 #include "worker/tile/lobe_view.h"
+#include "worker/tile/mattes.h"
 #include "worker/tile/stages.h"
 #include "worker/tile/tile.h"
 #include "worker/trace/field/edge_pixels.h"
@@ -14,7 +15,6 @@
 #include "worker/trace/hit/geometry.h"
 #include "worker/trace/hit/primary.h"
 #include "worker/trace/path/centre_gbuffer.h"
-#include "worker/trace/path/mattes.h"
 #include "worker/trace/path/path.h"
 #include "worker/trace/path/path_sums.h"
 

@@ -1,4 +1,4 @@
-#include "worker/trace/path/mattes.h"
+#include "worker/tile/mattes.h"
 
 #include <string.h>
 
