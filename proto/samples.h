@@ -151,6 +151,11 @@ uint32_t samples_type_bytes(enum samples_type type);
 #define PLANES_GLOSSY                                                                              \
     (PLANES_GLOSSY_LIGHT | PLANES_GLOSSY_AXES | PLANE_BIT(SUB_REFLECTANCE) | PLANE_BIT(GLOSSY_HALF))
 
+/* Planes of ids for compositors: of objects, of materials, and all. */
+#define PLANES_MATTE_OBJECTS   (PLANE_BIT(MATTE_OBJECTS) | PLANE_BIT(MATTE_OBJECT_SHARES))
+#define PLANES_MATTE_MATERIALS (PLANE_BIT(MATTE_MATERIALS) | PLANE_BIT(MATTE_MATERIAL_SHARES))
+#define PLANES_MATTE           (PLANES_MATTE_OBJECTS | PLANES_MATTE_MATERIALS)
+
 #define LENS_RADIANCE_MAX 1e30f
 
 #define BOUNCE_DISTANCE_NONE 65504.0f /* the largest half float */

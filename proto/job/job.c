@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/job/job_internal.h"
+#include "proto/scene/matte.h"
 
 const struct json_choice job_layer_words[] = {
     {"beauty", LAYER_BEAUTY, NULL},
@@ -28,6 +29,8 @@ const struct json_choice job_layer_words[] = {
     {"composite", LAYER_COMPOSITE, NULL},
     {"catcher", LAYER_CATCHER, NULL},
     {"overlay", LAYER_OVERLAY, NULL},
+    {MATTE_OBJECT_LAYER, LAYER_CRYPTO_OBJECT, NULL},
+    {MATTE_MATERIAL_LAYER, LAYER_CRYPTO_MATERIAL, NULL},
     {NULL, 0, NULL},
 };
 

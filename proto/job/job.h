@@ -136,14 +136,17 @@ enum layer {
     LAYER_COMPOSITE = 1u << 19,        /* the photograph with the objects */
     LAYER_CATCHER = 1u << 20, /* what multiplies the photograph behind them, or is added to it */
     LAYER_OVERLAY = 1u << 21, /* objects and grey shadows, to be laid over any photograph */
+    LAYER_CRYPTO_OBJECT = 1u << 22, /* Cryptomatte's ids of objects (proto/scene/matte.h) */
+    LAYER_CRYPTO_MATERIAL = 1u << 23,
 };
 #define LAYERS_COMPOSITE (LAYER_COMPOSITE | LAYER_CATCHER | LAYER_OVERLAY)
+#define LAYERS_CRYPTO    (LAYER_CRYPTO_OBJECT | LAYER_CRYPTO_MATERIAL)
 #define LAYERS_MOTION    (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
 #define LAYERS_AVAILABLE                                                                           \
     (LAYER_BEAUTY | LAYER_DIRECT | LAYER_INDIRECT | LAYER_ALBEDO | LAYER_NORMAL | LAYER_DEPTH |    \
      LAYER_SAMPLES | LAYER_VISIBILITY | LAYER_SLOPE_MIN | LAYER_SLOPE_MAX | LAYER_EMISSION |       \
      LAYER_ID | LAYER_FILTER_WIDTH | LAYER_ERROR | LAYER_OCCLUSION | LAYER_DIFFUSE_DIRECT |        \
-     LAYER_DIFFUSE_INDIRECT | LAYERS_MOTION | LAYERS_COMPOSITE)
+     LAYER_DIFFUSE_INDIRECT | LAYERS_MOTION | LAYERS_COMPOSITE | LAYERS_CRYPTO)
 
 /* Frames first, first + step, ..., to last at most. */
 struct job_frame_run {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/job/job_internal.h"
+#include "proto/scene/matte.h"
 
 #define SEED_MAX   9007199254740992.0 /* 2^53: exact in every JSON reader */
 #define FPS_MIN    0.001
@@ -296,6 +297,13 @@ static int check_layers(struct json_cursor *at, const struct job *job)
         return json_cursor_refuse_member(
             at, "ambient_occlusion", ERR_MISSING,
             "the layer occlusion needs {\"distance\": ...}: how far to look, in scene units");
+    }
+    if ((job->layers & LAYERS_CRYPTO) && job->exr_compression == EXR_CODEC_DWAA) {
+        json_cursor_enter(at, "image");
+        return json_cursor_refuse_member(
+            at, "exr_compression", ERR_RANGE,
+            "dwaa changes numbers, and ids of the layers " MATTE_OBJECT_LAYER
+            " and " MATTE_MATERIAL_LAYER " must stay what they are");
     }
     return 0;
 }

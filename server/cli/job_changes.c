@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/scene/matte.h"
+
 int job_changes_set(json_t *document, const char *group, const char *key, json_t *value)
 {
     json_t *object = json_object_get(document, group);
@@ -157,6 +159,43 @@ static int set_marks(const struct job_changes *changes, json_t *document, struct
     return error;
 }
 
+static bool has(const json_t *document, const char *key)
+{
+    const json_t *value = json_object_get(document, key);
+    return json_is_object(value) || json_array_size(value) > 0;
+}
+
+/* Makes the layers that a document without any has. */
+static json_t *default_layers(const json_t *document)
+{
+    if (has(document, "backplate") || has(document, "rgbd"))
+        return json_pack("[s, s, s]", "beauty", "composite", "catcher");
+    const bool composed =
+        has(document, "catchers") || has(document, "holdouts") || has(document, "composite");
+    return composed ? json_pack("[s, s]", "beauty", "catcher") : json_pack("[s]", "beauty");
+}
+
+static bool has_layer(const json_t *layers, const char *name)
+{
+    size_t i;
+    json_t *one;
+    json_array_foreach (layers, i, one)
+        if (json_is_string(one) && strcmp(json_string_value(one), name) == 0) return true;
+    return false;
+}
+
+static int add_mattes(json_t *document)
+{
+    static const char *const names[] = {MATTE_OBJECT_LAYER, MATTE_MATERIAL_LAYER};
+    json_t *layers = json_object_get(document, "layers");
+    if (!layers && json_object_set_new(document, "layers", layers = default_layers(document)))
+        return ERR_MEMORY;
+    for (int k = 0; k < 2 && json_is_array(layers); k++)
+        if (!has_layer(layers, names[k]) && json_array_append_new(layers, json_string(names[k])))
+            return ERR_MEMORY;
+    return 0;
+}
+
 int job_changes_apply(const struct job_changes *changes, json_t *document, struct fault *fault)
 {
     int error = 0;
@@ -172,6 +211,7 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     if (!error && changes->environment)
         error = set_environment(changes->environment, document, fault);
     if (!error) error = job_changes_photograph(changes, document, fault);
+    if (!error && changes->cryptomatte) error = add_mattes(document);
     if (!error && changes->method)
         error = job_changes_set(document, "filter", "method", json_string(changes->method));
     if (!error && changes->indirect)

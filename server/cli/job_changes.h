@@ -41,6 +41,7 @@ struct job_changes {
     long spp;                    /* sampling.spp; 0 */
     long tile_px;                /* sampling.tile_px; 0 */
     bool no_default_light;       /* scene.default_light false */
+    bool cryptomatte;            /* adds both layers of ids */
 };
 #define JOB_CHANGES_NONE                                                                           \
     {                                                                                              \
@@ -77,6 +78,10 @@ struct job_changes {
          .out = &(c)->png_alpha},                                                                  \
         JOB_CHANGE_TEXT("exr-compression", 0, "none|zips|zip|piz|dwaa",                            \
                         "compression of EXR files", &(c)->compression),                            \
+        {.name = "cryptomatte",                                                                    \
+         .kind = OPTION_FLAG,                                                                      \
+         .text = "ids of objects and materials in the EXR, as Cryptomatte has them",               \
+         .out = &(c)->cryptomatte},                                                                \
         JOB_CHANGE_TEXT("camera", 'c', "NAME|INDEX", "camera of the scene instead of the job's",   \
                         &(c)->camera),                                                             \
         JOB_CHANGE_TEXT("variant", 0, "NAME", "variant of the scene's materials", &(c)->variant),  \

@@ -5,6 +5,8 @@
 #include "proto/plan.h"
 #include "server/image/image.h"
 
+struct exr_mattes;
+
 struct exr_metadata {
     const char *job, *build; /* attributes shearwater:job, shearwater:build; NULL: left out */
     uint64_t seed;
@@ -14,7 +16,8 @@ struct exr_metadata {
     struct plan_camera camera; /* where has_camera */
     bool has_camera;
     enum exr_codec codec;
-    bool half; /* store all channels but depth, id and samples as half floats, clamped */
+    bool half; /* store all channels but depth, ids and samples as half floats, clamped */
+    struct exr_mattes *mattes; /* of layers of ids; NULL: none */
 };
 
 /* Writes a whole file at `path`, replacing it. The call blocks. ERR_IO with the reason in *fault.

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "server/image/exr_mattes.h"
+
 /* The planes of NDC, in scene units before the camera. */
 #define NEAR_PLANE 0.01
 #define FAR_PLANE  1e6
@@ -91,6 +93,35 @@ static exr_result_t add_camera(exr_context_t context, const struct plan_camera *
     return r;
 }
 
+/* A layer's key is the first seven digits of its name's hash. */
+static exr_result_t add_layer(exr_context_t context, const char *name, const char *manifest)
+{
+    const struct {
+        const char *key, *value;
+    } all[] = {{"name", name},
+               {"hash", "MurmurHash3_32"},
+               {"conversion", "uint32_to_float32"},
+               {"manifest", manifest}};
+    exr_result_t r = EXR_ERR_SUCCESS;
+    for (size_t i = 0; i < sizeof all / sizeof *all && !r; i++) {
+        char key[40];
+        snprintf(key, sizeof key, "cryptomatte/%07x/%s", matte_hash(name) >> 4, all[i].key);
+        r = exr_attr_set_string(context, 0, key, all[i].value);
+    }
+    return r;
+}
+
+static exr_result_t add_mattes(exr_context_t context, const struct exr_mattes *mattes)
+{
+    static const char *const names[MATTE_KINDS] = {
+        [MATTE_OBJECT] = MATTE_OBJECT_LAYER, [MATTE_MATERIAL] = MATTE_MATERIAL_LAYER};
+    exr_result_t r = EXR_ERR_SUCCESS;
+    for (int k = 0; k < MATTE_KINDS && !r; k++)
+        if (exr_mattes_manifest(mattes, (enum matte_kind)k))
+            r = add_layer(context, names[k], exr_mattes_manifest(mattes, (enum matte_kind)k));
+    return r;
+}
+
 exr_result_t exr_attributes_add(exr_context_t context, const struct exr_metadata *m)
 {
     static const exr_attr_chromaticities_t rec709 = {0.64f, 0.33f, 0.3f,    0.6f,
@@ -105,5 +136,6 @@ exr_result_t exr_attributes_add(exr_context_t context, const struct exr_metadata
         const exr_attr_rational_t fps = rational_of(m->fps);
         r = exr_attr_set_rational(context, 0, "framesPerSecond", &fps);
     }
+    if (!r && m->mattes) r = add_mattes(context, m->mattes);
     return !r && m->has_camera ? add_camera(context, &m->camera) : r;
 }

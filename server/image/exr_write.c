@@ -27,10 +27,11 @@ struct exr_rows {
     char *name;      /* owned; its name, afterwards */
 };
 
-/* Depth, ids and counts need more than eleven bits. */
+/* Depth, ids and counts, and shares beside ids, need more than eleven bits. */
 static bool stays_float(const char *channel)
 {
-    return !strncmp(channel, "motion.", 7) || !strcmp(channel, "depth.Z") ||
+    const bool matte = !strncmp(channel, "Crypto", 6) && strchr(channel, '0');
+    return matte || !strncmp(channel, "motion.", 7) || !strcmp(channel, "depth.Z") ||
            !strcmp(channel, "id.I") || !strcmp(channel, "samples.N");
 }
 

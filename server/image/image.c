@@ -7,11 +7,22 @@
 #include "proto/limits.h"
 #include "proto/runtime/pages.h"
 
+#define LAYER_CHANNELS 15
+
+/* Colours to look at, and as Cryptomatte has it, two ids with their shares in each four channels.
+ */
+#define MATTE_CHANNELS(name)                                                                       \
+    {                                                                                              \
+        name ".R", name ".G", name ".B", name "00.R", name "00.G", name "00.B", name "00.A",       \
+            name "01.R", name "01.G", name "01.B", name "01.A", name "02.R", name "02.G",          \
+            name "02.B", name "02.A"                                                               \
+    }
+
 /* Layer b is bit 1 << b of proto/job/job.h's enum layer, which this room does not include, since it
  * has nothing to do with jobs. A unit test compares the two. */
 static const struct layer_channels {
     const char *name;
-    const char *channels[4];
+    const char *channels[LAYER_CHANNELS];
     bool is_light;
 } layers[] = {
     {"beauty", {"R", "G", "B", "A"}, true},
@@ -36,6 +47,8 @@ static const struct layer_channels {
     {"composite", {"composite.R", "composite.G", "composite.B"}, true},
     {"catcher", {"catcher.R", "catcher.G", "catcher.B"}, false},
     {"overlay", {"overlay.R", "overlay.G", "overlay.B", "overlay.A"}, true},
+    {"CryptoObject", MATTE_CHANNELS("CryptoObject"), false},
+    {"CryptoMaterial", MATTE_CHANNELS("CryptoMaterial"), false},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 
@@ -93,7 +106,8 @@ int image_create(uint32_t wanted, int32_t width_px, int32_t height_px, struct im
     if (wanted >> LAYER_COUNT) return ERR_UNSUPPORTED;
     for (uint32_t b = 0; b < LAYER_COUNT; b++) {
         if (!(wanted >> b & 1u)) continue;
-        for (int c = 0; c < 4 && layers[b].channels[c]; c++) names[count++] = layers[b].channels[c];
+        for (int c = 0; c < LAYER_CHANNELS && layers[b].channels[c]; c++)
+            names[count++] = layers[b].channels[c];
     }
     return image_create_named(names, count, width_px, height_px, out);
 }

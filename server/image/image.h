@@ -6,7 +6,7 @@
 #include "proto/plane.h"
 #include "proto/tile.h"
 
-#define IMAGE_CHANNELS 64
+#define IMAGE_CHANNELS 96
 
 struct image_channel {
     char name[32]; /* "R", "direct.R", "depth.Z": as in the EXR */
@@ -24,8 +24,10 @@ struct image {
  * albedo, error, diffuse_direct and diffuse_indirect, such as direct.R; normal.X .Y .Z; depth.Z;
  * id.I; samples.N; visibility.V; slope_min.S; slope_max.S; filter_width.W; occlusion.O;
  * motion.backward.X .Y; motion.forward.X .Y; composite.R .G .B; catcher.R .G .B; overlay.R .G .B
- * .A. `layers` are bits of proto/job/job.h's enum layer,
- * passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for an unknown layer. */
+ * .A; what compositors take for colours, and ids and shares of six ranks, of CryptoObject and
+ * CryptoMaterial: CryptoObject.R .G .B, CryptoObject00.R .G .B .A to 02. `layers` are bits of
+ * proto/job/job.h's enum layer, passed as a number. ERR_MEMORY, ERR_LIMIT, ERR_UNSUPPORTED for an
+ * unknown layer. */
 int image_create(uint32_t layers, int32_t width_px, int32_t height_px, struct image **out);
 
 /* Creates channels of any names, for readers. */

@@ -49,6 +49,7 @@ static int start_work(struct active_job *job, struct active_frame *frame)
                      .camera = plan.camera,
                      .has_camera = true,
                      .half = document->pixel_type == PIXEL_HALF,
+                     .mattes = (frame->prepared ? frame->prepared : job->prepared)->mattes,
                      .codec = document->exr_compression},
         .png = picture_png_options(document),
         .plan = &plan,

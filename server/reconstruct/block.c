@@ -6,6 +6,7 @@
 #include "proto/samples.h"
 #include "server/reconstruct/compose/compose.h"
 #include "server/reconstruct/compose/defocus.h"
+#include "server/reconstruct/compose/mattes.h"
 #include "server/reconstruct/compose/mixed_paths.h"
 #include "server/reconstruct/compose/path_error.h"
 #include "server/reconstruct/compose/paths.h"
@@ -186,6 +187,7 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
         error = reconstruct_light_field(plan, patch, block, image, variance, statistics);
     if (error) return error;
     compose_centre(plan, patch, block, image);
+    mattes_compose(patch, block, image);
     if (variance->memory) compose_error(variance, image);
     return 0;
 }

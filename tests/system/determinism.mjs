@@ -27,13 +27,13 @@ const WIDTH = 104, HEIGHT = 96;
 const base = { image: { width: WIDTH, height: HEIGHT }, sampling: { spp: 9, seed: 7 }, effects: { indirect_bounces: 1 } };
 const lens = { aperture_radius: 0.1, focus_distance: 3 }, environment = { radiance: [0.2, 0.3, 0.4] };
 const jobs = {
-    paths: { integrator: "paths", document: { ...base, filter: { method: "none" }, sampling: { spp: 40, seed: 7 }, effects: { indirect_bounces: 4 }, lens } },
-    light_field: { integrator: "light_field", document: { ...base, layers: ["beauty", "direct", "indirect", "visibility", "filter_width", "error"] } },
+    paths: { integrator: "paths", document: { ...base, filter: { method: "none" }, sampling: { spp: 40, seed: 7 }, effects: { indirect_bounces: 4 }, lens, layers: ["beauty", "CryptoObject", "CryptoMaterial"] } },
+    light_field: { integrator: "light_field", document: { ...base, layers: ["beauty", "direct", "indirect", "visibility", "filter_width", "error", "CryptoObject"] } },
     divided_lights: { integrator: "paths_and_light_field", document: { ...base, environment, layers: ["beauty", "diffuse_direct", "diffuse_indirect", "error"] } },
     // More samples than light is divided for.
     filtered_paths: { integrator: "paths", document: { ...base, environment, sampling: { spp: 49, seed: 7 }, layers: ["beauty", "diffuse_direct", "diffuse_indirect", "error"] } },
     paths_and_light_field: { integrator: "paths_and_light_field", document: { ...base, environment, filter: { indirect: "constant" }, layers: ["beauty", "direct", "indirect", "diffuse_indirect", "error"] } },
-    lens_field: { integrator: "lens_field", document: { ...base, lens } },
+    lens_field: { integrator: "lens_field", document: { ...base, lens, layers: ["beauty", "CryptoMaterial"] } },
     // Tiles differ in samples under a target: each size has a picture of its own.
     target_error: { rounds: true, by_tile: true, document: { ...base, environment, sampling: { spp: 9, seed: 7, target_error: 0.06 }, layers: ["beauty", "error", "samples"] } },
     lens_extra: { integrator: "lens_field", rounds: true, document: { ...base, lens, sampling: { spp: 9, seed: 7, lens_extra: 4 }, layers: ["beauty", "samples"] } },

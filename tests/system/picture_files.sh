@@ -36,6 +36,17 @@ check "a still has no rate" unsaid
 check "a sequence renders" render box seq --frames 1-2 --fps 29.97
 check "... and has one" bash -c "exrheader '$tmp/seq.0002.exr' | grep -q 'framesPerSecond.*30000/1001'"
 
+# Ids for compositors: each figure's half of a pixel is for unit tests to tell.
+check "ids come beside the picture" render box crypto --cryptomatte --png "$tmp/crypto.png"
+check "... and do not change it" cmp "$tmp/crypto.png" "$tmp/zip.png"
+check "... nor its other layers" bash -c "'$build/shearwater' compare '$tmp/zip.exr' '$tmp/crypto.exr' --layer depth | jq -e '.max == 0'"
+check "they have ranks" header crypto 'CryptoMaterial02.A, 32-bit floating-point'
+check "... and a manifest of names" header crypto 'cryptomatte/3ae39a5/manifest (type string): "{"BackWall":"055c4fd6",'
+check "they stay floats among halves, in other tiles" bash -c "jq '.image.pixel_type = \"half\"' '$tmp/box.json' >'$tmp/half.json'"
+check "..." render half half --cryptomatte --workers 2 --tile 16
+check "..." header half 'CryptoObject00.R, 32-bit'
+check "... with the same numbers" bash -c "'$build/shearwater' compare '$tmp/crypto.exr' '$tmp/half.exr' --layer CryptoObject00 | jq -e '.max == 0'"
+
 # PNG files: what a header says at its 25th and 26th byte is bits and kind.
 kind() { is "$(od -An -tu1 -j24 -N2 "$1" | xargs)" "$2"; }
 same_exr() { render box "$1" "${@:2}" --png "$tmp/$1.png" && cmp "$tmp/zip.exr" "$tmp/$1.exr"; }
@@ -53,6 +64,7 @@ check "a view that is none is refused by its place" says /image/view --view aces
 check "an exposure beyond all bounds, too" says /image/exposure --exposure 40
 check "... and one that is no number" says 'is no number' --exposure nan
 check "bits between the two" says /image/png_bits --png-bits 12
+check "ids and numbers that a codec changes" says /image/exr_compression --cryptomatte --exr-compression dwaa
 check "a compression that is none" says /image/exr_compression --exr-compression b44
 
 # The service: the job's look unless the query says otherwise, also from a file that lost something.

@@ -52,8 +52,8 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
 {
     const bool first = pass->number == 0;
     struct stages s = {
-        .centres = first && ((plan->planes &
-                              ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_SECOND_SET)) != 0 ||
+        .centres = first && ((plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL |
+                                               PLANES_LENS_SECOND_SET | PLANES_MATTE)) != 0 ||
                              plan->light_planes != 0),
         .lights = first,
         .lens = first && plan->lens_strata_per_axis > 0,

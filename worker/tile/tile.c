@@ -26,6 +26,7 @@ int tile_tracer_create(struct tile_tracer **out)
     path_scratch_init(&t->path);
     lone_scratch_init(&t->lone);
     mixed_scratch_init(&t->mixed);
+    matte_scratch_init(&t->mattes);
     *out = t;
     return 0;
 }
@@ -102,6 +103,24 @@ static int trace_borders(struct tile_tracer *t, const struct stages *stages, str
     return mixed_trace(&stages->field, &t->lone.finder, &t->mixed, samples);
 }
 
+/* Of the views of a composite, the one of the objects has them. */
+static int trace_mattes(struct tile_tracer *t, const struct stages *stages,
+                        const struct tile_job *job, struct samples *samples)
+{
+    const struct plan *plan = job->plan;
+    const struct query_view *view = t->queries.view;
+    if (!(samples->layout.planes & PLANES_MATTE)) return 0;
+    if (view && view != query_view_of(PLAN_VIEW_OBJECTS)) return 0;
+    for (int32_t y = job->rect.y0 & -LANES_ACROSS; y < job->rect.y1; y += LANES_ACROSS) {
+        for (int32_t x = job->rect.x0 & -LANES_ACROSS; x < job->rect.x1; x += LANES_ACROSS) {
+            block_init(&t->block, x, y, plan->width_px, plan->height_px, job->rect);
+            mattes_trace(&stages->whole, &t->block, &t->mattes, samples);
+        }
+        if (is_stopped(job->stop)) return ERR_STATE;
+    }
+    return 0;
+}
+
 static bool rect_fits(const struct plan *plan, struct rect rect)
 {
     return rect.x0 >= 0 && rect.y0 >= 0 && rect.x0 < rect.x1 && rect.y0 < rect.y1 &&
@@ -166,6 +185,7 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
     if (e == 0) e = trace_rows(t, &stages, job, samples);
     if (e == 0) e = trace_borders(t, &stages, job->rect, samples);
     if (e == 0 && stages.count > 0) e = tile_trace_paths(t, &stages, job, samples);
+    if (e == 0) e = trace_mattes(t, &stages, job, samples);
     if (stages.through_lens.centres) centre_gbuffer_fini(&t->centres);
     sky_guides_give(job->scene->guides, guide);
     return e;

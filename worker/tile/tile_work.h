@@ -1,6 +1,7 @@
 #pragma once
 /* Internals of the tile tracer, for tile.c and tile_block.c alone. */
 #include "worker/tile/lobe_view.h"
+#include "worker/tile/mattes.h"
 #include "worker/tile/stages.h"
 #include "worker/tile/tile.h"
 #include "worker/trace/field/edge_pixels.h"
@@ -44,6 +45,7 @@ struct tile_tracer {
     struct lens_second_set more;
     struct lone_scratch lone;
     struct mixed_scratch mixed;
+    struct matte_scratch mattes;
 };
 
 /* Returns whether the stages trace rays through the centres of all pixels. */

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "server/http/resource/picture.h"
+#include "server/image/exr_mattes.h"
 #include "server/image/png.h"
 
 static void copy_plane(const struct plane *from, const struct plane *to)
@@ -65,6 +66,7 @@ static void copy_metadata(struct picture_task *t, const struct exr_metadata *met
 {
     if (!metadata) return;
     t->metadata = *metadata;
+    exr_mattes_hold(metadata->mattes);
     if (metadata->job) {
         snprintf(t->job, sizeof t->job, "%s", metadata->job);
         t->metadata.job = t->job;
@@ -100,6 +102,7 @@ void picture_task_destroy(struct picture_task **task)
     struct picture_task *t = *task;
     if (!t) return;
     image_destroy(&t->image);
+    exr_mattes_drop(&t->metadata.mattes);
     if (t->fd >= 0) close(t->fd);
     free(t->png);
     free(t);

@@ -3,6 +3,7 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "server/image/exr_mattes.h"
 #include "server/job/frame/frame_work.h"
 #include "server/reconstruct/block.h"
 #include "server/reconstruct/compose/path_error.h"
@@ -32,6 +33,7 @@ static void destroy(struct frame *f)
     tile_queue_destroy(&f->tiles);
     frame_views_destroy(f);
     plate_drop(&f->options.plate);
+    exr_mattes_drop(&f->options.metadata.mattes);
     scratch_destroy(&f->own_scratch);
     bytes_writer_fini(&f->plan_bytes);
     free(f);
@@ -66,6 +68,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     f->plan = *options->plan;
     f->motion = motion_hold(options->motion);
     f->options.plate = plate_hold(options->plate);
+    exr_mattes_hold(options->metadata.mattes);
     f->options.plan = &f->plan;
     if (options->metadata.job) { /* the job may end before its files are written */
         snprintf(f->fingerprint, sizeof f->fingerprint, "%s", options->metadata.job);

@@ -48,7 +48,7 @@ struct frame_options {
     uint64_t id; /* on the wire */
     int32_t number;
     uint32_t layers;
-    struct exr_metadata metadata; /* its strings are borrowed for the frame's life */
+    struct exr_metadata metadata; /* its strings are borrowed for the frame's life; mattes held */
     struct png_options png;       /* of layers of light */
     const struct plan *plan;      /* copied */
     struct motion *motion;        /* held; NULL: nothing moves */

@@ -6,8 +6,6 @@
 
 #define GROWTH_MAX 4.0
 #define GROWTH_MIN 1.02 /* less is not worth a pass */
-#define ROUNDS_MAX 32
-#define AIM        0.985 /* of the target: estimates that end just above it would take a round more */
 #define CHUNK      LIMIT_PASS_SPP
 #define CHUNK_SIDE 8u
 #define REST_MIN   0.25 /* of what no sample lowers, squared: beside it the rest is small */
@@ -32,6 +30,7 @@ int rounds_create(const struct plan *plan, struct rounds **out)
     r->plan = plan;
     r->count = error ? 0 : tile_grid_count(&r->grid);
     r->pixels = (double)plan->width_px * plan->height_px;
+    r->powers[PATHS] = r->powers[BOUNCES] = 1.0;
     r->tiles = calloc(r->count ? r->count : 1, sizeof *r->tiles);
     if (!error && !r->tiles) error = ERR_MEMORY;
     if (error) {
@@ -96,17 +95,12 @@ static double scale_of(double gain, enum law law)
     return law == LAW_MEAN ? sqrt(gain) : three_fifths(2.0 / 3.0 * gain);
 }
 
-/* The powers of lambda that scale_of is to be divided by. */
-struct level {
-    double lambda, divisor[LAWS];
-};
-
 static struct level level_at(double lambda)
 {
     return (struct level){lambda, {sqrt(lambda), three_fifths(lambda)}};
 }
 
-static double growth(const struct rounds *r, const struct kind *k, int kind,
+double rounds_growth(const struct rounds *r, const struct kind *k, int kind,
                      const struct level *level)
 {
     if (k->n == 0 || !(k->variance > 0.0)) return 1.0;
@@ -130,7 +124,7 @@ static double squares_at(const struct rounds *r, const struct level *level)
     for (uint32_t i = 0; i < r->count; i++)
         for (int kind = 0; kind < KINDS; kind++) {
             const struct kind *k = &r->tiles[i].kinds[kind];
-            sum += remains(k->variance, law_of(r, kind), growth(r, k, kind, level));
+            sum += remains(k->variance, law_of(r, kind), rounds_growth(r, k, kind, level));
         }
     return sum;
 }
@@ -148,9 +142,7 @@ static double gain_max(const struct rounds *r)
     return most;
 }
 
-/* Finds the level at which squared errors add up to `wanted`, or the lowest there is, at which all
- * have the most samples. */
-static struct level solve(const struct rounds *r, double wanted)
+struct level rounds_solve(const struct rounds *r, double wanted)
 {
     const double most = gain_max(r);
     double low = most, high = most;
@@ -226,8 +218,7 @@ static uint32_t passes_of(uint32_t samples)
     return (samples + CHUNK - 1) / CHUNK;
 }
 
-/* Gives the tiles of a level their samples; returns how many passes that takes. */
-static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more_passes)
+uint64_t rounds_deal(struct rounds *r, const struct level *level)
 {
     uint64_t sum = 0;
     for (uint32_t i = 0; i < r->count; i++) {
@@ -236,11 +227,11 @@ static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more
         uint32_t passes = 0;
         for (int kind = 0; kind < KINDS; kind++) {
             struct kind *k = &t->kinds[kind];
-            k->more = k->n > 0 ? more_of(r, k, kind, growth(r, k, kind, level), room) : 0;
+            k->more = k->n > 0 ? more_of(r, k, kind, rounds_growth(r, k, kind, level), room) : 0;
             *(kind == PATHS ? &r->report.paths : &r->report.bounces) += (uint64_t)t->area * k->more;
             passes = passes_of(k->more) > passes ? passes_of(k->more) : passes;
         }
-        t->passes = more_passes[i] = passes;
+        t->passes = passes;
         sum += passes;
     }
     return sum;
@@ -248,12 +239,10 @@ static uint64_t deal(struct rounds *r, const struct level *level, uint32_t *more
 
 /* -- rounds -- */
 
-/* Passes with bounce rays trace as many of glossy lobes. */
-static double variance_of(const struct rounds_error *error, int kind)
+void rounds_set_scale(const struct rounds *r, struct rounds_tile *t, int kind)
 {
-    return kind == PATHS
-               ? error->variance[ERROR_SOURCE_PATHS]
-               : error->variance[ERROR_SOURCE_BOUNCES] + error->variance[ERROR_SOURCE_LOBES];
+    struct kind *k = &t->kinds[kind];
+    k->scale = k->n > 0 ? scale_of(k->variance / t->area / k->n, law_of(r, kind)) : 0.0;
 }
 
 /* Takes the round's samples and errors in. */
@@ -262,6 +251,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
     struct rounds_report *report = &r->report;
     double variance = 0.0, fixed = 0.0, luminance = 0.0;
     report->rounds++;
+    rounds_measure_powers(r, errors);
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
         t->first_pass += t->passes;
@@ -271,7 +261,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
             k->n += k->more;
             k->more = 0;
             k->variance = variance_of(&errors[i], kind);
-            k->scale = k->n > 0 ? scale_of(k->variance / t->area / k->n, law_of(r, kind)) : 0.0;
+            rounds_set_scale(r, t, kind);
             variance += k->variance;
         }
         t->expected = t->area * ((double)t->kinds[PATHS].n + t->kinds[BOUNCES].n);
@@ -309,12 +299,13 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
     if (r->report.met || r->report.rounds >= ROUNDS_MAX) return false;
     const double wanted = rest_wanted(r), reached = r->report.reached, fixed = r->report.fixed;
     if (reached * reached - fixed * fixed <= wanted) return false;
-    struct level level = solve(r, wanted * mean * mean * r->pixels);
-    uint64_t passes = deal(r, &level, more_passes);
+    struct level level = rounds_solve(r, wanted * mean * mean * r->pixels);
+    uint64_t passes = rounds_deal(r, &level);
     for (int i = 0; i < 64 && passes == 0; i++) {
         level = level_at(0.5 * level.lambda);
-        passes = deal(r, &level, more_passes);
+        passes = rounds_deal(r, &level);
     }
+    for (uint32_t i = 0; i < r->count; i++) more_passes[i] = r->tiles[i].passes;
     r->report.threshold = mean > 0.0 ? sqrt(level.lambda) / mean : 0.0;
     rounds_forecast(r, wanted * mean * mean * r->pixels);
     return passes > 0;

@@ -1,21 +1,23 @@
 /* How many samples a target will take in the end, for the time left. No picture depends on it.
  *
- * It is solved for as rounds are (rounds.h), but in one step, and by other assumptions, which are
- * measured: ten pictures took 0.4 to 1.4 times what the first round foretold, and 0.9 to 1.1 times
- * what the second did. (The rounds' own law, made to be on the safe side, foretold up to eighty
- * times as many.)
+ * From the second round on, the rounds that are to come are played to their end: each deals samples
+ * as a true round does (rounds.h), and errors then fall with the power of n by which they fell in
+ * the last round. A round's own law is on the safe side, so that tiles get more than they need:
+ * what is dealt tells the time, not what would do.
  *
- * - Squared errors fall as 1 / n under filters, too. Those of the Cornell box, a living room and a
- *   gazebo fell with the powers 1 to 1.5 from 4 to 64 samples.
- * - A few tiles in which one path of nine met a lamp seem to have most of the error, and have it no
- *   more when they have four times as many. Without a filter a tile counts for at most so many
- *   times the median; with one, the truth lies between that and what it seems to have. */
+ * The first round knows no power yet, and takes squared errors to fall as 1 / n at once. A few
+ * tiles in which one path of nine met a lamp seem to have most of the error, and have it no more
+ * when they have four times as many: what a tile has beyond so many times the median does not
+ * count, and with a filter counts as its root. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "server/job/frame/rounds_work.h"
 
-#define OUTLIER 16.0
+#define OUTLIER     16.0
+#define POWER_LEAST 0.5
+#define POWER_MOST  2.0
+#define PLAYED_MAX  1024u /* tiles; of more, each plays for those behind it */
 
 static int by_value(const void *a, const void *b)
 {
@@ -35,7 +37,10 @@ static double cap_of(const struct rounds *r, int kind)
 {
     size_t count = 0;
     double *values = calloc(r->count, sizeof *values);
-    if (!values) return INFINITY;
+    if (!values || r->report.rounds > 1) {
+        free(values);
+        return INFINITY;
+    }
     for (uint32_t i = 0; i < r->count; i++) {
         const double value = single(&r->tiles[i], kind);
         if (value > 0.0) values[count++] = value;
@@ -46,55 +51,130 @@ static double cap_of(const struct rounds *r, int kind)
     return cap;
 }
 
-/* Returns samples a pixel where one more gains lambda: at least those that are dealt. */
-static double samples_at(const struct rounds *r, const struct rounds_tile *t, int kind, double cap,
-                         double lambda)
-{
-    const struct kind *k = &t->kinds[kind];
-    const double now = (double)k->n + k->more, free = sqrt(fmin(single(t, kind), cap) / lambda);
-    return fmax(now, fmin(free, most_of(r, kind)));
-}
-
-static double squares_at(const struct rounds *r, const double caps[KINDS], double lambda)
+/* Returns what would be left of squared errors that fall with a power, over the tiles whose samples
+ * grew. */
+static double left_at(const struct rounds *r, int kind, double power)
 {
     double sum = 0.0;
-    for (uint32_t i = 0; i < r->count; i++)
-        for (int kind = 0; kind < KINDS; kind++) {
-            const struct rounds_tile *t = &r->tiles[i];
-            const double variance = fmin(single(t, kind), caps[kind]);
-            if (variance > 0.0)
-                sum += t->area * variance / samples_at(r, t, kind, caps[kind], lambda);
-        }
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct kind *k = &r->tiles[i].kinds[kind];
+        if (k->n > 0 && k->more > 0)
+            sum += k->variance * pow((double)k->n / ((double)k->n + k->more), power);
+    }
     return sum;
 }
 
-/* Returns the largest lambda, by a factor of 1.1, at which no more than `wanted` is left; or one at
- * which all have the most samples. */
-static double solve(const struct rounds *r, const double caps[KINDS], double wanted)
+void rounds_measure_powers(struct rounds *r, const struct rounds_error *errors)
 {
-    double lambda = 0.0;
+    for (int kind = 0; kind < KINDS; kind++) {
+        double low = POWER_LEAST, high = POWER_MOST, left = 0.0;
+        for (uint32_t i = 0; i < r->count; i++) {
+            const struct kind *k = &r->tiles[i].kinds[kind];
+            if (k->n > 0 && k->more > 0) left += variance_of(&errors[i], kind);
+        }
+        if (!(left > 0.0)) continue;
+        for (int i = 0; i < 20; i++) {
+            const double middle = 0.5 * (low + high);
+            *(left_at(r, kind, middle) > left ? &low : &high) = middle;
+        }
+        r->powers[kind] = 0.5 * (low + high);
+    }
+}
+
+/* Ends a round that is played: its samples count, and errors fall. Returns what is left of them. */
+static double end_played(struct rounds *r)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        struct rounds_tile *t = &r->tiles[i];
+        t->first_pass += t->passes;
+        t->passes = 0;
+        for (int kind = 0; kind < KINDS; kind++) {
+            struct kind *k = &t->kinds[kind];
+            const double before = k->n;
+            k->n += k->more;
+            if (before > 0.0) k->variance *= pow(before / (double)k->n, r->powers[kind]);
+            k->more = 0;
+            rounds_set_scale(r, t, kind);
+            sum += k->variance;
+        }
+    }
+    return sum;
+}
+
+static void cap(struct rounds *r, const double caps[KINDS])
+{
     for (uint32_t i = 0; i < r->count; i++)
-        for (int kind = 0; kind < KINDS; kind++)
-            lambda = fmax(lambda, fmin(single(&r->tiles[i], kind), caps[kind]));
-    for (int i = 0; i < 400 && lambda > 0.0 && squares_at(r, caps, lambda) > wanted; i++)
-        lambda /= 1.1;
-    return lambda;
+        for (int kind = 0; kind < KINDS; kind++) {
+            const double by =
+                caps[kind] / single(&r->tiles[i], kind); /* of 0: infinite, or caps are, too */
+            if (!(by < 1.0)) continue;
+            r->tiles[i].kinds[kind].variance *= law_of(r, kind) == LAW_MEAN ? by : sqrt(by);
+        }
+}
+
+static double sum_of(const struct rounds *r)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < r->count; i++)
+        for (int kind = 0; kind < KINDS; kind++) sum += r->tiles[i].kinds[kind].variance;
+    return sum;
+}
+
+/* Gives all tiles what a mean would need. */
+static void hope(struct rounds *r, double wanted)
+{
+    for (uint32_t i = 0; i < r->count; i++)
+        for (int kind = 0; kind < KINDS; kind++) rounds_set_scale(r, &r->tiles[i], kind);
+    const struct level level = rounds_solve(r, wanted);
+    for (uint32_t i = 0; i < r->count; i++)
+        for (int kind = 0; kind < KINDS; kind++) {
+            struct kind *k = &r->tiles[i].kinds[kind];
+            const double more = (rounds_growth(r, k, kind, &level) - 1.0) * k->n;
+            if (more > k->more) k->more = (uint32_t)more;
+        }
+}
+
+static void play(struct rounds *r, double wanted)
+{
+    double left = end_played(r);
+    for (uint32_t k = r->report.rounds; k < ROUNDS_MAX && left > wanted / (AIM * AIM); k++) {
+        const struct level level = rounds_solve(r, wanted);
+        if (rounds_deal(r, &level) == 0) break;
+        left = end_played(r);
+    }
+}
+
+static double samples_of(const struct rounds_tile *t)
+{
+    return (double)t->kinds[PATHS].n + t->kinds[PATHS].more + t->kinds[BOUNCES].n +
+           t->kinds[BOUNCES].more;
 }
 
 void rounds_forecast(struct rounds *r, double wanted)
 {
-    const double capped[KINDS] = {cap_of(r, PATHS), cap_of(r, BOUNCES)};
-    const double whole[KINDS] = {law_of(r, PATHS) == LAW_MEAN ? capped[PATHS] : INFINITY, INFINITY};
-    const double lambdas[] = {solve(r, capped, wanted), solve(r, whole, wanted)};
+    const double caps[KINDS] = {cap_of(r, PATHS), cap_of(r, BOUNCES)};
+    const uint32_t step = (r->count + PLAYED_MAX - 1) / PLAYED_MAX;
+    struct rounds played = *r;
+    played.count = (r->count + step - 1) / step;
+    played.tiles = malloc(played.count * sizeof *played.tiles);
+    for (uint32_t i = 0; played.tiles && i < played.count; i++)
+        played.tiles[i] = r->tiles[(size_t)i * step];
+    if (played.tiles) {
+        const double share = sum_of(&played) / sum_of(r); /* rounds are dealt for errors above 0 */
+        cap(&played, caps);
+        played.hopes = r->report.rounds < 2;
+        (played.hopes ? hope : play)(&played, wanted * share);
+    }
     r->report.expected = 0.0;
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
-        t->expected = 0.0;
-        for (int kind = 0; lambdas[0] > 0.0 && kind < KINDS; kind++)
-            t->expected += t->area * sqrt(samples_at(r, t, kind, capped[kind], lambdas[0]) *
-                                          samples_at(r, t, kind, whole[kind], lambdas[1]));
+        const struct rounds_tile *as = &r->tiles[i / step * step];
+        const double by = played.tiles ? samples_of(&played.tiles[i / step]) / samples_of(as) : 1.0;
+        t->expected = t->area * samples_of(t) * by;
         r->report.expected += t->expected;
     }
+    free(played.tiles);
 }
 
 double rounds_due(const struct rounds *r, uint32_t tile)

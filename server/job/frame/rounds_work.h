@@ -3,6 +3,8 @@
 #include "proto/limits.h"
 #include "server/job/frame/rounds.h"
 
+#define ROUNDS_MAX  32
+#define AIM         0.985 /* of the target: estimates that end just above it would take a round more */
 #define BOUNCES_MAX 16384u /* means travel as half floats: beyond, rounding is what is left */
 
 /* What one tile has of one kind of samples, a pixel. */
@@ -37,12 +39,20 @@ struct rounds {
     double pixels;
     struct rounds_report report;
     struct rounds_tile *tiles; /* owned */
+    double powers[KINDS];      /* of n with which squared errors fell in the last round, for what is
+                                  foreseen */
+    bool hopes;                /* a copy by which the first round foresees: filters are as means */
+};
+
+/* The powers of lambda that a kind's scale is to be divided by. */
+struct level {
+    double lambda, divisor[LAWS];
 };
 
 static inline enum law law_of(const struct rounds *r, int kind)
 {
     const bool filtered = kind == BOUNCES || r->plan->residual_filter != RESIDUAL_FILTER_NONE;
-    return filtered ? LAW_FILTER : LAW_MEAN;
+    return filtered && !r->hopes ? LAW_FILTER : LAW_MEAN;
 }
 
 /* Returns the most samples that a pixel may get. */
@@ -51,6 +61,31 @@ static inline uint32_t most_of(const struct rounds *r, int kind)
     const uint32_t most = r->plan->spp_max;
     return kind == BOUNCES && most > BOUNCES_MAX ? BOUNCES_MAX : most;
 }
+
+/* Returns a tile's squared error. Passes with bounce rays trace as many of glossy lobes. */
+static inline double variance_of(const struct rounds_error *error, int kind)
+{
+    return kind == PATHS
+               ? error->variance[ERROR_SOURCE_PATHS]
+               : error->variance[ERROR_SOURCE_BOUNCES] + error->variance[ERROR_SOURCE_LOBES];
+}
+
+/* Sets how much a kind grows where lambda is 1, by its squared error and its samples. */
+void rounds_set_scale(const struct rounds *r, struct rounds_tile *t, int kind);
+
+/* Returns the factor by which samples of a kind grow at a level. */
+double rounds_growth(const struct rounds *r, const struct kind *k, int kind,
+                     const struct level *level);
+
+/* Finds the level at which squared errors add up to `wanted`, or the lowest there is, at which all
+ * have the most samples. */
+struct level rounds_solve(const struct rounds *r, double wanted);
+
+/* Gives the tiles of a level their samples. Returns how many passes that takes. */
+uint64_t rounds_deal(struct rounds *r, const struct level *level);
+
+/* Measures how squared errors fall, when a round's errors are known but not yet taken in. */
+void rounds_measure_powers(struct rounds *r, const struct rounds_error *errors);
 
 /* Foresees the samples of each tile, and of all, once a round was dealt. `wanted`: squared errors
  * that samples may leave, summed over pixels. */

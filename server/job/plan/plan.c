@@ -276,6 +276,8 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
     plan_lone(plan, report);
     plan_mixed(plan, report);
     plan_temporal(job, plan, report);
+    if (report->layers & LAYER_CRYPTO_OBJECT) plan->planes |= PLANES_MATTE_OBJECTS;
+    if (report->layers & LAYER_CRYPTO_MATERIAL) plan->planes |= PLANES_MATTE_MATERIALS;
     if ((report->layers & LAYER_FILTER_WIDTH) && plan->shadow_filter == SHADOW_FILTER_NONE &&
         plan->indirect_filter == INDIRECT_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE)
         plan_warn(report, "no filter runs: the layer filter_width is 0 everywhere");

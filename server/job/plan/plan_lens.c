@@ -12,7 +12,7 @@
 /* Layers that lens samples give, or that pixel centres beside them give as through a pinhole. */
 #define LAYERS_OF_LENS                                                                             \
     (LAYER_BEAUTY | LAYER_SAMPLES | LAYER_FILTER_WIDTH | LAYER_DEPTH | LAYER_NORMAL | LAYER_ID |   \
-     LAYERS_PER_STRATUM | LAYERS_MOTION)
+     LAYERS_PER_STRATUM | LAYERS_MOTION | LAYERS_CRYPTO)
 
 static uint32_t strata_of(const struct job *job)
 {

@@ -135,7 +135,7 @@ static json_t *samples_of(const struct plan *plan)
     uint64_t indirect = (uint64_t)plan->indirect_strata_per_axis * plan->indirect_strata_per_axis;
     const uint64_t lens = (uint64_t)plan->lens_strata_per_axis * plan->lens_strata_per_axis;
     const bool centres =
-        plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_SECOND_SET);
+        plan->planes & ~(PLANES_PATH_ALL | PLANES_LENS_ALL | PLANES_LENS_SECOND_SET | PLANES_MATTE);
     json_t *samples = NULL;
     if (lens > 0)
         samples = json_pack("{s:i,s:i,s:I,s:I,s:I}", "primary", centres ? 1 : 0, "antialias", 0,

@@ -6,6 +6,7 @@
 
 #include "server/job/prepare/backplate.h"
 #include "server/job/prepare/frame_motion.h"
+#include "server/job/prepare/matte_manifest.h"
 #include "server/job/prepare/studio_light.h"
 
 struct preparation {
@@ -132,6 +133,8 @@ static int plan_scene(struct preparation *p, const struct environment_blob *map)
     if (!error && p->has_motion) error = find_motion(p, &scene);
     if (!error && out->moves && !out->motion && !out->job.composite.rgbd && out->plan.temporal > 0)
         plan_temporal_none("it is not known how the scene moves", &out->plan, &out->report);
+    if (!error && matte_manifest_make(&out->job, &scene, &out->report, &out->mattes) != 0)
+        error = fault_set(&p->fault, ERR_MEMORY, "/layers", "no memory for a manifest of names");
     if (!error && out->job.live)
         out->scene = scene;
     else
@@ -392,6 +395,7 @@ void prepared_destroy(struct prepared **prepared)
         environment_unmap(&(*prepared)->map);
         motion_drop(&(*prepared)->motion);
         plate_drop(&(*prepared)->plate);
+        exr_mattes_drop(&(*prepared)->mattes);
         shared_base_unref(&(*prepared)->base);
         job_fini(&(*prepared)->job);
     }

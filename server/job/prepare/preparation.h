@@ -11,12 +11,13 @@ struct preparation;
 /* A finished preparation. Owned by its receiver; prepared_destroy frees it. */
 struct prepared {
     struct job job;
-    int32_t number;           /* of the frame whose time the scene has */
-    bool moves;               /* other frames have other scenes */
-    struct motion *motion;    /* held; for layers and windows; NULL: nothing moves */
-    struct shared_base *base; /* what the scene stands on; NULL: nothing */
-    struct plate *plate;      /* held; the job's; NULL: none, or another frame has it */
-    struct plan plan;         /* of that frame; others differ in pattern.frame if nothing moves */
+    int32_t number;            /* of the frame whose time the scene has */
+    bool moves;                /* other frames have other scenes */
+    struct motion *motion;     /* held; for layers and windows; NULL: nothing moves */
+    struct shared_base *base;  /* what the scene stands on; NULL: nothing */
+    struct plate *plate;       /* held; the job's; NULL: none, or another frame has it */
+    struct exr_mattes *mattes; /* held; of layers of ids; NULL: the job has none */
+    struct plan plan;          /* of that frame; others differ in pattern.frame if nothing moves */
     struct plan_report report;
     /* Of a live job, which is planned again with each move; else zero. */
     struct scene scene;

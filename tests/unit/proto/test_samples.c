@@ -28,7 +28,7 @@ TEST(sizes_follow_the_formula)
 {
     const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(AMBIENT_VISIBILITY) |
                            BIT(BOUNCE_DISTANCE_MAX) | PLANES_GLOSSY | PLANES_LENS |
-                           BIT(GLOSSY_SPAN);
+                           BIT(GLOSSY_SPAN) | PLANES_MATTE;
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 76);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 136);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);
@@ -37,6 +37,7 @@ TEST(sizes_follow_the_formula)
     const uint64_t others = spare & ~PLANES_GLOSSY;
     assert_int_equal(bytes_per_pixel(others | BIT(INDIRECT_STRATA)),
                      76 + 8 + 8 + 8 + 2 + 4 + 2 + 3 * 6);
+    assert_int_equal(bytes_per_pixel((spare & ~PLANES_MATTE) | BIT(INDIRECT_STRATA)), 76 + 2 * 36);
     /* four lens samples, lit by their own paths or by fields */
     const uint64_t lensless = spare & ~PLANES_LENS, surface = PLANES_LENS_SURFACE;
     assert_int_equal(bytes_per_pixel(lensless | surface | BIT(INDIRECT_STRATA)), 76 + 14 * 4 + 2);

@@ -21,7 +21,8 @@ const struct scene *fixture_scene(struct scene_fixture *f)
     s->textures = f->textures;
     s->images = f->images;
     s->pixels = f->pixels;
-    s->names = s->warnings = "";
+    s->names = f->names ? f->names : "";
+    s->warnings = "";
     s->count[SCENE_MESHES] = f->mesh_count;
     s->count[SCENE_INSTANCES] = f->instance_count;
     s->count[SCENE_MATERIALS] = f->material_count;

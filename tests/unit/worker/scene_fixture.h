@@ -24,6 +24,7 @@ struct scene_fixture {
     uint8_t pixels[4 * FIXTURE_TEXELS];
     uint32_t vertex_count, triangle_count, mesh_count, instance_count, material_count;
     uint32_t texture_count, texel_count;
+    const char *names; /* of SCENE_NAMES; NULL: none */
 };
 
 /* Points the view at the arrays as they are; call it when everything has been added. */

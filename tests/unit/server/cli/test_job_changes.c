@@ -49,6 +49,20 @@ TEST(numbers_and_words_replace)
                  "{\"sampling\": 3, \"filter\": [], \"effects\": null}");
 }
 
+TEST(ids_for_compositors_are_layers_more)
+{
+    struct job_changes changes = JOB_CHANGES_NONE;
+    changes.cryptomatte = true;
+    check_change(&changes, "{}",
+                 "{\"layers\": [\"beauty\", \"CryptoObject\", \"CryptoMaterial\"]}");
+    check_change(&changes, "{\"layers\": [\"CryptoMaterial\", \"depth\"]}",
+                 "{\"layers\": [\"CryptoMaterial\", \"depth\", \"CryptoObject\"]}");
+    check_change(&changes, "{\"layers\": 3}", "{\"layers\": 3}");
+    check_change(&changes, "{\"catchers\": [\"floor\"]}",
+                 "{\"catchers\": [\"floor\"], \"layers\": [\"beauty\", \"catcher\", "
+                 "\"CryptoObject\", \"CryptoMaterial\"]}");
+}
+
 TEST(files_and_how_they_are_seen_replace)
 {
     struct fault fault = {0};

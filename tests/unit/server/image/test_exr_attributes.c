@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/image/exr_mattes.h"
 #include "tests/unit/server/image/exr_room.h"
 
 EACH_TEST(make_dir, remove_dir);
@@ -58,6 +59,33 @@ TEST(colours_and_software_are_named)
     assert_int_equal(exr_attr_get_string(file, 0, "software", &length, &text), 0);
     assert_string_equal(text, "Shearwater 0.1.0+abc");
     exr_finish(&file);
+}
+
+static void expect_text(exr_context_t file, const char *name, const char *expected)
+{
+    const char *text;
+    int32_t length;
+    assert_int_equal(exr_attr_get_string(file, 0, name, &length, &text), 0);
+    assert_string_equal(text, expected);
+}
+
+/* The key of CryptoObject is that of Psyop's sample pictures. */
+TEST(layers_of_ids_have_manifests)
+{
+    char *manifests[MATTE_KINDS] = {strdup("{\"bunny\":\"13851a76\"}"), NULL};
+    struct exr_metadata m = {.job = NULL};
+    const char *text;
+    int32_t length;
+    assert_int_equal(exr_mattes_create(manifests, &m.mattes), 0);
+    exr_context_t file = write_file(&m);
+    expect_text(file, "cryptomatte/3ae39a5/name", "CryptoObject");
+    expect_text(file, "cryptomatte/3ae39a5/hash", "MurmurHash3_32");
+    expect_text(file, "cryptomatte/3ae39a5/conversion", "uint32_to_float32");
+    expect_text(file, "cryptomatte/3ae39a5/manifest", "{\"bunny\":\"13851a76\"}");
+    assert_int_not_equal(
+        exr_attr_get_string(file, 0, "cryptomatte/3ae39a5/manif_file", &length, &text), 0);
+    exr_finish(&file);
+    exr_mattes_drop(&m.mattes);
 }
 
 TEST(a_camera_is_where_it_stood)

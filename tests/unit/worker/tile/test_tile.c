@@ -31,7 +31,7 @@ static struct plan busy_plan(struct scene_fixture *f, int32_t w, int32_t h)
     fixture_bounces(&p, 3);
     p.sub_samples = 3;
     p.planes |= PLANE_BIT(SUB_DEPTH) | PLANE_BIT(SUB_NORMAL) | PLANE_BIT(SUB_ALBEDO) |
-                PLANE_BIT(SUB_ID) | PLANE_BIT(EMISSION);
+                PLANE_BIT(SUB_ID) | PLANE_BIT(EMISSION) | PLANES_MATTE;
     return p;
 }
 

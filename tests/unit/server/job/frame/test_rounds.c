@@ -16,6 +16,7 @@ struct world {
     struct rounds *rounds;
     double paths[TILES], bounces[TILES]; /* of one sample */
     double fixed;
+    double power; /* of samples, with which squared errors truly fall; 0: as rounds expect it */
     double luminance;
     uint32_t n[TILES][2]; /* paths and bounce rays so far */
     uint32_t passes[TILES], more[TILES];
@@ -40,8 +41,8 @@ static void measure(struct world *w)
 {
     for (uint32_t t = 0; t < TILES; t++) {
         const bool filtered = w->plan.residual_filter != RESIDUAL_FILTER_NONE;
-        w->errors[t].variance[ERROR_SOURCE_PATHS] =
-            1024 * w->paths[t] / pow(w->n[t][0], filtered ? 2.0 / 3 : 1.0);
+        const double power = w->power > 0 ? w->power : filtered ? 2.0 / 3 : 1.0;
+        w->errors[t].variance[ERROR_SOURCE_PATHS] = 1024 * w->paths[t] / pow(w->n[t][0], power);
         /* what bounce rays lower, of diffuse surfaces and of glossy lobes */
         const double square = 1024 * w->bounces[t] / pow(w->n[t][1], 2.0 / 3);
         w->errors[t].variance[ERROR_SOURCE_BOUNCES] = (t % 3) * 0.5 * square;
@@ -272,6 +273,30 @@ TEST(samples_to_come_are_foreseen_within_a_third)
                 fail_msg("%.2f times what %g took, lamp %g", ratio, (double)targets[k], lamps[i]);
             rounds_destroy(&w.rounds);
         }
+}
+
+/* Rounds deal more than filtered errors need that fall faster than their law has it. What is
+ * foreseen from the second round on is what they deal. */
+TEST(errors_tell_how_they_fall)
+{
+    static const double powers[] = {0.8, 1.0, 1.3, 1.6};
+    for (size_t k = 0; k < 4; k++) {
+        struct world w;
+        double told = 0.0;
+        begin(&w, 0.01f, 4096);
+        w.plan.residual_filter = RESIDUAL_FILTER_HALVES;
+        w.power = powers[k];
+        for (uint32_t t = 0; t < TILES; t++) w.bounces[t] = 0.0;
+        measure(&w);
+        for (unsigned round = 1; rounds_decide(w.rounds, w.errors, w.more); round++) {
+            if (round == 2) told = rounds_report(w.rounds).expected;
+            trace(&w);
+            measure(&w);
+        }
+        const double ratio = told / samples_of(&w);
+        if (fabs(ratio - 1.0) > 0.1) fail_msg("%.2f times what power %g took", ratio, w.power);
+        rounds_destroy(&w.rounds);
+    }
 }
 
 TEST(the_schedule_stands)

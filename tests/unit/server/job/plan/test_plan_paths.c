@@ -47,7 +47,8 @@ TEST(none_is_paths)
 TEST(paths_bring_what_layers_read)
 {
     static const struct {
-        uint32_t layer, planes;
+        uint32_t layer;
+        uint64_t planes;
     } cases[] = {
         {LAYER_BEAUTY, BIT(PATH_COVERAGE)},
         {LAYER_DIRECT, BIT(PATH_DIRECT)},
@@ -68,6 +69,8 @@ TEST(paths_bring_what_layers_read)
         {LAYER_SLOPE_MIN, BIT(DEPTH)},
         {LAYER_SLOPE_MAX, BIT(DEPTH)},
         {LAYER_FILTER_WIDTH, 0},
+        {LAYER_CRYPTO_OBJECT, PLANES_MATTE_OBJECTS},
+        {LAYER_CRYPTO_MATERIAL, PLANES_MATTE_MATERIALS},
     };
     struct stage *s = *state;
     s->job.method = FILTER_NONE;
@@ -85,7 +88,8 @@ TEST(paths_bring_what_layers_read)
     assert_int_equal(seen, traced);
     s->job.layers = traced;
     assert_int_equal(make(s), 0);
-    assert_int_equal(s->plan.planes, PLANES_PATH | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
+    assert_int_equal(s->plan.planes,
+                     PLANES_PATH | PLANES_MATTE | BIT(DEPTH) | BIT(NORMAL) | BIT(ID));
 }
 
 TEST(paths_keep_strata_for_their_layers)
