@@ -90,8 +90,7 @@ check "Slurm has the key's path, and not the key" secret
 queue_is_empty() { [ -z "$(squeue -h)" ]; }
 trap 'scancel "$array"; eventually 15 queue_is_empty; tap_cleanup' EXIT # no task outlives Slurm
 id=$(submit "$box")
-landed() { [ "$(number "$id" .progress.tiles_done)" -ge "$1" ]; }
-check "they trace" eventually 60 landed 20
+check "they trace" eventually 60 has_landed "$id" 20
 check "each keeps its scenes in the scratch folder" is "$(find "$tmp/scratch" -name '*shearwater-worker.*' | wc -l)" 4
 pid_of() { http "$url/v1/workers" | jq ".workers[] | select(.name == \"$(task_names "$1")\") | .pid"; }
 check "one is killed while it holds tiles" kill_holding "$(pid_of 1)"
