@@ -8,10 +8,11 @@
 
 #define DATA_ALIGN_BYTES 64u
 
-/* Whole cache lines, and at least one, as aligned_alloc wants. */
+/* Whole cache lines, as aligned_alloc wants, and at least three bytes more than the planes take:
+ * those that fill the end start with a whole number. */
 static size_t data_bytes(const struct samples_layout *layout)
 {
-    return (layout->total_bytes / DATA_ALIGN_BYTES + 1) * DATA_ALIGN_BYTES;
+    return (layout->total_bytes / DATA_ALIGN_BYTES + 2) * DATA_ALIGN_BYTES;
 }
 
 int samples_create_unset(const struct samples_layout *layout, struct samples **out)

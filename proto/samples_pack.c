@@ -306,55 +306,63 @@ static int read_groups(struct bytes_reader *r, struct samples *s, struct fault *
     return 0;
 }
 
-/* Puts what was sent among all planes of the pass. */
-static int spread(struct samples **s, const struct plan *plan, uint32_t pass)
+static void place_group(const struct samples *sent, enum samples_group group, struct samples *all)
 {
-    struct samples_layout full;
-    struct samples *all;
-    const struct samples_layout *sent = &(*s)->layout;
-    int error = samples_layout_init(&full, plan, pass, sent->width_px, sent->height_px);
-    if (error) return error;
-    const uint64_t missing = (full.planes ^ sent->planes) & ~(PLANE_BIT(LONE) | PLANE_BIT(MIXED));
-    if (missing == 0 &&
-        memcmp(full.light_planes, sent->light_planes, sizeof full.light_planes) == 0) {
-        (*s)->layout = full;
+    for (uint32_t i = 0; i < all->layout.slots; i++) {
+        const uint32_t to = all->layout.offset[i], from = sent->layout.offset[i];
+        const size_t size_bytes = samples_slot_bytes(&all->layout, i);
+        if (to == SAMPLES_ABSENT || samples_group(samples_plane(i)->type) != group) continue;
+        if (from == SAMPLES_ABSENT)
+            memset(all->data + to, 0, size_bytes);
+        else
+            memmove(all->data + to, sent->data + from, size_bytes);
+    }
+}
+
+/* Puts what was sent, which lies at the end of the same memory, among all planes of the pass. They
+ * are filled in the order in which they lie: none ends behind where those that follow were sent. */
+static void place_all(const struct samples *sent, struct samples *all)
+{
+    for (uint32_t group = 0; group < SAMPLES_GROUP_COUNT; group++) place_group(sent, group, all);
+    all->lone = sent->lone;
+    all->mixed = sent->mixed;
+}
+
+/* Reads the samples into the end of their memory, checks them and puts them in place. */
+static int read_samples(struct bytes_reader *r, const struct samples_layout *layout,
+                        struct samples *all, struct fault *fault)
+{
+    const size_t head = all->layout.total_bytes - layout->total_bytes;
+    struct samples sent = {.layout = *layout, .data = all->data + (head + 3) / 4 * 4};
+    int error = read_groups(r, &sent, fault);
+    if (!error) error = samples_check(&sent, fault);
+    if (!error) {
+        place_all(&sent, all);
         return 0;
     }
-    error = samples_create(&full, &all);
-    if (error) return error;
-    copy_planes(all, *s);
-    all->lone = (*s)->lone;
-    all->mixed = (*s)->mixed;
-    (*s)->lone = NULL;
-    (*s)->mixed = NULL;
-    samples_destroy(s);
-    *s = all;
-    return 0;
+    sparse_list_destroy(&sent.lone);
+    sparse_list_destroy(&sent.mixed);
+    return error;
 }
 
 int samples_unpack(const void *data, size_t size_bytes, const struct plan *plan, uint32_t pass,
                    int32_t width_px, int32_t height_px, struct samples **out, struct fault *fault)
 {
     struct bytes_reader r;
-    struct samples_layout layout = {0};
+    struct samples_layout sent = {0}, all;
     struct samples *s = NULL;
     bytes_reader_init(&r, data, size_bytes);
-    int error = read_head(&r, plan, pass, width_px, height_px, &layout, fault);
+    int error = read_head(&r, plan, pass, width_px, height_px, &sent, fault);
     if (error) return error;
     /* Sized by the plan and the tile, not by what the bytes declare. Groups fill it, or it goes. */
-    error = samples_create_unset(&layout, &s);
-    if (error) return fault_set(fault, error, "", "no memory for %u bytes", layout.total_bytes);
-    error = read_groups(&r, s, fault);
-    if (!error) error = samples_check(s, fault);
-    if (error) goto fail;
-    error = spread(&s, plan, pass);
+    error = samples_layout_init(&all, plan, pass, width_px, height_px);
+    if (!error) error = samples_create_unset(&all, &s);
+    if (error) return fault_set(fault, error, "", "no memory for %u bytes", all.total_bytes);
+    error = read_samples(&r, &sent, s, fault);
     if (error) {
-        fault_set(fault, error, "", "no room for the planes of the plan");
-        goto fail;
+        samples_destroy(&s);
+        return error;
     }
     *out = s;
     return 0;
-fail:
-    samples_destroy(&s);
-    return error;
 }

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+#include "proto/runtime/pages.h"
 #include "worker/scene/alias_table.h"
 #include "worker/shade/elementary.h"
 
@@ -207,6 +208,15 @@ struct environment_rect environment_bin_texels(const struct environment *e, uint
     return e->bins[bin].at;
 }
 
+/* A number for each texel. They are read at random places, which huge pages make quicker to find. */
+static void *take_large(const struct environment *e, size_t each_bytes)
+{
+    const size_t size_bytes = (size_t)e->width * e->height * each_bytes;
+    void *memory = malloc(size_bytes);
+    if (memory) pages_prefer_huge(memory, size_bytes);
+    return memory;
+}
+
 int environment_create(const struct environment_blob *blob, struct environment **out)
 {
     struct environment *e = calloc(1, sizeof *e);
@@ -216,8 +226,8 @@ int environment_create(const struct environment_blob *blob, struct environment *
     e->width = blob->header->width_px;
     e->height = blob->header->height_px;
     e->edges = calloc(e->height + 1u, sizeof *e->edges);
-    e->cells = malloc((size_t)e->width * e->height * sizeof *e->cells);
-    e->weights = malloc((size_t)e->width * e->height * sizeof *e->weights);
+    e->cells = take_large(e, sizeof *e->cells);
+    e->weights = take_large(e, sizeof *e->weights);
     e->bin_u = malloc(e->width);
     e->bin_v = malloc(e->height);
     if (!e->edges || !e->cells || !e->weights || !e->bin_u || !e->bin_v) {

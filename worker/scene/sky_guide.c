@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/runtime/pages.h"
 #include "worker/shade/elementary.h"
 
 /* The grid of a scene that is open everywhere. */
@@ -26,6 +27,7 @@ struct sky_guide *sky_guide_create(const struct environment *map,
     struct sky_tables *t = sky_tables_create(map, plan->rotation_rad);
     struct sky_table *tables = aligned_alloc(_Alignof(struct sky_table), count * sizeof *tables);
     if (g && t && tables) {
+        pages_prefer_huge(tables, count * sizeof *tables);
         g->cosine = elementary_cos(plan->rotation_rad);
         g->sine = elementary_sin(plan->rotation_rad);
         g->grid = o ? openness_grid(o) : &everywhere;

@@ -1,6 +1,6 @@
 #include "server/reconstruct/patch/spike_limits.h"
 
-#include <string.h>
+#include "server/reconstruct/patch/spike_limits_kernels.h"
 
 void spike_limits_take(struct spike_limits *s, float *const arrays[SPIKE_ARRAYS])
 {
@@ -8,48 +8,6 @@ void spike_limits_take(struct spike_limits *s, float *const arrays[SPIKE_ARRAYS]
                                        &s->limit, &s->bounded, &s->along,  &s->along_count,
                                        &s->sum,   &s->count};
     for (int k = 0; k < SPIKE_ARRAYS; k++) *all[k] = arrays[k];
-}
-
-/* Sums over the pixels of a line that are linked with each of the receivers. */
-struct line_sums {
-    float open[SIMD_LANES], sum[SIMD_LANES], count[SIMD_LANES];
-};
-
-/* A line's input. link[i] tells of pixels i and i + step. */
-struct line {
-    const float *in, *counts, *link;
-    ptrdiff_t step;
-};
-
-/* Adds `reach` pixels to one side of those from p on. */
-static void add_side(const struct line *l, size_t p, bool backward, int32_t reach,
-                     struct line_sums *s)
-{
-    for (int i = 0; i < SIMD_LANES; i++) s->open[i] = 1.0f;
-    for (int32_t k = 1; k <= reach; k++) {
-        const ptrdiff_t way = backward ? -k * l->step : k * l->step;
-        const ptrdiff_t at = (ptrdiff_t)p + way, joint = backward ? at : at - l->step;
-        const float *in = l->in + at, *counts = l->counts + at, *link = l->link + joint;
-        for (int i = 0; i < SIMD_LANES; i++) {
-            s->open[i] *= link[i];
-            s->sum[i] += s->open[i] * in[i];
-            s->count[i] += s->open[i] * counts[i];
-        }
-    }
-}
-
-static void sum_line(const struct line *l, size_t first, int32_t width, int32_t before,
-                     int32_t after, float *out, float *out_counts)
-{
-    struct line_sums s;
-    for (size_t p = first; p < first + (size_t)width; p += SIMD_LANES) {
-        memcpy(s.sum, l->in + p, sizeof s.sum);
-        memcpy(s.count, l->counts + p, sizeof s.count);
-        add_side(l, p, true, before, &s);
-        add_side(l, p, false, after, &s);
-        memcpy(out + p, s.sum, sizeof s.sum);
-        memcpy(out_counts + p, s.count, sizeof s.count);
-    }
 }
 
 static int32_t at_max(int32_t v, int32_t most)
@@ -61,16 +19,19 @@ static int32_t at_max(int32_t v, int32_t most)
 static void sum_windows(const struct spike_limits *s, const float *in, struct rect rect,
                         int32_t reach)
 {
-    const struct line across = {in, s->shown, s->link_x, 1};
-    const struct line down = {s->along, s->along_count, s->link_y, (ptrdiff_t)s->stride};
+    const struct spike_limits_kernels *kernels = KERNELS_BEST(spike_limits_kernels);
+    const struct spike_limits_line across = {in, s->shown, s->link_x, 1, reach, reach};
+    struct spike_limits_line down = {
+        .in = s->along, .counts = s->along_count, .link = s->link_y, .step = (ptrdiff_t)s->stride};
     const struct rect read = rect_intersect(rect_grow(rect, reach), s->rect);
-    const int32_t width = rect_width(rect);
+    const size_t width = (size_t)rect_width(rect);
     for (int32_t y = read.y0; y < read.y1; y++)
-        sum_line(&across, spike_limits_at(s, rect.x0, y), width, reach, reach, s->along,
-                 s->along_count);
-    for (int32_t y = rect.y0; y < rect.y1; y++)
-        sum_line(&down, spike_limits_at(s, rect.x0, y), width, at_max(reach, y - s->rect.y0),
-                 at_max(reach, s->rect.y1 - 1 - y), s->sum, s->count);
+        kernels->sum_line(&across, spike_limits_at(s, rect.x0, y), width, s->along, s->along_count);
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        down.before = at_max(reach, y - s->rect.y0);
+        down.after = at_max(reach, s->rect.y1 - 1 - y);
+        kernels->sum_line(&down, spike_limits_at(s, rect.x0, y), width, s->sum, s->count);
+    }
 }
 
 static void bound_rows(const struct spike_limits *s, struct rect rect, bool limited)

@@ -3,16 +3,13 @@
  * know how much light they stand for, and no farther (docs/reconstruction.md, Residual spikes). */
 #include "server/reconstruct/patch/spike_limits.h"
 #include "server/reconstruct/residual/residual_field.h"
+#include "server/reconstruct/residual/residual_spread_kernels.h"
 
 /* How far from a pixel spikes are taken from. */
 #define RESIDUAL_SPREAD_PX 51
 
 /* Planes of scratch that it needs. */
 #define RESIDUAL_SPREAD_PLANES 17
-
-/* Differences at which features have nothing in common. */
-#define RESIDUAL_TURN_MAX   0.3f  /* square of the way from a normal to another */
-#define RESIDUAL_DEPTH_PART 0.06f /* of the depth, beyond what slopes tell */
 
 /* Returns how much features of pixels i and j have in common, 0 .. 1, for `way` pixels along a
  * slope. */
