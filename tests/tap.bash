@@ -105,14 +105,15 @@ worker_port() {
 serve_stop() { kill "${1:--TERM}" "$server_pid" 2>/dev/null; wait "$server_pid" 2>/dev/null; }
 
 # Tests ask often, and starting curl takes three times as long as starting jq, which takes ten times as long as no process.
-ask() { # ask PATH: opens $answer behind the head of what is answered
+ask() { # ask PATH [METHOD]: opens $answer behind the head of what is answered, which is $head
     local line
+    head=
     exec {answer}<>"/dev/tcp/127.0.0.1/${url##*:}" || return 1
-    printf 'GET %s HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n' "$1" >&$answer
-    while read -r line && [ "$line" != $'\r' ]; do :; done <&$answer
+    printf '%s %s HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n' "${2:-GET}" "$1" >&$answer
+    while read -r line && [ "$line" != $'\r' ]; do head+=$line$'\n'; done <&$answer
 }
 read_url() {
-    local answer status
+    local answer head status
     ask "$1" || return 1
     "${@:2}" <&$answer
     status=$?
@@ -120,7 +121,7 @@ read_url() {
     return $status
 }
 read_member() {
-    local answer part
+    local answer head part
     value=
     ask "$1" || return 1
     while IFS= read -r -d , part; do
