@@ -47,6 +47,11 @@ struct shade_case {
         .model = BSDF_GLTF, .albedo = WHITE, .alpha_u = (u), .alpha_v = (v), .base_color = WHITE,  \
         .specular = 1.0f, .specular_f0 = F0, .ior = 1.5f                                           \
     }
+#define SEEN_PAINT(u, v)                                                                           \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = WHITE, .alpha_u = (u), .alpha_v = (v), .base_color = WHITE,  \
+        .specular = 1.0f, .specular_f0 = F0, .ior = 1.5f, .seen = true                             \
+    }
 #define PANE(a)                                                                                    \
     {                                                                                              \
         .model = BSDF_GLTF, .alpha_u = (a), .alpha_v = (a), .base_color = WHITE,                   \
@@ -69,6 +74,13 @@ struct shade_case {
         .model = BSDF_GLTF, .albedo = {1.0f - (m), 1.0f - (m), 1.0f - (m)}, .alpha_u = (a),        \
         .alpha_v = (a), .base_color = WHITE, .metallic = (m), .specular = 1.0f, .specular_f0 = F0, \
         .ior = 1.5f, .coat = (c), .coat_alpha = (ca)                                               \
+    }
+
+#define SEEN_COATED(ca)                                                                            \
+    {                                                                                              \
+        .model = BSDF_GLTF, .albedo = WHITE, .alpha_u = 0.3f, .alpha_v = 0.3f,                     \
+        .base_color = WHITE, .specular = 1.0f, .specular_f0 = F0, .ior = 1.5f, .coat = 1.0f,       \
+        .coat_alpha = (ca), .seen = true                                                           \
     }
 
 /* The same with a coat whose normal leans by 21 degrees. */
@@ -196,6 +208,10 @@ static struct shade_case shade_cases[] = {
     {"gltf paint alpha 0.3", PAINT(0.3f, 0.3f), 3, 0.018, 1e-3, true},
     {"gltf paint alpha 1", PAINT(1.0f, 1.0f), 2, 0.04, 1e-3, false},
     {"gltf paint alpha 0.05 x 0.6", PAINT(0.05f, 0.6f), 3, 0.007, 0.02, false},
+    {"gltf paint alpha 0, seen", SEEN_PAINT(0.0f, 0.0f), 2, 0.004, 0.003, false},
+    {"gltf paint alpha 0.05, seen", SEEN_PAINT(0.05f, 0.05f), 4, 0.05, 1e-3, true},
+    {"coat alpha 0 on paint alpha 0.3, seen", SEEN_COATED(0.0f), 3, 0.05, 0.01, true},
+    {"coat alpha 0.04 on paint alpha 0.3, seen", SEEN_COATED(0.04f), 5, 0.1, 0.02, false},
     {"coat alpha 0 on paint alpha 0.3", COATED(0.0f, 0.3f, 1.0f, 0.0f), 3, 0.05, 0.01, true},
     {"coat alpha 0 on paint alpha 0", COATED(0.0f, 0.0f, 1.0f, 0.0f), 2, 0.05, 0.01, false},
     {"coat alpha 0.04 on paint alpha 1", COATED(0.0f, 1.0f, 1.0f, 0.04f), 5, 0.1, 0.02, false},

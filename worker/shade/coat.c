@@ -80,6 +80,8 @@ static void see(const struct bsdf *b, const float wo[3], struct coat *c)
     const float reflected = hindrance(b, c, fabsf(c->wo[2]));
     c->passed = 1.0f - reflected;
     c->p = c->reflects ? lobe_share(reflected, c->passed * beneath(b, wo[2])) : 0.0f;
+    const float seen = lobe_seen_share(b->coat_alpha);
+    if (b->seen && c->p > 0.0f && c->p < seen) c->p = seen;
     /* Nor is what is beneath chosen less often. */
     if (c->p > 1.0f - LOBE_MIN) c->p = 1.0f - LOBE_MIN;
 }

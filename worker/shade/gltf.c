@@ -175,9 +175,11 @@ static void choose(const struct bsdf *b, struct gltf *g, const float wo[3], floa
     const float matched =
         g->clear == CLEAR_MATCHED ? g->clear_share * lobe_mean(b->base_color) : 0.0f;
     float facet = lobe_mean(f.reflect) + lobe_mean(f.transmit);
+    const float alpha = 0.5f * (b->alpha_u + b->alpha_v);
+    const float least = lobe_least(b->seen, alpha) * (diffuse + through + matched);
     /* A smooth surface has but one facet, for which the estimate is exact. */
-    const float least = LOBE_MIN * (diffuse + through + matched);
-    if (!g->smooth && has_facets(b, g) && facet < least) facet = least;
+    const bool has = g->smooth ? b->seen && facet > 0.0f : has_facets(b, g);
+    if (has && facet < least) facet = least;
     const float sum = diffuse + through + matched + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;
     g->p_diffuse = diffuse * scale;
     if (g->p_diffuse > 0.0f && sum <= diffuse)

@@ -8,6 +8,29 @@
 /* Where a lobe's estimate is 0 it may still be reached: no lobe is chosen less often than this. */
 #define LOBE_MIN 0.01f
 
+/* What sharp lobes show cannot be smoothed, while diffuse light is from few samples. So lobes that
+ * the camera sees are chosen at least this often where they are mirrors, and in proportion less
+ * often up to a roughness from where they are not favoured. psnr_db of balls of car paint under
+ * strip lights, and of balls of lacquer under a city's map, at 4 and 16 samples, for shares of 0,
+ * 0.3 and 0.5: 27.8 and 31.4, 28.1 and 31.7, 28.6 and 31.9; 33.75 and 37.5, 33.7 and 37.6, 33.8
+ * and 37.6. */
+#define LOBE_SEEN_SHARE 0.5f
+#define LOBE_SEEN_ALPHA 0.12f
+
+/* Returns the least probability of a lobe of facets that the camera sees. */
+static inline float lobe_seen_share(float alpha)
+{
+    const float sharp = 1.0f - alpha * (1.0f / LOBE_SEEN_ALPHA);
+    return sharp > 0.0f ? LOBE_SEEN_SHARE * sharp : 0.0f;
+}
+
+/* Returns how much facets' estimate is at least, over those of all others. */
+static inline float lobe_least(bool seen, float alpha)
+{
+    const float share = seen ? lobe_seen_share(alpha) : 0.0f;
+    return share > LOBE_MIN ? share / (1.0f - share) : LOBE_MIN;
+}
+
 static inline float lobe_mean(const float color[3])
 {
     return (color[0] + color[1] + color[2]) * (1.0f / 3.0f);

@@ -134,9 +134,29 @@ static inline void sum_patches(int32_t p, const float *guide, const float *varia
         add_rows(out->across + y * TX, tile->width, out->pairs + y * TX);
 }
 
+/* What rough lobes show has no sharp edges: between pixels of one flat surface a difference of the
+ * rest counts less, down to ROUGH_COUNTS. */
+#define ROUGH_FROM    0.01f /* alpha */
+#define ROUGH_TO      0.06f
+#define ROUGH_COUNTS  0.25f
+#define FLAT_EXPONENT 0.02f /* of features: as far apart pixels show no flat surface */
+
+/* Returns how much less differences count between pixels of a flat surface. */
+static inline simd_vector find_leeway(const float *alpha)
+{
+    const simd_vector t = (simd_load_vector(alpha) - ROUGH_FROM) * (1.0f / (ROUGH_TO - ROUGH_FROM));
+    return (1.0f - ROUGH_COUNTS) * simd_max(simd_min(t, simd_same(1.0f)), simd_same(0.0f));
+}
+
+static inline simd_vector find_flat(simd_vector exponent)
+{
+    const float most = FLAT_EXPONENT * LOG2_E * EXPONENT_UNIT;
+    return simd_max(1.0f - exponent * (1.0f / most), simd_same(0.0f));
+}
+
 /* Weights of pixels from sums over patches' columns, and of seven rows from those of two. */
 static inline simd_vector weigh(const struct residual_patches *patches, size_t i, int32_t p,
-                                const float *exponent)
+                                simd_vector exponent, bool rest, simd_vector leeway)
 {
     const float share = LOG2_E * EXPONENT_UNIT / (float)((2 * p + 1) * (2 * p + 1));
     const float *h = patches->across + i, *pairs = patches->pairs + i;
@@ -146,12 +166,15 @@ static inline simd_vector weigh(const struct residual_patches *patches, size_t i
               (simd_load_vector(pairs + 4 * TX) + simd_load_vector(h + 6 * TX));
     else
         sum = simd_load_vector(h) + simd_load_vector(h + TX) + simd_load_vector(h + 2 * TX);
-    return power_of_half(simd_max(sum, simd_same(0.0f)) * share + simd_load_vector(exponent));
+    simd_vector distance = simd_max(sum, simd_same(0.0f)) * share;
+    if (rest) distance *= 1.0f - leeway * find_flat(exponent);
+    return power_of_half(distance + exponent);
 }
 
 /* What taps are added to and taken from, of a row of the tile. */
 struct row {
     const float *from[2]; /* 3 planes each, from the row's first pixel on */
+    const float *alpha;
     float *sum[2][3], *weights;
     size_t plane, first; /* of the tile's numbers */
     ptrdiff_t offset[RESIDUAL_TAPS_CHUNK];
@@ -166,9 +189,10 @@ static inline void add_channels(const float *from, size_t plane, ptrdiff_t o, si
 }
 
 /* Adds all taps to one vector of pixels. */
-static inline void add_vector(const struct row *r, int halves, int32_t p, size_t x,
+static inline void add_vector(const struct row *r, int halves, int32_t p, bool rest, size_t x,
                               struct residual_tile *tile)
 {
+    const simd_vector leeway = rest ? find_leeway(r->alpha + x) : simd_same(0.0f);
     simd_vector own[2][3], sum[2][3], weights = *(simd_vector *)(r->weights + x);
     for (int h = 0; h < halves; h++)
         for (size_t c = 0; c < 3; c++) {
@@ -176,8 +200,8 @@ static inline void add_vector(const struct row *r, int halves, int32_t p, size_t
             sum[h][c] = *(simd_vector *)(r->sum[h][c] + x);
         }
     for (uint32_t k = 0; k < r->count; k++) {
-        const simd_vector w =
-            weigh(&tile->patches[k], r->first + x, p, r->exponent[k] + r->first + x);
+        const simd_vector exponent = simd_load_vector(r->exponent[k] + r->first + x);
+        const simd_vector w = weigh(&tile->patches[k], r->first + x, p, exponent, rest, leeway);
         weights += w;
         *(simd_vector *)(tile->weight[k] + x) = w;
         for (int h = 0; h < halves; h++)
@@ -188,9 +212,23 @@ static inline void add_vector(const struct row *r, int halves, int32_t p, size_t
         for (size_t c = 0; c < 3; c++) *(simd_vector *)(r->sum[h][c] + x) = sum[h][c];
 }
 
-static inline void add_row(const struct row *r, int halves, int32_t p, struct residual_tile *tile)
+static inline void add_row(const struct row *r, int halves, int32_t p, bool rest,
+                           struct residual_tile *tile)
 {
-    for (size_t x = 0; x < tile->width; x += SIMD_PER_VECTOR) add_vector(r, halves, p, x, tile);
+    for (size_t x = 0; x < tile->width; x += SIMD_PER_VECTOR)
+        add_vector(r, halves, p, rest, x, tile);
+}
+
+/* A loop for each kind of pass and of light. */
+static void add_any_row(const struct row *r, int halves, int32_t p, bool rest,
+                        struct residual_tile *tile)
+{
+    if (halves == 2)
+        rest ? add_row(r, 2, 1, true, tile) : add_row(r, 2, 1, false, tile);
+    else if (p == 3)
+        rest ? add_row(r, 1, 3, true, tile) : add_row(r, 1, 3, false, tile);
+    else
+        rest ? add_row(r, 1, 1, true, tile) : add_row(r, 1, 1, false, tile);
 }
 
 static void add_probe_row(const float *restrict w, const float *restrict s, ptrdiff_t o,
@@ -238,12 +276,8 @@ static void kernel_add_taps(const struct residual_pass *pass, const struct resid
         const size_t at = tile->base + y * s->stride;
         row.first = y * TX;
         place_row(&row, light, half, halves, at, &tile->sums[component]);
-        if (halves == 2)
-            add_row(&row, 2, 1, tile);
-        else if (pass->patch_px[component] == 3)
-            add_row(&row, 1, 3, tile);
-        else
-            add_row(&row, 1, 1, tile);
+        row.alpha = field->features.alpha + at;
+        add_any_row(&row, halves, pass->patch_px[component], component == RESIDUAL_REST, tile);
         if (light->probe[half])
             add_probes(pass, &row, light->probe[half] + at, tile, tile->probes[component][half]);
     }

@@ -78,6 +78,7 @@ static void trace_cell(struct centre_gbuffer *l, int32_t column, int32_t row, si
     block_init(&l->block, column * LANES_ACROSS, row * LANES_ACROSS, plan->width_px,
                plan->height_px, image);
     primary_trace(c->queries, plan, &l->block, &l->rays, &l->vertex.surface);
+    l->vertex.depth = 0;
     l->vertex.mirrors.any = false;
     if (c->mirrors) mirrors_follow(c, NULL, &l->rays, &l->vertex);
     l->vertex.active = l->vertex.surface.hit;

@@ -62,7 +62,7 @@ LANE_INLINE float layer_span(const struct layers *l, int i, struct vector w)
 LANE_INLINE void choose_lobe(int i, struct vector reflected, struct layers *l)
 {
     const float diffuse = vector_mean(lane_get(&l->albedo, i)) * l->kept[i];
-    const float least = LOBE_MIN * diffuse, mean = vector_mean(reflected);
+    const float least = l->least[i] * diffuse, mean = vector_mean(reflected);
     const int has = (l->metallic[i] > 0.0f) | (l->coat[i] > 0.0f);
     const float facet = has & (mean < least) ? least : mean;
     const float sum = diffuse + facet, scale = sum > 1e-20f ? 1.0f / sum : 0.0f;

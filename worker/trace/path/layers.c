@@ -1,6 +1,7 @@
 #include "worker/trace/path/layers.h"
 
 #include "worker/shade/direction.h"
+#include "worker/shade/lobe.h"
 #include "worker/shade/roughness.h"
 #include "worker/trace/path/path_kernels.h"
 
@@ -16,6 +17,7 @@ static void take(const struct bsdf *b, int i, struct layers *l)
     roughness_of(b, alpha);
     l->alpha_u[i] = alpha[0];
     l->alpha_v[i] = alpha[1];
+    l->least[i] = lobe_least(b->seen, 0.5f * (b->alpha_u + b->alpha_v));
     l->metallic[i] = b->metallic;
     l->specular[i] = b->specular;
     l->albedo.x[i] = b->albedo[0];

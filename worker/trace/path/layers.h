@@ -14,6 +14,7 @@ struct layers {
     bool any, others;                /* some lane is; some lane with a bsdf is not */
     struct lanes3 albedo, color, f0; /* struct bsdf's albedo, base_color, specular_f0 */
     _Alignas(LANES_ALIGN) float alpha_u[LANES], alpha_v[LANES], metallic[LANES], specular[LANES];
+    _Alignas(LANES_ALIGN) float least[LANES]; /* lobe_least */
     /* As seen from where the path came from: */
     _Alignas(LANES_ALIGN) float coat[LANES];    /* specular's weight beside metal's */
     _Alignas(LANES_ALIGN) float most_f0[LANES]; /* the most reflecting colour's */

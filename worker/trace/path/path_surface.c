@@ -92,6 +92,7 @@ static void resolve_general(const struct path_context *c, const struct RTCRayHit
     struct material_uv uv;
     if (m->textured || m->anisotropic) mesh_uv(&at, &uv);
     material_bsdf(m, &uv, s->behind.on[i], &v->bsdf[i]);
+    v->bsdf[i].seen = v->depth == 0;
     if (m->anisotropic) align_tangents(c, i, &uv, &at, rays->ray.time[i], v);
     s->albedo.x[i] = v->bsdf[i].albedo[0];
     s->albedo.y[i] = v->bsdf[i].albedo[1];

@@ -255,6 +255,40 @@ static float pick(struct random *r, const float *values, uint32_t count)
     return values[random_bits(r) % count];
 }
 
+/* Returns the part of 1,000 even choices that are a smooth lobe's: a coat's or facets'. */
+static double smooth_part(const struct bsdf *b)
+{
+    const float wo[3] = {0.0f, 0.0f, 1.0f}, u[2] = {0.3f, 0.6f};
+    int smooth = 0;
+    for (int i = 0; i < 1000; i++) {
+        struct bsdf_sample s;
+        smooth += bsdf_sample(b, wo, ((float)i + 0.5f) / 1000.0f, u, &s) && s.dirac;
+    }
+    return smooth / 1000.0;
+}
+
+/* White paint reflects .04, which the camera's paths look at half of the time. */
+TEST(sharp_lobes_that_are_seen_are_sampled_often)
+{
+    const struct bsdf paint = {.model = BSDF_GLTF,
+                               .albedo = {1.0f, 1.0f, 1.0f},
+                               .base_color = {1.0f, 1.0f, 1.0f},
+                               .specular = 1.0f,
+                               .specular_f0 = {0.04f, 0.04f, 0.04f},
+                               .ior = 1.5f};
+    struct bsdf seen = paint, coated = paint;
+    seen.seen = true;
+    coated.alpha_u = coated.alpha_v = 0.5f;
+    coated.coat = 1.0f;
+    assert_true(fabs(smooth_part(&paint) - 0.04) < 0.002);
+    assert_true(fabs(smooth_part(&seen) - 0.5) < 0.002);
+    assert_true(smooth_part(&coated) < 0.05);
+    coated.seen = true;
+    assert_true(fabs(smooth_part(&coated) - 0.5) < 0.002);
+    seen.specular = 0.0f;
+    assert_true(smooth_part(&seen) == 0.0);
+}
+
 /* Every parameter at its extremes, every direction at the horizon and the pole. */
 TEST(test_extremes)
 {
@@ -276,7 +310,7 @@ TEST(test_extremes)
         b.second_alpha = pick(&r, alphas, 8);
         b.grazing[0] = pick(&r, shares, 5), b.grazing[1] = pick(&r, shares, 5);
         for (int k = 0; k < 3; k++) b.second_specular[k] = pick(&r, shares, 5);
-        b.thin = random_bits(&r) & 1, b.inside = random_bits(&r) & 1;
+        b.seen = random_bits(&r) & 1, b.thin = random_bits(&r) & 1, b.inside = random_bits(&r) & 1;
         for (int k = 0; k < 3; k++) {
             b.albedo[k] = pick(&r, shares, 5), b.base_color[k] = pick(&r, shares, 5);
             b.specular_f0[k] = pick(&r, shares, 5), b.model_specular[k] = pick(&r, shares, 5);

@@ -28,6 +28,7 @@ static struct bsdf random_bsdf(struct random *r)
     b.alpha_u = b.alpha_v = alpha(r);
     if (random_bits(r) & 1) b.alpha_v = alpha(r);
     b.metallic = share(r), b.specular = share(r), b.exponent_u = 20.0f;
+    b.seen = random_bits(r) % 2;
     b.transmission = random_bits(r) % 8 ? 0.0f : share(r);
     for (int k = 0; k < 3; k++) {
         b.base_color[k] = share(r), b.specular_f0[k] = share(r);
