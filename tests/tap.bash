@@ -4,6 +4,9 @@
 #   has_scene FILE TEXT       whether the folder of scenes, $scenes, has a file; else the test is skipped
 #   serve_start DATA [ARGS]   a coordinator on a free loopback port; sets $url and $server_pid
 #   serve_stop [SIGNAL]
+#   read_url PATH COMMAND...  the command reads the body of a GET at $url, in the clear
+#   read_member PATH NAME     sets $value to the first member of that name in it, a word or a number
+#   nap SECONDS
 #   worker_port DATA          the port for workers of the coordinator that was started last, on stdout
 #   kill_holding PID          kill -9 of the only worker, while it holds tiles
 # Where programs are slow all waits are longer: by $TEST_SLOWER, which tests/run sets for sanitized
@@ -84,7 +87,7 @@ serve_start() {
         url=$(sed -n 's/^listening on //p' "$data/stdout")
         [ -n "$url" ] && return 0
         kill -0 $server_pid 2>/dev/null || { cat "$data/stderr" >&2; return 1; }
-        sleep 0.05
+        nap 0.05
     done
     return 1
 }
@@ -94,20 +97,50 @@ worker_port() {
     for _ in $(tries 200); do
         port=$(tail -c +$((told_bytes + 1)) "$1/stderr" | sed -nE 's/.*worker_port"?[=:]([0-9]+).*/\1/p')
         [ -n "$port" ] && { echo "$port"; return 0; }
-        sleep 0.05
+        nap 0.05
     done
     echo "no port for workers in $1/stderr" >&2
     return 1
 }
 serve_stop() { kill "${1:--TERM}" "$server_pid" 2>/dev/null; wait "$server_pid" 2>/dev/null; }
 
+# Tests ask often, and starting curl takes three times as long as starting jq, which takes ten times as long as no process.
+ask() { # ask PATH [METHOD]: opens $answer behind the head of what is answered, which is $head
+    local line
+    head=
+    exec {answer}<>"/dev/tcp/127.0.0.1/${url##*:}" || return 1
+    printf '%s %s HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n' "${2:-GET}" "$1" >&$answer
+    while read -r line && [ "$line" != $'\r' ]; do head+=$line$'\n'; done <&$answer
+}
+read_url() {
+    local answer head status
+    ask "$1" || return 1
+    "${@:2}" <&$answer
+    status=$?
+    exec {answer}>&-
+    return $status
+}
+read_member() {
+    local answer head part
+    value=
+    ask "$1" || return 1
+    while IFS= read -r -d , part; do
+        [[ $part != *"\"$2\":"* ]] || { value=${part#*"\"$2\":"} value=${value//[\"\}]/}; break; }
+    done <&$answer
+    exec {answer}>&-
+    [ -n "$value" ]
+}
+# Sleeps without a process: nothing is ever written there.
+exec {silence}<> <(:)
+nap() { read -r -t "$1" -u $silence; :; }
+
 # A worker that stands still is given what it has room for; all that it had sent is read by then.
 kill_holding() {
     local held=0 _
     kill -STOP "$1"
     for _ in $(tries 100); do
-        sleep 0.1
-        held=$(curl -sS --noproxy '*' "$url/v1/workers" | jq '[.workers[].tiles_in_hand] | add')
+        nap 0.1
+        held=$(read_url /v1/workers jq '[.workers[].tiles_in_hand] | add')
         [ "$held" -gt 0 ] && break
     done
     kill -9 "$1"
@@ -116,16 +149,16 @@ kill_holding() {
 }
 
 # job_state ID, await_state ID STATE SECONDS
-job_state() { curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq -r .state; }
+job_state() { local value; read_member "/v1/jobs/$1" state && echo "$value"; }
 await_state() {
-    local state end=$((SECONDS + $3 * slower))
+    local value end=$((SECONDS + $3 * slower))
     while [ $SECONDS -lt $end ]; do
-        state=$(job_state "$1")
-        [ "$state" = "$2" ] && return 0
-        case $state in failed | cancelled | finished) break ;; esac
-        sleep 0.1
+        read_member "/v1/jobs/$1" state
+        [ "$value" != "$2" ] || return 0
+        case $value in failed | cancelled | finished) break ;; esac
+        nap 0.05
     done
-    echo "job $1 is $state, not $2" >&2
-    curl -sS --noproxy '*' "$url/v1/jobs/$1" | jq -c '{state, error, progress}' >&2
+    echo "job $1 is $value, not $2" >&2
+    read_url "/v1/jobs/$1" jq -c '{state, error, progress}' >&2
     return 1
 }

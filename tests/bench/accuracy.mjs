@@ -26,8 +26,8 @@ const QUICK = { side: 256, beautySeeds: { shadows: 4, indirect: 2 }, repeat: 3, 
   spp: { shadows: [4, 9, 25, 100], indirect: [4, 16, 36, 100], lens: [4, 9, 25, 100], combined: [4, 9, 25, 64] }, mu: [0.5, 1, 2],
   more: { shadows: [400], indirect: [400], lens: [256], combined: [256] }, referenceSpp: { shadows: 4096, indirect: 2048, lens: 4096, combined: 4096 } };
 const SMOKE = { side: 64, beautySeeds: { shadows: 2, indirect: 2 }, repeat: 1, repeatSpp: {}, scenes: scenes.filter((s) => ["contacts", "box", "posts", "all_box"].includes(s.name)),
-  spp: { shadows: [4, 9], indirect: [4, 16], lens: [4, 9], combined: [4, 9] }, mu: [0.5, 1], more: { shadows: [25], indirect: [100], lens: [25], combined: [25] },
-  referenceSpp: { shadows: 4096, indirect: 1024, lens: 1024, combined: 1024 } };
+  spp: { shadows: [9], indirect: [16], lens: [9], combined: [9] }, mu: [0.5, 1], more: { shadows: [4, 25], indirect: [4, 100], lens: [4, 25], combined: [4, 25] },
+  referenceSpp: { shadows: 2048, indirect: 1024, lens: 1024, combined: 1024 } };
 const METHODS = [...new Set(Object.values(effects).flatMap((e) => e.methods))];
 const WORDS = ["effect", "scene", "method", "spp", "mu", "side", "reference", "repeat", "seed", "out"];
 const USAGE = "accuracy.mjs BUILD [quick|smoke] [effect=NAME,...] [scene=NAME,...] [method=NAME,...] [spp=N,...] [mu=N,...] [side=PX] [reference=SPP] [repeat=N] [seed=N] [out=DIR]";
@@ -64,7 +64,7 @@ function parse(argv) {
   if (list("scene")) o.scenes = scenes.filter((s) => list("scene").includes(s.name));
   if (list("effect")) o.scenes = o.scenes.filter((s) => list("effect").includes(s.effect));
   o.methods = list("method") ?? METHODS;
-  o.spp = (effect, method) => spp ?? (method === "average" ? [...base.spp[effect], ...base.more[effect]] : base.spp[effect]);
+  o.spp = (effect, method) => spp ?? (method === "average" ? [...base.spp[effect], ...base.more[effect]].sort((a, b) => a - b) : base.spp[effect]);
   o.mu = list("mu")?.map(Number) ?? base.mu;
   if (given.side) o.side = Number(given.side);
   o.whole = base === FULL && ["scene", "method", "spp", "mu", "side", "reference"].every((word) => !given[word]);

@@ -33,7 +33,7 @@ export async function until(what, read, seconds = 60, seen = async () => "") {
   while (Date.now() < end) {
     last = await read();
     if (last) return last;
-    await new Promise((done) => setTimeout(done, 20));
+    await new Promise((done) => setTimeout(done, 50)); // each look keeps two processes of the browser busy
   }
   throw new Error(`${what}: not within ${seconds} s ${await seen()}`);
 }

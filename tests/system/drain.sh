@@ -56,9 +56,7 @@ serve_start "$tmp/data" --workers 2 --worker-threads 1 || echo "Bail out! the se
 http -T "$scene" -o "$tmp/body" "$url/v1/assets/$asset"
 id=$(http -H 'Content-Type: application/json' "$url/v1/jobs" -d "{\"scene\": {\"asset\": \"$asset\"},
     \"image\": {\"width\": 320, \"height\": 320}, \"sampling\": {\"spp\": 96, \"tile_px\": 32}, \"filter\": {\"method\": \"none\"}}" | jq -r .id)
-done_tiles() { http "$url/v1/jobs/$id" | jq "$1"; }
-landed() { [ "$(done_tiles .progress.tiles_done)" -ge 10 ]; }
-check "tiles land" eventually 60 landed
+check "tiles land" eventually 60 has_landed "$id" 10
 http -N "$url/v1/jobs/$id/events" >"$tmp/events" &
 events=$!
 track $events
@@ -69,7 +67,7 @@ exec 3<>"/dev/tcp/127.0.0.1/${url##*:}"
 printf 'PUT /v1/assets/%s HTTP/1.1\r\nHost: %s\r\nContent-Length: 300000\r\nConnection: close\r\n\r\n' "$name" "${url#http://}" >&3
 head -c 150000 "$tmp/noise" >&3
 eventually 10 under_way 100
-before=$(done_tiles .progress.tiles_done)
+before=$(number "$id" .progress.tiles_done)
 kill -TERM $server_pid
 check "it says that it ends" eventually 5 says /readyz 503 draining
 check "... and lives" says /livez 200
@@ -82,7 +80,7 @@ check "the status is 0" leaves 0 15
 check "no worker is left" bash -c "! pgrep -f 'unix:$tmp/data/worker[.]sock'"
 serve_start "$tmp/data" --workers 2 --worker-threads 1 || echo "Bail out! the server did not start again"
 check "the upload is there" is "$(http -I -o /dev/null -w '%{http_code}' "$url/v1/assets/$name")" 200
-resumed() { [ "$(done_tiles .statistics.tiles.resumed)" -ge "$before" ]; }
+resumed() { [ "$(number "$id" .statistics.tiles.resumed)" -ge "$before" ]; }
 check "no tile that had landed is traced again" eventually 20 resumed
 check "the job finishes" await_state "$id" finished 300
 

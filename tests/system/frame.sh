@@ -138,7 +138,7 @@ finish_with_killed_worker() {
     worker "$data" a; worker "$data" b
     local id done_tiles
     id=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
-    eventually 10 shows "$id" '.progress.tiles_done >= 20'
+    eventually 10 has_landed "$id" 20
     done_tiles=$(number "$id" '.progress.tiles_done // 0')
     kill -9 "${workers[0]}"
     await_state "$id" finished 120 || return 1
@@ -158,7 +158,7 @@ finish_after_restart() {
     local id first
     first=$("$build/shearwater" submit "$tmp/long.json" --server "$url" --quiet) || return 1
     id=$("$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet) || return 1
-    eventually 20 shows "$first" '.progress.tiles_done > 0'
+    eventually 20 has_landed "$first" 1
     serve_stop -KILL
     serve_start "$data" --workers 2 || return 1
     await_state "$first" finished 120 && await_state "$id" finished 60 || return 1

@@ -12,11 +12,11 @@
 # On the coordinator that runs, with its data in $tmp/data:
 #   start ARGUMENTS...             it, with two workers
 #   submit MEMBERS                 a job of the box; prints its id
-#   get, shows, number ID FILTER; exr ID OUT [FRAME]; workers_empty; workers_are NAMES
+#   get, shows, number ID FILTER; has_landed ID TILES; pause_at ID TILES; exr ID OUT [FRAME]; workers_empty; workers_are NAMES
 is() { [ "$1" = "$2" ] || { echo "$1, not $2"; return 1; }; }
 eventually() {
     local end=$((SECONDS + $1 * slower)); shift
-    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; sleep 0.05; done
+    until "$@" >/dev/null 2>&1; do [ $SECONDS -lt $end ] || { "$@"; return 1; }; nap 0.05; done
 }
 settled() {
     local before= now _
@@ -24,7 +24,7 @@ settled() {
         now=$("$@")
         [ "$now" != "$before" ] || return 0
         before=$now
-        sleep 0.2
+        nap 0.2
     done
     return 1
 }
@@ -49,12 +49,24 @@ submit() {
     printf '{"scene": {"file": "%s/tests/scenes/cornell-box/cornell-box.glb"}, %s}' "$PWD" "$1" >"$tmp/job.json"
     "$build/shearwater" submit "$tmp/job.json" --server "$url" --quiet
 }
-get() { http "$url/v1/jobs/$1"; }
-shows() { get "$1" | jq -e "$2"; }
-number() { get "$1" | jq "$2"; }
+get() { read_url "/v1/jobs/$1" cat; }
+shows() { read_url "/v1/jobs/$1" jq -e "$2"; }
+number() { read_url "/v1/jobs/$1" jq "$2"; }
+has_landed() { local value; read_member "/v1/jobs/$1" tiles_done && [ "$value" -ge "$2" ]; }
+both_workers() { workers=$(read_url /v1/workers jq '.workers[].pid') && is "$(wc -w <<<"$workers")" 2; }
+# The workers stand still meanwhile: on a busy machine a job ends before a command has begun.
+pause_at() {
+    local workers status
+    eventually 10 both_workers && eventually 60 has_landed "$1" "$2" || return 1
+    kill -STOP $workers
+    "$build/shearwater" steer "$1" --server "$url" --pause >/dev/null
+    status=$?
+    kill -CONT $workers
+    return $status
+}
 exr() { http -f -o "$2" "$url/v1/jobs/$1/frames/${3:-1}/image.exr"; }
-workers_empty() { http "$url/v1/workers" | jq -e 'all(.workers[]; .tiles_in_hand == 0)'; }
-roster() { http "$url/v1/workers" | jq -r '[.workers[].name] | sort | join(" ")'; }
+workers_empty() { read_url /v1/workers jq -e 'all(.workers[]; .tiles_in_hand == 0)'; }
+roster() { read_url /v1/workers jq -r '[.workers[].name] | sort | join(" ")'; }
 workers_are() { is "$(roster)" "$1"; }
 
 # A worker that dies over the second set of $tmp/large.json changes no byte of $tmp/large.exr.

@@ -60,13 +60,12 @@ box() { echo "\"image\": {\"width\": $1, \"height\": $1}, \"sampling\": {\"spp\"
 wanted() { is "$(http "$url/v1/stats" | jq .threads_wanted)" "$1"; }
 started() { grep -c started "$tmp/$1.log"; }
 nobody() { [ "$(http "$url/v1/stats" | jq .workers)" = 0 ] && [ "$(started "$1")" -gt 0 ] && [ "$(started "$1")" = "$(grep -c ended "$tmp/$1.log")" ]; }
-first_tile() { [ "$(number "$1" .progress.tiles_done)" -ge 1 ]; }
 
 scale burst most=3 cooldown_s=2
 sleep 1
 check "without a job there is no worker" is "$(started burst)" 0
 id=$(submit "$(box 64 4)")
-check "the first tile comes within 10 s" eventually 10 first_tile "$id"
+check "the first tile comes within 10 s" eventually 10 has_landed "$id" 1
 ids=("$id")
 for _ in 1 2 3 4 5; do ids+=("$(submit "$(box 128 64)")"); done
 all_start() { [ "$(http "$url/v1/stats" | jq .workers)" -ge 3 ]; }

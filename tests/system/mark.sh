@@ -44,7 +44,7 @@ check "of eight changes at once with one tag one is made" is "$(sort "$tmp/statu
 
 # A job in work, and one whose camera moves.
 long=$(submit '"image": {"width": 384, "height": 384}, "sampling": {"spp": 400, "tile_px": 32}, "filter": {"method": "none"}, "name": "Long"')
-check "a job is in work" eventually 60 shows "$long" '.progress.tiles_done > 2'
+check "a job is in work" eventually 60 has_landed "$long" 3
 check "it gets another name" is "$(mark "$long" --name Longer)" "$long: Longer"
 live=$(submit "$small"', "live": true, "name": "Live", "labels": ["x"]')
 check "a live job rests" eventually 60 await_state "$live" resting 60

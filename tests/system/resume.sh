@@ -7,24 +7,23 @@ cd "$(dirname "$0")/../.."
 build=${1:?usage: tests/system/resume.sh BUILD_DIR}
 . tests/tap.bash
 . tests/system/jobs.bash
-landed() { [ "$(number "$1" .progress.tiles_done)" -ge "$2" ]; }
 spool_files() { find "$tmp/data/spool" -type f; }
 spool_is_empty() { [ -z "$(find "$tmp/data/spool" -mindepth 1)" ]; }
 
 # Kills it when that many tiles have landed, and starts it again.
 crash_at() { # crash_at JOB TILES
-    eventually 60 landed "$1" "$2" || return 1
+    eventually 60 has_landed "$1" "$2" || return 1
     serve_stop -KILL
     return 0 # not what the killed one ends with
 }
 
-plain='"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "filter": {"method": "none"}'
+plain='"image": {"width": 256, "height": 256}, "sampling": {"spp": 24, "tile_px": 32}, "filter": {"method": "none"}'
 names=(plain filtered rates target lens)
 jobs=("$plain"
-    '"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.04, "max_spp": 256}, "filter": {"method": "none"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32, "lens_extra": 16}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 25, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
+    '"image": {"width": 224, "height": 224}, "sampling": {"spp": 16, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
+    '"image": {"width": 224, "height": 224}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.06, "max_spp": 256}, "filter": {"method": "none"}'
+    '"image": {"width": 224, "height": 224}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 8}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 
 start
 for i in "${!jobs[@]}"; do
@@ -55,10 +54,9 @@ for i in "${!jobs[@]}"; do
     check "$n: its spool has gone" eventually 5 spool_is_empty
 done
 # A spool that is not what it was. The job is held when it is half done; what landed lies in one file.
-half_done() { # half_done MEMBERS: a job of the plain kind that was killed half-way; sets $id, $landed, $spool
+half_done() { # half_done SIGNAL: a job of the plain kind that was killed half-way; sets $id, $landed, $spool
     id=$(submit "$plain")
-    eventually 60 landed "$id" 96
-    "$build/shearwater" steer "$id" --server "$url" --pause >/dev/null
+    pause_at "$id" 48
     eventually 10 workers_empty
     settled du -sb "$tmp/data/spool" # what has landed is written soon
     landed=$(number "$id" .progress.tiles_done)

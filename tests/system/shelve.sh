@@ -13,11 +13,11 @@ metric_rays() { http "$url/metrics" | sed -n 's/^shearwater_rays_total{.*} //p' 
 rays() { number "$1" '[.statistics.rays[]] | add'; }
 
 names=(paths filtered rates target lens)
-jobs=('"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "filter": {"method": "none"}'
-    '"image": {"width": 320, "height": 320}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 36, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
-    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.04, "max_spp": 256}, "filter": {"method": "none"}'
-    '"image": {"width": 384, "height": 384}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
+jobs=('"image": {"width": 256, "height": 256}, "sampling": {"spp": 25, "tile_px": 32}, "filter": {"method": "none"}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 25, "tile_px": 32}, "effects": {"indirect_bounces": 2}'
+    '"image": {"width": 224, "height": 224}, "sampling": {"spp": 16, "tile_px": 32}, "effects": {"indirect_bounces": 2}, "filter": {"indirect": "adaptive"}'
+    '"image": {"width": 224, "height": 224}, "sampling": {"spp": 16, "tile_px": 32, "target_error": 0.06, "max_spp": 256}, "filter": {"method": "none"}'
+    '"image": {"width": 256, "height": 256}, "sampling": {"spp": 16, "tile_px": 32, "lens_extra": 4}, "lens": {"aperture_radius": 0.1, "focus_distance": 6}, "effects": {"indirect_bounces": 2}')
 start
 for i in "${!jobs[@]}"; do
     id=$(submit "${jobs[$i]}")
@@ -32,7 +32,7 @@ fill() {
     local one i
     for i in 1 2 3 4 5 6 7 8 9 10 11 12; do
         one=$(submit '"image": {"width": 128, "height": 128}, "sampling": {"spp": 1024, "tile_px": 16}, "filter": {"method": "none"}, "priority": 20')
-        eventually 60 shows "$one" '.progress.tiles_done > 0' && steer "$one" --pause || return 1
+        pause_at "$one" 1 || return 1
     done
     eventually 20 shows "$one" '.paused and .progress.tiles_done > 0' && eventually 20 workers_empty
 }
@@ -40,7 +40,7 @@ check "twelve jobs are paused" fill
 
 # shelve JOB TILES: pauses it when so many have landed, whereupon it is dropped.
 shelve() {
-    eventually 60 shows "$1" ".progress.tiles_done >= $2" && steer "$1" --pause && eventually 10 shows "$1" '.paused and .progress.tiles_done == 0'
+    pause_at "$1" "$2" && eventually 10 shows "$1" '.paused and .progress.tiles_done == 0'
 }
 finishes_as() { # finishes_as NAME JOB INDEX: the bytes and the counts of the undisturbed one
     check "$1: it finishes" await_state "$2" finished 120
@@ -82,8 +82,7 @@ check "killed on the shelf: tiles were read from disk" shows "$id" ".statistics.
 check "killed on the shelf: the metric has no rays of before" [ "$(metric_rays)" -lt "$(($(rays "$id") * 9 / 10))" ]
 
 id=$(submit "${jobs[0]}, \"priority\": 30")
-eventually 60 shows "$id" ".progress.tiles_done >= $((tiles[0] / 2))"
-steer "$id" --pause && eventually 10 nobody_works
+pause_at "$id" $((tiles[0] / 2)) && eventually 10 workers_empty
 steer "$id" --resume
 serve_stop -KILL
 start

@@ -10,11 +10,11 @@ steer() { "$build/shearwater" steer "$1" --server "$url" "${@:2}"; }
 patch() { # patch ID DOCUMENT CURL-ARGUMENTS...: prints the status; the body goes to $tmp/body
     http -o "$tmp/body" -w '%{http_code}' -X PATCH -H 'Content-Type: application/json' -d "$2" "${@:3}" "$url/v1/jobs/$1"
 }
-# 144 tiles in several passes.
-of_spp() { echo '"image": {"width": 384, "height": 384}, "sampling": {"spp": '"$1"', "tile_px": 32}, "filter": {"method": "none"}'; }
-medium=$(of_spp 36) part=$(of_spp 16)
+# Tiles in several passes.
+of() { echo '"image": {"width": '"$1"', "height": '"$1"'}, "sampling": {"spp": '"$2"', "tile_px": 32}, "filter": {"method": "none"}'; }
+medium=$(of 288 32) part=$(of 256 16)
 # Some seconds' worth: events, ten a second, tell of the first 40 tiles by themselves.
-long=$(of_spp $((slower == 1 ? 72 : 36)))
+long=$(of 384 $((slower == 1 ? 56 : 36)))
 short='"image": {"width": 128, "height": 128}, "sampling": {"spp": 16, "tile_px": 32}'
 
 start
@@ -24,7 +24,7 @@ exr "$undisturbed" "$tmp/undisturbed.exr"
 
 # Pause.
 job=$(submit "$medium")
-check "a job has begun" eventually 60 shows "$job" '.progress.tiles_done > 40'
+check "a job has begun" eventually 60 has_landed "$job" 11
 check "shearwater steer pauses it, and says so" is "$(steer "$job" --pause)" "$job: running, paused, priority 0"
 check "tiles under way land" eventually 30 workers_empty
 at_rest=$(get "$job" | jq -c '[.state, .paused, .progress]')
@@ -90,8 +90,7 @@ check "... and the first is the file of before" cmp "$tmp/first.exr" "$tmp/first
 parked=()
 for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13; do
     one=$(submit "$medium, \"priority\": 20")
-    eventually 60 shows "$one" '.progress.tiles_done > 4'
-    steer "$one" --pause >/dev/null
+    pause_at "$one" 5
     parked+=("$one")
 done
 other=$(submit "$short")
@@ -109,7 +108,7 @@ for one in "${parked[@]:1}"; do http -o /dev/null -X DELETE "$url/v1/jobs/$one?p
 
 # Priority: who is raised overtakes who runs, who is lowered waits.
 first=$(submit "$medium")
-check "the first runs" eventually 60 shows "$first" '.progress.tiles_done > 20'
+check "the first runs" eventually 60 has_landed "$first" 21
 second=$(submit "$part")
 steer "$second" --priority 10 >/dev/null
 check "a job that is raised overtakes" await_state "$second" finished 120
@@ -120,18 +119,18 @@ check "a job that is lowered is overtaken" await_state "$second" finished 120
 check "... and its place is on disk" shows "$first" '.priority == -5 and .state == "running"'
 
 # Viewers are told at once.
-timeout 5 curl -sSN --noproxy '*' "$url/v1/jobs/$first/events" >"$tmp/events" &
+timeout 30 curl -sSN --noproxy '*' "$url/v1/jobs/$first/events" >"$tmp/events" &
 listener=$!
 eventually 5 grep -q "^event:" "$tmp/events"
 steer "$first" --pause --priority 3 >/dev/null
 told() { awk '/^event: /{e = $2} /^data: / && e == "state" {print substr($0, 7)}' "$tmp/events" | jq -e 'select(.paused and .priority == 3)'; }
-check "a state event tells of it" eventually 3 told
+check "a state event tells of it" eventually 20 told
 kill $listener 2>/dev/null
 http -o /dev/null -X DELETE "$url/v1/jobs/$first?purge=1"
 
 # A region goes first: a job is paused before its first tile, told what to begin with, and let go.
 hold=$(submit "$long, \"priority\": 50")
-eventually 60 shows "$hold" '.progress.tiles_done > 10'
+eventually 60 has_landed "$hold" 11
 region=$(submit "$long")
 eventually 60 shows "$region" '.state == "running"'
 steer "$region" --pause --region 192,200,128x120 >/dev/null

@@ -33,7 +33,7 @@ worker() { # VARIABLE
 }
 same_bytes() { get "/v1/jobs/$1/frames/1/image.exr" >"$tmp/got.exr" && cmp "$tmp/$2.exr" "$tmp/got.exr"; }
 metric() { get /metrics | awk -v name="$1" '$1 == name {print $2}'; }
-roster() { get /v1/workers | jq -c ".workers[] | select(.name == \"$1\")"; }
+roster() { read_url /v1/workers jq -c ".workers[] | select(.name == \"$1\")"; }
 is_listed() { roster "$1" | jq -e "$2" || { roster "$1"; return 1; }; }
 await_roster() { eventually "$3" is_listed "$1" "$2"; } # NAME CONDITION SECONDS
 seconds_since() { awk -v from="$1" -v to="$(date +%s.%N)" 'BEGIN {printf "%.1f\n", to - from}'; }
@@ -121,7 +121,7 @@ half_open() {
     from=$(date +%s.%N)
     until get /v1/workers | jq -e 'all(.workers[]; .name != "stopped")' >/dev/null; do # a look that failed tells nothing
         within 15 || return 1
-        sleep 0.1
+        nap 0.1
     done
     echo "# a half-open link is noticed after $(seconds_since "$from") s" >&3
     kill -KILL $stopped; wait $stopped
@@ -160,7 +160,7 @@ check "the coordinator stops in order" serve_stop
 
 crashes_expected
 check "a coordinator with a worker of its own starts" serve_start "$tmp/own" --workers 1
-own_pid() { get /v1/workers | jq -r ".workers[] | select(.tiles_in_hand > 0) | .pid"; }
+own_pid() { read_url /v1/workers jq -r ".workers[] | select(.tiles_in_hand > 0) | .pid"; }
 kill_at_work() { # SIGNAL ID TIMES
     local pid last=0
     for _ in $(seq "$3"); do
@@ -168,7 +168,7 @@ kill_at_work() { # SIGNAL ID TIMES
             pid=$(own_pid)
             [ -n "$pid" ] && [ "$pid" != "$last" ] && break
             case $(job_state "$2") in failed | finished) return 1 ;; esac
-            sleep 0.05
+            nap 0.05
         done
         [ -n "$pid" ] && [ "$pid" != "$last" ] || return 1
         kill "-$1" "$pid"

@@ -89,6 +89,7 @@ export class JobView {
 
   // Everything that GET /v1/jobs/{id} says.
   show(job) {
+    if (job.id !== this.id) return; // an answer to a change of the job that was left
     // An answer may be older than an event, or another answer, that came before it.
     if (job.revision < this.revision && !ENDED.has(job.state)) return;
     this.revision = job.revision;
