@@ -8,37 +8,37 @@
 
 #define DATA_ALIGN_BYTES 64u
 
-/* Whole cache lines, and at least one, as aligned_alloc wants. */
-static size_t data_bytes(const struct samples_layout *layout)
-{
-    return (layout->total_bytes / DATA_ALIGN_BYTES + 1) * DATA_ALIGN_BYTES;
-}
-
-int samples_create_unset(const struct samples_layout *layout, struct samples **out)
+/* `memory` has room to align the data. */
+static int create(const struct samples_layout *layout, void *memory, struct samples **out)
 {
     struct samples *s = calloc(1, sizeof *s);
-    if (!s) return ERR_MEMORY;
-    s->layout = *layout;
-    s->data = aligned_alloc(DATA_ALIGN_BYTES, data_bytes(layout));
-    if (!s->data) {
+    if (!s || !memory) {
         free(s);
+        free(memory);
         return ERR_MEMORY;
     }
+    s->layout = *layout;
+    s->memory = memory;
+    s->data = (uint8_t *)memory + (-(uintptr_t)memory & (DATA_ALIGN_BYTES - 1));
     *out = s;
     return 0;
 }
 
+int samples_create_unset(const struct samples_layout *layout, struct samples **out)
+{
+    return create(layout, malloc(layout->total_bytes + DATA_ALIGN_BYTES), out);
+}
+
+/* Fresh pages are zero, so that planes that were not sent cost nothing. */
 int samples_create(const struct samples_layout *layout, struct samples **out)
 {
-    const int error = samples_create_unset(layout, out);
-    if (!error) memset((*out)->data, 0, data_bytes(layout));
-    return error;
+    return create(layout, calloc(1, layout->total_bytes + DATA_ALIGN_BYTES), out);
 }
 
 void samples_destroy(struct samples **s)
 {
     if (!*s) return;
-    free((*s)->data);
+    free((*s)->memory);
     sparse_list_destroy(&(*s)->lone);
     sparse_list_destroy(&(*s)->mixed);
     free(*s);

@@ -201,7 +201,8 @@ int samples_layout_subset(struct samples_layout *layout, const struct plan *plan
 
 struct samples {
     struct samples_layout layout;
-    uint8_t *data;             /* layout.total_bytes, 64-byte aligned, owned */
+    uint8_t *data;             /* layout.total_bytes, 64-byte aligned */
+    void *memory;              /* owned; has the data */
     struct sparse_list *lone;  /* owned; of layout.lone_parts; NULL: no sub-sample is lone */
     struct sparse_list *mixed; /* owned; of layout.mixed_values; NULL: no pixel is mixed */
 };
