@@ -28,6 +28,7 @@ const struct json_choice job_layer_words[] = {
     {"composite", LAYER_COMPOSITE, NULL},
     {"catcher", LAYER_CATCHER, NULL},
     {"overlay", LAYER_OVERLAY, NULL},
+    {"backplate", LAYER_BACKPLATE, NULL},
     {NULL, 0, NULL},
 };
 

@@ -36,6 +36,7 @@ static const struct layer_channels {
     {"composite", {"composite.R", "composite.G", "composite.B"}, true},
     {"catcher", {"catcher.R", "catcher.G", "catcher.B"}, false},
     {"overlay", {"overlay.R", "overlay.G", "overlay.B", "overlay.A"}, true},
+    {"backplate", {"backplate.R", "backplate.G", "backplate.B"}, true},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 
