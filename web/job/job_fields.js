@@ -13,7 +13,7 @@ const isObject = (value) => value !== null && typeof value === "object";
 
 export const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "samples", "visibility", "slope_min",
   "slope_max", "emission", "id", "filter_width", "error", "occlusion", "diffuse_direct", "diffuse_indirect",
-  "motion.backward", "motion.forward", "composite", "catcher", "overlay"];
+  "motion.backward", "motion.forward", "composite", "catcher", "overlay", "backplate"];
 
 export const LIGHTS = {
   rectangle: {
