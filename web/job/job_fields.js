@@ -146,5 +146,5 @@ export const GROUPS = [
     { at: "/fps", label: "Frames per second", kind: "number", min: 0.001, max: 1000, otherwise: 24 },
     { at: "/start_time_s", label: "Time at frame 1", unit: "s", kind: "number", min: -1e9, max: 1e9, otherwise: 0 },
     { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 },
-    { at: "/live", label: "Live: the camera can be moved", kind: "flag", otherwise: false }] },
+    { at: "/live", label: "Live: camera and objects can be moved", kind: "flag", otherwise: false }] },
 ];
