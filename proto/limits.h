@@ -49,6 +49,7 @@
 #define LIMIT_POINTER_BYTES         256  /* bytes of a JSON pointer in a fault */
 #define LIMIT_DETAIL_BYTES          512  /* bytes of a fault's sentence */
 #define LIMIT_COMPOSITE_NAMES       64   /* names of catchers, and of holdouts */
+#define LIMIT_MOVES                 32   /* nodes of a scene that a job moves */
 #define LIMIT_SCENE_FILES           4096 /* files beside a scene's main file */
 #define LIMIT_PATH_BYTES            512  /* bytes of a relative path inside a scene */
 #define LIMIT_WARNINGS              64   /* warnings kept for a scene or a job */

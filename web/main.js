@@ -6,6 +6,7 @@ import { showConnection } from "./connection.js";
 import { JobPanel } from "./job/job_panel.js";
 import { JobView } from "./job/job_view.js";
 import { LiveView } from "./camera/live_view.js";
+import { ObjectMode } from "./camera/object_mode.js";
 import { PictureView } from "./picture/picture_view.js";
 
 const $ = (id) => document.getElementById(id);
@@ -29,6 +30,10 @@ const live = new LiveView({
   aperture: $("camera-aperture"), distance: $("camera-distance"), state: $("live-state"), problem: $("live-problem"),
   makeProblem: (text) => view.showProblem(text),
 }, picture);
+new ObjectMode({
+  bar: $("objects"), mode: $("object-mode"), node: $("object"), place: [$("object-x"), $("object-y"), $("object-z")], turn: $("object-turn"),
+  back: $("object-back"), copy: $("object-copy"),
+}, picture, live);
 const view = new JobView(picture, {
   section: $("job"), title: $("job-title"), announce: $("announce"),
   progress: $("progress"), progressText: $("progress-text"), problem: $("problem"),

@@ -31,6 +31,7 @@ const struct json_choice job_layer_words[] = {
     {"overlay", LAYER_OVERLAY, NULL},
     {MATTE_OBJECT_LAYER, LAYER_CRYPTO_OBJECT, NULL},
     {MATTE_MATERIAL_LAYER, LAYER_CRYPTO_MATERIAL, NULL},
+    {"backplate", LAYER_BACKPLATE, NULL},
     {NULL, 0, NULL},
 };
 

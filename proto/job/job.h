@@ -7,6 +7,7 @@
  *
  *   scene     {asset, files: {"relative name": sha256}, camera, lights: bool,
  *              variant: name or null, animation: name or null, time_s: seconds or null,
+ *              moves: [{node, translation, rotation_deg}],
  *              default_light: bool,
  *              default_camera: "front" | "three_quarter"}; asset is required
  *             camera: name, index, {eye, target, up, yfov_deg} or null for the scene's own
@@ -36,6 +37,7 @@
 #include "proto/exr_codec.h"
 #include "proto/job/job_composite.h"
 #include "proto/job/job_marks.h"
+#include "proto/job/job_moves.h"
 #include "proto/json.h"
 #include "proto/plan.h"
 #include "proto/scene/relative_path.h"
@@ -138,8 +140,9 @@ enum layer {
     LAYER_OVERLAY = 1u << 21, /* objects and grey shadows, to be laid over any photograph */
     LAYER_CRYPTO_OBJECT = 1u << 22, /* Cryptomatte's ids of objects (proto/scene/matte.h) */
     LAYER_CRYPTO_MATERIAL = 1u << 23,
+    LAYER_BACKPLATE = 1u << 24, /* the photograph, as large as the picture */
 };
-#define LAYERS_COMPOSITE (LAYER_COMPOSITE | LAYER_CATCHER | LAYER_OVERLAY)
+#define LAYERS_COMPOSITE (LAYER_COMPOSITE | LAYER_CATCHER | LAYER_OVERLAY | LAYER_BACKPLATE)
 #define LAYERS_CRYPTO    (LAYER_CRYPTO_OBJECT | LAYER_CRYPTO_MATERIAL)
 #define LAYERS_MOTION    (LAYER_MOTION_BACKWARD | LAYER_MOTION_FORWARD)
 #define LAYERS_AVAILABLE                                                                           \
@@ -176,6 +179,7 @@ struct job {
     char animation[LIMIT_NAME_BYTES]; /* of the scene, that plays; "": all of them */
     bool stands;                      /* all frames show the scene at time_s; default false */
     double time_s;                    /* else the time of the frame that is prepared */
+    struct job_moves moves;           /* of the scene's nodes; default none */
     struct job_camera camera;
     int32_t width_px, height_px;    /* 1..LIMIT_IMAGE_SIDE_PX; default 720 x 720 */
     enum pixel_type pixel_type;     /* of the EXR; default float */
@@ -223,7 +227,7 @@ struct job {
                                0 */
     int32_t priority;       /* -LIMIT_PRIORITY..LIMIT_PRIORITY; default 0; higher goes first */
     int32_t tile_px;        /* LIMIT_TILE_SIDE_MIN_PX..LIMIT_TILE_SIDE_PX; default 64 */
-    bool live; /* its camera is moved while it is open (job_view_read); default false */
+    bool live; /* camera and nodes are moved while it is open (job_view_read); default false */
     struct job_composite composite; /* default none */
     struct job_marks marks;         /* default none */
 };
@@ -244,9 +248,9 @@ json_t *job_write(const struct job *job);
 json_t *job_camera_write(const struct job_camera *camera);
 json_t *job_lens_write(const struct job *job);
 
-/* Reads {"camera": ..., "lens": ...} over a copy of a job, to move the camera of a live one. A
- * member replaces the whole of the job's and has the same form. An absent one stays, but one of the
- * two is required. On failure *fault has the code, the JSON pointer and a sentence. The files stay
+/* Reads {"camera": ..., "lens": ..., "moves": ...} over a copy of a job, to change what a live one
+ * shows. A member replaces the whole of the job's and has the same form. An absent one stays, but
+ * one is required. On failure *fault has the code, the JSON pointer and a sentence. The files stay
  * the job's. */
 int job_view_read(const char *text, size_t size_bytes, struct job *job, struct fault *fault);
 

@@ -211,6 +211,9 @@ static int check_rgbd(struct json_cursor *at, const struct job *job)
     if (!has_file(job, job->composite.rgbd))
         return refuse_in(at, "rgbd", "document", ERR_NOT_FOUND,
                          "it is none of the names in scene.files");
+    if (job->live)
+        return json_cursor_refuse_member(at, "live", ERR_UNSUPPORTED,
+                                         "the frames of \"rgbd\" do not move");
     if (job->layers & LAYERS_MOTION)
         return json_cursor_refuse_member(at, "layers", ERR_UNSUPPORTED,
                                          "motion is not known of the frames of \"rgbd\"");
@@ -222,18 +225,16 @@ int job_composite_check(struct json_cursor *at, const struct job *job)
     const uint32_t made = job->layers & LAYERS_COMPOSITE;
     if (made && !job->composite.on)
         return json_cursor_refuse_member(at, "layers", ERR_MISSING,
-                                         "composite, catcher and overlay are of pictures with a "
-                                         "\"backplate\" or \"catchers\"");
+                                         "composite, catcher, overlay and backplate are of "
+                                         "pictures with a \"backplate\" or \"catchers\"");
     if (!job->composite.on) return 0;
-    if ((made & LAYER_COMPOSITE) && !job_composite_has_plate(&job->composite))
-        return json_cursor_refuse_member(at, "layers", ERR_MISSING,
-                                         "composite needs the photograph: give \"backplate\" or "
-                                         "\"rgbd\"");
+    if ((made & (LAYER_COMPOSITE | LAYER_BACKPLATE)) && !job_composite_has_plate(&job->composite))
+        return json_cursor_refuse_member(
+            at, "layers", ERR_MISSING,
+            "composite and backplate need the photograph: give \"backplate\" or "
+            "\"rgbd\"");
     const int error = check_rgbd(at, job);
     if (error) return error;
-    if (job->live)
-        return json_cursor_refuse_member(at, "live", ERR_UNSUPPORTED,
-                                         "the camera of a photograph does not move");
     if (job->target_error > 0.0f)
         return refuse_in(at, "sampling", "target_error", ERR_UNSUPPORTED,
                          "the error of a composite is not known: give spp");

@@ -13,6 +13,9 @@ int job_environment_read(struct json_cursor *at, const struct json_member *membe
 /* Reads the lens. null and an aperture of radius 0 mean none, with all fields 0. */
 int job_lens_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                   void *job);
+/* Reads the moves of nodes, in place of those that there are. */
+int job_moves_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
+                   void *job);
 /* The members of the object camera, and what is written of it. */
 extern const struct json_member job_shutter_members[];
 json_t *job_shutter_write(const struct job *job);

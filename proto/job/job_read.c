@@ -165,11 +165,11 @@ static const struct json_member scene_members[] = {
     {.name = "variant", .read = read_name, .offset = JOB(variant)},
     {.name = "animation", .read = read_name, .offset = JOB(animation)},
     NUMBER("time_s", read_time, time_s, -LIMIT_TIME_S, LIMIT_TIME_S),
+    {.name = "moves", .read = job_moves_read},
     {.name = "lights", .read = json_member_bool, .offset = JOB(scene_lights)},
     {.name = "default_light", .read = json_member_bool, .offset = JOB(default_light)},
     WORD("default_camera", default_camera, job_view_words),
-    LATER("file", "a file on your machine: submit with the command line, or upload it and give its "
-                  "digest as \"asset\""),
+    LATER("file", "a file of yours: submit by command line, or upload it and give \"asset\""),
     {.name = NULL}};
 
 static const struct json_member effects_members[] = {

@@ -17,8 +17,10 @@ static int read_lens(struct json_cursor *at, const struct json_member *m, const 
     return job_lens_read(at, m, v, o);
 }
 
-static const struct json_member view_members[] = {
-    {.name = "camera", .read = read_camera}, {.name = "lens", .read = read_lens}, {.name = NULL}};
+static const struct json_member view_members[] = {{.name = "camera", .read = read_camera},
+                                                  {.name = "lens", .read = read_lens},
+                                                  {.name = "moves", .read = job_moves_read},
+                                                  {.name = NULL}};
 
 int job_view_read(const char *text, size_t size_bytes, struct job *job, struct fault *fault)
 {
@@ -29,7 +31,7 @@ int job_view_read(const char *text, size_t size_bytes, struct job *job, struct f
     json_cursor_init(&at, fault);
     error = json_cursor_members(&at, document, view_members, job);
     if (!error && json_object_size(document) == 0)
-        error = json_cursor_refuse(&at, ERR_MISSING, "give \"camera\" or \"lens\", or both");
+        error = json_cursor_refuse(&at, ERR_MISSING, "give \"camera\", \"lens\" or \"moves\"");
     json_decref(document);
     return error;
 }

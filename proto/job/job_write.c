@@ -40,6 +40,7 @@ static json_t *write_scene(const struct job *job)
     failures +=
         set(object, "animation", job->animation[0] ? json_string(job->animation) : json_null());
     failures += set(object, "time_s", job->stands ? json_real(job->time_s) : json_null());
+    failures += set(object, "moves", job_moves_write(&job->moves));
     failures += set(object, "lights", json_boolean(job->scene_lights));
     failures += set(object, "default_light", json_boolean(job->default_light));
     failures +=

@@ -49,6 +49,7 @@ static const struct layer_channels {
     {"overlay", {"overlay.R", "overlay.G", "overlay.B", "overlay.A"}, true},
     {"CryptoObject", MATTE_CHANNELS("CryptoObject"), false},
     {"CryptoMaterial", MATTE_CHANNELS("CryptoMaterial"), false},
+    {"backplate", {"backplate.R", "backplate.G", "backplate.B"}, true},
 };
 #define LAYER_COUNT (sizeof layers / sizeof layers[0])
 

@@ -120,6 +120,22 @@ int plate_create(const float *texels, int32_t texels_across, int32_t texels_down
     return error;
 }
 
+int plate_shrink(const struct plate *plate, int32_t width_px, int32_t height_px, struct plate **out)
+{
+    struct image *image = plate->image;
+    const int32_t width = image->width_px, height = image->height_px;
+    float *texels = malloc((size_t)width * (size_t)height * 3 * sizeof *texels);
+    if (!texels) return ERR_MEMORY;
+    for (int32_t y = 0; y < height; y++)
+        for (int32_t x = 0; x < width; x++)
+            for (int c = 0; c < 3; c++)
+                texels[3 * ((size_t)y * (size_t)width + (size_t)x) + (size_t)c] =
+                    *plane_at(&image->channels[c].plane, x, y);
+    const int error = plate_create(texels, width, height, width_px, height_px, PLATE_STRETCH, out);
+    free(texels);
+    return error;
+}
+
 struct plate *plate_hold(struct plate *plate)
 {
     if (plate) atomic_fetch_add(&plate->references, 1);

@@ -14,6 +14,10 @@ enum plate_scaling { PLATE_COVER, PLATE_STRETCH };
 int plate_create(const float *texels, int32_t texels_across, int32_t texels_down, int32_t width_px,
                  int32_t height_px, enum plate_scaling scaling, struct plate **out);
 
+/* Makes a smaller copy of a plate, which shows all that it does. ERR_MEMORY. */
+int plate_shrink(const struct plate *plate, int32_t width_px, int32_t height_px,
+                 struct plate **out);
+
 /* Take and release a reference; NULL is ignored; drop nulls the pointer. Any thread. */
 struct plate *plate_hold(struct plate *plate);
 void plate_drop(struct plate **plate);

@@ -12,6 +12,7 @@
 #include "server/import/scene/blob_writer.h"
 #include "server/import/scene/cameras.h"
 #include "server/import/scene/emitters.h"
+#include "server/import/scene/moves.h"
 #include "server/import/scene/roles.h"
 #include "server/import/sequence.h"
 
@@ -34,13 +35,15 @@ static enum format format_of(const char *name, const struct file_view *main)
 static int read_scene(struct files *files, const char *name, const struct scene_choice *choice,
                       const struct file_view *main, struct builder *b, struct fault *fault)
 {
+    int rc;
     switch (format_of(name, main)) {
     case FORMAT_GLTF:
         return gltf_import(files, name, choice, main, b, fault);
     case FORMAT_OBJ:
         if (choice->variant != NULL || choice->animation != NULL)
             return fault_set(fault, ERR_NOT_FOUND, name, "an OBJ has no variants or animations");
-        return obj_import(files, name, main, b, fault);
+        rc = obj_import(files, name, main, b, fault);
+        return rc == 0 ? moves_apply(b, choice->moves, fault) : rc;
     default:
         return fault_set(fault, ERR_UNSUPPORTED, name,
                          "scenes are .glb, .gltf or .obj files, environment maps .hdr or .exr");

@@ -8,6 +8,7 @@
 
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
                             "[--animation NAME] [--time S | --times S,S,.. [--shutter S]] "
+                            "[--moves JSON] "
                             "[--catchers JSON [--holdouts JSON] [--ground Y] [--rgbd NAME]] "
                             "[--report FILE]";
 static const char summary[] =
@@ -30,6 +31,9 @@ static const struct option_text texts[] = {
      ".., as many as \"frames\" of the answer says"},
     {0, "shutter", "S",
      "seconds around each of --times for which the shutter is open; by default a moment"},
+    {0, "moves", "JSON",
+     "where nodes are moved to, [{\"node\": \"box\", \"translation\": [1, 0, 0], "
+     "\"rotation_deg\": 30}]"},
     {0, "catchers", "JSON",
      "names of nodes and materials that catch shadows in a photograph, [\"floor\"]; all else but "
      "holdouts is not in the photograph"},
@@ -93,7 +97,7 @@ static int read_times(const char *text, struct options *out, struct fault *fault
 
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
-    const char *time = NULL, *times = NULL, *ground = NULL, *shutter = NULL;
+    const char *time = NULL, *times = NULL, *ground = NULL, *shutter = NULL, *moves = NULL;
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -106,6 +110,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--time", &time, false},
                 {"--times", &times, false},
                 {"--shutter", &shutter, false},
+                {"--moves", &moves, false},
                 {"--catchers", &out->choice.catchers, false},
                 {"--holdouts", &out->choice.holdouts, false},
                 {"--ground", &ground, false},
@@ -136,6 +141,9 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     if (shutter != NULL)
         rc = read_number("--shutter", shutter, "time in seconds", &out->choice.shutter_s, fault);
     if (rc != 0) return rc;
+    if (moves != NULL) rc = job_moves_parse(moves, &out->moves, fault);
+    if (rc != 0) return rc;
+    if (out->moves.count > 0) out->choice.moves = &out->moves;
     rc = time != NULL ? read_time(time, &out->choice.time_s, fault) : 0;
     return rc == 0 && times != NULL ? read_times(times, out, fault) : rc;
 }

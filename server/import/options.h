@@ -13,8 +13,9 @@ struct options {
     const char *name;           /* main file beneath it */
     struct scene_choice choice; /* its times are those below */
     double times[OPTIONS_TIMES];
-    const char *out;    /* where the blob goes */
-    const char *report; /* where the line goes as well; NULL: nowhere */
+    struct job_moves moves; /* the same */
+    const char *out;        /* where the blob goes */
+    const char *report;     /* where the line goes as well; NULL: nowhere */
     bool help, dump;
 };
 

@@ -60,12 +60,15 @@ static void bound_first_pose(struct sequence *s)
 {
     struct builder b;
     struct fault ignored; /* the frames tell of it */
+    const struct job_moves *moves = s->g.moves.asked;
+    s->g.moves.asked = NULL; /* it stands still while they do not */
     float lowest[3], highest[3];
     int rc = builder_begin_frame(&b, s->base, &s->digest, &ignored);
     if (rc == 0) rc = gltf_read_frame(&s->g, s->choice, -LIMIT_TIME_S, &b, &ignored);
     if (rc == 0 && builder_count(&b, SCENE_INSTANCES) > 0 &&
         builder_bounds(&b, lowest, highest, &ignored) == 0)
         builder_set_bounds(s->base, lowest, highest);
+    s->g.moves.asked = moves;
     builder_fini(&b);
 }
 
@@ -91,6 +94,7 @@ static int write_frame(struct sequence *s, uint32_t index, struct import_stats *
     const struct shutter_frame shutter = {&s->g, s->choice, time_s, &s->digest, &b};
     frame_path(s, index, path);
     int rc = builder_begin_frame(&b, s->base, &s->digest, fault);
+    b.moves = s->g.moving.plays;
     if (rc == 0) rc = gltf_read_frame(&s->g, s->choice, time_s, &b, fault);
     if (rc == 0) rc = scene_finish(&b, s->choice, fault);
     if (rc == 0) rc = shutter_add(&shutter, fault);

@@ -60,6 +60,7 @@ static bool unhold(struct active_job *job)
 void active_job_drop(struct active_job *job)
 {
     preparation_cancel(&job->preparation);
+    if (job->view) live_scene_give_up(job);
     if (job->view) live_view_hide(job);
     active_job_drop_frames(job);
 }
@@ -240,7 +241,7 @@ static void on_prepared(void *ctx, const struct fault *fault, struct prepared *p
     job->prepared = prepared;
     job->statistics.import_cpu_us += prepared->import_cpu_us;
     job->jobs->past.import_cpu_us += prepared->import_cpu_us;
-    job->plan = plan_report_json(&prepared->plan, &prepared->report);
+    job->plan = active_job_plan_json(prepared, &prepared->plan, &prepared->report);
     if (!job->plan || fingerprint_of(&prepared->job, job->fingerprint) != 0) {
         struct fault memory;
         fault_set(&memory, ERR_MEMORY, "", "no memory for the job's plan");

@@ -218,6 +218,9 @@ json_t *active_job_report(const struct active_job *job);
 void active_job_keep_report(struct active_job *job, const char *state);
 /* Returns the report's text, which the caller frees; NULL without memory. */
 char *active_job_kept_report(const struct active_job *job);
+/* Returns a plan of the prepared scene, and which of its nodes may be moved. */
+json_t *active_job_plan_json(const struct prepared *prepared, const struct plan *plan,
+                             const struct plan_report *report);
 json_t *active_job_progress(const struct active_job *job);
 json_t *active_job_frames(const struct active_job *job);
 void active_job_statistics(const struct active_job *job, struct statistics *out);

@@ -102,6 +102,35 @@ static uint64_t tiles_a_frame(const struct active_job *job)
     return (uint64_t)tile_grid_count(&grid) * plan_pass_count(plan);
 }
 
+static json_t *point_of(const float v[3], const double origin[3])
+{
+    return json_pack("[f,f,f]", origin[0] + (double)v[0], origin[1] + (double)v[1],
+                     origin[2] + (double)v[2]);
+}
+
+json_t *active_job_plan_json(const struct prepared *prepared, const struct plan *plan,
+                             const struct plan_report *report)
+{
+    json_t *json = plan_report_json(plan, report), *nodes = json_array();
+    int failures = !json || !nodes;
+    for (uint32_t i = 0; i < prepared->part_count && failures == 0; i++) {
+        const struct scene_part *part = &prepared->parts[i];
+        json_t *name = json_words(part->name);
+        failures +=
+            json_array_append_new(
+                nodes, json_pack("{s:o,s:s,s:o,s:o}", "name", name, "role", scene_part_role(part),
+                                 "lowest", point_of(part->lowest, report->origin), "highest",
+                                 point_of(part->highest, report->origin))) != 0;
+    }
+    if (failures == 0 && json_object_set(json, "nodes", nodes) == 0) {
+        json_decref(nodes);
+        return json;
+    }
+    json_decref(nodes);
+    json_decref(json);
+    return NULL;
+}
+
 json_t *active_job_progress(const struct active_job *job)
 {
     if (job->last_progress) return json_incref(job->last_progress);

@@ -29,6 +29,7 @@ struct motion *active_frame_motion(const struct active_job *job, const struct ac
 
 struct plate *active_frame_plate(const struct active_job *job, const struct active_frame *frame)
 {
+    if (job->view) return live_view_plate(job);
     struct plate *own = frame->prepared ? frame->prepared->plate : NULL;
     return own ? own : job->prepared->plate;
 }

@@ -1,4 +1,4 @@
-/* Moves the camera of live jobs, and ends live jobs that are not moved any more. */
+/* Moves the camera and the nodes of live jobs, and ends live jobs that are not moved any more. */
 #include <limits.h>
 #include <stdlib.h>
 
@@ -14,12 +14,13 @@ struct move {
     void *ctx;
 };
 
-/* {id, view, camera, lens}: what the job has now. */
+/* {id, view, camera, lens, moves}: what the job has now. */
 static json_t *answer_of(const struct active_job *job)
 {
     const struct job *document = &job->prepared->job;
-    return json_pack("{s:s,s:o,s:o,s:o}", "id", job->id, "view", live_view_json(job), "camera",
-                     job_camera_write(&document->camera), "lens", job_lens_write(document));
+    return json_pack("{s:s,s:o,s:o,s:o,s:o}", "id", job->id, "view", live_view_json(job), "camera",
+                     job_camera_write(&document->camera), "lens", job_lens_write(document), "moves",
+                     job_moves_write(&document->moves));
 }
 
 /* A job that is not in the table has ended, or never was. */
@@ -53,6 +54,35 @@ static void look_up(struct jobs *jobs, const struct principal *principal, const 
     job_store_get(jobs->options.store, id, on_row, move);
 }
 
+/* A move whose scene is being prepared. */
+struct jobs_waiting_move {
+    struct jobs_waiting_move *next;
+    jobs_moved done;
+    void *ctx;
+};
+
+static void answer(const struct active_job *job, const struct fault *fault, jobs_moved done,
+                   void *ctx)
+{
+    struct fault memory;
+    json_t *body = fault ? NULL : answer_of(job);
+    if (!fault && !body) fault_set(&memory, ERR_MEMORY, "", "memory is exhausted");
+    done(ctx, body ? NULL : fault ? fault : &memory, body);
+    json_decref(body);
+}
+
+void jobs_answer_moves(struct active_job *job, const struct fault *fault)
+{
+    struct jobs_waiting_move *list = job->view->waiting;
+    job->view->waiting = NULL;
+    while (list) {
+        struct jobs_waiting_move *move = list;
+        list = move->next;
+        answer(job, fault, move->done, move->ctx);
+        free(move);
+    }
+}
+
 void jobs_move(struct jobs *jobs, const struct principal *principal, const char *id,
                const char *text, size_t size_bytes, jobs_moved done, void *ctx)
 {
@@ -62,12 +92,17 @@ void jobs_move(struct jobs *jobs, const struct principal *principal, const char 
         look_up(jobs, principal, id, done, ctx);
         return;
     }
+    struct jobs_waiting_move *move = malloc(sizeof *move);
     int error = live_view_check(job, &fault);
+    if (!error && !move) error = fault_set(&fault, ERR_MEMORY, "", "memory is exhausted");
     if (!error) error = live_view_move(job, text, size_bytes, &fault);
-    json_t *body = error ? NULL : answer_of(job);
-    if (!error && !body) fault_set(&fault, ERR_MEMORY, "", "memory is exhausted");
-    done(ctx, body ? NULL : &fault, body);
-    json_decref(body);
+    if (!error && job->view->preparation) {
+        *move = (struct jobs_waiting_move){job->view->waiting, done, ctx};
+        job->view->waiting = move;
+        return;
+    }
+    free(move);
+    answer(job, error ? &fault : NULL, done, ctx);
 }
 
 /* Ends those that have rested for too long. */

@@ -112,6 +112,8 @@ bool jobs_open_next(struct jobs *jobs);
 /* jobs_move.c */
 /* Moves live jobs whose level is complete on to the next level, or lets them rest. */
 void jobs_complete_views(struct jobs *jobs);
+/* Answers all moves that wait for a live job's scene. fault NULL: it is taken. */
+void jobs_answer_moves(struct active_job *job, const struct fault *fault);
 /* Ends live jobs from now on that have rested for too long. */
 void jobs_watch_idle(struct jobs *jobs);
 

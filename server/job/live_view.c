@@ -8,15 +8,6 @@
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
 
-/* Plans are made of the whole document; what they say of its camera is said of the move's. */
-static void point_into_view(struct fault *fault)
-{
-    static const char camera[] = "/scene/camera";
-    if (strncmp(fault->pointer, camera, sizeof camera - 1) != 0) return;
-    memmove(fault->pointer, fault->pointer + strlen("/scene"),
-            strlen(fault->pointer) - strlen("/scene") + 1);
-}
-
 /* Makes a plan for each level. *report is that of the last. */
 static int plan_levels(const struct prepared *prepared, const struct job *document,
                        struct plan plans[VIEW_LEVELS_MAX], struct plan_report *report,
@@ -37,6 +28,23 @@ static int plan_levels(const struct prepared *prepared, const struct job *docume
     return error;
 }
 
+/* Makes a plate of each level's size, where there is a photograph. */
+static int plate_levels(struct live_view *view, struct plate *full)
+{
+    const unsigned last = view->levels - 1;
+    int error = 0;
+    view->plates[last] = plate_hold(full);
+    for (unsigned level = 0; full && level < last && !error; level++)
+        error = plate_shrink(full, view->plans[level].width_px, view->plans[level].height_px,
+                             &view->plates[level]);
+    return error;
+}
+
+static void drop_plates(struct live_view *view)
+{
+    for (unsigned level = 0; level < VIEW_LEVELS_MAX; level++) plate_drop(&view->plates[level]);
+}
+
 int live_view_create(struct active_job *job, uint32_t number, struct fault *fault)
 {
     struct live_view *view = calloc(1, sizeof *view);
@@ -47,12 +55,17 @@ int live_view_create(struct active_job *job, uint32_t number, struct fault *faul
     else
         fault_set(fault, error, "", "no memory for a live job");
     free(report);
+    if (!error) {
+        view->levels = view_levels(&job->prepared->job);
+        error = plate_levels(view, job->prepared->plate);
+        if (error) fault_set(fault, error, "/backplate", "no memory for the photograph");
+    }
     if (error) {
+        if (view) drop_plates(view);
         free(view);
         return error;
     }
     view->number = number;
-    view->levels = view_levels(&job->prepared->job);
     view->moved_us = jobs_clock_us();
     job->view = view;
     return 0;
@@ -74,6 +87,8 @@ void live_view_destroy(struct active_job *job)
 {
     if (!job->view) return;
     drop_last(job->view);
+    drop_plates(job->view);
+    live_scene_give_up(job);
     free(job->view);
     job->view = NULL;
 }
@@ -168,53 +183,81 @@ static void begin(struct active_job *job)
     if (has_place && active_job_has_unopened(job)) active_job_open_frame(job);
 }
 
-/* Takes a view. Only the camera has moved; the plan's report is made when a request needs it. */
-static int take(struct active_job *job, const struct job *moved, const struct plan *plans,
-                const struct plan_report *report, struct fault *fault)
+/* Takes a view of a scene, the job's or a new one. */
+static int take(struct active_job *job, struct prepared *prepared, const struct job *moved,
+                const struct plan *plans, const struct plan_report *report, struct fault *fault)
 {
     struct live_view *view = job->view;
-    struct prepared *prepared = job->prepared;
     char fingerprint[FINGERPRINT_BYTES];
-    json_t *plan = plan_report_json(&plans[view->levels - 1], report);
+    json_t *plan = active_job_plan_json(prepared, &plans[view->levels - 1], report);
     if (!plan || fingerprint_of(moved, fingerprint) != 0) {
         json_decref(plan);
         return fault_set(fault, ERR_MEMORY, "", "no memory to plan this view");
     }
     json_decref(job->plan);
     job->plan = plan;
+    job->prepared = prepared;
     memcpy(job->fingerprint, fingerprint, sizeof job->fingerprint);
-    prepared->job = *moved;
+    if (moved != &prepared->job) prepared->job = *moved;
     prepared->report = *report;
     prepared->plan = plans[view->levels - 1];
     memcpy(view->plans, plans, sizeof view->plans);
+    view->number++;
     return 0;
+}
+
+/* Plans a view and takes it. */
+static int plan_and_take(struct active_job *job, struct prepared *prepared, const struct job *moved,
+                         struct fault *fault)
+{
+    struct plan_report *report = malloc(sizeof *report);
+    struct plan *plans = calloc(VIEW_LEVELS_MAX, sizeof *plans);
+    int error = ERR_MEMORY;
+    if (report && plans) {
+        error = plan_levels(prepared, moved, plans, report, fault);
+        if (error) live_scene_point_into_body(fault);
+    } else {
+        fault_set(fault, error, "", "no memory to plan this view");
+    }
+    if (!error) error = take(job, prepared, moved, plans, report, fault);
+    free(report);
+    free(plans);
+    return error;
 }
 
 int live_view_move(struct active_job *job, const char *text, size_t size_bytes, struct fault *fault)
 {
     struct live_view *view = job->view;
-    struct job moved = job->prepared->job;
+    struct job moved = view->coming ? *view->coming : job->prepared->job; /* borrows its files */
     int error = job_view_read(text, size_bytes, &moved, fault);
     if (error) return error;
-    struct plan_report *report = malloc(sizeof *report);
-    struct plan *plans = calloc(VIEW_LEVELS_MAX, sizeof *plans);
-    if (report && plans) {
-        error = plan_levels(job->prepared, &moved, plans, report, fault);
-        if (error) point_into_view(fault);
-    } else {
-        error = fault_set(fault, ERR_MEMORY, "", "no memory to plan this view");
-    }
-    if (!error) error = take(job, &moved, plans, report, fault);
-    free(report);
-    free(plans);
-    if (error) return error;
-    view->number++;
     view->moved_us = jobs_clock_us();
+    if (view->coming || !job_moves_equal(&moved.moves, &job->prepared->job.moves))
+        return live_scene_prepare(job, &moved, fault);
+    error = plan_and_take(job, job->prepared, &moved, fault);
+    if (error) return error;
     begin(job);
     if (!job->view)
         return fault_set(fault, ERR_MEMORY, "", "no memory for this view: it begins again");
     if (!job_state_is_final(job->state)) record_newest(job);
     return 0;
+}
+
+int live_view_take_scene(struct active_job *job, struct prepared *prepared, struct fault *fault)
+{
+    struct prepared *before = job->prepared;
+    int error = plan_and_take(job, prepared, &prepared->job, fault);
+    if (error) return error;
+    if (!prepared->plate) prepared->plate = plate_hold(before->plate);
+    begin(job);
+    prepared_destroy(&before);
+    if (job->view && !job_state_is_final(job->state)) record_newest(job);
+    return 0;
+}
+
+struct plate *live_view_plate(const struct active_job *job)
+{
+    return job->view->plates[job->view->level];
 }
 
 const struct plan *live_view_plan(const struct active_job *job)

@@ -1,6 +1,6 @@
 #pragma once
-/* The view of a live job, which is a camera and a lens, shown at growing resolution
- * (view_levels.h).
+/* The view of a live job, which is a camera, a lens and where nodes are, shown at growing
+ * resolution (view_levels.h).
  *
  * Views are numbered from 1. A move begins the next view at once. The frame in work is dropped with
  * all its leases, so results that workers still send belong to no frame, and the pixel feed gets
@@ -19,7 +19,11 @@ struct live_view {
     uint32_t number;
     unsigned level, levels;
     struct plan plans[VIEW_LEVELS_MAX];
-    bool shown; /* the level in work is on the feed */
+    struct plate *plates[VIEW_LEVELS_MAX]; /* held; NULL: there is no photograph */
+    struct preparation *preparation;       /* of moved nodes (live_scene.c); NULL: none */
+    struct job *coming;                    /* owned; its document */
+    struct jobs_waiting_move *waiting;     /* for it; owned by jobs_move.c */
+    bool shown;                            /* the level in work is on the feed */
     struct frame
         *last; /* the coarser frame that is on the feed until then; complete, and not in work */
     uint64_t moved_us;
@@ -31,17 +35,30 @@ struct live_view {
 int live_view_create(struct active_job *job, uint32_t number, struct fault *fault);
 void live_view_destroy(struct active_job *job);
 
-/* Begins the next view, from a body that job_view_read takes. A fault's pointer leads into it, and
- * leaves the job as it was. */
+/* Begins the next view, from a body that job_view_read takes; where nodes are moved, once their
+ * scene is prepared. A fault's pointer leads into the body, and leaves the job as it was. */
 int live_view_move(struct active_job *job, const char *text, size_t size_bytes,
                    struct fault *fault);
+/* Begins the next view with a scene of its own, which is taken if it returns 0. */
+int live_view_take_scene(struct active_job *job, struct prepared *prepared, struct fault *fault);
+
+/* -- live_scene.c -- */
+
+/* Prepares the scene of the next view. A preparation that is under way is given up: the newest
+ * wins. ERR_MEMORY. */
+int live_scene_prepare(struct active_job *job, const struct job *document, struct fault *fault);
+/* Gives up what is prepared, and tells those that wait for it. */
+void live_scene_give_up(struct active_job *job);
+/* Makes a fault of the document one of the body that moves the view. */
+void live_scene_point_into_body(struct fault *fault);
 
 /* Returns 0 if it may be moved; else ERR_STATE with a sentence: it has not begun, is ending, or is
  * not live. */
 int live_view_check(const struct active_job *job, struct fault *fault);
 
-/* Returns the plan of the level in work. */
+/* Return the plan and the photograph of the level in work; NULL: there is none. */
 const struct plan *live_view_plan(const struct active_job *job);
+struct plate *live_view_plate(const struct active_job *job);
 int32_t live_view_scale(const struct active_job *job);
 
 /* Notes that pixels of the frame in work have changed; live_view_completed, that it is complete. */

@@ -3,7 +3,7 @@
 import { CoarsePicture } from "../../web/picture/coarse_picture.js";
 import { LayerImage } from "../../web/picture/layer_image.js";
 import { LiveCamera } from "../../web/camera/live_camera.js";
-import { basis, cameraOf, distanceAlongView, dolly, orbit, pan, rounded, shortest } from "../../web/camera/orbit.js";
+import { basis, cameraOf, distanceAlongView, dolly, dropOnLevel, nearestBox, orbit, pan, rayThrough, rounded, shortest } from "../../web/camera/orbit.js";
 import { expect, runAll, test, until } from "./house.mjs";
 
 const camera = { eye: [0, 1, 5], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 40 };
@@ -34,6 +34,18 @@ await runAll(async () => {
       expect(way * (c.eye[1] - 1) > 4.9, `it stopped at ${c.eye}`);
       near(orbit(c, 0, -way * 0.5).eye.slice(1, 2), [1 + way * 5 * Math.cos(0.52)], "and comes back", 1e-6);
     }
+  });
+
+  await test("a ray through a pixel meets the ground, and the nearer of two boxes", () => {
+    const image = { width: 200, height: 100 };
+    near(rayThrough(camera, { x: 100, y: 50 }, image).along, [0, 0, -1], "the middle");
+    const ray = rayThrough(camera, { x: 150, y: 75 }, image), half = Math.tan(20 * Math.PI / 180);
+    near(ray.along, [half, -half / 2, -1], "right of it and below");
+    near(dropOnLevel(ray, 0), [2, 0, 5 - 2 / half], "the ground");
+    expect(dropOnLevel(ray, 2) === null && dropOnLevel(rayThrough(camera, { x: 100, y: 50 }, image), 0) === null, "above, and level");
+    const box = (z) => ({ lowest: [-1, 0, z], highest: [1, 2, z + 1] });
+    const middle = rayThrough(camera, { x: 100, y: 50 }, image), [back, front, behind] = [box(-3), box(0), box(8)];
+    expect(nearestBox(middle, [back, front, behind]) === front && nearestBox(middle, [behind]) === null, "another box");
   });
 
   await test("panning moves eye and target alike, by heights of the picture", () => {

@@ -1,4 +1,4 @@
-// A live job's camera in the page: what it is, where it goes, and the moves on their way to the
+// A live job's camera and moved objects in the page: what they are, where they go, and the moves on their way to the
 // server. One move is under way at a time; of those that come meanwhile the newest goes next, when
 // something of the one before was seen.
 import { moveCamera } from "../api.js";
@@ -12,6 +12,7 @@ export class LiveCamera {
 
   close() {
     this.id = this.camera = this.lens = this.waiting = null;
+    this.moves = [];
     this.problem = "";
     this.number = this.seen = this.before = 0; // the newest view that the server has told of; that was drawn; that was left last
     this.busy = false;
@@ -27,6 +28,7 @@ export class LiveCamera {
     const camera = document.scene.camera;
     this.number = view?.number ?? 0;
     this.lens = document.lens;
+    this.moves = document.scene.moves;
     this.camera = camera?.eye ? camera : plan?.camera?.type === "perspective" ? cameraOf(plan.camera, distance) : null;
     this.onChange();
   }
@@ -36,11 +38,12 @@ export class LiveCamera {
 
   get settled() { return !this.busy && !this.waiting; }
 
-  // A change {camera, lens}, of which one may be absent; `at`: the time of the input, in performance's ms.
-  move({ camera, lens }, at = performance.now()) {
+  // A change {camera, lens, moves}, of which some may be absent; `at`: the time of the input, in performance's ms.
+  move({ camera, lens, moves }, at = performance.now()) {
     if (camera) this.camera = camera;
     if (lens !== undefined) this.lens = lens;
-    this.waiting = { at: this.waiting?.at ?? at, camera: camera ? rounded(camera) : this.waiting?.camera, lens: lens === undefined ? this.waiting?.lens : lens };
+    if (moves) this.moves = moves;
+    this.waiting = { moves: moves ?? this.waiting?.moves, at: this.waiting?.at ?? at, camera: camera ? rounded(camera) : this.waiting?.camera, lens: lens === undefined ? this.waiting?.lens : lens };
     this.pump();
     this.onChange();
   }
@@ -55,7 +58,7 @@ export class LiveCamera {
       const answer = await moveCamera(this.id, change);
       if (token !== this.token) return;
       this.number = answer.view.number;
-      if (!this.waiting) { this.camera = answer.camera?.eye ? answer.camera : this.camera; this.lens = answer.lens; }
+      if (!this.waiting) { this.camera = answer.camera?.eye ? answer.camera : this.camera; this.lens = answer.lens; this.moves = answer.moves; }
       this.problem = "";
       await this.untilSeen(answer.view.number, at);
     } catch (error) {

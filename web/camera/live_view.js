@@ -17,6 +17,7 @@ export class LiveView {
     this.picture = picture;
     this.live = new LiveCamera(() => { this.showState(); if (this.live.settled) picture.redraw(); });
     this.mode = this.focusing = false;
+    this.objects = null; // object_mode.js
     picture.toggleCamera = () => { if (!elements.bar.hidden) this.setMode(!this.mode); else picture.say("This job is not live."); };
     picture.cameraDrag = (kind, x, y, event) => this.drag(kind, x, y, event);
     picture.cameraWheel = (event) => this.wheel(event);
@@ -39,6 +40,7 @@ export class LiveView {
     this.setMode(false);
     this.at.bar.hidden = true;
     this.at.make.hidden = true;
+    this.objects?.close();
     this.tell("");
     this.id = this.job = this.depth = null;
   }
@@ -47,13 +49,14 @@ export class LiveView {
   show(id, job) {
     const live = job.document?.live === true;
     this.at.make.hidden = live || !job.document;
-    if (!live) { this.at.bar.hidden = true; return; }
+    if (!live) { this.at.bar.hidden = true; this.objects?.close(); return; }
     this.job = job;
     this.id = id;
     this.at.bar.hidden = !OPEN.has(job.state);
     if (this.at.bar.hidden) this.setMode(false);
     this.hasDepth = job.document.layers.includes("depth");
     this.live.take(id, job, 4 * (job.plan?.length_unit ?? 1));
+    this.objects?.show(this.at.bar.hidden ? null : job);
     this.tell(job.state);
   }
 
@@ -77,7 +80,7 @@ export class LiveView {
     const say = (text) => { if (this.at.state.textContent !== text) this.at.state.textContent = text; };
     clearTimeout(this.saying);
     if (state !== "resting") { say(state === "running" ? "refining" : ""); return; }
-    this.saying = setTimeout(() => { if (this.held) this.tell(state); else say("complete"); }, CALM_MS);
+    this.saying = setTimeout(() => { if (this.held || this.objects?.held) this.tell(state); else say("complete"); }, CALM_MS);
   }
 
   showState() {
@@ -86,6 +89,7 @@ export class LiveView {
     at.copy.disabled = at.mode.disabled = !live.camera;
     for (const [input, value] of [[at.aperture, lens?.aperture_radius ?? 0], [at.distance, lens?.focus_distance ?? ""]])
       if (document.activeElement !== input || !at.bar.contains(input)) input.value = String(value);
+    this.objects?.showState();
     at.bar.dataset.view = String(live.number);
     at.bar.dataset.settled = String(live.settled);
     at.bar.dataset.firstPixels = live.firstPixels.map((ms) => ms.toFixed(1)).join(" ");
@@ -93,6 +97,7 @@ export class LiveView {
 
   setMode(on) {
     if (on && !this.live.camera) return;
+    if (on) this.objects?.setMode(false);
     if (on !== this.mode) this.picture.say(on ? "camera mode" : "picture mode");
     this.mode = on;
     this.at.mode.setAttribute("aria-pressed", String(on));
@@ -240,12 +245,12 @@ export class LiveView {
     }
   }
 
-  // A live job of the same document, with depths to focus by.
+  // A live job of the same document, with depths to focus by, or with the photograph beside the composite.
   async make() {
     const id = location.hash.split("/").pop();
     try {
       const { document } = await getJob(id), { target_error, max_spp, ...sampling } = document.sampling;
-      const first = firstFrame(document), layers = document.layers.includes("depth") ? document.layers : [...document.layers, "depth"];
+      const first = firstFrame(document), layers = [...new Set([...document.layers, document.backplate ? "backplate" : "depth"])];
       const made = await submitJob({ ...document, sampling, layers, frames: { first, last: first }, live: true }, `live-${id}-${Date.now()}`);
       location.hash = `#/jobs/${made.id}`;
     } catch (error) { this.at.makeProblem(error.message); }

@@ -65,6 +65,29 @@ export function distanceAlongView(depth, x, y, { width, height }, yfov_deg) {
   return depth / Math.hypot(1, ((x + 0.5) / width * 2 - 1) * wide, ((y + 0.5) / height * 2 - 1) * tall);
 }
 
+// The ray {eye, along} through a point of the picture, in pixels.
+export function rayThrough(camera, { x, y }, { width, height }) {
+  const { forward, right, up } = basis(camera), tall = Math.tan(camera.yfov_deg * Math.PI / 360), wide = tall * width / height;
+  return { eye: camera.eye, along: add(forward, add(scale(right, (x / width * 2 - 1) * wide), scale(up, (1 - y / height * 2) * tall))) };
+}
+
+// Where a ray meets the level y; null where it does not, or so far away that a pixel is a leap.
+export function dropOnLevel({ eye, along }, y) {
+  const t = (y - eye[1]) / along[1];
+  return t > 0 && Math.abs(along[1]) > 0.01 * length(along) ? add(eye, scale(along, t)) : null;
+}
+
+// The first of some boxes {lowest, highest} that a ray meets; null: none.
+export function nearestBox({ eye, along }, boxes) {
+  let best = null, nearest = Infinity;
+  for (const box of boxes) {
+    const ends = eye.map((v, i) => [box.lowest[i], box.highest[i]].map((side) => (side - v) / along[i]).sort((a, b) => a - b));
+    const from = Math.max(0, ...ends.map(([near]) => near)), to = Math.min(...ends.map(([, far]) => far));
+    if (from <= to && from < nearest) { best = box; nearest = from; }
+  }
+  return best;
+}
+
 // The numbers that the server keeps are floats: as short as they can be told apart.
 export function shortest(v) {
   const float = Math.fround(v);

@@ -13,7 +13,8 @@ const isObject = (value) => value !== null && typeof value === "object";
 
 export const LAYERS = ["beauty", "direct", "indirect", "albedo", "normal", "depth", "samples", "visibility", "slope_min",
   "slope_max", "emission", "id", "filter_width", "error", "occlusion", "diffuse_direct", "diffuse_indirect",
-  "motion.backward", "motion.forward", "composite", "catcher", "overlay", "CryptoObject", "CryptoMaterial"];
+  "motion.backward", "motion.forward", "composite", "catcher", "overlay", "CryptoObject", "CryptoMaterial",
+  "backplate"];
 
 export const LIGHTS = {
   rectangle: {
@@ -146,5 +147,5 @@ export const GROUPS = [
     { at: "/fps", label: "Frames per second", kind: "number", min: 0.001, max: 1000, otherwise: 24 },
     { at: "/start_time_s", label: "Time at frame 1", unit: "s", kind: "number", min: -1e9, max: 1e9, otherwise: 0 },
     { at: "/priority", label: "Priority", kind: "integer", min: -100, max: 100, otherwise: 0 },
-    { at: "/live", label: "Live: the camera can be moved", kind: "flag", otherwise: false }] },
+    { at: "/live", label: "Live: camera and objects can be moved", kind: "flag", otherwise: false }] },
 ];

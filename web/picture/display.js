@@ -6,7 +6,7 @@ const RANGE_SAMPLES = 40000;
 // Layers of light share the job's exposure and view. All others, files of the person's too, have
 // colours that are no light, or numbers: a view would only falsify them.
 const LIGHT = new Set(["beauty", "direct", "indirect", "emission", "diffuse_direct", "diffuse_indirect",
-  "composite", "overlay"]);
+  "composite", "overlay", "backplate"]);
 const PLAIN = { exposure: 0, curve: "linear" };
 
 export class Display {

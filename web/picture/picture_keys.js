@@ -53,6 +53,7 @@ export function pictureKeys(view) {
     { keys: ["Shift+ArrowDown"], shown: ["Shift", "←", "→", "↑", "↓"], name: "select a pixel", run: step(0, 1) },
     { keys: ["Enter"], name: "pin the probe at it", run: () => probe.pin() },
     { keys: ["c"], name: "move the camera of a live job: arrows orbit, Shift and arrows pan, + and − move closer and away, F picks focus, Escape ends it", run: () => view.toggleCamera?.() },
+    { keys: ["Shift+c"], shown: ["Shift+C"], name: "move objects of a live job: arrows move along the ground, Shift and arrows turn, raise and lower, N is the next object, Backspace puts it back, Escape ends it", run: () => view.toggleObjects?.() },
     { keys: ["?"], name: "show or hide this list", run: () => view.shortcuts.toggle() },
   ];
 }

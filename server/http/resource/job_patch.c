@@ -168,7 +168,8 @@ static int look(const struct request *r, bool *moves, bool *marks)
     json_t *root = NULL;
     const int error =
         json_read(r->body ? r->body : "", r->body_bytes, LIMIT_JOB_BYTES, &root, &ignored);
-    *moves = json_object_get(root, "camera") || json_object_get(root, "lens");
+    *moves = json_object_get(root, "camera") || json_object_get(root, "lens") ||
+             json_object_get(root, "moves");
     *marks = json_object_get(root, "name") || json_object_get(root, "comment") ||
              json_object_get(root, "labels");
     json_decref(root);

@@ -31,6 +31,13 @@ struct gltf_moving {
     uint8_t *node_weights, *mesh_weights; /* of morph targets */
     uint8_t *materials;
     bool any;
+    bool plays; /* by an animation */
+};
+
+/* What the job moves (gltf_moves.c). */
+struct gltf_moves {
+    const struct job_moves *asked; /* borrowed; NULL: nothing */
+    uint32_t *of; /* owned; by index of a node: its moves and its ancestors'; bits */
 };
 
 /* A mesh of the base that frames place. */
@@ -43,6 +50,7 @@ struct gltf_movable {
 struct gltf {
     enum gltf_phase phase;
     struct gltf_moving moving;
+    struct gltf_moves moves;
     struct gltf_movable *movables; /* owned; in order of mesh, primitive, poser */
     uint32_t movable_count, movable_capacity;
     uint32_t base_materials; /* of the base */
@@ -148,6 +156,17 @@ int gltf_variant_material(struct gltf *g, const json_t *primitive, const char *p
  * often it stands. ERR_MISMATCH, ERR_LIMIT, ERR_NOT_FINITE. */
 int gltf_instancing_keep(struct gltf *g, const json_t *json, const char *place,
                          const struct gltf_node *node, bool *instanced, struct fault *fault);
+
+/* Finds the nodes that the job moves, so that they count as moving. ERR_NOT_FOUND for a name that
+ * no node has, with its place in the job document. */
+int gltf_moves_find(struct gltf *g, const struct job_moves *moves, struct fault *fault);
+/* Moves the nodes that were read. */
+void gltf_moves_apply(struct gltf *g);
+void gltf_moves_fini(struct gltf_moves *moves);
+
+/* Finds the bounds of the nodes that have one of the bits in `moved`, of all for 0. False: they
+ * have none, or the file does not say them. */
+bool gltf_nodes_bounds(const struct gltf *g, uint32_t moved, double lowest[3], double highest[3]);
 
 /* Chooses the middle of a scene that is far from the origin for the builder's, zeros for others;
  * moves the nodes by the builder's origin. */

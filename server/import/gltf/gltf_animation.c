@@ -65,7 +65,7 @@ static bool take(struct playing *p, const char *pointer, const char *place)
 static void note(struct gltf_moving *moving, const char *text)
 {
     unsigned index = 0;
-    moving->any = true;
+    moving->any = moving->plays = true;
     if (sscanf(text, "/nodes/%u/", &index) == 1)
         (strstr(text, "/weights") ? moving->node_weights : moving->nodes)[index] = 1;
     else if (sscanf(text, "/meshes/%u/", &index) == 1)

@@ -18,7 +18,8 @@ int gltf_open(struct gltf *g, struct files *files, const char *name,
     if (rc == 0) rc = gltf_buffers_init(g, fault);
     if (rc == 0) rc = gltf_animations_find(g, choice, fault);
     if (rc == 0) rc = gltf_textures_init(g, fault);
-    builder->moves = g->moving.any;
+    builder->moves = g->moving.plays;
+    if (rc == 0) rc = gltf_moves_find(g, choice->moves, fault);
     return rc;
 }
 
@@ -30,6 +31,7 @@ void gltf_close(struct gltf *g)
     gltf_textures_fini(g);
     gltf_buffers_fini(g);
     gltf_moving_fini(&g->moving);
+    gltf_moves_fini(&g->moves);
     free(g->movables);
     free(g->uv_sets);
     json_decref(g->root);
@@ -44,6 +46,7 @@ int gltf_read_whole(struct gltf *g, const struct scene_choice *choice, struct bu
     int rc = gltf_animations_apply(g, choice, choice->time_s, fault);
     b->warnings = kept;
     if (rc == 0) rc = gltf_nodes_read(g, fault);
+    if (rc == 0) gltf_moves_apply(g);
     if (rc == 0) gltf_origin_choose(g);
     if (rc == 0) gltf_origin_move(g);
     if (rc == 0) rc = gltf_materials_read(g, fault);
@@ -115,6 +118,7 @@ int gltf_read_frame(struct gltf *g, const struct scene_choice *choice, double ti
     struct warnings kept = b->warnings; /* the base has warned of the same */
     int rc = gltf_animations_apply(g, choice, time_s, fault);
     if (rc == 0) rc = gltf_nodes_read(g, fault);
+    if (rc == 0) gltf_moves_apply(g);
     if (rc == 0) gltf_origin_move(g);
     if (rc == 0) rc = gltf_materials_read(g, fault);
     b->warnings = kept;

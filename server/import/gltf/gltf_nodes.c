@@ -144,6 +144,7 @@ static int read_visibility(const struct gltf *g, const json_t *json, const char 
 struct ancestry {
     struct affine to_world;
     bool visible, moves;
+    uint32_t moved;
     uint32_t depth;
 };
 
@@ -186,6 +187,7 @@ static int visit(struct gltf *g, size_t index, const struct ancestry *parent, st
     if (rc != 0) return rc;
     node.to_world = own.to_world = affine_multiply(&parent->to_world, &local);
     node.moves = own.moves = parent->moves || (g->moving.nodes && g->moving.nodes[index]);
+    if (g->moves.of != NULL) node.moved = own.moved = g->moves.of[index] |= parent->moved;
     if (!affine_is_finite(&node.to_world))
         return fault_set(fault, ERR_NOT_FINITE, place, "its place in the world is not finite");
     if (g->nodes.world != NULL) g->nodes.world[index] = node.to_world;

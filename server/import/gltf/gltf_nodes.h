@@ -11,7 +11,8 @@ struct gltf_node {
     uint32_t index;                     /* in the document */
     uint32_t mesh, skin, camera, light; /* SCENE_NONE: none */
     bool weighted;                      /* morph weights of its own, in place of the mesh's */
-    bool moves;                         /* by an animation, alone or with an ancestor */
+    bool moves;                         /* by an animation or the job, alone or with an ancestor */
+    uint32_t moved;                     /* by which of the job's moves; bits */
     struct affine to_world;             /* the identity with a skin: joints place its vertices */
 };
 

@@ -75,20 +75,28 @@ static void move(struct affine *to_world, const double origin[3])
     for (int i = 0; i < 3; i++) to_world->m[4 * i + 3] -= origin[i];
 }
 
-void gltf_origin_choose(struct gltf *g)
+bool gltf_nodes_bounds(const struct gltf *g, uint32_t moved, double lowest[3], double highest[3])
 {
     struct box box;
-    double *origin = g->builder->origin;
     for (int i = 0; i < 3; i++) box.lowest[i] = INFINITY, box.highest[i] = -INFINITY;
     for (uint32_t i = 0; i < g->nodes.count; i++) {
         const struct gltf_node *node = &g->nodes.list[i];
-        if (node->mesh == SCENE_NONE) continue;
+        if (node->mesh == SCENE_NONE || (moved != 0 && !(node->moved & moved))) continue;
         if (node->skin == SCENE_NONE)
             add_mesh(&box, g, node);
         else
             add_joints(&box, g, node->skin);
     }
-    origin_choose(box.lowest, box.highest, origin);
+    memcpy(lowest, box.lowest, sizeof box.lowest);
+    memcpy(highest, box.highest, sizeof box.highest);
+    return box.lowest[0] <= box.highest[0];
+}
+
+void gltf_origin_choose(struct gltf *g)
+{
+    double lowest[3], highest[3];
+    gltf_nodes_bounds(g, 0, lowest, highest);
+    origin_choose(lowest, highest, g->builder->origin);
 }
 
 void gltf_origin_move(struct gltf *g)

@@ -3,6 +3,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "proto/job/job_moves.h"
+
 struct scene_choice {
     const char *variant;   /* of the materials; NULL: as they are */
     const char *animation; /* name of the one that plays; NULL: all play */
@@ -11,6 +13,7 @@ struct scene_choice {
     const double *times;
     uint32_t time_count;
     double shutter_s; /* how long it is open around each of them; 0: a frame is one moment */
+    const struct job_moves *moves; /* of its nodes; NULL: none */
     /* Of a scene that is composed with a photograph (roles.h): JSON arrays of names. */
     const char *catchers; /* NULL: it is none */
     const char *holdouts; /* NULL: none */

@@ -21,7 +21,7 @@ static int code_of(const char *name)
 static bool is_of_document(const char *place)
 {
     return strncmp(place, "/catchers/", 10) == 0 || strncmp(place, "/holdouts/", 10) == 0 ||
-           strncmp(place, "/rgbd", 5) == 0;
+           strncmp(place, "/scene/moves/", 13) == 0 || strncmp(place, "/rgbd", 5) == 0;
 }
 
 void import_answer_refusal(const json_t *answer, struct fault *fault)

@@ -26,6 +26,7 @@ struct import_process {
     bool is_sequence;
     struct job_composite composite; /* owned */
     char ground[32];                /* its height */
+    char *moves;                    /* owned; their text; NULL: none */
     char times[32 * IMPORT_TIMES];  /* seconds */
     char shutter[32];               /* the same; "": none */
     struct job_file *files;         /* owned, with their paths */
@@ -57,6 +58,7 @@ static void destroy(struct import_process *p)
     for (uint32_t i = 0; i < p->file_count; i++) free(p->files[i].path);
     free(p->files);
     job_composite_fini(&p->composite);
+    free(p->moves);
     free(p);
 }
 
@@ -278,6 +280,7 @@ static int spawn(struct import_process *p)
     if (p->variant[0]) args[count++] = "--variant", args[count++] = p->variant;
     if (p->shutter[0]) args[count++] = "--shutter", args[count++] = p->shutter;
     if (p->animation[0]) args[count++] = "--animation", args[count++] = p->animation;
+    if (p->moves) args[count++] = "--moves", args[count++] = p->moves;
     count = add_roles(p, args, count);
     assert(count < sizeof args / sizeof *args); /* NULL ends them */
     uv_stdio_container_t stdio[3] = {
@@ -369,7 +372,8 @@ int import_process_start(const struct import_options *options, const struct job 
     write_times(p, scene, times);
     p->done = done;
     p->ctx = ctx;
-    if (copy_files(p, scene) != 0 || job_composite_copy(&scene->composite, &p->composite) != 0) {
+    if (copy_files(p, scene) != 0 || job_moves_text(&scene->moves, &p->moves) != 0 ||
+        job_composite_copy(&scene->composite, &p->composite) != 0) {
         destroy(p);
         return ERR_MEMORY;
     }

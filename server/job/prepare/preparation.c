@@ -57,18 +57,6 @@ static int blame(struct preparation *p, const char *pointer, const char *kind)
                      inner.detail);
 }
 
-struct plan_source prepared_source(const struct prepared *prepared)
-{
-    const bool has_environment = prepared->job.environment.kind == ENVIRONMENT_MAP;
-    return (struct plan_source){.studio = prepared->studio.version ? &prepared->studio : NULL,
-                                .studio_blob = prepared->studio_blob,
-                                .scene = &prepared->scene,
-                                .scene_blob = prepared->plan.scene,
-                                .map = has_environment ? prepared->map.header : NULL,
-                                .map_warnings = prepared->map.warnings,
-                                .map_blob = prepared->plan.environment.map};
-}
-
 /* Opens what a scene stands on, unless that is the base that was given. */
 static int find_base(struct preparation *p, const char *path)
 {
@@ -135,6 +123,8 @@ static int plan_scene(struct preparation *p, const struct environment_blob *map)
         plan_temporal_none("it is not known how the scene moves", &out->plan, &out->report);
     if (!error && matte_manifest_make(&out->job, &scene, &out->report, &out->mattes) != 0)
         error = fault_set(&p->fault, ERR_MEMORY, "/layers", "no memory for a manifest of names");
+    if (!error && out->job.live && scene_parts_find(&scene, &out->parts, &out->part_count) != 0)
+        error = fault_set(&p->fault, ERR_MEMORY, "", "no memory for the scene's nodes");
     if (!error && out->job.live)
         out->scene = scene;
     else
@@ -386,19 +376,4 @@ void preparation_cancel(struct preparation **preparation)
     p->cancelled = true;
     if (p->request) imports_forget(&p->request);
     if (!p->planning) destroy(p);
-}
-
-void prepared_destroy(struct prepared **prepared)
-{
-    if (*prepared) {
-        scene_unmap(&(*prepared)->scene);
-        environment_unmap(&(*prepared)->map);
-        motion_drop(&(*prepared)->motion);
-        plate_drop(&(*prepared)->plate);
-        exr_mattes_drop(&(*prepared)->mattes);
-        shared_base_unref(&(*prepared)->base);
-        job_fini(&(*prepared)->job);
-    }
-    free(*prepared);
-    *prepared = NULL;
 }

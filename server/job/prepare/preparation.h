@@ -4,6 +4,7 @@
 #include "server/image/plate.h"
 #include "server/job/plan/plan.h"
 #include "server/job/prepare/imports.h"
+#include "server/job/prepare/scene_parts.h"
 #include "server/job/prepare/shared_base.h"
 
 struct preparation;
@@ -24,6 +25,8 @@ struct prepared {
     struct environment_blob map;
     struct environment_header studio; /* where the scene may need that light, else zero */
     struct digest studio_blob;
+    struct scene_part *parts; /* owned; nodes that may be moved */
+    uint32_t part_count;
     uint64_t import_cpu_us;
     uint64_t plan_cpu_us;
 };

@@ -48,8 +48,8 @@ static float share_of(float coverage, float without, float plate)
 
 struct composing {
     const struct catcher_views *views;
-    struct layer objects, with, without, plate; /* read */
-    struct layer composite, catcher, overlay;   /* filled */
+    struct layer objects, with, without, plate;          /* read */
+    struct layer composite, catcher, overlay, backplate; /* filled */
 };
 
 static void compose_pixel(const struct composing *k, int32_t x, int32_t y)
@@ -69,6 +69,7 @@ static void compose_pixel(const struct composing *k, int32_t x, int32_t y)
         put(k->composite.of[c], x, y, object + left * behind);
         put(k->catcher.of[c], x, y, k->views->adds ? with - without : factor);
         put(k->overlay.of[c], x, y, object);
+        put(k->backplate.of[c], x, y, plate);
         put(k->objects.of[c], x, y, object);
     }
     put(k->overlay.of[3], x, y, 1.0f - left * fminf(sum / 3.0f, 1.0f));
@@ -80,13 +81,15 @@ void catcher_compose(const struct catcher_views *views, struct rect rect, struct
     static const char *const composite[4] = {"composite.R", "composite.G", "composite.B"};
     static const char *const catcher[4] = {"catcher.R", "catcher.G", "catcher.B"};
     static const char *const overlay[4] = {"overlay.R", "overlay.G", "overlay.B", "overlay.A"};
+    static const char *const backplate[4] = {"backplate.R", "backplate.G", "backplate.B"};
     struct composing k = {.views = views,
                           .objects = find(picture, light),
                           .with = find(views->with, light),
                           .without = find(views->without, light),
                           .composite = find(picture, composite),
                           .catcher = find(picture, catcher),
-                          .overlay = find(picture, overlay)};
+                          .overlay = find(picture, overlay),
+                          .backplate = find(picture, backplate)};
     if (views->plate) k.plate = find(views->plate, light);
     for (int32_t y = rect.y0; y < rect.y1; y++)
         for (int32_t x = rect.x0; x < rect.x1; x++) compose_pixel(&k, x, y);

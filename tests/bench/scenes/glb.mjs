@@ -21,6 +21,13 @@ export function packGlb(document, binary) {
   return Buffer.concat([header, ...chunks]);
 }
 
+// The same file with a document that `change` has had in its hands.
+export function changeGlb(glb, change) {
+  const { document, binary } = unpack(glb);
+  change(document);
+  return packGlb(document, binary);
+}
+
 function unpack(glb) {
   const jsonSize = glb.readUInt32LE(12), rest = glb.subarray(20 + jsonSize);
   return { document: JSON.parse(glb.subarray(20, 20 + jsonSize).toString()),

@@ -93,6 +93,7 @@ static void check_same(const struct job *a, const struct job *b)
     assert_true(x.layers == y.layers && x.priority == y.priority);
     assert_memory_equal(x.frames, y.frames, sizeof x.frames);
     assert_true(x.frame_run_count == y.frame_run_count && x.fps == y.fps);
+    assert_true(job_moves_equal(&x.moves, &y.moves));
     assert_true(x.start_time_s == y.start_time_s && x.stands == y.stands && x.time_s == y.time_s);
     assert_string_equal(x.animation, y.animation);
     assert_true(x.tile_px == y.tile_px);

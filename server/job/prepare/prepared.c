@@ -1,0 +1,34 @@
+/* What a preparation makes. */
+#include <stdlib.h>
+
+#include "server/image/exr_mattes.h"
+#include "server/job/prepare/preparation.h"
+#include "server/reconstruct/motion/motion.h"
+
+struct plan_source prepared_source(const struct prepared *prepared)
+{
+    const bool has_environment = prepared->job.environment.kind == ENVIRONMENT_MAP;
+    return (struct plan_source){.studio = prepared->studio.version ? &prepared->studio : NULL,
+                                .studio_blob = prepared->studio_blob,
+                                .scene = &prepared->scene,
+                                .scene_blob = prepared->plan.scene,
+                                .map = has_environment ? prepared->map.header : NULL,
+                                .map_warnings = prepared->map.warnings,
+                                .map_blob = prepared->plan.environment.map};
+}
+
+void prepared_destroy(struct prepared **prepared)
+{
+    if (*prepared) {
+        scene_unmap(&(*prepared)->scene);
+        environment_unmap(&(*prepared)->map);
+        motion_drop(&(*prepared)->motion);
+        plate_drop(&(*prepared)->plate);
+        exr_mattes_drop(&(*prepared)->mattes);
+        shared_base_unref(&(*prepared)->base);
+        job_fini(&(*prepared)->job);
+        free((*prepared)->parts);
+    }
+    free(*prepared);
+    *prepared = NULL;
+}
