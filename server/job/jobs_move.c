@@ -112,7 +112,7 @@ static void on_idle(uv_timer_t *timer)
     const uint64_t now_us = jobs_clock_us();
     for (unsigned i = 0; i < jobs->open_count; i++) {
         struct active_job *job = jobs->open[i].job;
-        if (!job->view || job->state != JOB_RESTING) continue;
+        if (!job->view || job->view->preparation || job->state != JOB_RESTING) continue;
         if (jobs->open[i].frame->state != FRAME_RENDERING ||
             frame_state(jobs->open[i].frame->work) != FRAME_RENDERING)
             continue; /* it ends already */

@@ -11,7 +11,7 @@ import { Worker, isMainThread, parentPort, workerData } from "node:worker_thread
 import { fileURLToPath } from "node:url";
 import { chunk } from "../bench/scenes/png.mjs";
 
-const P99_MS = 100, TURNS = 3, GROWTH_BYTES = 64 << 20, LEAST_MS = 1500, PAUSE_MS = 2;
+const P99_MS = 100, TURNS = 3, GROWTH_BYTES = 64 << 20, LEAST_MS = 1500, PAUSE_MS = 2, EXCUSE_MS = 1000;
 const slower = Number(process.env.TEST_SLOWER ?? 1); // above 1 (tests/run) missed figures are skipped, answers are not
 const sleep = (ms) => new Promise((go) => setTimeout(go, ms));
 
@@ -143,7 +143,7 @@ if (!isMainThread) {
     // A request takes turns of client, server and client again, of which a busy machine delays each as it does a sleep's end.
     const last = (list) => list.sort((a, b) => a - b)[Math.floor(list.length * 0.99)] ?? Infinity;
     const p99 = last(times), stalled = last(stalls);
-    worst = Math.max(worst, p99 - TURNS * stalled);
+    worst = Math.max(worst, p99 - Math.min(TURNS * stalled, EXCUSE_MS));
     console.log(`# ${name}: ${times.length} healthy requests, p50 ${times[times.length >> 1]?.toFixed(1)} ms, p99 ${p99.toFixed(1)} ms, of sleeps ${stalled.toFixed(1)} ms; memory ${((resident() - before) / 1048576).toFixed(1)} MB above the start`);
     check(name, [...wrong, ...unserved.map((line) => `healthy: ${line}`)]);
   };

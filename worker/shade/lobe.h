@@ -10,10 +10,8 @@
 
 /* What sharp lobes show cannot be smoothed, while diffuse light is from few samples. So lobes that
  * the camera sees are chosen at least this often where they are mirrors, and in proportion less
- * often up to a roughness from where they are not favoured. psnr_db of balls of car paint under
- * strip lights, and of balls of lacquer under a city's map, at 4 and 16 samples, for shares of 0,
- * 0.3 and 0.5: 27.8 and 31.4, 28.1 and 31.7, 28.6 and 31.9; 33.75 and 37.5, 33.7 and 37.6, 33.8
- * and 37.6. */
+ * often up to a roughness from where they are not favoured (docs/reconstruction.md, Sample
+ * positions). */
 #define LOBE_SEEN_SHARE 0.5f
 #define LOBE_SEEN_ALPHA 0.12f
 

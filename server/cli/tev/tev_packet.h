@@ -13,7 +13,7 @@
 enum tev_kind { TEV_CREATE_IMAGE = 4, TEV_UPDATE_IMAGE_V3 = 6 };
 
 #define TEV_NAME_BYTES   128
-#define TEV_CHANNELS_MAX 64
+#define TEV_CHANNELS_MAX 128
 
 /* A packet that grows; all zero at first. */
 struct tev_packet {

@@ -19,11 +19,15 @@
 #define LAYERS_MAX     32  /* bits of enum layer */
 #define STILL_REVISION 1u  /* of a whole picture that will not change any more */
 
+#define FEED_CHANNELS 4 /* colours and alpha: of ids, which have more, tev gets the colours */
+
+_Static_assert(LAYERS_MAX *FEED_CHANNELS <= TEV_CHANNELS_MAX, "tev has room for all");
+
 /* One layer's feed. */
 struct feed {
     struct tev_push *push;
     char layer[32];
-    const char *channels[4]; /* names, borrowed from `names` of the push */
+    const char *channels[FEED_CHANNELS]; /* names, borrowed from `names` of the push */
     uint32_t channel_count;
     uint64_t revision;           /* what has gone out; 0: nothing */
     int32_t width_px, height_px; /* of the picture whose blocks come; 0: not told yet */
@@ -58,9 +62,11 @@ static void pause_ms(long ms)
 static bool create_image(struct tev_push *p, int32_t width, int32_t height)
 {
     const char *channels[TEV_CHANNELS_MAX];
-    for (uint32_t c = 0; c < p->names->channel_count; c++) channels[c] = p->names->channels[c].name;
-    p->error =
-        tev_packet_create(&p->packet, p->name, width, height, channels, p->names->channel_count);
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < p->count; k++)
+        for (uint32_t c = 0; c < p->feeds[k].channel_count; c++)
+            channels[count++] = p->feeds[k].channels[c];
+    p->error = tev_packet_create(&p->packet, p->name, width, height, channels, count);
     if (p->error || tev_link_send(&p->link, &p->packet) != 0) return false;
     p->width_px = width;
     p->height_px = height;
@@ -275,11 +281,12 @@ static int add_layers(struct tev_push *p, const char *const *layers, uint32_t co
         if (!(all >> b & 1u)) continue;
         error = image_create(1u << b, 1, 1, &own);
         if (error) break;
-        *f = (struct feed){.push = p, .channel_count = own->channel_count};
+        const bool more = own->channel_count > FEED_CHANNELS;
+        *f = (struct feed){.push = p, .channel_count = more ? 3 : own->channel_count};
         snprintf(f->layer, sizeof f->layer, "%s", layer_name(1u << b));
         for (uint32_t c = 0; c < f->channel_count; c++)
             f->channels[c] = p->names->channels[first + c].name;
-        first += f->channel_count;
+        first += own->channel_count;
         p->count++;
         image_destroy(&own);
     }

@@ -50,9 +50,13 @@ static int hash_composite(struct digest_state *state, const struct job_composite
     return error ? error : digest_update(state, text, strlen(text));
 }
 
+/* After a byte that begins nothing else, and with their number, so that what follows is no move. */
 static int hash_moves(struct digest_state *state, const struct job_moves *moves)
 {
-    return digest_update(state, moves->list, moves->count * sizeof *moves->list);
+    const uint32_t count = (uint32_t)moves->count;
+    int error = digest_update(state, "\3", 1);
+    if (!error) error = digest_update(state, &count, sizeof count);
+    return error ? error : digest_update(state, moves->list, moves->count * sizeof *moves->list);
 }
 
 int imports_source(const struct job *scene, struct digest *out)

@@ -1,6 +1,7 @@
 #include "server/job/prepare/scene_parts.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,26 +19,49 @@ static struct scene_part *part_of(struct scene_part *parts, uint32_t *count, con
     return part;
 }
 
-static void widen(struct scene_part *part, const struct scene *scene,
-                  const struct scene_instance *instance)
+/* What a mesh fills, in its own coordinates. */
+struct mesh_box {
+    bool found;
+    float corner[2][3]; /* the lowest, the highest */
+};
+
+static void find_box(const struct scene *scene, const struct scene_mesh *mesh, struct mesh_box *box)
 {
-    const struct scene_mesh *mesh = &scene->meshes[instance->mesh];
-    const float *m = instance->to_world;
     const float *p = scene_mesh_home(scene, mesh)->positions + (size_t)3 * mesh->first_vertex;
+    for (int c = 0; c < 3; c++) box->corner[0][c] = INFINITY, box->corner[1][c] = -INFINITY;
     for (uint32_t i = 0; i < mesh->vertex_count; i++, p += 3)
         for (int c = 0; c < 3; c++) {
-            const float *row = m + 4 * c;
+            box->corner[0][c] = fminf(box->corner[0][c], p[c]);
+            box->corner[1][c] = fmaxf(box->corner[1][c], p[c]);
+        }
+    box->found = true;
+}
+
+/* By the corners of the mesh's box: a scene may have millions of instances. */
+static void widen(struct scene_part *part, const float to_world[12], const struct mesh_box *box)
+{
+    for (int k = 0; k < 8; k++) {
+        const float p[3] = {box->corner[k & 1][0], box->corner[k >> 1 & 1][1],
+                            box->corner[k >> 2][2]};
+        for (int c = 0; c < 3; c++) {
+            const float *row = to_world + 4 * c;
             const float at = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3];
             part->lowest[c] = fminf(part->lowest[c], at);
             part->highest[c] = fmaxf(part->highest[c], at);
         }
+    }
 }
 
 int scene_parts_find(const struct scene *scene, struct scene_part **out, uint32_t *count)
 {
     struct scene_part *parts = calloc(SCENE_PARTS_MAX, sizeof *parts);
+    struct mesh_box *boxes = calloc(scene->count[SCENE_MESHES] + 1, sizeof *boxes);
     *count = 0;
-    if (!parts) return ERR_MEMORY;
+    if (!parts || !boxes) {
+        free(parts);
+        free(boxes);
+        return ERR_MEMORY;
+    }
     for (uint64_t i = 0; i < scene->count[SCENE_INSTANCES]; i++) {
         const struct scene_instance *instance = &scene->instances[i];
         const char *name = scene_name(scene, instance->name);
@@ -45,8 +69,11 @@ int scene_parts_find(const struct scene *scene, struct scene_part **out, uint32_
         struct scene_part *part = part_of(parts, count, name);
         if (!part) continue;
         part->flags |= instance->flags & (INSTANCE_CATCHER | INSTANCE_HOLDOUT);
-        widen(part, scene, instance);
+        struct mesh_box *box = &boxes[instance->mesh];
+        if (!box->found) find_box(scene, &scene->meshes[instance->mesh], box);
+        widen(part, instance->to_world, box);
     }
+    free(boxes);
     *out = parts;
     return 0;
 }

@@ -14,11 +14,14 @@ struct catcher_views {
 };
 
 /* Fills the channels of composite, catcher, overlay and backplate that `picture` has, in a
- * rectangle of pixels, from its R, G, B, A of the objects and from the views. ratio      with /
- * without; 1 where both are the same and where there is nothing to compare catcher    1 + share
- * (ratio - 1), or with - without where differences are added; the share is the catcher's of the
- * pixel, or less where the plate is so bright that something else must be composite  objects + (1 -
- * alpha) plate catcher, or objects + (1 - alpha) (plate + catcher) R, G, B    nothing where alpha
- * is 0, whatever filters have let spill there overlay    the objects, and as alpha 1 - (1 - alpha)
- * m: m is the mean over channels of the catcher's factor, at most 1 */
+ * rectangle of pixels, from its R, G, B, A of the objects and from the views.
+ *
+ * - ratio: with / without; 1 where both are the same and where there is nothing to compare
+ * - catcher: 1 + share (ratio - 1), or with - without where differences are added; the share is the
+ *   catcher's of the pixel, or less where the plate is so bright that something else must be
+ * - composite: objects + (1 - alpha) plate catcher, or objects + (1 - alpha) (plate + catcher)
+ * - R, G, B: nothing where alpha is 0, whatever filters have let spill there
+ * - overlay: the objects, and as alpha 1 - (1 - alpha) m: m is the mean over channels of the
+ *   catcher's factor, at most 1
+ * - backplate: the plate */
 void catcher_compose(const struct catcher_views *views, struct rect rect, struct image *picture);

@@ -8,6 +8,7 @@ import { filterSeconds, pictureSeconds } from "../real/cost.mjs";
 import { denoised, denoiserSeconds } from "../real/denoiser.mjs";
 import { equalCpu, equalSentence } from "../real/equal_cpu.mjs";
 import { makeReferences } from "../real/references.mjs";
+import { GLOSS_NAMES, glossScenes } from "../scenes/gloss.mjs";
 import { LAMPS, lampsScene } from "../scenes/lamps.mjs";
 import { peersScenes } from "../scenes/peers.mjs";
 import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
@@ -34,7 +35,7 @@ function settings({ mode, given, repeat, out }) {
 // Those of the peers folder and the bench's own; null where there is no such folder.
 function fullScenes({ out, peers }) {
   const scenes = peersScenes(peers), own = [`${out}/real`, OWN_WIDTH];
-  return scenes && [...scenes, lampsScene(...own), ...tableScenes(...own), ...roomScenes(...own)];
+  return scenes && [...scenes, lampsScene(...own), ...tableScenes(...own), ...roomScenes(...own), ...glossScenes(...own)];
 }
 
 // Those that there are; null where the peers folder is wanted and not there.
@@ -96,7 +97,7 @@ function judge(o, rows) {
 
 // {absent, names}: what was asked for and is not there, and what is; null where all is, or where no folder tells.
 export function absentScenes({ mode, peers, realNames }) {
-  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES, ...ROOM_NAMES];
+  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES, ...ROOM_NAMES, ...GLOSS_NAMES];
   return names && realNames?.some((name) => !names.includes(name)) ? { absent: realNames.filter((name) => !names.includes(name)), names } : null;
 }
 
