@@ -83,6 +83,12 @@ export class LiveView {
     this.saying = setTimeout(() => { if (this.held || this.objects?.held) this.tell(state); else say("complete"); }, CALM_MS);
   }
 
+  // It stays until the next move succeeds, whatever is shown meanwhile.
+  complain(text) {
+    this.live.problem = text;
+    this.at.problem.textContent = text;
+  }
+
   showState() {
     const { at, live } = this, { lens } = live;
     at.problem.textContent = live.problem;
@@ -107,7 +113,7 @@ export class LiveView {
   }
 
   setFocusing(on) {
-    if (on && !this.hasDepth) { this.at.problem.textContent = "Picking focus needs the layer depth, which this job does not have."; return; }
+    if (on && !this.hasDepth) { this.complain("Picking focus needs the layer depth, which this job does not have."); return; }
     this.focusing = on;
     this.at.focus.setAttribute("aria-pressed", String(on));
     if (on) this.followDepth();
@@ -229,7 +235,7 @@ export class LiveView {
     const { at, live } = this, radius = Number(at.aperture.value), distance = Number(at.distance.value);
     if (!live.camera) return;
     if (!(radius > 0)) { if (live.lens) this.change({ lens: null }); return; }
-    if (!(distance > 0)) { at.problem.textContent = "Enter a focus distance, or pick focus in the picture."; return; }
+    if (!(distance > 0)) { this.complain("Enter a focus distance, or pick focus in the picture."); return; }
     this.change({ lens: { blades: live.lens?.blades ?? 0, blade_rotation_deg: live.lens?.blade_rotation_deg ?? 0, aperture_radius: radius, focus_distance: distance } });
   }
 
