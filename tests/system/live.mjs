@@ -4,40 +4,18 @@
 import { execFileSync } from "node:child_process";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
+import { end, expect, get, median, move, pause, reach, slower, test } from "./live_case.mjs";
 import { LiveFeed, ask } from "./live_feed.mjs";
 
 const [url, build, tmp] = process.argv.slice(2);
-const slower = Number(process.env.TEST_SLOWER ?? 1); // of builds with sanitizers (tests/run)
 const BOUND_MS = Number(process.env.SHEARWATER_FIRST_BLOCK_MS ?? 600) * slower;
 const scene = join(process.cwd(), "tests/scenes/cornell-box/cornell-box.glb");
-let count = 0, failed = 0;
-
-async function test(text, run) {
-  count++;
-  try { await run(); console.log(`ok ${count} - ${text}`); } catch (error) {
-    failed++;
-    console.log(`not ok ${count} - ${text}\n#   ${String(error.stack).split("\n").slice(0, 4).join("\n#   ")}`);
-  }
-}
-function expect(condition, text) { if (!condition) throw new Error(text); }
-const pause = (ms) => new Promise((done) => setTimeout(done, ms));
-const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 
 function submit(changes) {
   const file = join(tmp, "live-job.json");
   writeFileSync(file, JSON.stringify({ scene: { file: scene }, image: { width: 640, height: 360 }, ...changes }));
   return execFileSync(join(build, "shearwater"), ["submit", file, "--server", url, "--quiet"]).toString().trim();
 }
-const get = async (id) => (await ask("GET", `${url}/v1/jobs/${id}`)).body;
-async function reach(id, state, seconds = 60) {
-  const end = performance.now() + seconds * 1000 * slower;
-  for (let job; ; await pause(20)) {
-    job = await get(id);
-    if (job.state === state) return job;
-    if (performance.now() > end || job.error) throw new Error(`${id} is ${job.state}, not ${state}: ${JSON.stringify(job.error)}`);
-  }
-}
-const move = (id, change) => ask("PATCH", `${url}/v1/jobs/${id}`, change);
 const around = (angle) => ({ eye: [Math.fround(4 * Math.sin(angle)), 1, Math.fround(4 * Math.cos(angle))], target: [0, 1, 0], up: [0, 1, 0], yfov_deg: 39 });
 const png = (id) => ask("GET", `${url}/v1/jobs/${id}/frames/1/image.png`);
 const exr = async (id) => (await ask("GET", `${url}/v1/jobs/${id}/frames/1/image.exr`)).bytes;
@@ -227,5 +205,4 @@ await test("however many come at once, no more are taken", async () => {
 feed.close();
 writeFileSync(join(tmp, "live-id"), live);
 console.log(`# job ${live}`);
-console.log(`1..${count}`);
-process.exit(failed ? 1 : 0);
+end();

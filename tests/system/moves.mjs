@@ -5,23 +5,11 @@ import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { changeGlb } from "../bench/scenes/glb.mjs";
 import { encodePicture } from "../bench/scenes/png.mjs";
+import { end, expect, get, median, move, reach, test } from "./live_case.mjs";
 import { LiveFeed, ask } from "./live_feed.mjs";
 
 const [url, build, tmp] = process.argv.slice(2);
-const slower = Number(process.env.TEST_SLOWER ?? 1); // of builds with sanitizers (tests/run)
 const scene = join(process.cwd(), "tests/scenes/cornell-box/cornell-box.glb");
-let count = 0, failed = 0;
-
-async function test(text, run) {
-  count++;
-  try { await run(); console.log(`ok ${count} - ${text}`); } catch (error) {
-    failed++;
-    console.log(`not ok ${count} - ${text}\n#   ${String(error.stack).split("\n").slice(0, 4).join("\n#   ")}`);
-  }
-}
-function expect(condition, text) { if (!condition) throw new Error(text); }
-const pause = (ms) => new Promise((done) => setTimeout(done, ms));
-const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 
 const WIDTH = 320, HEIGHT = 180;
 const photograph = join(tmp, "plain.png");
@@ -36,16 +24,6 @@ function submit(changes, own = {}) {
   writeFileSync(file, JSON.stringify({ ...members, scene: { file: scene, ...own }, ...changes }));
   return execFileSync(join(build, "shearwater"), ["submit", file, "--server", url, "--quiet"]).toString().trim();
 }
-const get = async (id) => (await ask("GET", `${url}/v1/jobs/${id}`)).body;
-async function reach(id, state, seconds = 60) {
-  const end = performance.now() + seconds * 1000 * slower;
-  for (let job; ; await pause(20)) {
-    job = await get(id);
-    if (job.state === state) return job;
-    if (performance.now() > end || job.error) throw new Error(`${id} is ${job.state}, not ${state}: ${JSON.stringify(job.error)}`);
-  }
-}
-const move = (id, change) => ask("PATCH", `${url}/v1/jobs/${id}`, change);
 const exr = async (id) => (await ask("GET", `${url}/v1/jobs/${id}/frames/1/image.exr`)).bytes;
 const to = (x, degrees = 0) => [{ node: "ShortBox", translation: [Math.fround(x), 0, 0.25], rotation_deg: degrees }];
 
@@ -152,5 +130,4 @@ await test("a move that waits is answered when its job ends", async () => {
 });
 
 feed.close();
-console.log(`1..${count}`);
-process.exit(failed ? 1 : 0);
+end();

@@ -124,7 +124,7 @@ listener=$!
 eventually 5 grep -q "^event:" "$tmp/events"
 steer "$first" --pause --priority 3 >/dev/null
 told() { awk '/^event: /{e = $2} /^data: / && e == "state" {print substr($0, 7)}' "$tmp/events" | jq -e 'select(.paused and .priority == 3)'; }
-check "a state event tells of it" eventually 20 told
+check "a state event tells of it" eventually 10 told # before the feed says that it still lives
 kill $listener 2>/dev/null
 http -o /dev/null -X DELETE "$url/v1/jobs/$first?purge=1"
 
