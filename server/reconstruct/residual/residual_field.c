@@ -20,7 +20,7 @@
 #define GLOSS_WEIGHT 0.1f
 #define GLOSS_ALPHA2 0.004f
 
-/* Slopes of depth where the picture ends on that side. */
+/* Slopes of nearness where the picture ends on that side. */
 #define NO_NEIGHBOUR 1e9f
 
 enum {
@@ -55,7 +55,7 @@ static void hand_out(struct residual_field *f)
     const struct residual_shape *s = &f->features.shape;
     float *next = f->memory;
     f->features.normal = take(&next, s, 3);
-    f->features.depth = take(&next, s, 1);
+    f->features.nearness = take(&next, s, 1);
     f->features.slope_x = take(&next, s, 1);
     f->features.slope_y = take(&next, s, 1);
     f->features.albedo = take(&next, s, 3);
@@ -120,7 +120,7 @@ static void read_features(const struct run *r, struct residual_features *f)
             f->albedo[c * plane + k] = p->path_albedo[c][i] / p->paths.spp[i];
             f->tint[c * plane + k] = TINT_MIN + p->path_tint[c][i] * part;
         }
-        f->depth[k] = p->path_distance[i] * part;
+        f->nearness[k] = p->path_distance[i] > 0.0f ? seen / p->path_distance[i] : 0.0f;
         f->alpha[k] = p->path_alpha[i] * part;
         f->barred[k] = seen > 0.0f ? 0.0f : BARRED;
         f->share[k] = 0.5f * p->paths.split_spp[i] / p->paths.spp[i];
@@ -185,7 +185,7 @@ static void find_slopes(struct residual_features *f)
     const ptrdiff_t stride = (ptrdiff_t)s->stride;
     for (int32_t y = 0; y < s->height; y++) {
         const size_t first = residual_at(s, 0, y);
-        const float *z = f->depth + first;
+        const float *z = f->nearness + first;
         for (ptrdiff_t x = 0; x < s->width; x++) {
             const float right = x + 1 < s->width ? z[x + 1] - z[x] : NO_NEIGHBOUR;
             const float left = x > 0 ? z[x] - z[x - 1] : NO_NEIGHBOUR;
@@ -232,7 +232,7 @@ static int read_all_features(const struct patch *patch, struct residual_field *f
     find_slopes(f);
     find_gloss(f);
     residual_pad(&f->shape, f->normal, 3);
-    residual_pad(&f->shape, f->depth, 1);
+    residual_pad(&f->shape, f->nearness, 1);
     residual_pad(&f->shape, f->albedo, 3);
     residual_pad(&f->shape, f->alpha, 1);
     residual_pad(&f->shape, f->gloss, 1);

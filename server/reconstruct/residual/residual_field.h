@@ -48,8 +48,8 @@ struct residual_features {
     struct residual_shape shape;
     float pixel_rad;          /* the patch's */
     float *normal;            /* 3 planes */
-    float *depth;             /* 0: no surface */
-    float *slope_x, *slope_y; /* of depth, per pixel: the smaller of both sides' */
+    float *nearness;          /* 1 / distance, which is linear over a plane; 0: no surface */
+    float *slope_x, *slope_y; /* of nearness, per pixel: the smaller of both sides' */
     float *albedo;            /* 3 planes */
     float *barred;            /* 0, or more than any weight survives: no surface */
     float *tint;              /* 3 planes: what the rest is divided by */

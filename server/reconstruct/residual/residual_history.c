@@ -55,8 +55,8 @@ static void take_pixel(const struct residual_history *h, const struct patch *pat
         out->tint[c] = f->features.tint[c * plane + at];
     }
     out->seen = patch->path_coverage[i] / patch->paths.spp[i];
-    out->depth = f->features.depth[at];
-    out->mixture = f->features.depth[at] / patch->depth[i];
+    out->nearness = f->features.nearness[at];
+    out->mixture = 1.0f / (f->features.nearness[at] * patch->depth[i]);
     out->alpha = f->features.alpha[at];
     out->id = point.id;
 }

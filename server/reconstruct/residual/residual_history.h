@@ -14,7 +14,7 @@ struct residual_past {
     float normal[3];                       /* there */
     float mixture; /* distance of what the samples meet, in the mean, over that of the centre */
     float seen;    /* share of the samples that meet a surface */
-    float mean_normal[3], albedo[3], tint[3], depth, alpha; /* as in residual_features */
+    float mean_normal[3], albedo[3], tint[3], nearness, alpha; /* as in residual_features */
     uint32_t id; /* 1 + the instance; 0: there is nothing to use */
 };
 

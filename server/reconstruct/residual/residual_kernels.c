@@ -13,7 +13,7 @@
 #define NORMAL_WEIGHT_REST 5.0f
 #define ALBEDO_WEIGHT      5.0f
 #define ROUGHNESS_WEIGHT   80.0f
-#define DEPTH_SHARE        0.06f
+#define NEARNESS_SHARE        0.06f
 #define SLOPE_SHARE        1.0f
 
 /* Patches are summed over many pixels: one must not drown the others by more than this. */
@@ -21,9 +21,6 @@
 
 /* What is below is no noise but rounding. */
 #define VARIANCE_MIN 1e-30f
-
-/* Pixels of a row whose variances are found at a time. */
-#define VARIANCE_RUN 256
 
 /* An exponent is in units of a float's last bit, so that whole numbers take one from another. */
 #define EXPONENT_UNIT 8388608.0f /* 2^23 */
@@ -48,7 +45,7 @@ static void compare_row(const struct residual_features *f, struct residual_tap t
     const float dx = (float)tap.x, dy = (float)tap.y;
     const float *restrict nx = f->normal + at, *restrict ny = nx + n, *restrict nz = ny + n;
     const float *restrict r = f->albedo + at, *restrict g = r + n, *restrict b = g + n;
-    const float *restrict z = f->depth + at, *restrict zx = f->slope_x + at;
+    const float *restrict z = f->nearness + at, *restrict zx = f->slope_x + at;
     const float *restrict al = f->alpha + at, *restrict gloss = f->gloss + at;
     const float *restrict zy = f->slope_y + at, *restrict barred = f->barred + at + o;
     const float units = LOG2_E * EXPONENT_UNIT;
@@ -58,7 +55,7 @@ static void compare_row(const struct residual_features *f, struct residual_tap t
         const float along = zx[x] * dx, down = zy[x] * dy;
         const float off = z[x + o] - z[x] - along - down;
         const float width_z =
-            DEPTH_SHARE * z[x] + SLOPE_SHARE * (fabsf(along) + fabsf(down)) + 1e-30f;
+            NEARNESS_SHARE * z[x] + SLOPE_SHARE * (fabsf(along) + fabsf(down)) + 1e-30f;
         const float step = off / width_z, bend = step * step;
         const float red = r[x] - r[x + o], green = g[x] - g[x + o], blue = b[x] - b[x + o];
         const float color = red * red + green * green + blue * blue;
@@ -320,75 +317,9 @@ static void kernel_finish_probes(const struct residual_field *field,
         }
 }
 
-static void sum_channels(const float *restrict rgb, size_t plane, size_t count, float *restrict out)
-{
-    for (size_t i = 0; i < count; i++)
-        out[i] = residual_guide(rgb[i], rgb[plane + i], rgb[2 * plane + i]);
-}
-
-/* Bends a guide: far above its knee it grows as light's fourth root. A highlight may be a million
- * times as bright as what is beside it, which its least weight would drown. */
-static void bend(const float *restrict knee, size_t count, float *restrict guide)
-{
-    for (size_t i = 0; i < count; i++) {
-        const float root = sqrtf(1.0f + fabsf(guide[i]) / (knee[i] + VARIANCE_MIN));
-        guide[i] /= root * sqrtf(root);
-    }
-}
-
-/* Half the mean of squared differences over 3 x 3 pixels: the variance of one half's guide. */
-static void find_variances(const float *restrict a, const float *restrict b, size_t stride,
-                           size_t count, float factor, float *restrict out)
-{
-    float columns[VARIANCE_RUN + 2];
-    for (size_t i = 0; i < count + 2; i++) {
-        const float d0 = a[i - 1 - stride] - b[i - 1 - stride], d1 = a[i - 1] - b[i - 1],
-                    d2 = a[i - 1 + stride] - b[i - 1 + stride];
-        columns[i] = d0 * d0 + d1 * d1 + d2 * d2;
-    }
-    for (size_t i = 0; i < count; i++)
-        out[i] = (columns[i] + columns[i + 1] + columns[i + 2]) * factor;
-}
-
-static void mix(const float *restrict share, float *restrict a, const float *restrict b,
-                size_t count)
-{
-    for (size_t i = 0; i < count; i++) a[i] = b[i] + share[i] * (a[i] - b[i]);
-}
-
-static void kernel_guide(const struct residual_features *f, enum residual_kind kind,
-                         struct rect area, struct residual_light *light)
-{
-    const struct residual_shape *s = &f->shape;
-    const size_t count = (size_t)rect_width(area);
-    const float factor = kind == RESIDUAL_CROSS ? 1.0f / 18.0f : 1.0f / 36.0f;
-    for (int32_t y = area.y0 - 1; y < area.y1 + 1; y++)
-        for (int h = 0; h < 2; h++) {
-            const size_t at = residual_at(s, area.x0 - 1, y);
-            sum_channels(light->half[h] + at, s->plane, count + 2, light->guide[h] + at);
-            if (light->knee) bend(light->knee + at, count + 2, light->guide[h] + at);
-        }
-    for (int32_t y = area.y0; y < area.y1; y++) {
-        const size_t at = residual_at(s, area.x0, y);
-        for (size_t x = 0; x < count; x += VARIANCE_RUN)
-            find_variances(light->guide[0] + at + x, light->guide[1] + at + x, s->stride,
-                           count - x < VARIANCE_RUN ? count - x : VARIANCE_RUN, factor,
-                           light->variance + at + x);
-    }
-    if (kind == RESIDUAL_CROSS) return;
-    for (int32_t y = area.y0; y < area.y1; y++) {
-        const size_t at = residual_at(s, area.x0, y);
-        mix(f->share + at, light->guide[0] + at, light->guide[1] + at, count);
-        for (size_t c = 0; c < 3 && kind == RESIDUAL_MEAN; c++)
-            mix(f->share + at, light->half[0] + c * s->plane + at,
-                light->half[1] + c * s->plane + at, count);
-    }
-}
-
 const struct residual_kernels KERNELS(residual_kernels) = {
     .compare_features = kernel_compare_features,
     .add_taps = kernel_add_taps,
     .finish = kernel_finish,
     .finish_probes = kernel_finish_probes,
-    .guide = kernel_guide,
 };

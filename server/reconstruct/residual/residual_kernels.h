@@ -26,6 +26,7 @@ struct residual_pass {
     struct residual_tap taps[RESIDUAL_TAPS_MAX]; /* without (0, 0), which counts in full */
     int32_t patch_px[RESIDUAL_COMPONENTS]; /* a patch has 2 patch_px + 1 pixels a side: 1 or 3 */
     float sharpness[RESIDUAL_COMPONENTS];  /* 1 / k^2 */
+    bool smooth[RESIDUAL_COMPONENTS];      /* guides are, over 3 x 3 pixels */
     uint32_t probes;                       /* that it filters, if there are any */
 };
 
@@ -75,11 +76,6 @@ struct residual_kernels {
     /* Does the same for its probes. */
     void (*finish_probes)(const struct residual_field *field, enum residual_component component,
                           int half, const struct residual_tile *tile);
-
-    /* Computes guides and variances of rows [y0, y1) and columns [x0, x1) for a pass of this kind.
-     * For RESIDUAL_MEAN half[0] becomes the mean. */
-    void (*guide)(const struct residual_features *f, enum residual_kind kind, struct rect area,
-                  struct residual_light *light);
 };
 
 extern const struct residual_kernels residual_kernels_sse42, residual_kernels_avx2,

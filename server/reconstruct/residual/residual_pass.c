@@ -1,5 +1,6 @@
 #include "server/reconstruct/residual/residual_pass.h"
 
+#include "server/reconstruct/residual/residual_guide_kernels.h"
 #include "server/reconstruct/residual/residual_probe.h"
 
 #include <pthread.h>
@@ -15,10 +16,11 @@ static const struct lattice {
     float k[RESIDUAL_COMPONENTS]; /* how many standard deviations of noise apart is far: indirect
                                      light has few edges, highlights have edges that no feature
                                      tells */
+    bool smooth[RESIDUAL_COMPONENTS];
 } lattices[RESIDUAL_PASSES] = {
-    {RESIDUAL_CROSS, 2, 0, 1, 8, {3, 3, 3}, {0.7f, 1.1f, 0.7f}},
-    {RESIDUAL_JOINT, 7, 2, 5, 50, {1, 1, 1}, {1.1f, 1.7f, 0.7f}},
-    {RESIDUAL_MEAN, 13, 5, 13, 180, {3, 3, 1}, {1.0f, 1.6f, 0.7f}},
+    {RESIDUAL_CROSS, 2, 0, 1, 8, {3, 3, 3}, {0.7f, 1.1f, 0.7f}, {[RESIDUAL_DIRECT] = true}},
+    {RESIDUAL_JOINT, 7, 2, 5, 50, {1, 1, 1}, {1.1f, 1.7f, 0.7f}, {false}},
+    {RESIDUAL_MEAN, 13, 5, 13, 180, {3, 3, 1}, {1.0f, 1.6f, 0.7f}, {false}},
 };
 
 static struct residual_pass passes[RESIDUAL_PASSES];
@@ -31,6 +33,7 @@ static void make_pass(const struct lattice *l, struct residual_pass *pass)
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
         pass->sharpness[c] = 1.0f / (l->k[c] * l->k[c]);
         pass->patch_px[c] = l->patch_px[c];
+        pass->smooth[c] = l->smooth[c];
     }
     for (int32_t y = -l->reach_px; y <= l->reach_px; y++)
         for (int32_t x = -l->reach_px; x <= l->reach_px; x++)
@@ -50,13 +53,16 @@ static const struct residual_pass *pass_of(int number)
     return &passes[number];
 }
 
-/* Taps, their patches, and the pixels that variances are found of. */
+/* Taps, their patches, and the pixels that variances and smooth guides are found of. */
 int32_t residual_reach_px(int number)
 {
-    int32_t patch_px = 0;
-    for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
-        if (lattices[number].patch_px[c] > patch_px) patch_px = lattices[number].patch_px[c];
-    return lattices[number].reach_px + patch_px + 1;
+    const struct lattice *l = &lattices[number];
+    int32_t most = 0;
+    for (int c = 0; c < RESIDUAL_COMPONENTS; c++) {
+        const int32_t px = l->patch_px[c] + l->smooth[c];
+        most = px > most ? px : most;
+    }
+    return l->reach_px + most + 1;
 }
 
 struct job {
@@ -228,8 +234,8 @@ int residual_pass_run(int number, struct rect area, struct residual_field *field
     if (!job.tile) return ERR_MEMORY;
     if (job.pass->kind == RESIDUAL_MEAN && has_probes(&job)) residual_probes_take_halves(field);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
-        job.kernels->guide(&field->features, job.pass->kind, rect_grow(area, job.reach_px - 1),
-                           &field->light[c]);
+        KERNELS_BEST(residual_guide_kernels)
+            ->find(job.pass, field, c, rect_grow(area, job.reach_px - 1 - job.pass->smooth[c]));
     run_tiles(&job, area, statistics);
     take_filtered(field, job.pass->kind);
     take_probes(field, job.pass->kind);

@@ -5,7 +5,7 @@
 
 #include "proto/error.h"
 
-/* Depth that is off the line between its neighbours by this share of it is half noise. */
+/* Nearness that is off the line between its neighbours by this share of it is half noise. */
 #define BEND_HALF 0.005f
 
 /* In the direction where it is least, edges have less noise than this among the pixels around; with
@@ -20,7 +20,7 @@ enum { SIDE = 2 * RADIUS + 1, DIRECTIONS = 4, FEATURES = 11 };
 /* Work on the patch's pixels, as planes of the features' shape. */
 struct smoothing {
     struct residual_features *f;
-    float *noise;  /* DIRECTIONS planes: how much of a pixel's depth is noise, 0 to 1 */
+    float *noise;  /* DIRECTIONS planes: how much of a pixel's nearness is noise, 0 to 1 */
     float *rows;   /* the same, over RADIUS pixels to both sides */
     float *weight; /* how much its features are smoothed, 0 to 1 */
     float *smooth; /* FEATURES planes, where the weight is above 0 */
@@ -32,13 +32,13 @@ static float noise_at(const float *z, ptrdiff_t i, ptrdiff_t step)
     return off / (off + BEND_HALF * z[i] + 1e-30f);
 }
 
-/* Pixels beside the background have no such depth, nor have those at the patch's border. */
+/* Pixels beside the background have no such nearness, nor have those at the patch's border. */
 static void find_noise(const struct smoothing *s, int32_t y)
 {
     const struct residual_shape *shape = &s->f->shape;
     const ptrdiff_t down = (ptrdiff_t)shape->stride;
     const ptrdiff_t steps[DIRECTIONS] = {1, down, down + 1, down - 1};
-    const float *z = s->f->depth, *barred = s->f->barred;
+    const float *z = s->f->nearness, *barred = s->f->barred;
     const ptrdiff_t first = (ptrdiff_t)residual_at(shape, 0, y);
     for (ptrdiff_t i = first; i < first + shape->width; i++) {
         float bars = 0.0f;
@@ -90,7 +90,7 @@ static void list_features(const struct residual_features *f, float *of[FEATURES]
         of[3 + c] = f->albedo + c * plane;
         of[6 + c] = f->tint + c * plane;
     }
-    of[9] = f->depth;
+    of[9] = f->nearness;
     of[10] = f->alpha;
 }
 

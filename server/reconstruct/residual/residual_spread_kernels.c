@@ -33,14 +33,14 @@ static inline simd_vector turn_of(const struct residual_features *f, size_t i, s
     return a * a + b * b + c * c;
 }
 
-/* How far depths are from where slopes lead, over what may be. */
+/* How far nearnesses are from where slopes lead, over what may be. */
 static inline simd_vector off_of(const struct residual_spread_line *l, size_t i, size_t j,
                                  float way)
 {
-    const simd_vector here = simd_load_vector(l->f->depth + i);
+    const simd_vector here = simd_load_vector(l->f->nearness + i);
     const simd_vector along = simd_load_vector(l->slope + i) * way;
-    const simd_vector may = RESIDUAL_DEPTH_PART * here + simd_positive(along) + 1e-30f;
-    return (simd_load_vector(l->f->depth + j) - here - along) / may;
+    const simd_vector may = RESIDUAL_NEARNESS_PART * here + simd_positive(along) + 1e-30f;
+    return (simd_load_vector(l->f->nearness + j) - here - along) / may;
 }
 
 /* How much smooth lobes of pixels i and j differ in what they show, `way` pixels apart. */

@@ -14,7 +14,7 @@
 
 /* Differences at which features have nothing in common. */
 #define RESIDUAL_TURN_MAX   0.3f  /* square of the way from a normal to another */
-#define RESIDUAL_DEPTH_PART 0.06f /* of the depth, beyond what slopes tell */
+#define RESIDUAL_NEARNESS_PART 0.06f /* of it, beyond what slopes tell */
 
 /* Light of three channels, and the variance of their sum. */
 enum { RESIDUAL_SPREAD_VARIANCE = 3, RESIDUAL_SPREAD_CHANNELS = 4 };

@@ -216,7 +216,7 @@ static void join_frame(const struct work *w, enum motion_side side, uint32_t num
 
 /* Sums over frames; those of means over samples that meet a surface are weighted by their share. */
 struct features_sum {
-    float frames, seen, normal[3], tint[3], albedo[3], depth, alpha;
+    float frames, seen, normal[3], tint[3], albedo[3], nearness, alpha;
 };
 
 static void add_features(const struct residual_past *q, struct features_sum *sum)
@@ -228,7 +228,7 @@ static void add_features(const struct residual_past *q, struct features_sum *sum
         sum->tint[c] += q->seen * q->tint[c];
         sum->albedo[c] += q->albedo[c];
     }
-    sum->depth += q->seen * q->depth;
+    sum->nearness += q->seen * q->nearness;
     sum->alpha += q->seen * q->alpha;
 }
 
@@ -237,7 +237,7 @@ static void join_pixel(const struct patch *patch, int32_t x, int32_t y, size_t a
 {
     const size_t i = patch_pixel(patch, x, y), plane = f->shape.plane;
     struct residual_past own = {.seen = patch->path_coverage[i] / patch->paths.spp[i],
-                                .depth = f->depth[at],
+                                .nearness = f->nearness[at],
                                 .alpha = f->alpha[at]};
     for (size_t c = 0; c < 3; c++) {
         own.mean_normal[c] = f->normal[c * plane + at];
@@ -251,7 +251,7 @@ static void join_pixel(const struct patch *patch, int32_t x, int32_t y, size_t a
         f->tint[c * plane + at] = sum->tint[c] / sum->seen;
         f->albedo[c * plane + at] = sum->albedo[c] / sum->frames;
     }
-    f->depth[at] = sum->depth / sum->seen;
+    f->nearness[at] = sum->nearness / sum->seen;
     f->alpha[at] = sum->alpha / sum->seen;
     f->barred[at] = 0.0f;
 }
