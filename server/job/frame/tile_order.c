@@ -4,13 +4,13 @@
 
 #include "proto/error.h"
 
-/* Tiles that go first, unless there are few: two in each eighth of the height, as rows come in
- * order, and in each eighth of the width. */
-#define PROBES        16
+/* Tiles that go first: 32 of many, 16 of few, and never more than half of them. */
+#define PROBES_BITS   5
+#define PROBES        (1u << PROBES_BITS)
 #define TILES_A_PROBE 6
 
 struct place {
-    bool probe;
+    uint32_t probe;      /* its place among them; PROBES: none */
     int32_t row, column; /* of the cell */
     int32_t inwards;     /* pixels to the nearer of the cell's upper and left borders */
     uint32_t tile;
@@ -24,30 +24,37 @@ static int sign(int64_t difference)
 static int compare_places(const void *a, const void *b)
 {
     const struct place *p = a, *q = b;
-    if (p->probe != q->probe) return p->probe ? -1 : 1;
+    if (p->probe != q->probe) return sign((int64_t)p->probe - q->probe);
     if (p->row != q->row) return sign((int64_t)p->row - q->row);
     if (p->column != q->column) return sign((int64_t)p->column - q->column);
     if (p->inwards != q->inwards) return sign((int64_t)p->inwards - q->inwards);
     return sign((int64_t)p->tile - q->tile);
 }
 
-static bool is_probe(const struct tile_grid *grid, struct rect r)
+/* Returns a tile's place among the probes, which is PROBES for all others. Of 2 n probes each n-th
+ * part of the height and of the width has two. Bits in reverse make those of the first few lie as
+ * evenly as all. */
+static uint32_t probe_of(const struct tile_grid *grid, struct rect r)
 {
-    if (tile_grid_count(grid) < TILES_A_PROBE * PROBES) return false;
-    for (int64_t k = 0; k < PROBES; k++) {
-        const int64_t row = k / 2, column = (row * 3 + k % 2 * 4) % 8;
-        const int64_t x = (2 * column + 1) * grid->width_px / 16;
-        const int64_t y = (2 * row + 1) * grid->height_px / 16;
-        if (x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) return true;
+    const uint32_t count = tile_grid_count(grid);
+    const uint32_t bits = count < TILES_A_PROBE * PROBES ? PROBES_BITS - 1 : PROBES_BITS;
+    const int64_t all = INT64_C(1) << bits, half = all / 2;
+    for (uint32_t k = 0; k < all && k < count / 2; k++) {
+        int64_t at = 0;
+        for (uint32_t bit = 0; bit < bits; bit++) at = at << 1 | (k >> bit & 1);
+        const int64_t row = at / 2, column = (row * 3 + at % 2 * half / 2) % half;
+        const int64_t x = (2 * column + 1) * grid->width_px / all;
+        const int64_t y = (2 * row + 1) * grid->height_px / all;
+        if (x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) return k;
     }
-    return false;
+    return PROBES;
 }
 
 static struct place place_of(const struct tile_grid *grid, int32_t cell_px, uint32_t tile)
 {
     const struct rect r = tile_grid_rect(grid, tile);
     const int32_t right = r.x0 % cell_px, down = r.y0 % cell_px;
-    return (struct place){.probe = is_probe(grid, r),
+    return (struct place){.probe = probe_of(grid, r),
                           .row = r.y0 / cell_px,
                           .column = r.x0 / cell_px,
                           .inwards = right < down ? right : down,
