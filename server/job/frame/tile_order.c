@@ -31,10 +31,20 @@ static int compare_places(const void *a, const void *b)
     return sign((int64_t)p->tile - q->tile);
 }
 
-/* Returns a tile's place among the probes, which is PROBES for all others. Of 2 n probes each n-th
- * part of the height and of the width has two. Bits in reverse make those of the first few lie as
- * evenly as all. */
-static uint32_t probe_of(const struct tile_grid *grid, struct rect r)
+static struct place place_of(const struct tile_grid *grid, int32_t cell_px, uint32_t tile)
+{
+    const struct rect r = tile_grid_rect(grid, tile);
+    const int32_t right = r.x0 % cell_px, down = r.y0 % cell_px;
+    return (struct place){.probe = PROBES,
+                          .row = r.y0 / cell_px,
+                          .column = r.x0 / cell_px,
+                          .inwards = right < down ? right : down,
+                          .tile = tile};
+}
+
+/* Of 2 n probes each n-th part of the height and of the width has two. Bits in reverse make those
+ * of the first few lie as evenly as all. */
+static void place_probes(const struct tile_grid *grid, struct place *places)
 {
     const uint32_t count = tile_grid_count(grid);
     const uint32_t bits = count < TILES_A_PROBE * PROBES ? PROBES_BITS - 1 : PROBES_BITS;
@@ -43,22 +53,11 @@ static uint32_t probe_of(const struct tile_grid *grid, struct rect r)
         int64_t at = 0;
         for (uint32_t bit = 0; bit < bits; bit++) at = at << 1 | (k >> bit & 1);
         const int64_t row = at / 2, column = (row * 3 + at % 2 * half / 2) % half;
-        const int64_t x = (2 * column + 1) * grid->width_px / all;
-        const int64_t y = (2 * row + 1) * grid->height_px / all;
-        if (x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) return k;
+        const int64_t x = (2 * column + 1) * grid->width_px / all / grid->side_px;
+        const int64_t y = (2 * row + 1) * grid->height_px / all / grid->side_px;
+        struct place *place = &places[y * grid->columns + x];
+        if (place->probe == PROBES) place->probe = k;
     }
-    return PROBES;
-}
-
-static struct place place_of(const struct tile_grid *grid, int32_t cell_px, uint32_t tile)
-{
-    const struct rect r = tile_grid_rect(grid, tile);
-    const int32_t right = r.x0 % cell_px, down = r.y0 % cell_px;
-    return (struct place){.probe = probe_of(grid, r),
-                          .row = r.y0 / cell_px,
-                          .column = r.x0 / cell_px,
-                          .inwards = right < down ? right : down,
-                          .tile = tile};
 }
 
 int tile_order_by_rows(const struct tile_grid *grid, int32_t cell_px, uint32_t *order)
@@ -67,6 +66,7 @@ int tile_order_by_rows(const struct tile_grid *grid, int32_t cell_px, uint32_t *
     struct place *places = calloc(count, sizeof *places);
     if (!places) return ERR_MEMORY;
     for (uint32_t i = 0; i < count; i++) places[i] = place_of(grid, cell_px, i);
+    place_probes(grid, places);
     qsort(places, count, sizeof *places, compare_places);
     for (uint32_t i = 0; i < count; i++) order[i] = places[i].tile;
     free(places);
