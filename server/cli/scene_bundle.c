@@ -318,7 +318,8 @@ static int upload(struct client *c, const char *path, json_t *document, const ch
 {
     struct digest digest;
     int error = client_put_asset(c, path, &digest, fault);
-    if (error && fault->code && !fault->pointer[0])
+    const bool of_server = error == ERR_IO || error == ERR_KILLED;
+    if (error && !of_server && fault->code && !fault->pointer[0])
         snprintf(fault->pointer, sizeof fault->pointer, "/%s/file", member);
     return error ? error : put_asset(json_object_get(document, member), &digest);
 }

@@ -43,6 +43,8 @@ check "... is seen from further away" test "$wide" != "$(eye)"
 refused() { ! plan "$@" 2>/dev/null; }
 check "a camera that is not there is refused" refused --camera none
 serve_stop
+nobody() { ! "$build/shearwater" submit "$tmp/a box.obj" --server "$1" 2>"$tmp/err" && grep -q "^shearwater submit: no server answers at $1" "$tmp/err"; }
+check "a server that is not there is named" nobody http://127.0.0.1:1
 gone() { ! "$build/shearwater" render "$tmp/gone.glb" 2>"$tmp/err" && grep -q "gone.glb" "$tmp/err"; }
 check "a scene that is not there is named" gone
 
