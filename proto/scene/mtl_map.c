@@ -30,9 +30,29 @@ char *mtl_name_clean(char *name)
         name[n - 1] = '\0';
         name++;
     }
-    for (char *c = name; *c; c++)
-        if (*c == '\\') *c = '/'; /* as written on Windows */
+    char *to = name;
+    for (const char *c = name; *c; c++) {
+        const char byte = *c == '\\' ? '/' : *c; /* as written on Windows, where some write two */
+        if (byte != '/' || to < name + 2 || to[-1] != '/') *to++ = byte;
+    }
+    *to = '\0';
     return name;
+}
+
+const char *mtl_name_beside(const char *name)
+{
+    const bool has_drive = isalpha((unsigned char)name[0]) && name[1] == ':';
+    const char *slash = strrchr(name, '/');
+    if (has_drive || name[0] == '/' || strncmp(name, "../", 3) == 0 || strstr(name, "/../"))
+        return slash ? slash + 1 : name + 2 * has_drive;
+    return name;
+}
+
+void mtl_skip_mark(const char **text, size_t *size_bytes)
+{
+    if (*size_bytes < 3 || memcmp(*text, "\xef\xbb\xbf", 3) != 0) return;
+    *text += 3;
+    *size_bytes -= 3;
 }
 
 static size_t word_length(const char *at)

@@ -194,6 +194,7 @@ static int each_line(struct bundle *b, char *text,
 {
     char *save_line = NULL;
     int error = 0;
+    if (strncmp(text, "\xef\xbb\xbf", 3) == 0) text += 3;
     for (char *line = strtok_r(text, "\r\n", &save_line); line && !error;
          line = strtok_r(NULL, "\r\n", &save_line)) {
         char *save = NULL, *keyword = strtok_r(line, " \t", &save);
@@ -215,7 +216,7 @@ static int add_map(struct bundle *b, const char *keyword, char *rest)
     struct mtl_map map;
     char detail[LIMIT_DETAIL_BYTES];
     mtl_map_read(rest, &map);
-    const int error = map.name[0] ? add_file(b, map.name) : 0;
+    const int error = map.name[0] ? add_file(b, mtl_name_beside(map.name)) : 0;
     if (error != ERR_NOT_FOUND) return error;
     snprintf(detail, sizeof detail, "%s", b->fault->detail);
     return fault_set(b->fault, error, b->fault->pointer, "%.20s of the material \"%s\": %.350s",
@@ -237,8 +238,9 @@ static bool is_there(const struct bundle *b, const char *name)
 }
 
 /* Of one that is missing the importer will warn. */
-static int add_mtl(struct bundle *b, const char *name)
+static int add_mtl(struct bundle *b, const char *given)
 {
+    const char *name = mtl_name_beside(given);
     char path[4096];
     size_t size_bytes;
     if (!is_there(b, name)) return 0;
@@ -259,7 +261,7 @@ static int add_libraries(struct bundle *b, const char *keyword, char *rest)
     char *save = NULL, *name = mtl_name_clean(rest);
     int error = 0;
     if (strcmp(keyword, "mtllib") != 0 || !name[0]) return 0;
-    if (is_there(b, name)) return add_mtl(b, name);
+    if (is_there(b, mtl_name_beside(name))) return add_mtl(b, name);
     for (char *one = strtok_r(name, " \t", &save); one && !error;
          one = strtok_r(NULL, " \t", &save))
         error = add_mtl(b, one);
@@ -316,7 +318,8 @@ static int upload(struct client *c, const char *path, json_t *document, const ch
 {
     struct digest digest;
     int error = client_put_asset(c, path, &digest, fault);
-    if (error && fault->code && !fault->pointer[0])
+    const bool of_server = error == ERR_IO || error == ERR_KILLED;
+    if (error && !of_server && fault->code && !fault->pointer[0])
         snprintf(fault->pointer, sizeof fault->pointer, "/%s/file", member);
     return error ? error : put_asset(json_object_get(document, member), &digest);
 }

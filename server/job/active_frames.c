@@ -46,6 +46,13 @@ static struct active_frame *first_in_work(const struct active_job *job)
     return NULL;
 }
 
+static bool is_alone(const struct active_job *job, const struct active_frame *frame)
+{
+    for (unsigned i = 0; i < job->jobs->open_count; i++)
+        if (job->jobs->open[i].job == job && job->jobs->open[i].frame != frame) return false;
+    return true;
+}
+
 /* The first that becomes a picture. */
 static struct active_frame *first_drawn(const struct active_job *job)
 {
@@ -259,6 +266,7 @@ static void on_extended(void *ctx, struct frame *work)
     struct jobs *jobs = ctx;
     struct active_frame *frame;
     struct active_job *job = job_of(jobs, work, &frame);
+    if (is_alone(job, frame)) pace_rest(&job->pace, jobs_clock_us());
     jobs_progress_soon(jobs, job);
     fleet_wake(jobs->fleet);
 }

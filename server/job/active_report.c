@@ -56,9 +56,18 @@ struct open_work {
     uint32_t frames;
 };
 
+/* Frames whose files are being written: their work is over, though they have not ended. */
+static uint32_t encoding(const struct active_job *job)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < job->frame_count; i++)
+        count += !job->frames[i].work && job->frames[i].state == FRAME_ENCODING;
+    return count;
+}
+
 static struct open_work open_work_of(const struct active_job *job, double all_us)
 {
-    struct open_work sum = {0};
+    struct open_work sum = {.frames = encoding(job)};
     const struct jobs *jobs = job->jobs;
     for (unsigned i = 0; i < jobs->open_count; i++)
         if (jobs->open[i].job == job) sum.done_us += frame_done_us(jobs->open[i].frame->work);
@@ -69,7 +78,8 @@ static struct open_work open_work_of(const struct active_job *job, double all_us
         if (jobs->open[i].job != job) continue;
         sum.left_us += pace_frame_left_us(frame_left_us(work), frame_done_us(work),
                                           frame_traced_share(work), mean_us);
-        sum.filters_us += frame_filters_left_us(work);
+        /* Others are filtered while that one is traced. */
+        sum.filters_us = fmax(sum.filters_us, frame_filters_left_us(work));
         sum.frames += !jobs->open[i].frame->recalled;
     }
     return sum;
@@ -86,7 +96,7 @@ static json_t *eta_of(const struct active_job *job)
     double left_us = open.left_us;
     if (begun > 0 && begun < job->frame_count)
         left_us += (job->frame_count - begun) * ((all_us + open.left_us) / begun);
-    const double traced_s = pace_time_s(&job->pace, left_us);
+    const double traced_s = pace_time_s(&job->pace, jobs_clock_us(), left_us);
     if (traced_s < 0.0) return json_null();
     const double filtered_s = open.filters_us * 1e-6 / thread_pool_threads(job->jobs->options.pool);
     return json_real(round((traced_s + filtered_s) * 10) / 10);

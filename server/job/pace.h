@@ -20,5 +20,9 @@ void pace_note(struct pace *p, uint64_t now_us, double cost_us);
  * of it (share) is here what its own samples say. mean_us: of a frame before; 0: there is none. */
 double pace_frame_left_us(double own_left_us, double done_us, double share, double mean_us);
 
-/* Returns how long work of some CPU time will take, in seconds; negative: not known yet. */
-double pace_time_s(const struct pace *p, double left_us);
+/* Leaves out the time since the latest note, in which workers had nothing to do. */
+void pace_rest(struct pace *p, uint64_t now_us);
+
+/* Returns how long work of some CPU time will take, in seconds, counted down between results;
+ * negative: not known yet. */
+double pace_time_s(const struct pace *p, uint64_t now_us, double left_us);

@@ -3,12 +3,14 @@
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, writeFileSync } from "node:fs";
-import { join, resolve } from "node:path";
+import { basename, join, resolve } from "node:path";
 import { parse } from "yaml";
+import { glbOf } from "../bench/scenes/glb.mjs";
+import { sphere } from "../bench/scenes/mesh.mjs";
 import { encodePicture } from "../bench/scenes/png.mjs";
 import { GROUPS, LAYERS, LIGHTS, LOOK_AT_FIELDS } from "../../web/job/job_fields.js";
 import { clean, narrow } from "./axe.mjs";
-import { build, expect, openPage, runAll, shots, startServer, test, text, tmp, until } from "./house.mjs";
+import { build, expect, look, openPage, runAll, shots, startServer, test, text, tmp, until } from "./house.mjs";
 
 const scene = resolve("tests/scenes/cornell-box/cornell-box.glb");
 const digest = createHash("sha256").update(readFileSync(scene)).digest("hex");
@@ -38,6 +40,16 @@ await runAll(async () => {
   const planned = () => until("the plan", async () => await page.locator("#checking").isHidden() && /The job is valid/.test(await text(page, "said")));
   const documentNow = async () => JSON.parse(await page.inputValue("#json"));
   const faultAt = (pointer) => page.textContent(`${id(pointer)}-fault`);
+
+  const drop = async (path) => {
+    const dataTransfer = await page.evaluateHandle(([base64, name]) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
+      return transfer;
+    }, [readFileSync(path).toString("base64"), basename(path)]);
+    await page.dispatchEvent("#drop", "dragover", { dataTransfer });
+    await page.dispatchEvent("#drop", "drop", { dataTransfer });
+  };
 
   await test("the form's limits, choices and defaults are the contract's", async () => {
     const wrong = [], job = contract.components.schemas.Job;
@@ -85,14 +97,7 @@ await runAll(async () => {
   await test("a scene that is dropped is hashed, sent and planned", async () => {
     await page.goto(`${url}/submit.html`);
     await until("the form", () => page.locator("#drop").isVisible());
-    const bytes = readFileSync(scene).toString("base64");
-    const transfer = await page.evaluateHandle((base64) => {
-      const transfer = new DataTransfer();
-      transfer.items.add(new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], "cornell-box.glb"));
-      return transfer;
-    }, bytes);
-    await page.dispatchEvent("#drop", "dragover", { dataTransfer: transfer });
-    await page.dispatchEvent("#drop", "drop", { dataTransfer: transfer });
+    await drop(scene);
     await planned();
     expect(await page.inputValue(id("/scene/asset")) === digest, "another digest");
     expect((await page.request.head(`${url}/v1/assets/${digest}`)).status() === 200, "the server does not have it");
@@ -276,12 +281,11 @@ await runAll(async () => {
   });
 
   await test("a bare scene that is dropped becomes the lit picture of shearwater render", async () => {
-    const box = join(tmp, "box.obj");
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((i) => `v ${i & 1} ${i >> 1 & 1} ${i >> 2}`);
-    const sides = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"].map((side) => `f ${side}`);
-    writeFileSync(box, [...corners, ...sides, ""].join("\n"));
+    const box = join(tmp, "ball.glb");
+    writeFileSync(box, glbOf([{ name: "ball", color: [0.8, 0.4, 0.2], mesh: sphere([1, 2, 3], 1) }]));
     await page.goto(`${url}/submit.html`);
-    await page.setInputFiles(`${id("/scene/asset")}-file`, box);
+    await until("the form", () => page.locator("#drop").isVisible());
+    await drop(box);
     await planned();
     for (const [at, value] of [["/image/width", 96], ["/image/height", 64], ["/sampling/spp", 4]]) await page.fill(id(at), String(value));
     await planned();
@@ -290,6 +294,7 @@ await runAll(async () => {
     await page.waitForURL(/#\/jobs\/[0-9a-z]{26}$/, { timeout: 15000 });
     const at = `/v1/jobs/${page.url().slice(-26)}`;
     await until("finished", async () => (await get(at)).state === "finished");
+    await until("the picture", async () => (await look(page)).lit > 0.95);
     const ours = join(tmp, "cli.exr"), dropped = join(tmp, "dropped.exr"), program = join(build, "shearwater");
     writeFileSync(dropped, await (await page.request.get(`${url}${at}/frames/1/image.exr`)).body());
     execFileSync(program, ["render", box, "-o", ours, "--size", "96x64", "--spp", "4", "-q"], { stdio: "ignore" });

@@ -43,6 +43,8 @@ check "... is seen from further away" test "$wide" != "$(eye)"
 refused() { ! plan "$@" 2>/dev/null; }
 check "a camera that is not there is refused" refused --camera none
 serve_stop
+nobody() { ! "$build/shearwater" submit "$tmp/a box.obj" --server "$1" 2>"$tmp/err" && grep -q "^shearwater submit: no server answers at $1" "$tmp/err"; }
+check "a server that is not there is named" nobody http://127.0.0.1:1
 gone() { ! "$build/shearwater" render "$tmp/gone.glb" 2>"$tmp/err" && grep -q "gone.glb" "$tmp/err"; }
 check "a scene that is not there is named" gone
 
@@ -54,4 +56,9 @@ check "... and a warning names the library" grep -q 'the file "my box.mtl" is mi
 printf 'newmtl red\nmap_Kd my gone.png\n' >"$tmp/my box.mtl"
 map_gone() { ! with && grep -q 'map_Kd of the material "red": .*/my gone.png: No such file' "$tmp/err"; }
 check "an image that is missing is told with its material" map_gone
+# Folders are those of the machine that wrote it.
+cp docs/images/demo.png "$tmp/my map.png"
+printf '\xef\xbb\xbfnewmtl red\nmap_Kd C:\\Users\\me\\my map.png\n' >"$tmp/my box.mtl"
+check "an image is taken from beside the scene" with
+check "... and a warning says so" grep -q 'is taken from beside the scene, as "my map.png"' "$tmp/err"
 tap_done

@@ -158,7 +158,7 @@ static int unreachable(struct client *c, CURLcode result, struct fault *fault)
 {
     const char *why = c->message[0] ? c->message : curl_easy_strerror(result);
     if (c->stop && *c->stop) return fault_set(fault, ERR_KILLED, "", "interrupted");
-    if (result == CURLE_COULDNT_CONNECT)
+    if (result == CURLE_COULDNT_CONNECT || result == CURLE_COULDNT_RESOLVE_HOST)
         return fault_set(fault, ERR_IO, "",
                          "no server answers at %s: start one with `shearwater serve`, or name "
                          "another with --server",

@@ -5,6 +5,8 @@
 #include <memory>
 #include <new>
 
+#include "server/import/draco/draco_claims.h"
+
 struct draco_shim {
     std::unique_ptr<draco::Mesh> mesh;
 };
@@ -13,6 +15,7 @@ namespace
 {
 draco_shim_status decode(const uint8_t *data, size_t size_bytes, draco_shim **out)
 {
+    if (!draco_claims_fit(data, size_bytes)) return DRACO_SHIM_DAMAGED;
     draco::DecoderBuffer buffer;
     draco::Decoder decoder;
     buffer.Init(reinterpret_cast<const char *>(data), size_bytes);

@@ -60,6 +60,14 @@ struct text {
     unsigned line;
 };
 
+static struct text text_of(const struct file_view *view, const char *file)
+{
+    const char *at = (const char *)view->data;
+    size_t size_bytes = view->size_bytes;
+    mtl_skip_mark(&at, &size_bytes);
+    return (struct text){at, at + size_bytes, file, 0};
+}
+
 static int out_of_memory(struct fault *fault)
 {
     return fault_set(fault, ERR_MEMORY, "mtllib", "no memory for materials");
@@ -193,10 +201,10 @@ static int read_file(struct mtl *mtl, struct files *files, const char *obj_name,
 {
     char path[LIMIT_PATH_BYTES];
     struct file_view view;
-    int rc = files_resolve(obj_name, name, false, path, "mtllib", fault);
+    int rc = files_resolve(obj_name, mtl_name_beside(name), false, path, "mtllib", fault);
     if (rc == 0) rc = files_map(files, path, "mtllib", &view, fault);
     if (rc != 0) return rc;
-    struct text t = {(const char *)view.data, (const char *)view.data + view.size_bytes, path, 0};
+    struct text t = text_of(&view, path);
     rc = read_library(mtl, &t, warnings, fault);
     files_unmap(&view);
     return rc;
@@ -245,8 +253,7 @@ int mtl_read(struct mtl *mtl, struct files *files, const char *obj_name,
              const struct file_view *obj, struct warnings *warnings, struct fault *fault)
 {
     char line[LINE_BYTES], *rest;
-    struct text t = {(const char *)obj->data, (const char *)obj->data + obj->size_bytes, obj_name,
-                     0};
+    struct text t = text_of(obj, obj_name);
     int rc = 0;
     *mtl = (struct mtl){0};
     while (rc == 0 && next_line(&t, line))

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/scene/mtl_map.h"
 #include "server/import/image/image_decoder.h"
 #include "server/import/obj/obj_shading.h"
 #include "server/import/scene/surface.h"
@@ -117,7 +118,11 @@ static int read_texture(struct obj_materials *m, const struct mtl_image *image, 
     const uint32_t wrap = image->clamp ? WRAP_CLAMP : WRAP_REPEAT;
     struct scene_texture record = {.wrap_u = wrap, .wrap_v = wrap};
     void *at;
-    int rc = files_resolve(m->name, image->name, false, path, place, fault);
+    const char *name = mtl_name_beside(image->name);
+    int rc = files_resolve(m->name, name, false, path, place, fault);
+    if (rc == 0 && name != image->name)
+        warnings_add(&m->builder->warnings, place,
+                     "\"%.200s\" is taken from beside the scene, as \"%.200s\"", image->name, name);
     if (rc == 0) rc = get_image(m, path, place, &record.image, fault);
     out->texture = (uint32_t)builder_count(m->builder, SCENE_TEXTURES);
     if (rc == 0) rc = builder_append(m->builder, SCENE_TEXTURES, 1, &at, fault);

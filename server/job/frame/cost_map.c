@@ -23,6 +23,11 @@ void cost_map_begin_round(struct cost_map *m)
     }
 }
 
+void cost_map_foresee_anew(struct cost_map *m)
+{
+    for (int i = 0; i < COST_CELLS * COST_CELLS; i++) m->cells[i].due = -m->cells[i].landed;
+}
+
 void cost_map_due(struct cost_map *m, struct rect tile, double samples)
 {
     cell_of(m, tile)->due += samples;

@@ -24,6 +24,9 @@ void cost_map_init(struct cost_map *m, int32_t width_px, int32_t height_px);
  * later passes are longer and so cost less a sample. */
 void cost_map_begin_round(struct cost_map *m);
 
+/* Forgets in the first round what is due: tiles are to be noted with all their samples. */
+void cost_map_foresee_anew(struct cost_map *m);
+
 /* Notes samples that a tile is to get, and those that have landed with their CPU time. */
 void cost_map_due(struct cost_map *m, struct rect tile, double samples);
 void cost_map_land(struct cost_map *m, struct rect tile, double samples, double us);

@@ -42,11 +42,15 @@ void frame_adaptive_keep(struct frame *f, uint32_t block, const uint8_t *strata_
 {
     const struct rect rect = film_block_rect(f->film, block);
     const size_t width = (size_t)rect_width(rect);
+    const uint8_t *from = strata_maps;
     for (uint32_t map = 0; map < f->adaptive.maps; map++) {
         uint8_t *to = corner(f, map, rect);
         for (int32_t y = rect.y0; y < rect.y1; y++, strata_maps += width, to += f->plan.width_px)
             memcpy(to, strata_maps, width);
     }
+    const size_t count = f->adaptive.maps * (size_t)rect_area(rect);
+    for (size_t i = 0; i < count; i++) f->adaptive.seen_rays += (double)from[i] * from[i];
+    f->adaptive.seen_px += (double)rect_area(rect);
     f->adaptive.measured[block] = measured;
 }
 
@@ -134,6 +138,7 @@ void frame_adaptive_count(struct frame *f)
 {
     const uint32_t l = f->plan.indirect_strata_per_axis;
     uint64_t sets = 0;
+    frame_costs_foresee(f);
     if (f->plan.lens_extra > 0) {
         f->statistics.lens_second_paths = f->adaptive.rays;
         return;

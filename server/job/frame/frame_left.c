@@ -1,5 +1,11 @@
 /* How much of a frame is done, and what the rest will cost. */
+#include <math.h>
+
 #include "server/job/frame/frame_work.h"
+
+#define RESIDUAL_US  2.5 /* of a pixel, before any is filtered */
+#define LAST_ROWS    2.0 /* of blocks, which wait for the last tiles */
+#define ROUND_GROWTH 4.0
 
 /* Samples that each pixel gets by the schedule. */
 static uint32_t scheduled(const struct frame *f)
@@ -15,20 +21,43 @@ double frame_traced_share(const struct frame *f)
     return (double)f->samples_landed / ((double)scheduled(f) * tile_grid_count(&f->grid));
 }
 
-/* Other rounds than those of a target are decided on too late to tell where samples will be. */
+/* Returns the work of a tile's first set, before others are decided on. */
+static double first_set(const struct frame *f, uint32_t area)
+{
+    uint64_t sum = 0;
+    for (uint32_t p = 0; p < plan_pass_count(&f->plan); p++) {
+        const struct plan_pass pass = plan_scheduled_pass(&f->plan, p);
+        sum += frame_pass_work(&f->plan, &pass, area);
+    }
+    return (double)sum;
+}
+
 static double due(const struct frame *f, uint32_t tile, struct rect rect)
 {
     if (frame_has_target(f)) return rounds_due(f->target.rounds, tile);
-    return frame_has_rounds(f) ? 0.0 : (double)scheduled(f) * (double)rect_area(rect);
+    if (!frame_is_adaptive(f)) return (double)scheduled(f) * (double)rect_area(rect);
+    return f->adaptive.decided ? (double)f->adaptive.tiles[tile].rays
+                               : first_set(f, (uint32_t)rect_area(rect));
+}
+
+static void note_due(struct frame *f)
+{
+    for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++) {
+        const struct rect rect = tile_grid_rect(&f->grid, i);
+        cost_map_due(&f->costs, rect, due(f, i, rect));
+    }
 }
 
 void frame_costs_foresee(struct frame *f)
 {
     cost_map_begin_round(&f->costs);
-    for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++) {
-        const struct rect rect = tile_grid_rect(&f->grid, i);
-        cost_map_due(&f->costs, rect, due(f, i, rect));
-    }
+    note_due(f);
+}
+
+void frame_costs_foresee_anew(struct frame *f)
+{
+    cost_map_foresee_anew(&f->costs);
+    note_due(f);
 }
 
 void frame_costs_create(struct frame *f)
@@ -47,10 +76,11 @@ void frame_costs_land(struct frame *f, uint32_t tile, double samples,
 
 double frame_left_us(const struct frame *f)
 {
-    const double landed = cost_map_landed(&f->costs);
-    if (!frame_has_rounds(f) || frame_has_target(f)) return cost_map_left_us(&f->costs);
-    const double left = frame_rounds_expected(f) - (double)f->samples_landed;
-    return left > 0.0 && landed > 0.0 ? left * cost_map_done_us(&f->costs) / landed : 0.0;
+    const double left_us = cost_map_left_us(&f->costs), landed = cost_map_landed(&f->costs);
+    if (!frame_is_adaptive(f) || f->adaptive.decided || landed <= 0.0) return left_us;
+    /* What the first set says of where the second will be comes too late. */
+    const double second = frame_rounds_expected(f) - frame_rounds_first(f);
+    return left_us + second * cost_map_done_us(&f->costs) / landed;
 }
 
 double frame_done_us(const struct frame *f)
@@ -58,12 +88,34 @@ double frame_done_us(const struct frame *f)
     return cost_map_done_us(&f->costs);
 }
 
-double frame_filters_left_us(const struct frame *f)
+/* Returns the CPU time that filters take of a block, in us. */
+static double block_us(const struct frame *f)
 {
     const struct statistics *s = &f->statistics;
     const uint64_t us = s->reconstruct_cpu_us + s->shadow_cpu_us + s->indirect_cpu_us +
                         s->glossy_cpu_us + s->lens_cpu_us + s->lens_relight_cpu_us +
                         s->residual_cpu_us;
-    if (f->blocks_drawn == 0) return 0.0;
-    return (double)us / (double)f->blocks_drawn * (double)f->blocks_out;
+    if (f->blocks_drawn > 0) return (double)us / (double)f->blocks_drawn;
+    const bool filtered = f->plan.residual_filter != RESIDUAL_FILTER_NONE;
+    return filtered ? RESIDUAL_US * (double)f->block_px * (double)f->block_px : 0.0;
+}
+
+/* Returns how many rounds are thought to follow this one. */
+static double rounds_to_come(const struct frame *f)
+{
+    if (!frame_has_target(f)) return 0.0;
+    const struct rounds_report r = rounds_report(f->target.rounds);
+    const double ratio = r.expected / (double)(r.paths + r.bounces);
+    return ratio > 1.02 ? ceil(log(ratio) / log(ROUND_GROWTH)) : 0.0;
+}
+
+/* Other blocks are drawn while tiles are traced. */
+double frame_filters_left_us(const struct frame *f)
+{
+    const double width = ceil((double)f->plan.width_px / f->block_px);
+    const double height = ceil((double)f->plan.height_px / f->block_px);
+    const double blocks = fmin(height, LAST_ROWS) * width * plan_views(&f->plan);
+    const double rows_left = ceil((double)(f->plan.height_px - frame_rows_done(f)) / f->block_px);
+    const double now = fmin(blocks, rows_left * width * plan_views(&f->plan));
+    return block_us(f) * (fmax(now, f->blocks_out) + rounds_to_come(f) * blocks);
 }

@@ -8,7 +8,7 @@
 /* The greatest share of work that is reported before a frame is known to be done. */
 #define SHARE_MAX 0.99
 
-/* The expected ratio of all rays to those of the first set, before second sets are chosen. */
+/* The expected ratio of all rays to those of the first set, before any second set is known. */
 #define RATE_EXPECTED 3.0
 
 int frame_rounds_create(struct frame *f)
@@ -28,17 +28,25 @@ void frame_rounds_destroy(struct frame *f)
     free(f->rounds.statistics);
 }
 
-/* Samples of all pixels, as far as is known: at least one a pixel. */
-double frame_rounds_expected(const struct frame *f)
+/* At least one a pixel. */
+double frame_rounds_first(const struct frame *f)
 {
     const double pixels = (double)f->plan.width_px * f->plan.height_px;
     const uint32_t l = f->plan.indirect_strata_per_axis;
     /* paths of the lens are its samples */
     const uint32_t lens = plan_lens_has_paths(&f->plan) ? 0 : f->plan.lens_strata_per_axis;
+    return pixels * (f->plan.paths.spp + l * l + lens * lens);
+}
+
+double frame_rounds_expected(const struct frame *f)
+{
+    const struct frame_adaptive *a = &f->adaptive;
+    const double pixels = (double)f->plan.width_px * f->plan.height_px;
     if (frame_has_target(f)) return rounds_report(f->target.rounds).expected;
-    const double first = pixels * (f->plan.paths.spp + l * l + lens * lens);
-    if (f->adaptive.decided) return first + (double)f->adaptive.rays;
-    return f->plan.lens_extra > 0 ? first + pixels * f->plan.lens_extra : first * RATE_EXPECTED;
+    const double first = frame_rounds_first(f);
+    if (a->decided) return first + (double)a->rays;
+    if (f->plan.lens_extra > 0) return first + pixels * f->plan.lens_extra;
+    return a->seen_px > 0.0 ? first + pixels * a->seen_rays / a->seen_px : first * RATE_EXPECTED;
 }
 
 void frame_rounds_note(struct frame *f)

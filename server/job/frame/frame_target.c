@@ -11,7 +11,9 @@ int frame_target_create(struct frame *f)
     const size_t area = (size_t)f->plan.width_px * (size_t)f->plan.height_px;
     t->pixels = calloc(area * (ERROR_SOURCE_COUNT + 1), sizeof *t->pixels);
     t->errors = calloc(tile_grid_count(&f->grid), sizeof *t->errors);
-    if (!t->pixels || !t->errors) return ERR_MEMORY;
+    t->seen = calloc(film_block_count(f->film), sizeof *t->seen);
+    t->seen_px = calloc(film_block_count(f->film), sizeof *t->seen_px);
+    if (!t->pixels || !t->errors || !t->seen || !t->seen_px) return ERR_MEMORY;
     return rounds_create(&f->plan, &t->rounds);
 }
 
@@ -21,11 +23,32 @@ void frame_target_destroy(struct frame *f)
     rounds_destroy(&t->rounds);
     free(t->pixels);
     free(t->errors);
+    free(t->seen);
+    free(t->seen_px);
 }
 
 static float *plane_of(const struct frame *f, uint32_t k)
 {
     return f->target.pixels + (size_t)k * (size_t)f->plan.width_px * (size_t)f->plan.height_px;
+}
+
+/* Foresees anew whenever a quarter more of the picture is seen. */
+static void glance(struct frame *f, struct rect rect, const struct block_measure *measure)
+{
+    struct frame_target *t = &f->target;
+    const size_t area = (size_t)rect_area(rect);
+    if (rounds_report(t->rounds).rounds > 0 || t->seen_count == film_block_count(f->film)) return;
+    struct rounds_error *seen = &t->seen[t->seen_count];
+    for (size_t i = 0; i < area; i++) {
+        for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
+            seen->variance[k] += (double)measure->variance[k][i];
+        seen->luminance += (double)measure->luminance[i];
+    }
+    t->seen_px[t->seen_count++] = (uint32_t)area;
+    if (t->seen_count < t->seen_next) return;
+    t->seen_next = t->seen_count + t->seen_count / 4 + 1;
+    rounds_glance(t->rounds, t->seen, t->seen_px, t->seen_count);
+    frame_costs_foresee_anew(f);
 }
 
 void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure)
@@ -37,6 +60,7 @@ void frame_target_keep(struct frame *f, struct rect rect, const struct block_mea
         for (int32_t y = rect.y0; y < rect.y1; y++, from += width, to += stride)
             memcpy(to, from, width * sizeof *from);
     }
+    glance(f, rect, measure);
 }
 
 /* Pixel by pixel and row by row, whatever the blocks were. */

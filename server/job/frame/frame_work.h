@@ -28,6 +28,10 @@ struct frame_target {
     struct rounds *rounds; /* owned */
     float *pixels;         /* owned; ERROR_SOURCE_COUNT variances and luminance, plane by plane */
     struct rounds_error *errors; /* owned; of each tile */
+    /* What the first round has brought, block by block as they are drawn. */
+    struct rounds_error *seen; /* owned */
+    uint32_t *seen_px;         /* owned */
+    uint32_t seen_count, seen_next;
     char warning[LIMIT_DETAIL_BYTES];
 };
 
@@ -50,6 +54,7 @@ struct frame_adaptive {
     uint32_t *measured;   /* owned; first sets of each block's pixels */
     struct frame_adaptive_tile *tiles; /* owned */
     struct bytes_writer packed;        /* count_map.h, tile by tile */
+    double seen_px, seen_rays;         /* of the blocks that were drawn, before it is decided */
     uint64_t rays;                     /* of all second sets; once decided */
     bool decided;
 };
@@ -288,12 +293,15 @@ static inline uint64_t frame_clock_us(void)
  * `failed` follows. For a frame that is kept, `completed` does. */
 void frame_encode(struct frame *f);
 
-/* Returns the samples of all pixels that a frame with rounds is thought to take. */
+/* Return the samples of all pixels of the first set, and those that a frame with rounds is thought
+ * to take in all. */
+double frame_rounds_first(const struct frame *f);
 double frame_rounds_expected(const struct frame *f);
 
 /* Note what is due, at the start and with each round, and what has landed with the CPU time that it
  * took (frame_left.c). */
 void frame_costs_create(struct frame *f);
 void frame_costs_foresee(struct frame *f);
+void frame_costs_foresee_anew(struct frame *f); /* within the first round */
 void frame_costs_land(struct frame *f, uint32_t tile, double samples,
                       const struct counters *counters);

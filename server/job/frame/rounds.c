@@ -4,15 +4,17 @@
 #include "proto/limits.h"
 #include "server/job/frame/rounds_work.h"
 
-#define GROWTH_MAX 4.0
-#define GROWTH_MIN 1.02 /* less is not worth a pass */
-#define CHUNK      LIMIT_PASS_SPP
-#define CHUNK_SIDE 8u
-#define REST_MIN   0.25 /* of what no sample lowers, squared: beside it the rest is small */
+#define GROWTH_MAX  4.0
+#define GROWTH_MIN  1.02 /* less is not worth a pass */
+#define CHUNK       LIMIT_PASS_SPP
+#define CHUNK_SIDE  8u
+#define FIRST_TIMES 5.0
+#define FIRST_POWER 0.95 /* between what filters promise and what most pictures did */
+#define REST_MIN    0.25 /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
-/* Returns how many samples a pixel may take, before the first round tells: what eight pictures took
+/* Returns how many samples a pixel may take, before any error is known: what eight pictures took
  * within a factor of four, or twice the first round's if that is more. */
 static double guess(const struct plan *plan, uint32_t first)
 {
@@ -30,7 +32,8 @@ int rounds_create(const struct plan *plan, struct rounds **out)
     r->plan = plan;
     r->count = error ? 0 : tile_grid_count(&r->grid);
     r->pixels = (double)plan->width_px * plan->height_px;
-    r->powers[PATHS] = r->powers[BOUNCES] = 1.0;
+    for (int kind = 0; kind < KINDS; kind++)
+        r->powers[kind] = law_of(r, kind) == LAW_FILTER ? FIRST_POWER : 1.0;
     r->tiles = calloc(r->count ? r->count : 1, sizeof *r->tiles);
     if (!error && !r->tiles) error = ERR_MEMORY;
     if (error) {
@@ -45,8 +48,9 @@ int rounds_create(const struct plan *plan, struct rounds **out)
         t->passes = plan_pass_count(plan);
         r->report.paths += (uint64_t)t->area * plan->paths.spp;
         r->report.bounces += (uint64_t)t->area * l * l;
-        t->expected = t->area * guess(plan, plan->paths.spp + l * l);
-        r->report.expected += t->expected;
+        r->report.expected += t->area * guess(plan, plan->paths.spp + l * l);
+        /* Where it takes many times the first round, that is over early, and tells. */
+        t->expected = t->area * FIRST_TIMES * (plan->paths.spp + l * l);
     }
     *out = r;
     return 0;
@@ -275,9 +279,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
     report->met = report->reached <= (double)r->plan->target_error;
 }
 
-/* Returns the squared error, over mean luminance, that samples may leave. It is the target less the
- * part that samples do not lower, or a small share of that part if it alone exceeds the target. */
-static double rest_wanted(const struct rounds *r)
+double rounds_rest_wanted(const struct rounds *r)
 {
     const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
     const double rest = error * error - fixed * fixed;
@@ -297,7 +299,8 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
     end_round(r, errors);
     for (uint32_t i = 0; i < r->count; i++) more_passes[i] = 0;
     if (r->report.met || r->report.rounds >= ROUNDS_MAX) return false;
-    const double wanted = rest_wanted(r), reached = r->report.reached, fixed = r->report.fixed;
+    const double wanted = rounds_rest_wanted(r), reached = r->report.reached,
+                 fixed = r->report.fixed;
     if (reached * reached - fixed * fixed <= wanted) return false;
     struct level level = rounds_solve(r, wanted * mean * mean * r->pixels);
     uint64_t passes = rounds_deal(r, &level);

@@ -45,6 +45,10 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
 /* Returns what pass `number` of a tile traces, of the schedule or of a round. */
 struct plan_pass rounds_pass(const struct rounds *r, uint32_t tile, uint32_t number);
 
+/* Foresees from the parts of the picture that the first round has brought so far. */
+void rounds_glance(struct rounds *r, const struct rounds_error *errors, const uint32_t *areas,
+                   uint32_t count);
+
 /* Returns the samples, over a tile's pixels, that the target is still thought to take of it beyond
  * those of the rounds that have ended. */
 double rounds_due(const struct rounds *r, uint32_t tile);

@@ -1,23 +1,23 @@
 /* How many samples a target will take in the end, for the time left. No picture depends on it.
  *
- * From the second round on, the rounds that are to come are played to their end: each deals samples
- * as a true round does (rounds.h), and errors then fall with the power of n by which they fell in
- * the last round. A round's own law is on the safe side, so that tiles get more than they need:
- * what is dealt tells the time, not what would do.
+ * The rounds that are to come are played to their end: each deals samples as a true round does
+ * (rounds.h), and errors then fall with the power of n by which they fell in the last round, or
+ * at first with one that was usual. A round's own law is on the safe side, so that tiles get more
+ * than they need: what is dealt tells the time, not what would do.
  *
- * The first round knows no power yet, and takes squared errors to fall as 1 / n at once. A few
- * tiles in which one path of nine met a lamp seem to have most of the error, and have it no more
- * when they have four times as many: what a tile has beyond so many times the median does not
- * count, and with a filter counts as its root. */
+ * A few tiles in which one path of nine met a lamp seem to have most of the error of the first
+ * round, and have it no more when they have four times as many: what a tile has beyond so many
+ * times the median does not count then, and with a filter counts as its root. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "server/job/frame/rounds_work.h"
 
-#define OUTLIER     16.0
-#define POWER_LEAST 0.5
-#define POWER_MOST  2.0
-#define PLAYED_MAX  1024u /* tiles; of more, each plays for those behind it */
+#define OUTLIER      16.0
+#define POWER_LEAST  0.5
+#define POWER_MOST   2.0
+#define GLANCE_TRUST 4.0   /* a quarter of the picture tells of the rest */
+#define PLAYED_MAX   1024u /* tiles; of more, each plays for those behind it */
 
 static int by_value(const void *a, const void *b)
 {
@@ -121,20 +121,6 @@ static double sum_of(const struct rounds *r)
     return sum;
 }
 
-/* Gives all tiles what a mean would need. */
-static void hope(struct rounds *r, double wanted)
-{
-    for (uint32_t i = 0; i < r->count; i++)
-        for (int kind = 0; kind < KINDS; kind++) rounds_set_scale(r, &r->tiles[i], kind);
-    const struct level level = rounds_solve(r, wanted);
-    for (uint32_t i = 0; i < r->count; i++)
-        for (int kind = 0; kind < KINDS; kind++) {
-            struct kind *k = &r->tiles[i].kinds[kind];
-            const double more = (rounds_growth(r, k, kind, &level) - 1.0) * k->n;
-            if (more > k->more) k->more = (uint32_t)more;
-        }
-}
-
 static void play(struct rounds *r, double wanted)
 {
     double left = end_played(r);
@@ -151,6 +137,14 @@ static double samples_of(const struct rounds_tile *t)
            t->kinds[BOUNCES].more;
 }
 
+/* Returns the tile that plays for those of its group. Tiles at even steps would be of few columns.
+ */
+static uint32_t player_of(const struct rounds *r, uint32_t group, uint32_t step)
+{
+    const uint32_t tile = group * step + (group * UINT32_C(2654435769) >> 16) % step;
+    return tile < r->count ? tile : group * step;
+}
+
 void rounds_forecast(struct rounds *r, double wanted)
 {
     const double caps[KINDS] = {cap_of(r, PATHS), cap_of(r, BOUNCES)};
@@ -159,22 +153,63 @@ void rounds_forecast(struct rounds *r, double wanted)
     played.count = (r->count + step - 1) / step;
     played.tiles = malloc(played.count * sizeof *played.tiles);
     for (uint32_t i = 0; played.tiles && i < played.count; i++)
-        played.tiles[i] = r->tiles[(size_t)i * step];
+        played.tiles[i] = r->tiles[player_of(r, i, step)];
     if (played.tiles) {
         const double share = sum_of(&played) / sum_of(r); /* rounds are dealt for errors above 0 */
         cap(&played, caps);
-        played.hopes = r->report.rounds < 2;
-        (played.hopes ? hope : play)(&played, wanted * share);
+        play(&played, wanted * share);
     }
     r->report.expected = 0.0;
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
-        const struct rounds_tile *as = &r->tiles[i / step * step];
+        const struct rounds_tile *as = &r->tiles[player_of(r, i / step, step)];
         const double by = played.tiles ? samples_of(&played.tiles[i / step]) / samples_of(as) : 1.0;
         t->expected = t->area * samples_of(t) * by;
         r->report.expected += t->expected;
     }
     free(played.tiles);
+}
+
+/* Returns the samples a pixel that a glance foresees. */
+static double glanced(struct rounds *seen, double pixels, double luminance, double fixed)
+{
+    const double mean = luminance / pixels,
+                 caps[KINDS] = {cap_of(seen, PATHS), cap_of(seen, BOUNCES)};
+    double sum = 0.0;
+    if (!(mean > 0.0)) return 0.0;
+    seen->report.fixed = sqrt(fixed / pixels) / mean;
+    cap(seen, caps);
+    play(seen, rounds_rest_wanted(seen) * mean * mean * pixels);
+    for (uint32_t i = 0; i < seen->count; i++)
+        sum += seen->tiles[i].area * samples_of(&seen->tiles[i]);
+    return sum / pixels;
+}
+
+void rounds_glance(struct rounds *r, const struct rounds_error *errors, const uint32_t *areas,
+                   uint32_t count)
+{
+    struct rounds seen = *r;
+    double pixels = 0.0, luminance = 0.0, fixed = 0.0;
+    seen.count = count;
+    seen.tiles = calloc(count, sizeof *seen.tiles);
+    for (uint32_t i = 0; seen.tiles && i < count; i++) {
+        seen.tiles[i].area = areas[i];
+        for (int kind = 0; kind < KINDS; kind++)
+            seen.tiles[i].kinds[kind] = (struct kind){.variance = variance_of(&errors[i], kind),
+                                                      .n = r->tiles[0].kinds[kind].more};
+        pixels += areas[i];
+        luminance += errors[i].luminance;
+        fixed += errors[i].variance[ERROR_SOURCE_CENTRES];
+    }
+    const double told = pixels > 0.0 ? glanced(&seen, pixels, luminance, fixed) : 0.0;
+    const double trust = fmin(1.0, GLANCE_TRUST * pixels / r->pixels);
+    if (told > 0.0) r->report.expected = 0.0;
+    for (uint32_t i = 0; told > 0.0 && i < r->count; i++) {
+        struct rounds_tile *t = &r->tiles[i];
+        t->expected *= pow(told * t->area / t->expected, trust);
+        r->report.expected += t->expected;
+    }
+    free(seen.tiles);
 }
 
 double rounds_due(const struct rounds *r, uint32_t tile)

@@ -41,7 +41,6 @@ struct rounds {
     struct rounds_tile *tiles; /* owned */
     double powers[KINDS];      /* of n with which squared errors fell in the last round, for what is
                                   foreseen */
-    bool hopes;                /* a copy by which the first round foresees: filters are as means */
 };
 
 /* The powers of lambda that a kind's scale is to be divided by. */
@@ -52,7 +51,7 @@ struct level {
 static inline enum law law_of(const struct rounds *r, int kind)
 {
     const bool filtered = kind == BOUNCES || r->plan->residual_filter != RESIDUAL_FILTER_NONE;
-    return filtered && !r->hopes ? LAW_FILTER : LAW_MEAN;
+    return filtered ? LAW_FILTER : LAW_MEAN;
 }
 
 /* Returns the most samples that a pixel may get. */
@@ -80,6 +79,10 @@ double rounds_growth(const struct rounds *r, const struct kind *k, int kind,
 /* Finds the level at which squared errors add up to `wanted`, or the lowest there is, at which all
  * have the most samples. */
 struct level rounds_solve(const struct rounds *r, double wanted);
+
+/* Returns the squared error, over mean luminance, that samples may leave. It is the target less the
+ * part that samples do not lower, or a small share of that part if it alone exceeds the target. */
+double rounds_rest_wanted(const struct rounds *r);
 
 /* Gives the tiles of a level their samples. Returns how many passes that takes. */
 uint64_t rounds_deal(struct rounds *r, const struct level *level);

@@ -5,8 +5,9 @@
  * traced. Blocks of unfinished rows hold no more than a band of tiles as wide as the picture; a
  * space-filling curve would hold half as many again. Only the last block waits for the last tiles.
  *
- * Sixteen tiles go before all these, spread over a picture of a hundred tiles and more: what they
- * cost tells how long the rest will take (cost_map.h). A tile_priority goes before that order. */
+ * Sixteen tiles, 32 of many, or half of a few go before all these, spread over the picture: what
+ * they cost tells how long the rest will take (cost_map.h). A tile_priority goes before that order.
+ */
 #include <stdbool.h>
 #include <stdint.h>
 

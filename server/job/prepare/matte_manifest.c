@@ -4,13 +4,16 @@
 
 #include "proto/json.h"
 
-/* jansson refuses a name that is no UTF-8; that there was no memory is told by json_text. */
-static void add_name(json_t *names, const char *name)
+/* Returns false for a name that has no place left. jansson refuses a name that is no UTF-8; that
+ * there was no memory is told by json_text. */
+static bool add_name(json_t *names, const char *name)
 {
     char id[9];
-    if (json_object_get(names, name)) return;
+    if (json_object_get(names, name)) return true;
+    if (json_object_size(names) == MATTE_MANIFEST_NAMES) return false;
     snprintf(id, sizeof id, "%08x", matte_id(name));
     json_object_set_new(names, name, json_string(id));
+    return true;
 }
 
 static void warn(enum matte_kind kind, struct plan_report *report)
@@ -29,8 +32,7 @@ static char *text_of(const struct scene *scene, enum matte_kind kind, struct pla
     const uint64_t count = scene->count[SCENE_INSTANCES];
     char room[32];
     uint64_t i = 0;
-    for (; i < count && json_object_size(names) < MATTE_MANIFEST_NAMES; i++)
-        add_name(names, matte_name(scene, kind, (uint32_t)i, room));
+    while (i < count && add_name(names, matte_name(scene, kind, (uint32_t)i, room))) i++;
     if (i < count) warn(kind, report);
     char *text = json_text(names, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(names);

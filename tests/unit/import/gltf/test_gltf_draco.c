@@ -75,6 +75,25 @@ TEST(streams_that_lie_are_refused)
                  PLACE ".attributes.POSITION");
 }
 
+/* A few bytes that claim millions of vertices or triangles, behind metadata or not. */
+TEST(streams_that_claim_too_much_are_refused)
+{
+    static const char *const heads[] = {"DRACO\2\2\1\1\0\0\0\x80\x80\x80\x80\1\x80\x80\x80\x80\1",
+                                        "DRACO\2\2\1\0\0\0\x80\x80\x80\x80\1\4",
+                                        "DRACO\2\2\1\0\0\0\2\x80\x80\x80\x80\1",
+                                        "DRACO\2\2\1\0\0\x80\1\7\1\1k\1v\0\0\0\x80\x80\x80\x80\1\4",
+                                        "DRACO\1\1\1\1\0\0\4\2\2\4\2\2"};
+    static const size_t sizes[] = {22, 17, 17, 26, 17};
+    uint8_t kept[sizeof stream];
+    memcpy(kept, stream, sizeof stream);
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        memcpy(stream, heads[i], sizes[i]);
+        room_refuses("a.gltf", document(BOTH, sizeof stream), ERR_CORRUPT, PLACE);
+        assert_non_null(strstr(room_fault.detail, "bitstream 2.2"));
+        memcpy(stream, kept, sizeof stream);
+    }
+}
+
 TEST(damaged_bytes_do_no_harm)
 {
     for (size_t i = 0; i < sizeof stream; i++)

@@ -161,10 +161,8 @@ TEST(missing_libraries_leave_grey)
     scene_unmap(&s);
 }
 
-TEST(names_missing_maps_and_forbidden_libraries)
+TEST(names_missing_maps)
 {
-    room_refuses("a.obj", "mtllib ../../etc/passwd\n" QUAD "f 1 2 3\n", ERR_RANGE, "mtllib");
-    room_refuses("a.obj", "mtllib /etc/passwd\n" QUAD "f 1 2 3\n", ERR_RANGE, "mtllib");
     const char mtl[] = "newmtl red\nKd 1 0 0\nmap_Kd gone.png\n";
     room_write("t.mtl", mtl, strlen(mtl));
     room_refuses("a.obj", "mtllib t.mtl\n" QUAD "usemtl red\nf 1 2 3\n", ERR_NOT_FOUND,
@@ -204,6 +202,30 @@ TEST(names_have_spaces_and_lines_end_as_on_windows)
     assert_true(room_warned("the option -boost of map_Kd is ignored"));
     assert_string_equal(room_warnings.list[0].place, "my mat.mtl:3");
     assert_int_equal(s.count[SCENE_TRIANGLES], 2);
+    scene_unmap(&s);
+}
+
+/* Files of other folders are those of the same name beside the scene, and never themselves. */
+TEST(folders_of_other_machines_are_left_out)
+{
+    static const char *const names[] = {"C:\\Users\\me\\my tex.png", "/etc/my tex.png",
+                                        "..\\maps\\my tex.png", "a/../../my tex.png"};
+    struct scene s;
+    room_write("my tex.png", png, sizeof png);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        char mtl[128];
+        snprintf(mtl, sizeof mtl, "\xef\xbb\xbfnewmtl m\nKd 1 1 1\nmap_Kd %s\n", names[i]);
+        room_write("t.mtl", mtl, strlen(mtl));
+        assert_int_equal(
+            room_import_text("a.obj", "mtllib C:\\x\\t.mtl\n" QUAD "usemtl m\nf 1 2 3\n", &s), 0);
+        assert_int_equal(s.images[0].width_px, 2);
+        assert_string_equal(scene_name(&s, s.images[0].name), "my tex.png");
+        scene_unmap(&s);
+    }
+    assert_true(
+        room_warned("\"a/../../my tex.png\" is taken from beside the scene, as \"my tex.png\""));
+    assert_int_equal(room_import_text("a.obj", "mtllib /etc/passwd\n" QUAD "f 1 2 3\n", &s), 0);
+    assert_true(room_warned("the file \"/etc/passwd\" is missing: its materials are grey"));
     scene_unmap(&s);
 }
 

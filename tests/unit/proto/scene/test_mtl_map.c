@@ -25,6 +25,7 @@ TEST(names_may_have_spaces_and_options_before_them)
         {"-odd name.png", "-odd name.png", {1, 1}, {0, 0}, false, ""},
         {"\"my tex.png\"", "my tex.png", {1, 1}, {0, 0}, false, ""},
         {"maps\\wood\\a b.png", "maps/wood/a b.png", {1, 1}, {0, 0}, false, ""},
+        {"maps\\\\wood\\\\\\t.png", "maps/wood/t.png", {1, 1}, {0, 0}, false, ""},
         {"", "", {1, 1}, {0, 0}, false, ""},
         {"-s", "", {1, 1}, {0, 0}, false, ""},
         {"-clamp", "", {1, 1}, {0, 0}, false, ""},
@@ -40,4 +41,21 @@ TEST(names_may_have_spaces_and_options_before_them)
         assert_memory_equal(map.scale, rows[i].scale, sizeof map.scale);
         assert_memory_equal(map.offset, rows[i].offset, sizeof map.offset);
     }
+}
+
+TEST(names_of_other_folders_lose_them)
+{
+    static const char *const rows[][2] = {{"a b.png", "a b.png"},
+                                          {"maps/a.png", "maps/a.png"},
+                                          {"./a.png", "./a.png"},
+                                          {"/home/me/a.png", "a.png"},
+                                          {"C:/x/a b.png", "a b.png"},
+                                          {"C:a.png", "a.png"},
+                                          {"../maps/a.png", "a.png"},
+                                          {"m/../../a.png", "a.png"},
+                                          {"..a/b..c.png", "..a/b..c.png"},
+                                          {"/", ""},
+                                          {"", ""}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        assert_string_equal(mtl_name_beside(rows[i][0]), rows[i][1]);
 }

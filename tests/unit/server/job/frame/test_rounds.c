@@ -299,6 +299,58 @@ TEST(errors_tell_how_they_fall)
     }
 }
 
+/* The same when the first round has brought half of the picture, which tells of the rest. */
+TEST(a_glance_foresees)
+{
+    static const float targets[] = {0.06f, 0.03f, 0.02f};
+    for (size_t k = 0; k < 3; k++) {
+        struct world w;
+        struct rounds_error seen[TILES / 2];
+        uint32_t areas[TILES / 2];
+        begin(&w, targets[k], 4096);
+        measure(&w);
+        for (uint32_t t = 0; t < TILES / 2; t++) {
+            seen[t] = w.errors[2 * t];
+            areas[t] = 1024;
+        }
+        rounds_glance(w.rounds, seen, areas, TILES / 2);
+        const double told = rounds_report(w.rounds).expected;
+        while (rounds_decide(w.rounds, w.errors, w.more)) {
+            trace(&w);
+            measure(&w);
+        }
+        const double ratio = told / samples_of(&w);
+        if (fabs(ratio - 1.0) > 1.0 / 3.0)
+            fail_msg("%.2f times what %g took", ratio, (double)targets[k]);
+        rounds_destroy(&w.rounds);
+    }
+}
+
+/* A picture of many tiles, whose even columns alone are noisy: all are seen, though few play. */
+TEST(no_column_is_overlooked)
+{
+    enum { SIDE = 64, MANY = SIDE * SIDE };
+    struct plan plan;
+    struct rounds *rounds = NULL;
+    struct rounds_error *errors = calloc(MANY, sizeof *errors);
+    uint32_t *more = calloc(MANY, sizeof *more);
+    double told[2];
+    for (uint32_t odd = 0; odd < 2; odd++) {
+        synthetic_target_plan(&plan, SIDE * 16, SIDE * 16, 16, 0.05f);
+        plan.spp_max = 4096;
+        assert_int_equal(rounds_create(&plan, &rounds), 0);
+        for (uint32_t t = 0; t < MANY; t++)
+            errors[t] = (struct rounds_error){
+                .variance[ERROR_SOURCE_PATHS] = t % 2 == odd ? 10.0 : 0.01, .luminance = 128.0};
+        assert_true(rounds_decide(rounds, errors, more));
+        told[odd] = rounds_report(rounds).expected;
+        rounds_destroy(&rounds);
+    }
+    assert_true(fabs(told[0] / told[1] - 1.0) < 0.1);
+    free(errors);
+    free(more);
+}
+
 TEST(the_schedule_stands)
 {
     struct world w;

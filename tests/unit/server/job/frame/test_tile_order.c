@@ -44,24 +44,33 @@ static bool touches(const struct bench *b, uint32_t tile, struct rect region)
     return !rect_is_empty(rect_intersect(tile_grid_rect(&b->grid, tile), region));
 }
 
-/* Those that go before the order of rows, where there are many tiles. */
-#define PROBES 16
-
-/* Sixteen tiles of a large picture tell early what its parts cost; small pictures have none. */
-TEST(a_large_picture_is_probed_first)
+/* Returns how many tiles go before the order of rows. */
+static uint32_t probes_of(uint32_t tiles)
 {
-    int rows[8] = {0}, columns[8] = {0};
-    struct bench b = make(1280, 720, 64, 256, 1, UINT32_MAX);
-    for (int i = 0; i < PROBES; i++) {
-        const struct rect r = tile_grid_rect(&b.grid, lease(&b));
-        rows[(r.y0 + r.y1) * 4 / 720]++;
-        columns[(r.x0 + r.x1) * 4 / 1280]++;
+    const uint32_t most = tiles < 192 ? 16 : 32;
+    return most < tiles / 2 ? most : tiles / 2;
+}
+
+/* What goes first tells early what the parts of a picture cost, in whatever part it begins to. */
+TEST(a_picture_is_probed_first)
+{
+    static const int32_t sizes[][2] = {{2048, 1024}, {1280, 720}, {512, 512}};
+    for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
+        const int32_t width = sizes[s][0], height = sizes[s][1];
+        struct bench b = make(width, height, 64, 256, 1, UINT32_MAX);
+        bool rows[4][8] = {0}, columns[4][8] = {0}; /* of halves to eighths */
+        for (int i = 0; i < 16; i++) {
+            const struct rect r = tile_grid_rect(&b.grid, lease(&b));
+            for (int k = 1; k < 4; k++) {
+                rows[k][((r.y0 + r.y1) << k) / (2 * height)] = true;
+                columns[k][((r.x0 + r.x1) << k) / (2 * width)] = true;
+            }
+            for (int k = 1, n = 2; k < 4; k++, n *= 2)
+                for (int at = 0; at < n && i + 1 == 2 * n; at++)
+                    assert_true(rows[k][at] && columns[k][at]);
+        }
+        tile_queue_destroy(&b.q);
     }
-    for (int i = 0; i < 8; i++) assert_true(rows[i] > 0 && columns[i] > 0);
-    tile_queue_destroy(&b.q);
-    b = make(512, 512, 64, 256, 1, UINT32_MAX);
-    assert_int_equal(lease(&b), 0);
-    tile_queue_destroy(&b.q);
 }
 
 TEST(a_region_goes_first)
@@ -69,7 +78,8 @@ TEST(a_region_goes_first)
     struct bench b = make(512, 512, 32, 64, 1, UINT32_MAX);
     const struct tile_priority priority = {.region = {300, 400, 401, 480}};
     int left = 12;
-    for (int i = 0; i < PROBES + 20; i++) left -= touches(&b, lease(&b), priority.region);
+    for (int i = 0; i < (int)probes_of(256) + 20; i++)
+        left -= touches(&b, lease(&b), priority.region);
     tile_queue_steer(b.q, &priority);
     /* 300..400 touches the columns 9 to 12, 400..479 the rows 12 to 14; probes are among them. */
     for (int i = 0; i < left; i++) assert_true(touches(&b, lease(&b), priority.region));
@@ -190,7 +200,7 @@ TEST(nothing_waits_for_the_corner_that_is_last)
         const int32_t cell = sizes[i][3], halo = cell / 2;
         struct bench b = make(sizes[i][0], sizes[i][1], sizes[i][2], cell, 1, UINT32_MAX);
         const uint32_t count = tile_queue_count(b.q);
-        const uint32_t probes = count >= 6 * PROBES ? PROBES : 0;
+        const uint32_t probes = probes_of(count);
         int32_t last_cell = -1;
         bool inside = false;
         for (uint32_t k = 0; k < probes; k++) lease(&b);
