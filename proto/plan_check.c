@@ -345,7 +345,9 @@ static int check_composite(const struct plan_field *at, const struct plan *plan)
                        plan->indirect_strata_per_axis == 0 && plan->lens_strata_per_axis == 0;
     const bool may = paths && !plan_has_rounds(plan);
     const int error = plan_field_count(at, "composite", plan->composite, 0, may ? 1 : 0);
-    if (error || !plan->composite) return error;
+    if (!error && !plan->composite)
+        return plan_field_count(at, "photograph.fit", plan->photograph.fit, 0, 0);
+    if (error) return error;
     return plan_field_count(at, "paths.spp", plan->paths.spp, 1, LIMIT_COMPOSITE_SPP);
 }
 

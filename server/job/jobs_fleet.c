@@ -116,7 +116,8 @@ static void faulted(void *ctx, uint64_t worker, const struct message_tile_fault 
 static bool needs_blob(const struct plan *p, const struct digest *digest)
 {
     return digest_equal(&p->scene, digest) ||
-           (p->environment.kind == ENVIRONMENT_MAP && digest_equal(&p->environment.map, digest));
+           (p->environment.kind == ENVIRONMENT_MAP && digest_equal(&p->environment.map, digest)) ||
+           (p->photograph.fit != PHOTOGRAPH_NONE && digest_equal(&p->photograph.blob, digest));
 }
 
 /* Workers may have the blobs of open frames, and nothing else of the store. */

@@ -30,6 +30,31 @@ check "at 16 samples a pixel the composite is within 2 % of the truth" near at_1
 check "... and where differences are added" near add 0.02
 check "at 4 within 3 %" near at_4 0.03
 
+# -- a mirror on a tiled floor, of which the scene knows a grey ground --
+node --input-type=module - "$tmp" <<'J' || exit 1
+import { writeFileSync } from "node:fs";
+const tiles = Array.from({ length: 256 }, (_, k) => [k % 16, k >> 4]), at = (k) => k / 4 - 2;
+const corners = tiles.flatMap(([x, z]) => [[0, 1], [1, 1], [1, 0], [0, 0]].map(([i, j]) => `v ${at(x + i)} 0 ${at(z + j)}`));
+const faces = tiles.map(([x, z], k) => `usemtl ${(x + z) % 2 ? "red" : "white"}\nf ${[1, 2, 3, 4].map((i) => 4 * k + i).join(" ")}`);
+const mirror = (first) => ["v -0.6 0.05 -0.15", "v 0.6 0.05 -0.15", "v 0.6 1 0.15", "v -0.6 1 0.15", "g mirror", "usemtl mirror", `f ${[0, 1, 2, 3].map((k) => first + k).join(" ")}`];
+const write = (name, lines) => writeFileSync(`${process.argv[2]}/${name}.obj`, ["mtllib materials.mtl", "mtllib mirror.mtl", ...lines, ""].join("\n"));
+writeFileSync(`${process.argv[2]}/mirror.mtl`, "newmtl mirror\nKd 0.95 0.95 0.95\nPm 1\nPr 0\n");
+write("tiles", [...corners, ...faces]);
+write("tiles-and-mirror", [...corners, ...faces, ...mirror(1025)]);
+write("mirror", mirror(1));
+J
+outside() { # NAME SCENE MEMBERS
+    echo "{\"scene\": {\"file\": \"$2\", \"camera\": {\"eye\": [0, 1.3, 3], \"target\": [0, 0.3, 0], \"yfov_deg\": 45}},
+        \"image\": {\"width\": 96, \"height\": 96}, \"environment\": {\"radiance\": [0.6, 0.8, 1]}, $3}" >"$tmp/$1.json"
+}
+outside floor tiles.obj '"sampling": {"spp": 256}, "filter": {"method": "none"}'
+outside both tiles-and-mirror.obj '"sampling": {"spp": 256}, "filter": {"method": "none"}'
+outside mirrored mirror.obj '"backplate": {"file": "floor.exr"}, "catchers": [{"ground": {"height": 0}}], "sampling": {"spp": 16}'
+for name in floor both mirrored; do check "$name is rendered" render $name $name; done
+composed both floor mirrored 2>/dev/null | sed 's/^/# mirrored: /'
+check "a mirror shows the tiles of the photograph" eval 'composed both floor mirrored | jq -e ".rms < 0.06 and .plate_rms > 0.2"'
+check "two workers and other tiles mirror the same bytes" eval 'render mirrored mirrored2 --workers 2 --tile 16 && cmp "$tmp/mirrored.exr" "$tmp/mirrored2.exr"'
+
 # -- a photograph --
 # Under a sun and without bounces an object reaches its shadow and no further.
 cat >"$tmp/sun.json" <<JSON

@@ -5,9 +5,12 @@
 bool frame_blobs_take(struct frame_blobs *b, struct blob_cache *cache, const struct plan *plan)
 {
     const bool has_map = plan->environment.kind == ENVIRONMENT_MAP;
+    const bool has_photograph = plan->photograph.fit != PHOTOGRAPH_NONE;
     if (!b->scene) b->scene = blob_cache_take(cache, &plan->scene);
     if (!b->environment && has_map) b->environment = blob_cache_take(cache, &plan->environment.map);
-    return b->scene && (b->environment || !has_map);
+    if (!b->photograph && has_photograph)
+        b->photograph = blob_cache_take(cache, &plan->photograph.blob);
+    return b->scene && (b->environment || !has_map) && (b->photograph || !has_photograph);
 }
 
 static void release(struct cached_blob **blob, struct blob_cache *cache)
@@ -21,13 +24,13 @@ void frame_blobs_release(struct frame_blobs *b, struct blob_cache *cache)
 {
     release(&b->scene, cache);
     release(&b->environment, cache);
+    release(&b->photograph, cache);
 }
 
 static enum blob_state state_of(const struct cached_blob *blob, enum tracing_kind kind,
-                                struct fault *fault)
+                                const char *name, struct fault *fault)
 {
-    const bool is_scene = kind == TRACING_SCENE;
-    const char *const name = is_scene ? "scene" : "environment";
+    if (!blob) return BLOB_READY;
     if (blob->state == BLOB_FAILED) {
         const struct fault *why = &blob->fault;
         fault_set(fault, why->code, name, "%s%s%s", why->pointer, why->pointer[0] ? ": " : "",
@@ -44,16 +47,28 @@ static enum blob_state state_of(const struct cached_blob *blob, enum tracing_kin
 
 enum blob_state frame_blobs_state(const struct frame_blobs *b, struct fault *fault)
 {
-    const enum blob_state scene = state_of(b->scene, TRACING_SCENE, fault);
-    if (!b->environment || scene == BLOB_FAILED) return scene;
-    const enum blob_state environment = state_of(b->environment, TRACING_ENVIRONMENT, fault);
-    return environment == BLOB_READY ? scene : environment;
+    const enum blob_state states[] = {
+        state_of(b->scene, TRACING_SCENE, "scene", fault),
+        state_of(b->environment, TRACING_ENVIRONMENT, "environment", fault),
+        state_of(b->photograph, TRACING_ENVIRONMENT, "photograph", fault)};
+    enum blob_state waits = BLOB_READY;
+    for (int i = 0; i < 3; i++) {
+        if (states[i] == BLOB_FAILED) return BLOB_FAILED;
+        if (waits == BLOB_READY) waits = states[i];
+    }
+    return waits;
 }
 
-void frame_blobs_loaded(const struct frame_blobs *b, const void **scene, const void **environment)
+bool frame_blobs_have(const struct frame_blobs *b, const struct cached_blob *blob)
 {
-    *scene = b->scene->loaded;
-    *environment = b->environment ? b->environment->loaded : NULL;
+    return b->scene == blob || b->environment == blob || b->photograph == blob;
+}
+
+void frame_blobs_loaded(const struct frame_blobs *b, struct tracing_job *job)
+{
+    job->scene = b->scene->loaded;
+    job->environment = b->environment ? b->environment->loaded : NULL;
+    job->photograph = b->photograph ? b->photograph->loaded : NULL;
 }
 
 static void take_costs(struct cached_blob *blob, struct counters *counters)
@@ -68,4 +83,5 @@ void frame_blobs_take_costs(struct frame_blobs *b, struct counters *counters)
 {
     take_costs(b->scene, counters);
     take_costs(b->environment, counters);
+    take_costs(b->photograph, counters);
 }

@@ -78,16 +78,7 @@ static void run_tile(struct pool_task *task)
 {
     struct leased_tile *t = tile_of(task);
     struct leases *leases = t->leases;
-    const struct tracing_job job = {.scene = t->scene,
-                                    .environment = t->environment,
-                                    .plan = &t->frame->plan,
-                                    .pass = &t->lease.pass,
-                                    .rect = t->lease.rect,
-                                    .progress = &leases->rows,
-                                    .stop = &t->stop,
-                                    .packing = leases->packing,
-                                    .counters = &t->counters};
-    t->error = leases->tracing->trace(leases->tracing->ctx, task->tool, &job, &t->packed);
+    t->error = leases->tracing->trace(leases->tracing->ctx, task->tool, &t->job, &t->packed);
 }
 
 static void send_result(struct leases *leases, const struct leased_tile *t)
@@ -160,7 +151,14 @@ static void done_tile(struct pool_task *task)
 static void queue_tile(struct leases *leases, struct leased_tile *t)
 {
     t->state = TILE_QUEUED;
-    frame_blobs_loaded(&t->frame->blobs, &t->scene, &t->environment);
+    t->job = (struct tracing_job){.plan = &t->frame->plan,
+                                  .pass = &t->lease.pass,
+                                  .rect = t->lease.rect,
+                                  .progress = &leases->rows,
+                                  .stop = &t->stop,
+                                  .packing = leases->packing,
+                                  .counters = &t->counters};
+    frame_blobs_loaded(&t->frame->blobs, &t->job);
     t->task = (struct pool_task){.run = run_tile, .done = done_tile};
     thread_pool_submit(leases->pool, &t->task);
 }
@@ -179,9 +177,8 @@ void leases_blob_settled(struct leases *leases, struct cached_blob *blob)
 {
     for (struct leased_tile *t = leases->first, *next; t; t = next) {
         next = t->next;
-        const struct frame_blobs *blobs = &t->frame->blobs;
         if (t->state != TILE_WAITING) continue;
-        if (blobs->scene == blob || blobs->environment == blob) leases_go_on(leases, t);
+        if (frame_blobs_have(&t->frame->blobs, blob)) leases_go_on(leases, t);
     }
     leases->client.moved(leases->client.ctx);
 }

@@ -28,7 +28,7 @@ struct leased_tile {
     struct message_tile lease;
     uint8_t *strata_maps; /* owned; of a pass that has them, map after map */
     _Atomic bool stop;
-    const void *scene, *environment;
+    struct tracing_job job; /* once it is queued */
     struct bytes_writer packed;
     struct counters counters;
     int error;

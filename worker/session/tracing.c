@@ -98,16 +98,20 @@ static int load_scene(struct loaded_scene *s, const char *path, const struct loa
     return 0;
 }
 
+/* Photographs light nothing, so they need no tables. */
 static int load_environment(struct loaded_environment *l, const char *path,
                             struct tracing_cost *cost, struct fault *fault)
 {
     const uint64_t start_us = thread_cpu_us();
     int e = environment_map(path, &l->blob, fault);
     if (e) return e;
-    e = environment_create(&l->blob, &l->map);
-    if (e) return fault_set(fault, e, path, "%s", error_text(e));
-    *cost = (struct tracing_cost){.bytes = l->blob.blob_bytes + environment_bytes(l->map),
-                                  .cpu_us = thread_cpu_us() - start_us};
+    *cost = (struct tracing_cost){.bytes = l->blob.blob_bytes};
+    if (!(l->blob.header->flags & ENVIRONMENT_IS_PHOTOGRAPH)) {
+        e = environment_create(&l->blob, &l->map);
+        if (e) return fault_set(fault, e, path, "%s", error_text(e));
+        cost->bytes += environment_bytes(l->map);
+    }
+    cost->cpu_us = thread_cpu_us() - start_us;
     return 0;
 }
 
@@ -174,11 +178,15 @@ static int trace(void *ctx, void *tracer, const struct tracing_job *job,
 {
     (void)ctx;
     const struct loaded *scene = job->scene, *around = job->environment;
+    const struct loaded *photograph = job->photograph;
     struct samples *samples = NULL;
-    if (scene->kind != TRACING_SCENE || (around && around->kind != TRACING_ENVIRONMENT))
+    if (scene->kind != TRACING_SCENE || (around && !around->environment.map) ||
+        (photograph && photograph->kind != TRACING_ENVIRONMENT))
         return ERR_MAGIC;
     const struct tile_job tile = {.scene = scene->scene.render,
                                   .environment = around ? around->environment.map : NULL,
+                                  .photograph =
+                                      photograph ? &photograph->environment.blob : NULL,
                                   .plan = job->plan,
                                   .pass = job->pass,
                                   .rect = job->rect,

@@ -23,6 +23,7 @@ struct tracing_cost {
 struct tracing_job {
     const void *scene;       /* loaded as one */
     const void *environment; /* the plan's map; NULL: it has none */
+    const void *photograph;  /* the plan's; the same */
     const struct plan *plan;
     const struct plan_pass *pass;
     struct rect rect;

@@ -134,6 +134,7 @@ static int check_job(const struct tile_job *job)
     const int e = rect_fits(plan, job->rect) ? plan_pass_check(plan, job->pass) : ERR_RANGE;
     if (e) return e;
     if (plan->environment.kind == ENVIRONMENT_MAP && !job->environment) return ERR_MISSING;
+    if (plan->photograph.fit != PHOTOGRAPH_NONE && !job->photograph) return ERR_MISSING;
     return job->pass->strata_map ? plan_strata_map_check(job->pass, (size_t)rect_area(job->rect))
                                  : 0;
 }
@@ -156,12 +157,15 @@ static void prepare(struct tile_tracer *t, const struct tile_job *job,
     t->queries.rejected = 0;
     light_table_init(&t->lights, job->plan, emitters_tree(scene->emitters));
     sky_init(&t->sky, &job->plan->environment, job->environment, guide);
+    const bool seen = job->plan->photograph.fit != PHOTOGRAPH_NONE;
+    if (seen) photograph_init(&t->photograph, job->plan, job->photograph);
     const struct path_context parts = {.queries = &t->queries,
                                        .light_kernels = KERNELS_FOR(light_kernels, scene->isa),
                                        .kernels = KERNELS_FOR(path_kernels, scene->isa),
                                        .lights = &t->lights,
                                        .sky = &t->sky,
                                        .plan = job->plan,
+                                       .photograph = seen ? &t->photograph : NULL,
                                        .counters = job->counters};
     t->point.kernels = parts.light_kernels;
     stages_init(&parts, &t->centres, job->pass, stages);

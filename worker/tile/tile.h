@@ -10,6 +10,7 @@
 #include "proto/counter.h"
 #include "proto/plan.h"
 #include "proto/samples.h"
+#include "proto/scene/environment.h"
 #include "worker/scene/environment.h"
 #include "worker/scene/render_scene.h"
 
@@ -30,6 +31,7 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer);
 struct tile_job {
     const struct render_scene *scene;
     const struct environment *environment; /* the plan's map; NULL: it has none */
+    const struct environment_blob *photograph; /* the plan's; the same */
     const struct plan *plan;
     const struct plan_pass *pass;
     struct rect rect;           /* of the plan's image */
@@ -45,8 +47,8 @@ struct tile_job {
  * often within. Denormals are flushed to zero meanwhile; the thread's own setting is restored.
  *
  * ERR_STATE when stopped, ERR_RANGE for a rectangle that is empty, outside the image or larger than
- * LIMIT_TILE_SIDE_PX, what plan_pass_check says, ERR_MISSING for a plan with a map but no
- * environment, ERR_LIMIT or ERR_MEMORY from samples.h. */
+ * LIMIT_TILE_SIDE_PX, what plan_pass_check says, ERR_MISSING for a plan with a map or a
+ * photograph that the job has not, ERR_LIMIT or ERR_MEMORY from samples.h. */
 int tile_trace_pass(struct tile_tracer *tracer, const struct tile_job *job, struct samples **out);
 
 /* Does the same with a pass of the plan's schedule instead of job->pass; ERR_RANGE for one beyond

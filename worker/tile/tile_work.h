@@ -35,6 +35,7 @@ struct tile_tracer {
     struct indirect_scratch indirect;
     struct glossy_scratch glossy;
     struct sky sky;
+    struct photograph photograph;
     struct path_scratch path;
     struct path_sums sums;
     struct block edges;             /* pixels at edges that wait for their paths */

@@ -225,24 +225,26 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
 }
 
 /* The views of a composite must differ by the objects alone. */
-static void choose_views(const struct job *job, struct plan *plan, struct plan_report *report)
+static void choose_views(const struct job *job, const struct plan_source *source, struct plan *plan,
+                         struct plan_report *report)
 {
     static const char why[] = "the picture is composed with a photograph: its views are of paths";
     choose_paths(job, why, why, why, report);
     plan_lens_none(job, why, report);
     plan->composite = 1;
+    plan->photograph = source->photograph;
     plan->capabilities |= CAPABILITY_VIEWS;
 }
 
 /* Chooses the integrator; the report says why not the others. */
-static void choose(const struct job *job, const struct scene *scene, struct plan *plan,
+static void choose(const struct job *job, const struct plan_source *source, struct plan *plan,
                    struct plan_report *report)
 {
     static const char none[] = "filter.method is none: samples are averaged";
     static const char moves[] = "samples have times of their own while the shutter is open, which "
                                 "light fields of pixel centres have not";
     if (job->composite.on) {
-        choose_views(job, plan, report);
+        choose_views(job, source, plan, report);
     } else if (job->method == FILTER_NONE) {
         choose_paths(job, none, none, "filter.method is none: every sample is a path", report);
         plan_lens_none(job, none, report);
@@ -252,7 +254,7 @@ static void choose(const struct job *job, const struct scene *scene, struct plan
     } else if (plan->camera.aperture_radius > 0) {
         choose_lens(job, plan, report);
     } else {
-        choose_pinhole(job, scene, plan, report);
+        choose_pinhole(job, source->scene, plan, report);
     }
 }
 
@@ -364,7 +366,7 @@ int plan_make(const struct job *job, const struct plan_source *source, int32_t f
     report->layers = job->layers;
     int error = gather(job, source, plan, report, environment_mean, fault);
     if (error) return error;
-    choose(job, source->scene, plan, report);
+    choose(job, source, plan, report);
     arrange(job, source->scene, plan, report);
     plan_set_powers(source->scene, &report->emitters, environment_mean, plan);
     tell_darkness(report);

@@ -37,7 +37,14 @@ const struct digest *backplate_find(const struct objects *objects, const struct 
     return NULL;
 }
 
-/* The importer has taken a photograph's samples as sRGB: takes that back. */
+/* Returns whether the importer has taken linear samples as sRGB. */
+static bool is_encoded(const struct environment_blob *e, const struct job *job)
+{
+    return job->composite.color == PLATE_COLOR_LINEAR &&
+           (e->header->flags & ENVIRONMENT_IS_PHOTOGRAPH);
+}
+
+/* Takes that back. */
 static float *make_linear(const struct environment_blob *e)
 {
     const size_t count = 3 * (size_t)e->header->width_px * e->header->height_px;
@@ -51,8 +58,7 @@ static int make(const struct environment_blob *e, const struct job *job, struct 
 {
     int error = check_size(e->header, job, fault);
     if (error) return error;
-    const bool turn_back = job->composite.color == PLATE_COLOR_LINEAR &&
-                           (e->header->flags & ENVIRONMENT_IS_PHOTOGRAPH);
+    const bool turn_back = is_encoded(e, job);
     const enum plate_scaling scaling =
         job->composite.fit == PLATE_FIT_COVER ? PLATE_COVER : PLATE_STRETCH;
     float *linear = turn_back ? make_linear(e) : NULL;
@@ -65,20 +71,40 @@ static int make(const struct environment_blob *e, const struct job *job, struct 
     return error ? fault_set(fault, error, place_of(job), "no memory for the photograph") : 0;
 }
 
+static int open_blob(const struct objects *objects, const struct digest *blob,
+                     struct environment_blob *out, struct fault *fault)
+{
+    char path[OBJECTS_PATH_BYTES];
+    objects_path(objects, blob, path);
+    const int error = environment_map(path, out, fault);
+    if (error == ERR_MAGIC)
+        return fault_set(fault, error, "/backplate/asset", "this file is a scene, no photograph");
+    if (!error) return 0;
+    const struct fault inner = *fault;
+    return fault_set(fault, error, "/backplate/asset", "its blob: %s: %s", inner.pointer,
+                     inner.detail);
+}
+
+int backplate_describe(const struct objects *objects, const struct digest *blob,
+                       const struct job *job, struct plan_photograph *out, struct fault *fault)
+{
+    struct environment_blob e;
+    const bool covers = job->composite.fit == PLATE_FIT_COVER;
+    const int error = open_blob(objects, blob, &e, fault);
+    if (error) return error;
+    *out = (struct plan_photograph){.fit = covers ? PHOTOGRAPH_COVERS : PHOTOGRAPH_STRETCHED,
+                                    .is_linear = is_encoded(&e, job),
+                                    .blob = *blob};
+    environment_unmap(&e);
+    return 0;
+}
+
 int backplate_make(const struct objects *objects, const struct digest *blob, const struct job *job,
                    struct plate **out, struct plan_report *report, struct fault *fault)
 {
     struct environment_blob e;
-    char path[OBJECTS_PATH_BYTES];
-    objects_path(objects, blob, path);
-    const int error = environment_map(path, &e, fault);
-    if (error == ERR_MAGIC)
-        return fault_set(fault, error, "/backplate/asset", "this file is a scene, no photograph");
-    if (error) {
-        const struct fault inner = *fault;
-        return fault_set(fault, error, "/backplate/asset", "its blob: %s: %s", inner.pointer,
-                         inner.detail);
-    }
+    const int error = open_blob(objects, blob, &e, fault);
+    if (error) return error;
     plan_copy_warnings(e.warnings, e.header->warning_bytes, report);
     const int made = make(&e, job, out, fault);
     environment_unmap(&e);

@@ -10,6 +10,11 @@
 const struct digest *backplate_find(const struct objects *objects, const struct digest *scene,
                                     const struct job *job);
 
+/* Finds how workers are to see the photograph. Blocking. ERR_MAGIC for a scene; *fault has the place
+ * in the document. */
+int backplate_describe(const struct objects *objects, const struct digest *blob,
+                       const struct job *job, struct plan_photograph *out, struct fault *fault);
+
 /* Blocking. What was wrong with the file is added to the report. ERR_MAGIC for a scene,
  * ERR_MISMATCH where the fit is exact and the size another, ERR_MEMORY; *fault has the place in the
  * document. */

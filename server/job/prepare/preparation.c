@@ -17,6 +17,7 @@ struct preparation {
     struct import_request *request;
     struct prepared *prepared; /* owned until told */
     struct digest scene_blob, map_blob, plate_blob;
+    struct plan_photograph photograph;
     bool is_later;                          /* another frame has the plate */
     struct digest side_blobs[MOTION_SIDES]; /* of motion, which has_motion tells of */
     unsigned side;                          /* that is imported */
@@ -33,11 +34,16 @@ static bool has_map(const struct preparation *p)
     return p->prepared->job.environment.kind == ENVIRONMENT_MAP;
 }
 
-/* Frames that measured depth have a plate each. */
 static bool has_plate(const struct preparation *p)
 {
     const struct job_composite *c = &p->prepared->job.composite;
-    return c->rgbd || (c->has_plate && !p->is_later);
+    return c->rgbd || c->has_plate;
+}
+
+/* Frames that measured depth have a plate each; others share one. */
+static bool makes_plate(const struct preparation *p)
+{
+    return p->prepared->job.composite.rgbd || (has_plate(p) && !p->is_later);
 }
 
 static void destroy(struct preparation *p)
@@ -109,7 +115,8 @@ static int plan_scene(struct preparation *p, const struct environment_blob *map)
                                  .scene_blob = p->scene_blob,
                                  .map = map ? map->header : NULL,
                                  .map_warnings = map ? map->warnings : NULL,
-                                 .map_blob = p->map_blob};
+                                 .map_blob = p->map_blob,
+                                 .photograph = p->photograph};
     if (plan_may_want_studio(&out->job, &scene)) {
         error = studio_light_place(p->objects, &out->studio, &out->studio_blob, &p->fault);
         source.studio = &out->studio;
@@ -155,8 +162,11 @@ static int plan_with_map(struct preparation *p)
 static void plan_run(struct pool_task *task)
 {
     struct preparation *p = (struct preparation *)task;
-    p->fault.code = plan_with_map(p);
-    if (!p->fault.code && has_plate(p))
+    if (has_plate(p))
+        p->fault.code = backplate_describe(p->objects, &p->plate_blob, &p->prepared->job,
+                                           &p->photograph, &p->fault);
+    if (!p->fault.code) p->fault.code = plan_with_map(p);
+    if (!p->fault.code && makes_plate(p))
         p->fault.code = backplate_make(p->objects, &p->plate_blob, &p->prepared->job,
                                        &p->prepared->plate, &p->prepared->report, &p->fault);
 }

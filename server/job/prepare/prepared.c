@@ -14,7 +14,8 @@ struct plan_source prepared_source(const struct prepared *prepared)
                                 .scene_blob = prepared->plan.scene,
                                 .map = has_environment ? prepared->map.header : NULL,
                                 .map_warnings = prepared->map.warnings,
-                                .map_blob = prepared->plan.environment.map};
+                                .map_blob = prepared->plan.environment.map,
+                                .photograph = prepared->plan.photograph};
 }
 
 void prepared_destroy(struct prepared **prepared)

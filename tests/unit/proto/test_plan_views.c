@@ -56,6 +56,11 @@ TEST(views_are_of_paths_alone)
     REFUSES(plan.paths.spp = LIMIT_COMPOSITE_SPP, 0, "");
     REFUSES(plan.paths.spp = LIMIT_COMPOSITE_SPP + 1, ERR_LIMIT, "paths.spp");
     REFUSES(plan.composite = 2, ERR_LIMIT, "composite");
+    REFUSES(plan.photograph.fit = PHOTOGRAPH_COVERS, 0, "");
+    REFUSES(plan.photograph.fit = PHOTOGRAPH_COVERS + 1, ERR_RANGE, "photograph.fit");
+    REFUSES(plan.photograph.is_linear = 2, ERR_LIMIT, "photograph.is_linear");
+    REFUSES((plan.composite = 0, plan.photograph.fit = PHOTOGRAPH_COVERS), ERR_LIMIT,
+            "photograph.fit");
     REFUSES((plan.target_error = 0.1f, plan.spp_max = 100), ERR_LIMIT, "composite");
 }
 

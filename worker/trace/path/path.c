@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "proto/pattern_path.h"
@@ -12,6 +13,7 @@
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_leave.h"
 #include "worker/trace/path/path_notes.h"
+#include "worker/trace/path/path_photograph.h"
 #include "worker/trace/path/path_record.h"
 
 void path_scratch_init(struct path_scratch *s)
@@ -19,6 +21,8 @@ void path_scratch_init(struct path_scratch *s)
     memset(s, 0, sizeof *s);
     path_pool_init(&s->pools[0]);
     path_pool_init(&s->pools[1]);
+    path_pool_init(&s->real[0]);
+    path_pool_init(&s->real[1]);
     for (int k = 0; k < 2; k++) {
         queries_init_rays(&s->light[k].packet.rays);
         queries_init_rays(&s->light[k].candidate.rays);
@@ -209,8 +213,9 @@ static void follow(const struct path_context *c, struct path_packet *p, struct p
     if (c->record) path_record_surface(c, v);
 }
 
+/* real: where paths begin that bring what is without objects; NULL: these are such paths. */
 static void trace_packet(const struct path_context *c, uint32_t depth, struct path_packet *p,
-                         struct path_scratch *s, struct path_pool *next)
+                         struct path_scratch *s, struct path_pool *next, struct path_pool *real)
 {
     struct path_vertex *v = &s->vertex;
     v->depth = depth;
@@ -225,6 +230,7 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
         trace_occlusion(c, p, v, &s->occlusion, &s->radiance);
     if (depth == 0 && (c->skip & SKIP_DIFFUSE)) path_leave_surface(c, p, v, &s->radiance);
     if (depth > c->plan->bounces || !(v->any_lambert || v->any_general)) return;
+    if (c->photograph && real && depth > 0) path_photograph_meet(c, p, v, s, real);
     if (c->mirrors && depth > 0) end_mirrored(c, p, v, &s->radiance);
     if (depth == 1 && (c->skip & SKIP_DIFFUSE_INDIRECT)) path_leave_diffuse(c, p, v, &s->radiance);
     if (!(v->any_lambert || v->any_general)) return;
@@ -242,17 +248,26 @@ static void trace_packet(const struct path_context *c, uint32_t depth, struct pa
     if (v->any_lambert || v->any_general) path_scatter(c, p, v, &s->radiance, next);
 }
 
+static void trace_pool(const struct path_context *c, uint32_t depth, struct path_pool *now,
+                       struct path_scratch *s, struct path_pool *next, struct path_pool *real)
+{
+    next->count = 0;
+    for (uint32_t k = 0; k < path_pool_packets(now); k++)
+        trace_packet(c, depth, &now->packets[k], s, next, real);
+    now->count = 0;
+}
+
 /* Traces the paths in pools[0] to their ends. */
 static void trace_on(const struct path_context *c, uint32_t depth, struct path_scratch *s)
 {
-    struct path_pool *now = &s->pools[0], *next = &s->pools[1];
-    for (; now->count > 0; depth++) {
-        next->count = 0;
-        for (uint32_t k = 0; k < path_pool_packets(now); k++)
-            trace_packet(c, depth, &now->packets[k], s, next);
-        struct path_pool *done = now;
-        now = next;
-        next = done;
+    const struct query_view *view = c->queries->view;
+    unsigned at = 0;
+    for (; s->pools[at].count + s->real[at].count > 0; depth++, at ^= 1) {
+        trace_pool(c, depth, &s->pools[at], s, &s->pools[at ^ 1], &s->real[at]);
+        if (s->real[at].count == 0) continue;
+        c->queries->view = query_view_of(PLAN_VIEW_WITHOUT);
+        trace_pool(c, depth, &s->real[at], s, &s->real[at ^ 1], NULL);
+        c->queries->view = view;
     }
 }
 
@@ -261,11 +276,13 @@ void path_trace(const struct path_context *c, const struct block *b, uint32_t fi
 {
     path_camera(c, b, first, count, &s->pools[0]);
     path_trace_camera(c, s);
+    if (c->photograph) path_photograph_add(c, count, &s->radiance);
 }
 
 void path_trace_camera(const struct path_context *c, struct path_scratch *s)
 {
-    memset(&s->radiance, 0, sizeof s->radiance);
+    const size_t shown = c->photograph ? sizeof s->radiance.shown : 0;
+    memset(&s->radiance, 0, offsetof(struct path_radiance, shown) + shown);
     trace_on(c, 0, s);
 }
 

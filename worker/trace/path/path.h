@@ -15,6 +15,7 @@
 #include <stdatomic.h>
 
 #include "worker/scene/light_table.h"
+#include "worker/scene/photograph.h"
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit/hit.h"
 #include "worker/trace/light/light.h"
@@ -47,6 +48,7 @@ struct path_context {
     const struct light_table *lights;
     const struct sky *sky;
     const struct plan *plan;
+    const struct photograph *photograph; /* that objects see; NULL: none */
     struct counters *counters;
     bool demodulate;         /* the plan wants the diffuse planes */
     bool blended;            /* some surface is there by chance: rays need keys */
@@ -153,6 +155,7 @@ struct nee_sample {
 /* Scratch of one thread. */
 struct path_scratch {
     struct path_pool pools[2];
+    struct path_pool real[2]; /* paths of PATH_PART_WITHOUT */
     struct path_radiance radiance;
     struct path_vertex vertex, far;
     struct nee_sample light[2];

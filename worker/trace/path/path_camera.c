@@ -21,6 +21,8 @@ void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *
     p->key[i] = key;
     p->sample[i] = sample;
     p->slot[i] = slot;
+    p->part[i] = PATH_PART_NONE;
+    p->from_object[i] = 0;
     p->colored[i] = 0;
     p->pdf[i] = 0.0f;
     p->rays.ray.time[i] = SHUTTER_MIDDLE_TIME;

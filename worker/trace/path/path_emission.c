@@ -5,6 +5,7 @@
 #include "worker/scene/emitters.h"
 #include "worker/trace/path/mis.h"
 #include "worker/trace/path/path_kernels.h"
+#include "worker/trace/path/path_photograph.h"
 #include "worker/trace/path/path_record.h"
 
 static void add(const struct path_context *c, const struct path_packet *p, uint32_t depth,
@@ -14,6 +15,11 @@ static void add(const struct path_context *c, const struct path_packet *p, uint3
     float value[3] = {radiance[0] * weight * t->x[i], radiance[1] * weight * t->y[i],
                       radiance[2] * weight * t->z[i]};
     uint32_t slot = p->slot[i];
+    if (depth > 0 && p->part[i] == PATH_PART_ARRIVING) return;
+    if (depth > 0 && p->part[i] != PATH_PART_NONE) {
+        path_part_add(h, (enum path_part)p->part[i], slot, value);
+        return;
+    }
     if (depth > 0) {
         path_radiance_add(c, h, depth, slot, value);
         return;

@@ -11,6 +11,16 @@
 #define PATH_SAMPLES 16
 #define PATH_SLOTS   (PATH_SAMPLES * LANES) /* slot = sample of the batch * LANES + pixel's lane */
 
+/* What a path's light belongs to since it has met what the photograph shows
+ * (path_photograph.h): nothing but the path; the part with, or without objects. An arriving path
+ * is of the latter, and what the segment itself meets is another's. */
+enum path_part {
+    PATH_PART_NONE = 0,
+    PATH_PART_WITH = 1,
+    PATH_PART_WITHOUT = 2,
+    PATH_PART_ARRIVING = 3
+};
+
 /* The next segment of up to sixteen paths: lanes 0 .. count - 1. */
 struct path_packet {
     struct RTCRayHit16 rays; /* unit directions; a path's time is that of all its rays */
@@ -26,6 +36,8 @@ struct path_packet {
     _Alignas(LANES_ALIGN) uint32_t sample[LANES];
     _Alignas(LANES_ALIGN) uint32_t slot[LANES];
     uint8_t colored[LANES]; /* 1: only one colour is on its way, and stands for all three */
+    uint8_t part[LANES];        /* enum path_part */
+    uint8_t from_object[LANES]; /* 1: a virtual object sent it; only of composites */
     uint32_t count;
 };
 
@@ -38,6 +50,15 @@ struct path_rgb {
     _Alignas(LANES_ALIGN) float r[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float g[PATH_SLOTS];
     _Alignas(LANES_ALIGN) float b[PATH_SLOTS];
+};
+
+/* What paths have met of the photograph, by slot. */
+struct path_shown {
+    struct path_rgb throughput;    /* of the path until there */
+    struct path_rgb light;         /* throughput * photograph */
+    struct path_rgb with, without; /* what the path brings from there on, of throughput 1 */
+    bool ends_chain[PATH_SLOTS];   /* what was met ends a chain (chains.h) */
+    uint8_t depth[PATH_SLOTS];     /* scatterings before; 0: nothing was met */
 };
 
 /* The radiance that the batch's paths have collected, by slot. */
@@ -71,6 +92,7 @@ struct path_radiance {
                                                          features: 0: they met nothing */
     _Alignas(LANES_ALIGN) float ahead[PATH_SLOTS];    /* how far ahead of the lens its paths meet
                                                          something; the same numbers */
+    struct path_shown shown;                          /* last; only with a photograph */
 };
 
 /* Sets the fields that no query changes. */
@@ -122,6 +144,8 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     p->sample[lane] = s->sample;
     p->slot[lane] = s->slot;
     p->colored[lane] = 0;
+    p->part[lane] = PATH_PART_NONE;
+    p->from_object[lane] = 0;
 }
 
 static inline uint32_t path_pool_packets(const struct path_pool *pool)

@@ -1,6 +1,6 @@
 #include <string.h>
 
-#include "worker/trace/path/path.h"
+#include "worker/trace/path/path_photograph.h"
 
 void path_radiance_add(const struct path_context *c, struct path_radiance *h, uint32_t scatterings,
                        uint32_t slot, const float value[3])
@@ -57,6 +57,9 @@ void path_radiance_add_lanes(const struct path_context *c, struct path_radiance 
                              const struct lanes_mask *on, const struct lanes3 *value)
 {
     struct lanes3 v = *value;
+    struct lanes_mask whole = *on;
+    if (c->photograph && scatterings > 1) path_part_add_lanes(p, &whole, value, h);
+    on = &whole;
     keep(on, &v);
     add(p, &v, scatterings > 1 ? &h->indirect : &h->direct);
     if (!c->demodulate || ((c->skip & SKIP_SOFT_SKY) && scatterings == 1)) return;

@@ -208,6 +208,20 @@ static void find_segments(const struct path_context *c, const struct path_packet
     counters[COUNTER_SKIPPED_ROULETTE] += chosen - lanes_count(on);
 }
 
+/* Notes what the path's next segment is part of. */
+static void start_part(const struct path_context *c, const struct path_packet *p,
+                       const struct path_vertex *v, uint32_t i, struct path_packet *next,
+                       uint32_t lane)
+{
+    const uint8_t part = p->part[i];
+    next->part[lane] = part == PATH_PART_ARRIVING ? PATH_PART_WITHOUT : part;
+    next->from_object[lane] = 0;
+    if (!c->photograph) return;
+    const struct scene_instance *instances = c->queries->scene->blob->instances;
+    next->from_object[lane] =
+        instance_class(&instances[v->surface.id[i] - 1]) == INSTANCE_IS_VIRTUAL;
+}
+
 static void append(const struct path_context *c, const struct path_packet *p,
                    const struct path_vertex *v, const struct path_scattering *s,
                    const struct path_radiance *h, struct path_pool *pool)
@@ -227,6 +241,7 @@ static void append(const struct path_context *c, const struct path_packet *p,
         next->throughput.y[lane] = throughput.y[i];
         next->throughput.z[lane] = throughput.z[i];
         start_segment(p, v, s, i, next, lane);
+        start_part(c, p, v, i, next, lane);
     }
 }
 

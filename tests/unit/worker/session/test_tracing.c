@@ -137,6 +137,31 @@ TEST(maps_shine_on_what_is_traced)
     t->unload(t->ctx, &scene);
 }
 
+/* They are refused as light, and seen as pictures. */
+TEST(photographs_have_no_tables)
+{
+    float texels[3 * 8 * 4] = {0};
+    const struct plan plan = empty_view();
+    struct environment_fixture f;
+    struct bytes_writer packed;
+    enum tracing_kind kind;
+    uint64_t bytes;
+    struct fault fault = {0};
+    void *scene, *plate;
+    environment_fixture_open(&f, 8, 4, texels);
+    ((struct environment_header *)f.blob.header)->flags = ENVIRONMENT_IS_PHOTOGRAPH;
+    assert_int_equal(load(f.blob.blob, f.blob.blob_bytes, &plate, &kind, &bytes, &fault), 0);
+    assert_int_equal(kind, TRACING_ENVIRONMENT);
+    assert_int_equal(bytes, f.blob.blob_bytes);
+    load_scene(&scene);
+    bytes_writer_init(&packed);
+    assert_int_equal(trace(scene, plate, &plan, 0, &packed), ERR_MAGIC);
+    bytes_writer_fini(&packed);
+    t->unload(t->ctx, &plate);
+    t->unload(t->ctx, &scene);
+    environment_fixture_close(&f);
+}
+
 TEST(kinds_are_not_mixed_up)
 {
     const struct plan plan = empty_view();
