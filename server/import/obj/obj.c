@@ -12,6 +12,7 @@
 
 #include "server/import/obj/obj_io.h"
 #include "server/import/obj/obj_materials.h"
+#include "server/import/obj/obj_near.h"
 #include "server/import/scene/mesh.h"
 #include "server/import/scene/origin.h"
 
@@ -159,7 +160,6 @@ static int convert(const struct aiScene *scene, const struct mtl *mtl, struct fi
     for (unsigned i = 0; rc == 0 && i < scene->mNumMeshes; i++)
         rc = append_mesh(&materials, scene->mMeshes[i], i, fault);
     obj_materials_fini(&materials);
-    if (rc == 0) origin_move_scene(b, name);
     if (rc == 0 && builder_count(b, SCENE_TRIANGLES) == 0)
         rc = fault_set(fault, ERR_MISSING, "scene", "the scene has no triangles");
     return rc;
@@ -192,10 +192,17 @@ static int parse(const char *name, const struct file_view *main, struct aiProper
     return *out != NULL ? 0 : refuse(name, aiGetErrorString(), fault);
 }
 
+static void set_origin(struct builder *b, const char *name, const struct obj_near *near)
+{
+    origin_move_scene(b, name);
+    for (int i = 0; i < 3; i++) b->origin[i] += near->origin[i];
+}
+
 int obj_import(struct files *files, const char *name, const struct file_view *main,
                struct builder *builder, struct fault *fault)
 {
     struct mtl mtl;
+    struct obj_near near = {0};
     const struct aiScene *scene = NULL;
     if (main->size_bytes < LEAST_BYTES)
         return fault_set(fault, ERR_TRUNCATED, name, "%zu bytes are no scene", main->size_bytes);
@@ -205,8 +212,11 @@ int obj_import(struct files *files, const char *name, const struct file_view *ma
     if (settings == NULL)
         rc = fault_set(fault, ERR_MEMORY, name, "no memory for assimp");
     else
-        rc = parse(name, main, settings, &scene, fault);
+        rc = obj_near_open(&near, name, main, fault);
+    if (rc == 0) rc = parse(name, &near.view, settings, &scene, fault);
     if (rc == 0 && scene != NULL) rc = convert(scene, &mtl, files, name, builder, fault);
+    if (rc == 0) set_origin(builder, name, &near);
+    obj_near_close(&near);
     aiReleaseImport(scene);
     if (settings != NULL) aiReleasePropertyStore(settings);
     mtl_fini(&mtl);

@@ -345,6 +345,7 @@ static int gather(const struct job *job, const struct plan_source *source, struc
     if (plan->camera.aperture_radius > 0) plan->capabilities |= CAPABILITY_LENS;
     tell_emitters(job, report);
     tell_occlusion(job, report);
+    plan_tell_brightness(job, source->scene, plan, report);
     tell_scale(source->scene, report);
     return 0;
 }

@@ -5,6 +5,9 @@
 
 #include "server/job/plan/plan_parts.h"
 
+/* A white surface that sends so much on is white in any view. */
+#define TOO_BRIGHT 8.0
+
 static double normal_of(const struct plan_light *light, double n[3])
 {
     for (int i = 0; i < 3; i++) {
@@ -186,6 +189,44 @@ int plan_gather_lights(const struct job *job, const struct scene *scene, struct 
     for (uint32_t k = 0; k < plan->light_count; k++)
         plan->lights[k].strata_per_axis = plan->lights[k].type == LIGHT_RECTANGLE ? l : 1;
     return 0;
+}
+
+/* Returns the radiance that a white surface in the scene's middle, or a fourth of its radius away,
+ * sends on of all lights. */
+static double middle_radiance(const struct scene *scene, const struct plan *plan)
+{
+    const double nearest = plan_scene_radius(scene) / 4;
+    double sum = 0;
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const struct plan_light *light = &plan->lights[k];
+        const double strength = strongest(light->color);
+        double n[3], square = nearest * nearest, away = 0;
+        for (int c = 0; c < 3; c++) {
+            const double centre =
+                ((double)scene->info->bounds_min[c] + scene->info->bounds_max[c]) / 2;
+            away += ((double)light->position[c] - centre) * ((double)light->position[c] - centre);
+        }
+        square = fmax(square, away);
+        if (light->type == LIGHT_DIRECTIONAL)
+            sum += strength / M_PI;
+        else if (light->type == LIGHT_RECTANGLE)
+            sum += strength * fmin(1, 4 * normal_of(light, n) / (M_PI * square));
+        else
+            sum += strength / (M_PI * square);
+    }
+    return sum;
+}
+
+void plan_tell_brightness(const struct job *job, const struct scene *scene, const struct plan *plan,
+                          struct plan_report *report)
+{
+    const double shown = middle_radiance(scene, plan) * exp2((double)job->exposure);
+    if (!(shown > TOO_BRIGHT) || !isfinite(shown)) return;
+    const int stops = (int)lround(log2(shown));
+    plan_warn(report,
+              "the lights make white surfaces some %d stops brighter than white: image.exposure %g "
+              "shows them",
+              stops, (double)job->exposure - stops);
 }
 
 void plan_set_scales(const struct scene *scene, const float environment_mean[3], struct plan *plan)

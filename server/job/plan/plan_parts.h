@@ -19,6 +19,9 @@ int plan_gather_lights(const struct job *job, const struct scene *scene, struct 
                        struct plan_report *report, struct fault *fault);
 /* Sets radiance_scale and length_unit, given the environment's mean radiance. */
 void plan_set_scales(const struct scene *scene, const float environment_mean[3], struct plan *plan);
+/* Warns of lights as files of other units have them, and says which exposure shows them. */
+void plan_tell_brightness(const struct job *job, const struct scene *scene, const struct plan *plan,
+                          struct plan_report *report);
 void plan_find_emitters(const struct scene *scene, struct plan_emitters *out);
 
 /* Sets the environment. *mean is its radiance averaged over all directions, 0 without one. */

@@ -277,3 +277,42 @@ TEST(refuses_what_is_no_geometry)
     assert_int_equal(room_import_text("a.stl", QUAD "f 1 2 3\n", &s), ERR_UNSUPPORTED);
     assert_int_not_equal(room_import_text("a.obj", QUAD "f 1 2 99\n", &s), 0);
 }
+
+/* A scan in metres of a national grid, exact to a millimetre, is drawn as near ones are. */
+TEST(digits_beyond_floats_are_kept)
+{
+    static const char *const lines[] = {"v 500000.001 5400000.002 0.5 1 0 0\n",
+                                        " v\t500000.003 5400000.002 0.5\t0 1 0\r\n",
+                                        "v 500000.003 5400000.004 0.5 0 0 1\n"};
+    struct scene s;
+    char text[256];
+    snprintf(text, sizeof text, "%s%s%sf 1 2 3\n", lines[0], lines[1], lines[2]);
+    assert_int_equal(room_import_text("a.obj", text, &s), 0);
+    assert_int_equal(room_warnings.count, 0);
+    const float *p = s.positions, *c = s.colors + 4 * (size_t)s.meshes[0].first_color;
+    for (size_t i = 0; i < 3; i++) {
+        const double x = s.info->origin[0] + (double)p[3 * i], y = (double)p[3 * i + 1];
+        assert_true(fabs(x - (i == 0 ? 500000.001 : 500000.003)) < 1e-6);
+        assert_true(fabs(s.info->origin[1] + y - (i == 2 ? 5400000.004 : 5400000.002)) < 1e-6);
+        assert_true(c[4 * i + i] == 1.0f);
+    }
+    scene_unmap(&s);
+}
+
+/* What is no plain vertex leaves all of them as they are. */
+TEST(odd_vertices_are_left_as_they_are)
+{
+    static const char *const odd[] = {"v 1e5 1e5 1e5 2", "v 1e5 1e5", "v 1e5 nan 1e5",
+                                      "v 1e5 \\\n1e5 1e5"};
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        struct scene s;
+        char text[256];
+        snprintf(text, sizeof text,
+                 "%s\nv 100000 100000 100000\nv 100001 100000 100000\nv 100001 100001 100000\n"
+                 "f 2 3 4\n",
+                 odd[i]);
+        if (room_import_text("a.obj", text, &s) != 0) continue;
+        assert_true(s.info->origin[0] + (double)s.positions[0] == 100000.0);
+        scene_unmap(&s);
+    }
+}

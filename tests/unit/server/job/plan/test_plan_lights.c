@@ -248,3 +248,21 @@ TEST(skipped_lights_leave_room)
     assert_non_null(why(s, "effect indirect"));
     assert_true(s->report.skip_count < PLAN_SKIPS);
 }
+
+/* Blender writes watts as candela: the exposure that shows such a scene is told, and then is right.
+ */
+TEST(lights_of_other_units_are_told)
+{
+    struct stage *s = *state;
+    s->job.scene_lights = false;
+    s->job.light_count = 1;
+    s->job.lights[0] = (struct plan_light){.type = LIGHT_POINT,
+                                           .power = 1,
+                                           .position = {0, 4, 0},
+                                           .color = {16000, 9, 9}}; /* 8.3 stops four away */
+    assert_int_equal(make(s), 0);
+    assert_true(has_warning(s, "some 8 stops brighter than white: image.exposure -8 shows"));
+    s->job.exposure = -8;
+    assert_int_equal(make(s), 0);
+    assert_false(has_warning(s, "brighter than white"));
+}
