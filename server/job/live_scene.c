@@ -1,8 +1,8 @@
 /* The scenes of a live view whose nodes are moved: the scene is imported again, by a run that has
  * the base already, and only then takes the place of the one before. Moves that come meanwhile wait
- * together for the next, and a scene waits until something of the view before is seen, so that steady
- * moves show where they go. If a scene of several moves cannot be made, each of these gets one of
- * its own, so that only what is wrong is refused. */
+ * together for the next, and a scene waits until something of the view before is seen, so that
+ * steady moves show where they go. If a scene of several moves cannot be made, each of these gets
+ * one of its own, so that only what is wrong is refused. */
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>

@@ -22,11 +22,11 @@ struct live_view {
     struct plate *plates[VIEW_LEVELS_MAX]; /* held; NULL: there is no photograph */
     struct preparation *preparation;       /* of moved nodes (live_scene.c); NULL: none */
     struct live_move *waiting;             /* owned; moves that wait for their scene */
-    struct prepared *ready;                /* owned; that scene, until the view before is seen; NULL */
-    uint64_t ready_us;                     /* or until then */
-    unsigned covered;                      /* of these, those whose scene is prepared */
-    unsigned alone;                        /* and those that get scenes of their own */
-    bool shown;                            /* the level in work is on the feed */
+    struct prepared *ready; /* owned; that scene, until the view before is seen; NULL */
+    uint64_t ready_us;      /* or until then */
+    unsigned covered;       /* of these, those whose scene is prepared */
+    unsigned alone;         /* and those that get scenes of their own */
+    bool shown;             /* the level in work is on the feed */
     struct frame
         *last; /* the coarser frame that is on the feed until then; complete, and not in work */
     uint64_t moved_us;
