@@ -187,14 +187,12 @@ enum lens_relight {
 enum plan_view { PLAN_VIEW_OBJECTS = 0, PLAN_VIEW_WITH = 1, PLAN_VIEW_WITHOUT = 2 };
 #define PLAN_VIEWS 3u
 
-/* The photograph that a composite's objects see where their rays meet catchers and holdouts that the
- * camera sees, too: a blob of proto/scene/environment.h, stretched over the picture, or scaled
- * until it covers it. */
+/* What objects of a composite see where rays meet what the camera sees: an environment's blob,
+ * stretched over the picture, or scaled until it covers it. */
 enum photograph_fit { PHOTOGRAPH_NONE = 0, PHOTOGRAPH_STRETCHED = 1, PHOTOGRAPH_COVERS = 2 };
 struct plan_photograph {
-    uint32_t fit;       /* enum photograph_fit */
-    uint32_t is_linear; /* 1: what was decoded as sRGB at import is to be encoded again */
-    struct digest blob; /* zero without one */
+    uint32_t fit, is_linear; /* is_linear 1: what was decoded as sRGB is to be encoded again */
+    struct digest blob;      /* zero without one */
 };
 
 /* What a worker can do; bits are append-only. A coordinator gives no tile whose plan needs more. */
@@ -254,13 +252,12 @@ struct plan {
     uint32_t
         lens_mirrors; /* reflections at flat mirrors, at most, that pixel centres and lens samples
                          look through (worker/trace/path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
-    uint32_t
-        lens_lobes_only;   /* 1: what lens samples hold is lobes' reflection alone, which
-                        reconstruction   may share among them; else it may have sharp shadows, too */
-    uint32_t composite;    /* 1: each pass of the schedule is traced once for each plan_view, in
-                              their order; only of paths, without rounds */
+    uint32_t lens_lobes_only; /* 1: lens samples hold lobes' reflection alone, which reconstruction
+                                 may share among them; else it may have sharp shadows, too */
+    uint32_t composite;       /* 1: each pass of the schedule is traced once for each plan_view, in
+                                 their order; only of paths, without rounds */
     struct plan_photograph photograph; /* only of composites */
-    float radiance_scale;  /* a power of two: radiance * scale fits a half float */
+    float radiance_scale;              /* a power of two: radiance * scale fits a half float */
     float length_unit;     /* a power of two near the scene's radius: lengths / unit fit one */
     uint32_t capabilities; /* what a worker needs, enum capability */
 };

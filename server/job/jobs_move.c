@@ -54,33 +54,14 @@ static void look_up(struct jobs *jobs, const struct principal *principal, const 
     job_store_get(jobs->options.store, id, on_row, move);
 }
 
-/* A move whose scene is being prepared. */
-struct jobs_waiting_move {
-    struct jobs_waiting_move *next;
-    jobs_moved done;
-    void *ctx;
-};
-
-static void answer(const struct active_job *job, const struct fault *fault, jobs_moved done,
-                   void *ctx)
+void jobs_answer_move(const struct active_job *job, const struct fault *fault, jobs_moved done,
+                      void *ctx)
 {
     struct fault memory;
     json_t *body = fault ? NULL : answer_of(job);
     if (!fault && !body) fault_set(&memory, ERR_MEMORY, "", "memory is exhausted");
     done(ctx, body ? NULL : fault ? fault : &memory, body);
     json_decref(body);
-}
-
-void jobs_answer_moves(struct active_job *job, const struct fault *fault)
-{
-    struct jobs_waiting_move *list = job->view->waiting;
-    job->view->waiting = NULL;
-    while (list) {
-        struct jobs_waiting_move *move = list;
-        list = move->next;
-        answer(job, fault, move->done, move->ctx);
-        free(move);
-    }
 }
 
 void jobs_move(struct jobs *jobs, const struct principal *principal, const char *id,
@@ -92,17 +73,15 @@ void jobs_move(struct jobs *jobs, const struct principal *principal, const char 
         look_up(jobs, principal, id, done, ctx);
         return;
     }
-    struct jobs_waiting_move *move = malloc(sizeof *move);
+    bool waits = false;
     int error = live_view_check(job, &fault);
-    if (!error && !move) error = fault_set(&fault, ERR_MEMORY, "", "memory is exhausted");
-    if (!error) error = live_view_move(job, text, size_bytes, &fault);
-    if (!error && job->view->preparation) {
-        *move = (struct jobs_waiting_move){job->view->waiting, done, ctx};
-        job->view->waiting = move;
-        return;
+    if (!error) error = live_view_move(job, text, size_bytes, &waits, &fault);
+    if (!error && waits) {
+        error = live_scene_wait(job, text, size_bytes, done, ctx);
+        if (!error) return;
+        fault_set(&fault, error, "", "memory is exhausted");
     }
-    free(move);
-    answer(job, error ? &fault : NULL, done, ctx);
+    jobs_answer_move(job, error ? &fault : NULL, done, ctx);
 }
 
 /* Ends those that have rested for too long. */

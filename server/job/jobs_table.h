@@ -112,8 +112,9 @@ bool jobs_open_next(struct jobs *jobs);
 /* jobs_move.c */
 /* Moves live jobs whose level is complete on to the next level, or lets them rest. */
 void jobs_complete_views(struct jobs *jobs);
-/* Answers all moves that wait for a live job's scene. fault NULL: it is taken. */
-void jobs_answer_moves(struct active_job *job, const struct fault *fault);
+/* Answers a move of a live job. fault NULL: it is as the move has it. */
+void jobs_answer_move(const struct active_job *job, const struct fault *fault, jobs_moved done,
+                      void *ctx);
 /* Ends live jobs from now on that have rested for too long. */
 void jobs_watch_idle(struct jobs *jobs);
 

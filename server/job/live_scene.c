@@ -1,5 +1,9 @@
-/* The scene of a live view whose nodes are moved: it is imported again, by a run that has the base
- * already, and only then takes the place of the one before. */
+/* The scenes of a live view whose nodes are moved: the scene is imported again, by a run that has
+ * the base already, and only then takes the place of the one before. Moves that come meanwhile wait
+ * together for the next, and a scene waits until something of the view before is seen, so that
+ * steady moves show where they go. If a scene of several moves cannot be made, each of these gets
+ * one of its own, so that only what is wrong is refused. */
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,64 +21,151 @@ void live_scene_point_into_body(struct fault *fault)
         }
 }
 
-static void forget(struct live_view *view)
+/* A move that waits, in the order in which they came. */
+struct live_move {
+    struct live_move *next;
+    char *text;
+    size_t size_bytes;
+    jobs_moved done;
+    void *ctx;
+};
+
+static void answer_first(struct active_job *job, const struct fault *fault)
 {
-    if (view->coming) job_fini(view->coming);
-    free(view->coming);
-    view->coming = NULL;
-    preparation_cancel(&view->preparation);
+    struct live_view *view = job->view;
+    struct live_move *move = view->waiting;
+    view->waiting = move->next;
+    jobs_answer_move(job, fault, move->done, move->ctx);
+    free(move->text);
+    free(move);
+}
+
+/* What the first `count` moves make of the document; it borrows the files. Returns how many. */
+static unsigned apply(const struct active_job *job, unsigned count, struct job *document)
+{
+    struct fault ignored;
+    unsigned applied = 0;
+    *document = job->prepared->job;
+    for (const struct live_move *m = job->view->waiting; m && applied < count; m = m->next) {
+        struct job moved = *document;
+        if (job_view_read(m->text, m->size_bytes, &moved, &ignored) == 0) *document = moved;
+        applied++;
+    }
+    return applied;
+}
+
+void live_scene_coming(const struct active_job *job, struct job *document)
+{
+    apply(job, UINT_MAX, document);
+}
+
+/* So long a scene waits at most. */
+#define SHOW_US 500000u
+
+static void go_on(struct active_job *job);
+
+/* Refuses the only move of the scene, or has each of several try alone. */
+static void refuse(struct active_job *job, unsigned count, const struct fault *fault)
+{
+    if (count > 1)
+        job->view->alone = count;
+    else
+        answer_first(job, fault);
 }
 
 static void on_prepared(void *ctx, const struct fault *told, struct prepared *prepared)
 {
     struct active_job *job = ctx;
+    struct live_view *view = job->view;
     struct fault fault = {0};
-    job->view->preparation = NULL;
-    forget(job->view);
+    const unsigned count = view->covered;
+    view->preparation = NULL;
+    view->alone -= view->alone > 0;
     if (told) {
         fault = *told;
         live_scene_point_into_body(&fault);
-        jobs_answer_moves(job, &fault);
+        refuse(job, count, &fault);
+        go_on(job);
         return;
     }
     job->statistics.import_cpu_us += prepared->import_cpu_us;
     job->jobs->past.import_cpu_us += prepared->import_cpu_us;
+    view->ready = prepared;
+    view->ready_us = jobs_clock_us() + SHOW_US;
+    if (view->level > 0 || view->shown || job->state != JOB_RUNNING)
+        live_scene_take(job);
+    else
+        jobs_retry_soon(job->jobs);
+}
+
+void live_scene_take(struct active_job *job)
+{
+    struct live_view *view = job->view;
+    struct fault fault = {0};
+    struct prepared *prepared = view->ready;
+    const unsigned count = view->covered;
+    if (!prepared) return;
+    view->ready = NULL;
     int error = live_view_check(job, &fault);
     if (!error) error = live_view_take_scene(job, prepared, &fault);
     if (error) prepared_destroy(&prepared);
-    if (job->view) jobs_answer_moves(job, error ? &fault : NULL);
+    if (job->view != view) return; /* it has begun again, and all were answered */
+    if (error) refuse(job, count, &fault);
+    for (unsigned i = 0; !error && i < count; i++) answer_first(job, NULL);
+    go_on(job);
 }
 
-int live_scene_prepare(struct active_job *job, const struct job *document, struct fault *fault)
+static int prepare(struct active_job *job, const struct job *document)
+{
+    struct jobs *jobs = job->jobs;
+    struct job taken;
+    const int error = job_copy(document, &taken);
+    if (error) return error;
+    return preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects, &taken,
+                             job_frame_number(document, 0), job->prepared->base, on_prepared, job,
+                             &job->view->preparation);
+}
+
+/* Prepares the scene of what waits, unless one is being prepared. */
+static void go_on(struct active_job *job)
 {
     struct live_view *view = job->view;
-    struct jobs *jobs = job->jobs;
-    struct preparation *next = NULL;
-    struct job taken;
-    struct job *coming = calloc(1, sizeof *coming);
-    int error = coming ? job_copy(document, coming) : ERR_MEMORY;
-    if (!error) {
-        error = job_copy(document, &taken);
-        if (!error)
-            error = preparation_start(jobs->imports, jobs->options.pool, jobs->options.objects,
-                                      &taken, job_frame_number(document, 0), job->prepared->base,
-                                      on_prepared, job, &next);
-        if (error) job_fini(coming);
+    struct fault fault;
+    struct job document;
+    while (view->waiting && !view->preparation && !view->ready) {
+        view->covered = apply(job, view->alone > 0 ? 1 : UINT_MAX, &document);
+        const int error = prepare(job, &document);
+        if (!error) return;
+        fault_set(&fault, error, "", "no memory to move nodes");
+        for (unsigned i = 0; i < view->covered; i++) answer_first(job, &fault);
     }
-    if (error) {
-        free(coming);
-        return fault_set(fault, error, "", "no memory to move nodes");
+}
+
+int live_scene_wait(struct active_job *job, const char *text, size_t size_bytes, jobs_moved done,
+                    void *ctx)
+{
+    struct live_move **end = &job->view->waiting;
+    struct live_move *move = malloc(sizeof *move);
+    char *copy = malloc(size_bytes + 1);
+    if (!move || !copy) {
+        free(move);
+        free(copy);
+        return ERR_MEMORY;
     }
-    forget(view); /* after the start, since both may wait for one import */
-    view->coming = coming;
-    view->preparation = next;
+    memcpy(copy, text, size_bytes);
+    *move = (struct live_move){.text = copy, .size_bytes = size_bytes, .done = done, .ctx = ctx};
+    while (*end) end = &(*end)->next;
+    *end = move;
+    go_on(job);
     return 0;
 }
 
 void live_scene_give_up(struct active_job *job)
 {
     struct fault fault;
-    forget(job->view);
+    preparation_cancel(&job->view->preparation);
+    prepared_destroy(&job->view->ready);
+    job->view->alone = 0;
     fault_set(&fault, ERR_STATE, "", "the job has ended, or begins again: nothing was moved");
-    jobs_answer_moves(job, &fault);
+    while (job->view->waiting) answer_first(job, &fault);
 }

@@ -225,15 +225,17 @@ static int plan_and_take(struct active_job *job, struct prepared *prepared, cons
     return error;
 }
 
-int live_view_move(struct active_job *job, const char *text, size_t size_bytes, struct fault *fault)
+int live_view_move(struct active_job *job, const char *text, size_t size_bytes, bool *waits,
+                   struct fault *fault)
 {
     struct live_view *view = job->view;
-    struct job moved = view->coming ? *view->coming : job->prepared->job; /* borrows its files */
+    struct job moved;
+    live_scene_coming(job, &moved);
     int error = job_view_read(text, size_bytes, &moved, fault);
     if (error) return error;
     view->moved_us = jobs_clock_us();
-    if (view->coming || !job_moves_equal(&moved.moves, &job->prepared->job.moves))
-        return live_scene_prepare(job, &moved, fault);
+    *waits = view->waiting || !job_moves_equal(&moved.moves, &job->prepared->job.moves);
+    if (*waits) return 0;
     error = plan_and_take(job, job->prepared, &moved, fault);
     if (error) return error;
     begin(job);
@@ -248,7 +250,8 @@ int live_view_take_scene(struct active_job *job, struct prepared *prepared, stru
     struct prepared *before = job->prepared;
     int error = plan_and_take(job, prepared, &prepared->job, fault);
     if (error) return error;
-    if (!prepared->plate) prepared->plate = plate_hold(before->plate);
+    plate_drop(&prepared->plate); /* that of the view's levels is the same */
+    prepared->plate = plate_hold(before->plate);
     begin(job);
     prepared_destroy(&before);
     if (job->view && !job_state_is_final(job->state)) record_newest(job);
@@ -318,6 +321,7 @@ void live_view_completed(struct active_job *job)
 {
     if (!is_last(job->view)) {
         next_level(job);
+        live_scene_take(job);
         return;
     }
     if (!job->view->shown) show_whole(job);
@@ -325,6 +329,7 @@ void live_view_completed(struct active_job *job)
     go(job, JOB_RESTING);
     jobs_watch_idle(job->jobs);
     record_newest(job);
+    live_scene_take(job);
 }
 
 void live_view_end(struct active_job *job)

@@ -21,9 +21,12 @@ struct live_view {
     struct plan plans[VIEW_LEVELS_MAX];
     struct plate *plates[VIEW_LEVELS_MAX]; /* held; NULL: there is no photograph */
     struct preparation *preparation;       /* of moved nodes (live_scene.c); NULL: none */
-    struct job *coming;                    /* owned; its document */
-    struct jobs_waiting_move *waiting;     /* for it; owned by jobs_move.c */
-    bool shown;                            /* the level in work is on the feed */
+    struct live_move *waiting;             /* owned; moves that wait for their scene */
+    struct prepared *ready; /* owned; that scene, until the view before is seen; NULL */
+    uint64_t ready_us;      /* or until then */
+    unsigned covered;       /* of these, those whose scene is prepared */
+    unsigned alone;         /* and those that get scenes of their own */
+    bool shown;             /* the level in work is on the feed */
     struct frame
         *last; /* the coarser frame that is on the feed until then; complete, and not in work */
     uint64_t moved_us;
@@ -35,18 +38,24 @@ struct live_view {
 int live_view_create(struct active_job *job, uint32_t number, struct fault *fault);
 void live_view_destroy(struct active_job *job);
 
-/* Begins the next view, from a body that job_view_read takes; where nodes are moved, once their
- * scene is prepared. A fault's pointer leads into the body, and leaves the job as it was. */
-int live_view_move(struct active_job *job, const char *text, size_t size_bytes,
+/* Begins the next view, from a body that job_view_read takes. Where nodes are moved, or moves wait,
+ * it begins none, but sets *waits (live_scene_wait). A fault's pointer leads into the body, and
+ * leaves the job as it was. */
+int live_view_move(struct active_job *job, const char *text, size_t size_bytes, bool *waits,
                    struct fault *fault);
 /* Begins the next view with a scene of its own, which is taken if it returns 0. */
 int live_view_take_scene(struct active_job *job, struct prepared *prepared, struct fault *fault);
 
 /* -- live_scene.c -- */
 
-/* Prepares the scene of the next view. A preparation that is under way is given up: the newest
- * wins. ERR_MEMORY. */
-int live_scene_prepare(struct active_job *job, const struct job *document, struct fault *fault);
+/* Has a move that live_view_move has read wait for its scene. `done` comes once it is shown or
+ * refused. ERR_MEMORY. */
+int live_scene_wait(struct active_job *job, const char *text, size_t size_bytes, jobs_moved done,
+                    void *ctx);
+/* Finds what all moves that wait make of the document; it borrows the job's files. */
+void live_scene_coming(const struct active_job *job, struct job *document);
+/* Takes the scene that is ready, if one is. */
+void live_scene_take(struct active_job *job);
 /* Gives up what is prepared, and tells those that wait for it. */
 void live_scene_give_up(struct active_job *job);
 /* Makes a fault of the document one of the body that moves the view. */

@@ -124,9 +124,60 @@ await test("a node stands as if the file had it there", async () => {
   expect(rmse < 1e-3, `RMSE ${rmse}`);
 });
 
-await test("a move that waits is answered when its job ends", async () => {
-  const [answer] = await Promise.all([move(live, { moves: to(0.2) }), ask("DELETE", `${url}/v1/jobs/${live}`)]);
-  expect(answer.status === 200 || answer.status === 409, `${answer.status} ${JSON.stringify(answer.body)}`);
+await test("moves that cannot be fail no others that wait with them", async () => {
+  const bodies = [{ moves: to(0.05) }, { moves: [{ node: "Nobody" }] }, { moves: to(0.07) }, { moves: [{ node: "Nobody" }] }];
+  const answers = await Promise.all(bodies.map((body) => move(live, body)));
+  expect(answers.map(({ status }) => status).join() === "200,422,200,422", JSON.stringify(answers.map(({ body }) => body)));
+  const { document } = await reach(live, "resting");
+  expect([0.05, 0.07].some((x) => Math.abs(document.scene.moves[0].translation[0] - x) < 1e-6), JSON.stringify(document.scene));
+});
+
+await test("steady moves, which wait for no answers, are seen on the way", async () => {
+  const heard = feed.heard.length, answers = [], from = performance.now();
+  const seen = () => new Set(feed.heard.slice(heard).filter(({ kind }) => kind === "block").map(({ view }) => view)).size;
+  while (seen() < 4 && performance.now() - from < 10000) {
+    answers.push(move(live, { moves: to(answers.length % 100 / 200) }));
+    await new Promise((go) => { setTimeout(go, 15); });
+  }
+  console.log(`# of ${answers.length} moves in ${(performance.now() - from).toFixed(0)} ms ${seen()} were seen meanwhile`);
+  expect(seen() >= 4, `${seen()} views`);
+  expect((await Promise.all(answers)).every(({ status }) => status === 200), "some failed");
+  await reach(live, "resting");
+});
+
+await test("a mesh with a skin is moved, whether or not by its joints", async () => {
+  const skinned = changeGlb(readFileSync(scene), (json) => {
+    const { nodes, meshes, accessors, buffers, bufferViews, scenes } = json;
+    const box = nodes.find(({ name }) => name === "ShortBox"), own = meshes[box.mesh].primitives[0].attributes;
+    const { count } = accessors[own.POSITION], bytes = Buffer.alloc(20 * count);
+    for (let i = 0; i < count; i++) bytes.writeFloatLE(1, 4 * count + 16 * i);
+    buffers.push({ byteLength: bytes.length, uri: `data:application/octet-stream;base64,${bytes.toString("base64")}` });
+    bufferViews.push({ buffer: 1, byteLength: 4 * count }, { buffer: 1, byteOffset: 4 * count, byteLength: 16 * count });
+    accessors.push({ bufferView: bufferViews.length - 2, componentType: 5121, count, type: "VEC4" }, { bufferView: bufferViews.length - 1, componentType: 5126, count, type: "VEC4" });
+    Object.assign(own, { JOINTS_0: accessors.length - 2, WEIGHTS_0: accessors.length - 1 });
+    nodes.push({ name: "Bone" });
+    scenes[0].nodes.push(nodes.length - 1);
+    box.skin = 0;
+    json.skins = [{ joints: [nodes.length - 1] }];
+  });
+  const file = join(tmp, "skinned.glb");
+  writeFileSync(file, skinned);
+  const id = submit({ live: true }, { file });
+  const place = async () => (await reach(id, "resting")).plan.nodes.find(({ name }) => name === "ShortBox");
+  const from = await place(), off = (box) => box.lowest.map((v, i) => v - from.lowest[i]);
+  for (const node of ["ShortBox", "Bone"]) {
+    expect((await move(id, { moves: [{ node, translation: [0.25, 0, -0.5] }] })).status === 200, "it is not moved");
+    const moved = off(await place());
+    expect([0.25, 0, -0.5].every((v, i) => Math.abs(moved[i] - v) < 1e-4), `${node}: ${moved}`);
+  }
+  await ask("DELETE", `${url}/v1/jobs/${id}`);
+});
+
+await test("a move that waits is told when its job ends", async () => {
+  const moves = Array.from({ length: 12 }, (_, i) => move(live, { moves: to(i / 40) }));
+  const [answers] = await Promise.all([Promise.all(moves), ask("DELETE", `${url}/v1/jobs/${live}`)]);
+  expect(answers.every(({ status }) => status === 200 || status === 409), JSON.stringify(answers.map(({ status }) => status)));
+  expect(answers.at(-1).status === 409, "the last is not told");
 });
 
 feed.close();

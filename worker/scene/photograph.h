@@ -7,7 +7,7 @@
 #include "proto/scene/environment.h"
 
 struct photograph {
-    const struct plan *plan;               /* borrowed, as is the blob */
+    const struct plan *plan; /* borrowed, as is the blob */
     const struct environment_blob *texels;
     float across, down; /* texels a pixel */
 };

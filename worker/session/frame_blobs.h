@@ -1,6 +1,7 @@
 #pragma once
 /* The blobs that a frame's tiles are traced with: its scene, and its environment map and its
- * photograph if the plan has them. They are references into the blob cache, held while tiles are open. */
+ * photograph if the plan has them. They are references into the blob cache, held while tiles are
+ * open. */
 #include "proto/plan.h"
 #include "worker/session/blob_cache.h"
 

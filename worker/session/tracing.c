@@ -185,8 +185,7 @@ static int trace(void *ctx, void *tracer, const struct tracing_job *job,
         return ERR_MAGIC;
     const struct tile_job tile = {.scene = scene->scene.render,
                                   .environment = around ? around->environment.map : NULL,
-                                  .photograph =
-                                      photograph ? &photograph->environment.blob : NULL,
+                                  .photograph = photograph ? &photograph->environment.blob : NULL,
                                   .plan = job->plan,
                                   .pass = job->pass,
                                   .rect = job->rect,

@@ -30,7 +30,7 @@ struct queries *tile_tracer_queries(struct tile_tracer *tracer);
 /* A pass of a tile, and what it is traced with; all borrowed. */
 struct tile_job {
     const struct render_scene *scene;
-    const struct environment *environment; /* the plan's map; NULL: it has none */
+    const struct environment *environment;     /* the plan's map; NULL: it has none */
     const struct environment_blob *photograph; /* the plan's; the same */
     const struct plan *plan;
     const struct plan_pass *pass;

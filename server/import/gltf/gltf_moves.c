@@ -38,18 +38,53 @@ int gltf_moves_find(struct gltf *g, const struct job_moves *moves, struct fault 
     return rc;
 }
 
-/* Applies one move to all that it moves, about the middle of what shows. Skins stand where their
- * joints do. */
+/* Widens bounds by where cameras and lights stand that the move takes along. */
+static void add_places(const struct gltf *g, uint32_t bit, double lowest[3], double highest[3])
+{
+    for (uint32_t i = 0; i < g->nodes.count; i++) {
+        const struct gltf_node *node = &g->nodes.list[i];
+        if (!(node->moved & bit) || node->skin != SCENE_NONE) continue;
+        for (int k = 0; k < 3; k++) {
+            lowest[k] = fmin(lowest[k], node->to_world.m[4 * k + 3]);
+            highest[k] = fmax(highest[k], node->to_world.m[4 * k + 3]);
+        }
+    }
+}
+
+/* Finds the middle of what shows; without that, of lights and cameras. */
+static void find_middle(const struct gltf *g, uint32_t bit, double middle[3])
+{
+    double lowest[3], highest[3];
+    if (!gltf_nodes_bounds(g, bit, lowest, highest)) add_places(g, bit, lowest, highest);
+    for (int i = 0; i < 3; i++)
+        middle[i] = lowest[i] <= highest[i] ? 0.5 * (lowest[i] + highest[i]) : 0;
+}
+
+/* Returns whether the move takes joints of a skin along, and so all of it. */
+static bool moves_joints(const struct gltf *g, uint32_t skin, uint32_t bit)
+{
+    size_t i;
+    json_t *joint;
+    const json_t *json = json_array_get(json_object_get(g->root, "skins"), skin);
+    json_array_foreach (json_object_get(json, "joints"), i, joint) {
+        const json_int_t node = json_is_integer(joint) ? json_integer_value(joint) : -1;
+        if (node >= 0 && (size_t)node < gltf_count(g->root, "nodes") && (g->moves.of[node] & bit))
+            return true;
+    }
+    return false;
+}
+
+/* Applies one move to all that it moves, about its middle. */
 static void apply(struct gltf *g, uint32_t move)
 {
     const uint32_t bit = 1u << move;
-    double lowest[3], highest[3], middle[3] = {0};
-    if (gltf_nodes_bounds(g, bit, lowest, highest))
-        for (int i = 0; i < 3; i++) middle[i] = 0.5 * (lowest[i] + highest[i]);
+    double middle[3];
+    find_middle(g, bit, middle);
     const struct affine by = moves_transform(&g->moves.asked->list[move], middle);
     for (uint32_t i = 0; i < g->nodes.count; i++) {
         struct gltf_node *node = &g->nodes.list[i];
-        if (!(node->moved & bit) || node->skin != SCENE_NONE) continue;
+        if (!(node->moved & bit)) continue;
+        if (node->skin != SCENE_NONE && moves_joints(g, node->skin, bit)) continue;
         node->to_world = affine_multiply(&by, &node->to_world);
     }
     for (size_t i = 0; g->nodes.world != NULL && i < gltf_count(g->root, "nodes"); i++)

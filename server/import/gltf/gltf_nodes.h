@@ -13,7 +13,8 @@ struct gltf_node {
     bool weighted;                      /* morph weights of its own, in place of the mesh's */
     bool moves;                         /* by an animation or the job, alone or with an ancestor */
     uint32_t moved;                     /* by which of the job's moves; bits */
-    struct affine to_world;             /* the identity with a skin: joints place its vertices */
+    struct affine to_world; /* with a skin, whose joints place its vertices, what the job moves it
+                               by */
 };
 
 struct gltf_nodes {

@@ -57,16 +57,21 @@ static void add_mesh(struct box *box, const struct gltf *g, const struct gltf_no
         add_primitive(box, g, primitive, &node->to_world);
 }
 
+static void add_joint(struct box *box, const struct affine *to_world, const struct affine *joint)
+{
+    add_point(box, to_world, (const double[3]){joint->m[3], joint->m[7], joint->m[11]});
+}
+
 /* A skin's vertices are somewhere about its joints. */
-static void add_joints(struct box *box, const struct gltf *g, uint32_t skin)
+static void add_joints(struct box *box, const struct gltf *g, const struct gltf_node *of)
 {
     size_t i;
     json_t *joint;
-    const json_t *json = json_array_get(json_object_get(g->root, "skins"), skin);
+    const json_t *json = json_array_get(json_object_get(g->root, "skins"), of->skin);
     json_array_foreach (json_object_get(json, "joints"), i, joint) {
         const json_int_t node = json_is_integer(joint) ? json_integer_value(joint) : -1;
         if (node >= 0 && (size_t)node < gltf_count(g->root, "nodes") && g->nodes.visited[node])
-            add_point(box, &g->nodes.world[node], (const double[3]){0, 0, 0});
+            add_joint(box, &of->to_world, &g->nodes.world[node]);
     }
 }
 
@@ -85,7 +90,7 @@ bool gltf_nodes_bounds(const struct gltf *g, uint32_t moved, double lowest[3], d
         if (node->skin == SCENE_NONE)
             add_mesh(&box, g, node);
         else
-            add_joints(&box, g, node->skin);
+            add_joints(&box, g, node);
     }
     memcpy(lowest, box.lowest, sizeof box.lowest);
     memcpy(highest, box.highest, sizeof box.highest);
@@ -99,12 +104,25 @@ void gltf_origin_choose(struct gltf *g)
     origin_choose(lowest, highest, g->builder->origin);
 }
 
+/* Vertices of skins are about the origin before they are placed. */
+static void move_skin(struct affine *to_world, const double origin[3])
+{
+    double *m = to_world->m;
+    for (int i = 0; i < 3; i++, m += 4)
+        m[3] += m[0] * origin[0] + m[1] * origin[1] + m[2] * origin[2] - origin[i];
+}
+
 void gltf_origin_move(struct gltf *g)
 {
     const double *origin = g->builder->origin;
     if (origin[0] == 0 && origin[1] == 0 && origin[2] == 0) return;
-    for (uint32_t i = 0; i < g->nodes.count; i++)
-        if (g->nodes.list[i].skin == SCENE_NONE) move(&g->nodes.list[i].to_world, origin);
+    for (uint32_t i = 0; i < g->nodes.count; i++) {
+        struct gltf_node *node = &g->nodes.list[i];
+        if (node->skin == SCENE_NONE)
+            move(&node->to_world, origin);
+        else
+            move_skin(&node->to_world, origin);
+    }
     for (size_t i = 0; g->nodes.world != NULL && i < gltf_count(g->root, "nodes"); i++)
         if (g->nodes.visited[i]) move(&g->nodes.world[i], origin);
 }

@@ -5,8 +5,8 @@ import { spawnSync } from "node:child_process";
 import { copyFileSync, existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 
 const YFOV_DEG = 28, UNITS_PER_M = 2, MIDDLE = 2, FRAMES = 5;
-const FULL = { side: 256, referenceSpp: 1024, spp: [4, 16, 64] };
-const SMALL = { quick: { side: 96, referenceSpp: 576, spp: [4, 16] }, smoke: { side: 48, referenceSpp: 64, spp: [4] } };
+const FULL = { side: 256, referenceSpp: 1024, spp: [4, 16, 64], still: 20 };
+const SMALL = { quick: { side: 96, referenceSpp: 576, spp: [4, 16], still: 20 }, smoke: { side: 48, referenceSpp: 64, spp: [4], still: 3 } };
 const eyeX = (k) => 0.1 * (k - MIDDLE);
 
 function run(command, words) {
@@ -53,6 +53,25 @@ const KINDS = [
   { name: "colour and depth", job: (set) => measured(set, 2) },
   { name: "colour and depth, frames by themselves", job: (set) => measured(set, 0) }];
 
+// Frames of a camera that stands, of a place where nothing moves: the colours are the same, and depth has noise of its
+// own in each. All that changes from frame to frame flickers; its RMS is told over the mean.
+function flicker(o, folder, set, spp) {
+  const numbers = Array.from({ length: set.still }, (_, k) => k), frame = (k) => `${folder}/still_${String(k + 1).padStart(2, "0")}.exr`;
+  for (const k of numbers)
+    run(`${o.build}/tests/bench/exr_depth`, [`${folder}/room_${MIDDLE}.exr`, `${folder}/still_${k}.pgm`, String(YFOV_DEG), String(UNITS_PER_M), "1", String(100 + k)]);
+  writeFileSync(`${folder}/still.txt`, numbers.map((k) => `${k / 24} ${eyeX(MIDDLE) / UNITS_PER_M} 0 0 0 0 0 1\n`).join(""));
+  const sequence = JSON.parse(readFileSync(`${folder}/sequence_2.json`, "utf8"));
+  writeFileSync(`${folder}/sequence_still.json`, JSON.stringify({ ...sequence, poses: { file: "still.txt", format: "tum" },
+    frames: numbers.map((k) => ({ color: `room_${MIDDLE}.exr`, depth: `still_${k}.pgm` })) }));
+  for (const temporal of ["none", "2"]) {
+    const cpu_s = render(o, folder, { ...measured(set, "still"), frames: { first: 1, last: set.still }, sampling: { spp }, filter: { temporal } }, "still_##");
+    const changes = numbers.slice(1).map((k) => JSON.parse(run(`${o.build}/shearwater`, ["compare", frame(k - 1), frame(k), "--layer", "composite"])));
+    const rms = Math.sqrt(changes.reduce((sum, c) => sum + c.rmse ** 2, 0) / changes.length), mean = changes[0].mean_reference.reduce((sum, v) => sum + v / 3, 0);
+    o.put("mixed", `flicker, window ${temporal}, ${spp} spp`, { kind: "flicker", spp, side: set.side, frames: set.still, temporal, flicker: rms / mean, cpu_s });
+    o.say(`${`flicker of ${set.still} frames, window: ${temporal}`.padEnd(38)} ${String(spp).padStart(3)} spp  ${(100 * rms / mean).toFixed(2)} %`);
+  }
+}
+
 export async function mixed(o) {
   const set = SMALL[o.mode] ?? FULL, folder = `${o.out}/mixed`;
   mkdirSync(folder, { recursive: true });
@@ -64,4 +83,5 @@ export async function mixed(o) {
       o.put("mixed", `${name} ${spp} spp`, { kind: name, spp, side: set.side, rms, plate_rms, cpu_s });
       o.say(`${name.padEnd(38)} ${String(spp).padStart(3)} spp  error ${(100 * rms).toFixed(2)} % where the box changes ${(100 * plate_rms).toFixed(1)} %`);
     }
+  flicker(o, folder, set, o.given.spp ? Number(o.given.spp.split(",")[0]) : set.spp[0]);
 }

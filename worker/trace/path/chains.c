@@ -94,7 +94,9 @@ void chains_scatter(const struct path_context *c, const struct path_packet *p,
     if (!c->chains) return;
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
-        if (p->part[i] != PATH_PART_NONE || h->chain[slot] != v->depth || !v->active.on[i] || !s->on.on[i]) continue;
+        if (p->part[i] != PATH_PART_NONE || h->chain[slot] != v->depth || !v->active.on[i] ||
+            !s->on.on[i])
+            continue;
         if (!v->lambert.on[i] && bsdf_is_dirac(&v->bsdf[i]) && !v->bsdf[i].dispersed)
             go_on(v, s, i, slot, h);
         else if (v->depth > 0)

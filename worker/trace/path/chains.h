@@ -12,7 +12,8 @@ static inline bool chains_has(const struct path_context *c, const struct path_pa
                               const struct path_vertex *v, const struct path_radiance *h,
                               uint32_t i)
 {
-    return c->chains && p->part[i] == PATH_PART_NONE && v->depth > 0 && h->chain[p->slot[i]] == v->depth;
+    return c->chains && p->part[i] == PATH_PART_NONE && v->depth > 0 &&
+           h->chain[p->slot[i]] == v->depth;
 }
 
 /* Notes features of surfaces after chains in place of those before. */

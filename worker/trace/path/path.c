@@ -12,7 +12,6 @@
 #include "worker/trace/path/glossy_lobes.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_leave.h"
-#include "worker/trace/path/path_notes.h"
 #include "worker/trace/path/path_photograph.h"
 #include "worker/trace/path/path_record.h"
 

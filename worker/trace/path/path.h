@@ -239,6 +239,14 @@ void path_camera(const struct path_context *c, const struct block *b, uint32_t f
 float path_ahead(const struct path_context *c, const struct path_packet *p,
                  const struct path_vertex *v, uint32_t i);
 
+/* Notes what the contexts' readers want of surfaces that camera paths meet, which are resolved:
+ * features for filters, and colours of layers. */
+void path_note(const struct path_context *c, const struct path_packet *p,
+               const struct path_vertex *v, struct path_radiance *h);
+
+/* Multiplies a slot's colour by lane i's tint. */
+void path_dim(struct path_rgb *color, uint32_t slot, const struct lanes3 *tint, uint32_t i);
+
 /* Adds the emission of what the rays met: environment, rectangles, surfaces. */
 void path_emission_add(const struct path_context *c, const struct path_packet *p,
                        const struct path_vertex *v, struct path_radiance *h);

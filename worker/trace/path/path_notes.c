@@ -1,4 +1,4 @@
-#include "worker/trace/path/path_notes.h"
+#include "worker/trace/path/path.h"
 
 #include <float.h>
 #include <math.h>

@@ -8,7 +8,8 @@
 /* Points that the camera sees at a smaller cosine are seen too coarsely. */
 #define FACING_MIN 0.02f
 
-/* A gain is of few samples: where these brought hardly any light, what objects add would burn out. */
+/* A gain is of few samples: where these brought hardly any light, what objects add would burn out.
+ */
 #define GAIN_MAX 16.0f
 
 /* Where the photograph shows what sixteen paths meet. */
@@ -213,8 +214,9 @@ void path_part_add_lanes(const struct path_packet *p, struct lanes_mask *on,
 
 /* Sums over samples of one pixel, in one colour. */
 struct shown_sums {
-    double light, kept, without; /* throughput * photograph, the less of with and without, without */
-    double product, square;      /* kept * without, without^2 */
+    double light, kept,
+        without;            /* throughput * photograph, the less of with and without, without */
+    double product, square; /* kept * without, without^2 */
 };
 
 /* What objects do to the photograph's light in one colour. */

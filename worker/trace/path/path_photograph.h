@@ -11,8 +11,9 @@
  *
  * where the quotients are of sums over some of a pixel's samples: those of one path would be off by
  * its noise, however many there are. In the mean it is photograph * with / without, as composites
- * are (compose/catcher.h). Where no object is met both paths bring the same bits, and the photograph
- * keeps its colour. Neither the catcher's albedo nor the brightness of its light counts. */
+ * are (compose/catcher.h). Where no object is met both paths bring the same bits, and the
+ * photograph keeps its colour. Neither the catcher's albedo nor the brightness of its light counts.
+ */
 #include "worker/trace/path/path.h"
 
 /* Decides which paths of the packet have met such a point, in v, and notes what they bring. From

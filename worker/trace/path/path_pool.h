@@ -35,7 +35,7 @@ struct path_packet {
     _Alignas(LANES_ALIGN) uint32_t key[LANES]; /* pattern_path.h: pixel and sample */
     _Alignas(LANES_ALIGN) uint32_t sample[LANES];
     _Alignas(LANES_ALIGN) uint32_t slot[LANES];
-    uint8_t colored[LANES]; /* 1: only one colour is on its way, and stands for all three */
+    uint8_t colored[LANES];     /* 1: only one colour is on its way, and stands for all three */
     uint8_t part[LANES];        /* enum path_part */
     uint8_t from_object[LANES]; /* 1: a virtual object sent it; only of composites */
     uint32_t count;

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "server/import/rgbd/depth_map.h"
 #include "server/import/rgbd/depth_mesh.h"
@@ -14,7 +15,8 @@
 #define HEIGHT 30
 #define STEP   20 /* the column where depth jumps */
 
-static const struct rgbd_document lens = {.fx = 40, .fy = 40, .cx = 19.5, .cy = 14.5, .near_m = 0.1, .far_m = 30};
+static const struct rgbd_document lens = {
+    .fx = 40, .fy = 40, .cx = 19.5, .cy = 14.5, .near_m = 0.1, .far_m = 30};
 
 /* ---- files ---- */
 
@@ -113,6 +115,11 @@ static void refuses(const char *name, const char *text, int code, const char *pl
     room_refuses("box.obj", box, code, place);
 }
 
+#define UNIT "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+
+static const char matrices[] = "{" CAMERA ", " FRAMES ", " SCENE
+                               ", \"poses\": {\"file\": \"poses.txt\", \"format\": \"matrices\"}}";
+
 TEST(refuses_lists_of_poses_with_a_place)
 {
     static const char at[] = "/rgbd/poses/file";
@@ -122,9 +129,6 @@ TEST(refuses_lists_of_poses_with_a_place)
     refuses("poses.txt", "0 0 0 0 0 0 0 nan\n0 0 0 0 0 0 0 1\n", ERR_SYNTAX, at);
     refuses("poses.txt", "0 0 0 0 0 0 1\n0 0 0\n", ERR_SYNTAX, at);
     refuses("poses.txt", "0 1e30 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", ERR_LIMIT, at);
-    const char matrices[] = "{" CAMERA ", " FRAMES ", " SCENE
-                            ", \"poses\": {\"file\": \"poses.txt\", \"format\": \"matrices\"}}";
-#define UNIT "0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
     room_write("s.json", matrices, strlen(matrices));
     refuses("poses.txt", UNIT "1 0 0 0\n0 1 0 0\n", ERR_TRUNCATED, at);
     refuses("poses.txt", UNIT "1 0 0 0\n0 1 0 0\n0 0 2 0\n0 0 0 1\n", ERR_RANGE, at);
@@ -134,6 +138,60 @@ TEST(refuses_lists_of_poses_with_a_place)
     room_write("poses.txt", UNIT UNIT, strlen(UNIT UNIT));
     assert_int_equal(room_import_text("box.obj", box, &s), 0);
     scene_unmap(&s);
+}
+
+/* Rounded numbers are a rotation nearly; the camera is one. */
+TEST(cameras_of_rounded_poses_are_orthonormal)
+{
+    struct scene s;
+    const char *poses = "0.997 -0.1 0 0\n0.105 0.996 0 0\n0 0 1.003 0\n0 0 0 1\n" UNIT;
+    room_write("s.json", matrices, strlen(matrices));
+    room_write("poses.txt", poses, strlen(poses));
+    assert_int_equal(room_import_text("box.obj", box, &s), 0);
+    const struct scene_camera *c = &s.cameras[s.info->default_camera];
+    const float *axes[] = {c->right, c->up, c->forward};
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            const float sum =
+                axes[i][0] * axes[k][0] + axes[i][1] * axes[k][1] + axes[i][2] * axes[k][2];
+            assert_true(fabsf(sum - (i == k)) < 1e-6f);
+        }
+    assert_true(fabsf(c->right[0] - 0.9945f) < 2e-3f && fabsf(c->right[0]) < 0.9999f);
+    scene_unmap(&s);
+}
+
+TEST(poses_have_a_limit)
+{
+    static const char line[] = "0 0 0 0 0 0 0 1\n";
+    const size_t length = strlen(line), all = length * (LIMIT_POSES + 1);
+    struct scene s;
+    char *text = malloc(all + 1);
+    assert_non_null(text);
+    for (size_t i = 0; i <= LIMIT_POSES; i++) memcpy(text + length * i, line, length + 1);
+    room_write("poses.txt", text, all);
+    room_refuses("box.obj", box, ERR_LIMIT, "/rgbd/poses/file");
+    room_write("poses.txt", text, all - length);
+    assert_int_equal(room_import_text("box.obj", box, &s), 0);
+    scene_unmap(&s);
+    free(text);
+}
+
+TEST(names_of_images_are_never_cut)
+{
+    char name[301], path[400], old[100], text[1024];
+    memset(name, 'a', 300);
+    name[200] = name[300] = '\0'; /* a folder */
+    snprintf(path, sizeof path, "%s/%s", room, name);
+    assert_int_equal(mkdir(path, 0700), 0);
+    name[200] = '/';
+    snprintf(path, sizeof path, "%s/%s", room, name);
+    snprintf(old, sizeof old, "%s/1.png", room);
+    assert_int_equal(rename(old, path), 0);
+    snprintf(text, sizeof text,
+             "{" CAMERA ", " POSES ", " SCENE
+             ", \"frames\": [{\"color\": \"%s\", \"depth\": \"1.pgm\"}]}",
+             name);
+    refuses("s.json", text, ERR_LIMIT, "/rgbd/frames/0/color");
 }
 
 TEST(refuses_images_with_a_place)
@@ -178,7 +236,7 @@ TEST(refuses_documents_with_a_place)
             ", " SCENE "}",
             ERR_RANGE, "/rgbd/frames/0/color");
 #define TIMED                                                                                      \
-    "{" CAMERA ", " SCENE ", \"frames\": [{\"color\": \"1.png\", \"depth\": \"1.pgm\", "            \
+    "{" CAMERA ", " SCENE ", \"frames\": [{\"color\": \"1.png\", \"depth\": \"1.pgm\", "           \
     "\"time_s\": 0}], \"poses\": {\"file\": \"poses.txt\", \"format\": "
     refuses("s.json", TIMED "\"matrices\"}}", ERR_UNSUPPORTED, "/rgbd/poses/format");
     room_write("poses.txt", "0 0 0 0 0 0 1\n", 14);
@@ -240,6 +298,23 @@ TEST(filtering_takes_noise_away_and_keeps_edges)
     for (int y = 0; y < HEIGHT; y++) {
         assert_true(fabsf(m.z[y * WIDTH + STEP - 1] - true_z(STEP - 1, y)) < 0.05f);
         assert_true(fabsf(m.z[y * WIDTH + STEP] - true_z(STEP, y)) < 0.05f);
+    }
+    depth_map_destroy(&m);
+}
+
+/* What is farther than 32 pixels from all that was measured stays unknown. */
+TEST(wide_holes_are_filled_at_their_edges)
+{
+    struct depth_map m;
+    make_map(&m, 0, 7);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        m.color[3 * i] = m.color[3 * i + 2] = 0.5f;
+        if (i % WIDTH < WIDTH - 1) m.z[i] = m.sure[i] = 0;
+    }
+    assert_int_equal(depth_map_smooth(&m, &(struct fault){0}), 0);
+    for (int y = 0; y < HEIGHT; y++) {
+        assert_true(m.z[y * WIDTH + WIDTH - 10] > 0 && m.sure[y * WIDTH + WIDTH - 10] < 1);
+        assert_true(m.z[y * WIDTH] == 0);
     }
     depth_map_destroy(&m);
 }
