@@ -31,7 +31,8 @@ static int decode(struct gltf *g, const struct gltf_view *view, struct fault *fa
     case DRACO_SHIM_NO_MEMORY:
         return fault_set(fault, ERR_MEMORY, d->place, "no memory for the compressed mesh");
     default:
-        return fault_set(fault, ERR_CORRUPT, d->place, "the compressed mesh is damaged, or not of Draco's bitstream 2.2");
+        return fault_set(fault, ERR_CORRUPT, d->place,
+                         "the compressed mesh is damaged, or not of Draco's bitstream 2.2");
     }
 }
 

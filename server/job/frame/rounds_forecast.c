@@ -192,7 +192,8 @@ void rounds_glance(struct rounds *r, const struct rounds_error *errors, const ui
     double pixels = 0.0, luminance = 0.0, fixed = 0.0;
     seen.count = count;
     seen.tiles = calloc(count, sizeof *seen.tiles);
-    for (uint32_t i = 0; seen.tiles && i < count; i++) {
+    if (!seen.tiles) return; /* what was foreseen stays */
+    for (uint32_t i = 0; i < count; i++) {
         seen.tiles[i].area = areas[i];
         for (int kind = 0; kind < KINDS; kind++)
             seen.tiles[i].kinds[kind] = (struct kind){.variance = variance_of(&errors[i], kind),
