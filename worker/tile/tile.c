@@ -157,7 +157,9 @@ static void prepare(struct tile_tracer *t, const struct tile_job *job,
     t->queries.rejected = 0;
     light_table_init(&t->lights, job->plan, emitters_tree(scene->emitters));
     sky_init(&t->sky, &job->plan->environment, job->environment, guide);
-    const bool seen = job->plan->photograph.fit != PHOTOGRAPH_NONE;
+    /* Catchers' views tell of changes alone, in the scene's light. */
+    const bool seen = job->plan->photograph.fit != PHOTOGRAPH_NONE &&
+                      t->queries.view == query_view_of(PLAN_VIEW_OBJECTS);
     if (seen) photograph_init(&t->photograph, job->plan, job->photograph);
     const struct path_context parts = {.queries = &t->queries,
                                        .light_kernels = KERNELS_FOR(light_kernels, scene->isa),

@@ -8,10 +8,6 @@
 /* Points that the camera sees at a smaller cosine are seen too coarsely. */
 #define FACING_MIN 0.02f
 
-/* A gain is of few samples: where these brought hardly any light, what objects add would burn out.
- */
-#define GAIN_MAX 16.0f
-
 /* Where the photograph shows what sixteen paths meet. */
 struct shown_points {
     struct lanes_mask on;
@@ -248,12 +244,14 @@ static void sum_slot(const struct path_shown *shown, uint32_t slot, struct shown
 
 /* The ratio of the means of n samples is put right by what it is off because the divisor is noisy
  * (Beale 1962; the rest falls with n^2). Where no path brings light, as where light samples were
- * behind something real, nothing tells that an object changes it. */
+ * behind something real, nothing tells that an object changes it. The gain is the photograph's
+ * light over the mean of that and the scene's: where few samples brought hardly any light, what
+ * objects add would burn out. */
 static struct shown_change change_of(const struct shown_sums *s, double n)
 {
     struct shown_change out = {.kept = 1.0f, .gain = 1.0f};
     if (!(s->without > 0)) return out;
-    out.gain = (float)fmin(s->light / s->without, (double)GAIN_MAX);
+    if (s->light > 0) out.gain = (float)(2 * s->light / (s->light + s->without));
     if (s->kept == s->without) return out;
     double over = s->kept, under = s->without;
     if (n > 1) {

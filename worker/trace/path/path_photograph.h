@@ -7,13 +7,11 @@
  * dims the photograph, and what they add to it is scaled as the photograph is to the scene:
  *
  *     throughput * photograph * min(with, without) / without
- *         + throughput * max(with - without, 0) * (photograph / without)
+ *         + throughput * max(with - without, 0) * 2 photograph / (photograph + without)
  *
  * where the quotients are of sums over some of a pixel's samples: those of one path would be off by
- * its noise, however many there are. In the mean it is photograph * with / without, as composites
- * are (compose/catcher.h). Where no object is met both paths bring the same bits, and the
- * photograph keeps its colour. Neither the catcher's albedo nor the brightness of its light counts.
- */
+ * its noise, however many there are. Where no object is met both paths bring the same bits, and the
+ * photograph keeps its colour, whatever the catcher's albedo and its light are. */
 #include "worker/trace/path/path.h"
 
 /* Decides which paths of the packet have met such a point, in v, and notes what they bring. From
