@@ -37,6 +37,8 @@
 /* Documents. */
 #define LIMIT_JOB_BYTES             1048576 /* bytes of a job document; jansson needs 13 times that */
 #define LIMIT_CHANGE_BYTES          65536   /* bytes of a document that changes a job or a worker */
+#define LIMIT_WAITING_MOVES         1024    /* of a live job, that wait for their scene */
+#define LIMIT_WAITING_MOVES_BYTES   262144 /* of these documents together */
 #define LIMIT_JSON_VALUES           32768 /* values of a document; a million take a tenth of a second */
 #define LIMIT_JSON_DEPTH            64   /* nesting; jansson's own cap is 2048 */
 #define LIMIT_JOB_ID_BYTES          64   /* bytes of a job's id, with its end */

@@ -344,9 +344,14 @@ static int check_composite(const struct plan_field *at, const struct plan *plan)
                        plan->paths.without_diffuse_indirect == 0 && plan->light_planes == 0 &&
                        plan->indirect_strata_per_axis == 0 && plan->lens_strata_per_axis == 0;
     const bool may = paths && !plan_has_rounds(plan);
-    const int error = plan_field_count(at, "composite", plan->composite, 0, may ? 1 : 0);
-    if (!error && !plan->composite)
-        return plan_field_count(at, "photograph.fit", plan->photograph.fit, 0, 0);
+    const struct plan_photograph *p = &plan->photograph;
+    int error = plan_field_count(at, "composite", plan->composite, 0, may ? 1 : 0);
+    if (!error && digest_is_zero(&p->blob) != (p->fit == PHOTOGRAPH_NONE))
+        return plan_field_refuse(at, ERR_RANGE, "photograph.fit", "has no blob, or is none of one",
+                                 (double)p->fit);
+    if (!error && p->fit == PHOTOGRAPH_NONE)
+        error = plan_field_count(at, "photograph.is_linear", p->is_linear, 0, 0);
+    if (!error && !plan->composite) return plan_field_count(at, "photograph.fit", p->fit, 0, 0);
     if (error) return error;
     return plan_field_count(at, "paths.spp", plan->paths.spp, 1, LIMIT_COMPOSITE_SPP);
 }

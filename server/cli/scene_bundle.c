@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "proto/job/job.h"
@@ -233,8 +234,9 @@ static int add_mtl_line(struct bundle *b, const char *keyword, char *rest)
 static bool is_there(const struct bundle *b, const char *name)
 {
     char path[4096];
+    struct stat is;
     snprintf(path, sizeof path, "%s%s", b->folder, name);
-    return access(path, F_OK) == 0;
+    return stat(path, &is) == 0 && S_ISREG(is.st_mode);
 }
 
 /* Of one that is missing the importer will warn. */

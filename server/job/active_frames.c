@@ -266,7 +266,10 @@ static void on_extended(void *ctx, struct frame *work)
     struct jobs *jobs = ctx;
     struct active_frame *frame;
     struct active_job *job = job_of(jobs, work, &frame);
-    if (is_alone(job, frame)) pace_rest(&job->pace, jobs_clock_us());
+    if (is_alone(job, frame)) {
+        active_job_pace_note(job);
+        pace_rest(&job->pace, jobs_clock_us());
+    }
     jobs_progress_soon(jobs, job);
     fleet_wake(jobs->fleet);
 }

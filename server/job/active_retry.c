@@ -122,8 +122,7 @@ bool jobs_retry(struct jobs *jobs)
     /* Nothing is taken out of the table meanwhile: that waits for the store. */
     for (size_t i = 0; i < jobs->count; i++) {
         struct active_job *job = jobs->by_id[i];
-        if (job->view && job->view->ready && now_us >= job->view->ready_us) live_scene_take(job);
-        waits |= job->view && job->view->ready;
+        waits |= live_scene_take(job);
         if (!job->retry) continue;
         if (now_us >= job->retry_us) retry(job);
         waits |= job->retry != 0;

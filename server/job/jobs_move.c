@@ -79,7 +79,10 @@ void jobs_move(struct jobs *jobs, const struct principal *principal, const char 
     if (!error && waits) {
         error = live_scene_wait(job, text, size_bytes, done, ctx);
         if (!error) return;
-        fault_set(&fault, error, "", "memory is exhausted");
+        fault_set(&fault, error, "",
+                  error == ERR_FULL ? "%d moves of the job wait already: wait for an answer"
+                                    : "memory is exhausted",
+                  LIMIT_WAITING_MOVES);
     }
     jobs_answer_move(job, error ? &fault : NULL, done, ctx);
 }

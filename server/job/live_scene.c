@@ -34,7 +34,9 @@ static void answer_first(struct active_job *job, const struct fault *fault)
 {
     struct live_view *view = job->view;
     struct live_move *move = view->waiting;
+    if (!move) return; /* all were given up meanwhile */
     view->waiting = move->next;
+    view->alone -= view->alone > 0;
     jobs_answer_move(job, fault, move->done, move->ctx);
     free(move->text);
     free(move);
@@ -62,6 +64,9 @@ void live_scene_coming(const struct active_job *job, struct job *document)
 /* So long a scene waits at most. */
 #define SHOW_US 500000u
 
+/* So long the view before is on the feed at least: readers get what is there now and then. */
+#define SEEN_US 100000u
+
 static void go_on(struct active_job *job);
 
 /* Refuses the only move of the scene, or has each of several try alone. */
@@ -80,7 +85,6 @@ static void on_prepared(void *ctx, const struct fault *told, struct prepared *pr
     struct fault fault = {0};
     const unsigned count = view->covered;
     view->preparation = NULL;
-    view->alone -= view->alone > 0;
     if (told) {
         fault = *told;
         live_scene_point_into_body(&fault);
@@ -92,19 +96,21 @@ static void on_prepared(void *ctx, const struct fault *told, struct prepared *pr
     job->jobs->past.import_cpu_us += prepared->import_cpu_us;
     view->ready = prepared;
     view->ready_us = jobs_clock_us() + SHOW_US;
-    if (view->level > 0 || view->shown || job->state != JOB_RUNNING)
-        live_scene_take(job);
-    else
-        jobs_retry_soon(job->jobs);
+    if (live_scene_take(job)) jobs_retry_soon(job->jobs);
 }
 
-void live_scene_take(struct active_job *job)
+static bool is_time(const struct live_view *view)
+{
+    const uint64_t now_us = jobs_clock_us();
+    return now_us >= view->ready_us || (view->shown_us > 0 && now_us >= view->shown_us + SEEN_US);
+}
+
+static void take(struct active_job *job)
 {
     struct live_view *view = job->view;
     struct fault fault = {0};
     struct prepared *prepared = view->ready;
     const unsigned count = view->covered;
-    if (!prepared) return;
     view->ready = NULL;
     int error = live_view_check(job, &fault);
     if (!error) error = live_view_take_scene(job, prepared, &fault);
@@ -113,6 +119,15 @@ void live_scene_take(struct active_job *job)
     if (error) refuse(job, count, &fault);
     for (unsigned i = 0; !error && i < count; i++) answer_first(job, NULL);
     go_on(job);
+}
+
+bool live_scene_take(struct active_job *job)
+{
+    const struct live_view *view = job->view;
+    if (!view || !view->ready) return false;
+    if (!is_time(view)) return true;
+    take(job);
+    return job->view && job->view->ready;
 }
 
 static int prepare(struct active_job *job, const struct job *document)
@@ -141,10 +156,20 @@ static void go_on(struct active_job *job)
     }
 }
 
+/* Returns whether one more may wait, since each that comes reads all before it. */
+static bool has_room(const struct live_view *view, size_t size_bytes)
+{
+    unsigned count = 0;
+    for (const struct live_move *m = view->waiting; m; m = m->next, count++)
+        size_bytes += m->size_bytes;
+    return count < LIMIT_WAITING_MOVES && size_bytes <= LIMIT_WAITING_MOVES_BYTES;
+}
+
 int live_scene_wait(struct active_job *job, const char *text, size_t size_bytes, jobs_moved done,
                     void *ctx)
 {
     struct live_move **end = &job->view->waiting;
+    if (!has_room(job->view, size_bytes)) return ERR_FULL;
     struct live_move *move = malloc(sizeof *move);
     char *copy = malloc(size_bytes + 1);
     if (!move || !copy) {

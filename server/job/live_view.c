@@ -177,6 +177,7 @@ static void begin(struct active_job *job)
     live_view_hide(job);
     active_job_drop_frames(job);
     job->view->level = 0;
+    job->view->shown_us = 0;
     job->pace.started_us = 0;
     go(job, JOB_RUNNING);
     jobs_progress_soon(job->jobs, job);
@@ -288,6 +289,7 @@ static void show(struct active_job *job)
     if (view->shown) return;
     stream_view(job->jobs->options.streams, job->id, frame_image(job->frames[0].work), &told);
     view->shown = true;
+    if (view->shown_us == 0) view->shown_us = jobs_clock_us();
     drop_last(view);
 }
 

@@ -24,6 +24,7 @@ struct live_view {
     struct live_move *waiting;             /* owned; moves that wait for their scene */
     struct prepared *ready; /* owned; that scene, until the view before is seen; NULL */
     uint64_t ready_us;      /* or until then */
+    uint64_t shown_us;      /* when something of the view was first on the feed; 0: nothing was */
     unsigned covered;       /* of these, those whose scene is prepared */
     unsigned alone;         /* and those that get scenes of their own */
     bool shown;             /* the level in work is on the feed */
@@ -49,13 +50,13 @@ int live_view_take_scene(struct active_job *job, struct prepared *prepared, stru
 /* -- live_scene.c -- */
 
 /* Has a move that live_view_move has read wait for its scene. `done` comes once it is shown or
- * refused. ERR_MEMORY. */
+ * refused. ERR_MEMORY, ERR_FULL: too many wait. */
 int live_scene_wait(struct active_job *job, const char *text, size_t size_bytes, jobs_moved done,
                     void *ctx);
 /* Finds what all moves that wait make of the document; it borrows the job's files. */
 void live_scene_coming(const struct active_job *job, struct job *document);
-/* Takes the scene that is ready, if one is. */
-void live_scene_take(struct active_job *job);
+/* Takes the scene that is ready, if one is and it is time. Returns whether one still waits. */
+bool live_scene_take(struct active_job *job);
 /* Gives up what is prepared, and tells those that wait for it. */
 void live_scene_give_up(struct active_job *job);
 /* Makes a fault of the document one of the body that moves the view. */

@@ -13,14 +13,24 @@ const BEGIN = "<!-- figures: from tests/bench/RESULTS.md -->", END = "<!-- /figu
 const three = (v) => v === null || v === undefined ? null : Number(v.toPrecision(3));
 const rounded = (s) => s && { value: three(s.value), least: three(s.least), most: three(s.most), scenes: s.scenes };
 
-// What of a run's lines is kept in the repository.
-export function figuresOf(lines) {
+// Real scenes may be measured by themselves: all else takes hours.
+const isReal = (f) => f.is === "real" || f.is === "real_run" || f.from === "real";
+
+// What of a run's lines is kept in the repository; of what it has not measured, what was kept before.
+export function figuresOf(lines, before = []) {
+  const now = measured(lines), effects = rowsOf(lines).length > 0, real = ofPart(lines, "real").length > 0;
+  return [...(effects || before.length === 0 ? now : before).filter((f) => !isReal(f)), ...(real ? now : before).filter(isReal)];
+}
+
+function measured(lines) {
   const rows = rowsOf(lines), machine = lines.find((l) => l.part === "machine");
   const about = (effect) => { const mine = rows.filter((r) => r.effect === effect), seen = new Set(mine.map((r) => r.scene)); return { effect, scenes: seen.size, sides_px: sidesOf(mine), pictures: mine.length,
     left_out: scenes.filter((s) => s.effect === effect && !seen.has(s.name)).map((s) => s.name), poor: [...new Set(mine.filter((r) => !r.reference.good).map((r) => r.scene))] }; };
   const ratio = (a, b) => a > 0 ? three(1 - b / a) : null;
+  const by = { build: machine.build, day: lines.map((l) => l.time).sort().at(-1).slice(0, 10), cpu: machine.cpu, cores: machine.cores, instructions: machine.instructions };
   return [
-    { is: "run", build: machine.build, day: lines.map((l) => l.time).sort().at(-1).slice(0, 10), cpu: machine.cpu, cores: machine.cores, instructions: machine.instructions,
+    { is: "real_run", ...by },
+    { is: "run", ...by,
       memory_gb: three(machine.memory_bytes / 1e9), load: three(machine.load_before), effects: [...new Set(rows.map((r) => r.effect))].map(about) },
     ...headlines(rows).map((h) => ({ is: "headline", effect: h.effect.name, method: h.method, rmse: rounded(h.rmse), samples: rounded(h.samples), seconds: rounded(h.seconds), share: rounded(h.share), extrapolated: h.extrapolated })),
     ...effectBounds(rows, scenes).filter((b) => b.bound !== null).map((b) => ({ is: "bound", effect: b.effect, figure: b.figure, of: b.of, ...rounded(b), relation: b.relation, bound: three(b.bound), unit: b.unit, judged: b.judged, ok: b.ok })),
@@ -86,7 +96,8 @@ function realScenes(figures) {
   if (rows.length === 0) return "";
   const known = (step) => rows.filter((r) => `${r.scene}, ${r.spp}` === step), said = (v) => v === undefined ? "–" : v === null ? "hidden" : v;
   const held = (step, unit) => judged.filter((r) => r.figure.startsWith(`${step} spp: `) && r.unit === unit).map((r) => `${signs(r.bound)}: ${verdict(r)}`)[0] ?? "";
-  return `PSNR in dB as a screen shows the picture, the noise of the references taken out ("hidden": below what that lets one tell); OIDN: Intel Open Image Denoise on ${rows.some((r) => r.paths === "older") ? "as many paths of an older build" : "the same paths"}.
+  const [by] = of(figures, "real_run");
+  return `Build \`${by.build}\`, ${by.day}, on ${by.cpu} with ${by.cores} cores (${by.instructions}). PSNR in dB as a screen shows the picture, the noise of the references taken out ("hidden": below what that lets one tell); OIDN: Intel Open Image Denoise on ${rows.some((r) => r.paths === "older") ? "as many paths of an older build" : "the same paths"}.
 
 ${table(["scene, samples", "none", "auto", "OIDN", "bound on auto", "tracing of auto over that of none", "", "filters, CPU s a megapixel", ""], steps.map((step) => {
     const here = known(step), of = (method, what) => said(here.find((r) => r.method === method)?.[what]);
@@ -154,7 +165,7 @@ function withExcerpt(text, figures) {
 const stored = () => readFileSync(FIGURES, "utf8").split("\n").filter(Boolean).map((l) => JSON.parse(l));
 
 export function writeResults(o, lines) {
-  const figures = figuresOf(lines);
+  const figures = figuresOf(lines, stored());
   writeFileSync(FIGURES, figures.map((f) => JSON.stringify(f) + "\n").join(""));
   writeFileSync(PAGE, page(figures));
   writeFileSync(README, withExcerpt(readFileSync(README, "utf8"), figures));

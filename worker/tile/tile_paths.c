@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "worker/tile/tile_work.h"
+#include "worker/trace/path/path_photograph.h"
 
 static bool is_stopped(const _Atomic bool *stop)
 {
@@ -31,6 +32,8 @@ static void trace_block(struct tile_tracer *t, const struct stages *stages,
     for (uint32_t done = 0; done < all;) {
         const uint32_t left = all - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
         path_trace(c, b, first + done, n, &t->path);
+        if (c->photograph)
+            path_photograph_add(c, &t->sums.parts, first + done, n, &t->path.radiance);
         path_sums_add(&t->sums, &t->path.radiance, n, c->demodulate, c->counters);
         done += n;
     }

@@ -60,7 +60,7 @@ static void find_middle(const struct gltf *g, uint32_t bit, double middle[3])
         middle[i] = lowest[i] <= highest[i] ? 0.5 * (lowest[i] + highest[i]) : 0;
 }
 
-/* Returns whether the move takes joints of a skin along, and so all of it. */
+/* Returns whether the move takes joints of a skin along: these pose the mesh, as far as they go. */
 static bool moves_joints(const struct gltf *g, uint32_t skin, uint32_t bit)
 {
     size_t i;

@@ -201,7 +201,10 @@ static int read_file(struct mtl *mtl, struct files *files, const char *obj_name,
 {
     char path[LIMIT_PATH_BYTES];
     struct file_view view;
-    int rc = files_resolve(obj_name, mtl_name_beside(name), false, path, "mtllib", fault);
+    const char *beside = mtl_name_beside(name);
+    if (beside[0] == '\0' || strcmp(beside, "..") == 0)
+        return fault_set(fault, ERR_NOT_FOUND, "mtllib", "\"%.200s\" is a folder", name);
+    int rc = files_resolve(obj_name, beside, false, path, "mtllib", fault);
     if (rc == 0) rc = files_map(files, path, "mtllib", &view, fault);
     if (rc != 0) return rc;
     struct text t = text_of(&view, path);
@@ -216,6 +219,9 @@ static int try_file(struct mtl *mtl, struct files *files, const char *obj_name, 
 {
     const int rc = read_file(mtl, files, obj_name, name, warnings, fault);
     *missing = rc == ERR_NOT_FOUND;
+    if (rc == 0 && mtl_name_beside(name) != name)
+        warnings_add(warnings, "mtllib", "\"%.200s\" is taken from beside the scene, as \"%.200s\"",
+                     name, mtl_name_beside(name));
     return *missing ? 0 : rc;
 }
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "proto/scene/mtl_map.h"
 #include "server/import/scene/origin.h"
 
 #define LINE_BYTES   256 /* of a vertex, at most; others are left as they are, all of them */
@@ -26,7 +27,9 @@ static bool read_vertex(struct line *line)
     if (line->size_bytes >= sizeof text) return false;
     memcpy(text, line->at, line->size_bytes);
     text[line->size_bytes] = '\0';
-    text[strcspn(text, "\r\n")] = '\0';
+    const size_t end_at = strcspn(text, "\r\n");
+    if (strcmp(text + end_at, "\r\n") != 0 && end_at + 1 < line->size_bytes) return false;
+    text[end_at] = '\0';
     at += strspn(at, " \t") + 1;
     for (int i = 0; i < 3; i++, at = end) {
         line->position[i] = strtod(at, &end);
@@ -95,12 +98,14 @@ int obj_near_open(struct obj_near *near, const char *name, const struct file_vie
                   struct fault *fault)
 {
     double lowest[3], highest[3];
-    *near = (struct obj_near){.view = *main};
-    const size_t count = measure(main, lowest, highest);
+    struct file_view text = *main;
+    mtl_skip_mark((const char **)&text.data, &text.size_bytes);
+    *near = (struct obj_near){.view = text};
+    const size_t count = measure(&text, lowest, highest);
     if (count == 0 || !origin_choose(lowest, highest, near->origin)) return 0;
-    near->text = malloc(main->size_bytes + count * VERTEX_BYTES + 1);
+    near->text = malloc(text.size_bytes + count * VERTEX_BYTES + 1);
     if (!near->text) return fault_set(fault, ERR_MEMORY, name, "no memory for its vertices");
-    write_near(near, main);
+    write_near(near, &text);
     return 0;
 }
 

@@ -200,12 +200,17 @@ static double middle_radiance(const struct scene *scene, const struct plan *plan
     for (uint32_t k = 0; k < plan->light_count; k++) {
         const struct plan_light *light = &plan->lights[k];
         const double strength = strongest(light->color);
+        double along = 0;
         double n[3], square = nearest * nearest, away = 0;
         for (int c = 0; c < 3; c++) {
             const double centre =
                 ((double)scene->info->bounds_min[c] + scene->info->bounds_max[c]) / 2;
-            away += ((double)light->position[c] - centre) * ((double)light->position[c] - centre);
+            const double way = centre - (double)light->position[c];
+            away += way * way;
+            along += way * (double)light->direction[c];
         }
+        if (light->type == LIGHT_RECTANGLE && along <= 0) continue;
+        if (light->type == LIGHT_SPOT && along < (double)light->cos_outer * sqrt(away)) continue;
         square = fmax(square, away);
         if (light->type == LIGHT_DIRECTIONAL)
             sum += strength / M_PI;
@@ -223,10 +228,15 @@ void plan_tell_brightness(const struct job *job, const struct scene *scene, cons
     const double shown = middle_radiance(scene, plan) * exp2((double)job->exposure);
     if (!(shown > TOO_BRIGHT) || !isfinite(shown)) return;
     const int stops = (int)lround(log2(shown));
-    plan_warn(report,
-              "the lights make white surfaces some %d stops brighter than white: image.exposure %g "
-              "shows them",
-              stops, (double)job->exposure - stops);
+    const double exposure = (double)job->exposure - stops;
+    if (exposure >= (double)-LIMIT_EXPOSURE_EV)
+        plan_warn(report,
+                  "the lights make white surfaces some %d stops brighter than white: "
+                  "image.exposure %g shows them",
+                  stops, exposure);
+    else
+        plan_warn(report, "the lights make white surfaces some %d stops brighter than white",
+                  stops);
 }
 
 void plan_set_scales(const struct scene *scene, const float environment_mean[3], struct plan *plan)

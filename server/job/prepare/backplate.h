@@ -10,8 +10,8 @@
 const struct digest *backplate_find(const struct objects *objects, const struct digest *scene,
                                     const struct job *job);
 
-/* Finds how workers are to see the photograph. Blocking. ERR_MAGIC for a scene; *fault has the place
- * in the document. */
+/* Finds how workers are to see the photograph. Blocking. ERR_MAGIC for a scene; *fault has the
+ * place in the document. */
 int backplate_describe(const struct objects *objects, const struct digest *blob,
                        const struct job *job, struct plan_photograph *out, struct fault *fault);
 

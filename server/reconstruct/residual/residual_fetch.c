@@ -152,7 +152,7 @@ static bool seek(const struct residual_way *way, const struct patch *patch,
             return false;
     for (int c = 0; c < 3; c++) s->normal[c] = patch->normal[c][i];
     s->alpha = f->alpha[at];
-    s->mixture = 1.0f / (f->nearness[at] * patch->depth[i]);
+    s->mixture = residual_nearness(f, f->nearness[at]) / patch->depth[i];
     s->tolerance =
         MIXTURE_SHARE + (fabsf(f->slope_x[at]) + fabsf(f->slope_y[at])) / f->nearness[at];
     /* What is seen in a mirror does not move as the mirror does, and edges do not move as one. */

@@ -120,7 +120,8 @@ static void read_features(const struct run *r, struct residual_features *f)
             f->albedo[c * plane + k] = p->path_albedo[c][i] / p->paths.spp[i];
             f->tint[c * plane + k] = TINT_MIN + p->path_tint[c][i] * part;
         }
-        f->nearness[k] = p->path_distance[i] > 0.0f ? seen / p->path_distance[i] : 0.0f;
+        const float distance = p->path_distance[i] * part;
+        f->nearness[k] = distance > 0.0f ? residual_nearness(f, distance) : 0.0f;
         f->alpha[k] = p->path_alpha[i] * part;
         f->barred[k] = seen > 0.0f ? 0.0f : BARRED;
         f->share[k] = 0.5f * p->paths.split_spp[i] / p->paths.spp[i];

@@ -48,7 +48,7 @@ struct residual_features {
     struct residual_shape shape;
     float pixel_rad;          /* the patch's */
     float *normal;            /* 3 planes */
-    float *nearness;          /* 1 / distance, which is linear over a plane; 0: no surface */
+    float *nearness;          /* residual_nearness of what is seen; 0: no surface */
     float *slope_x, *slope_y; /* of nearness, per pixel: the smaller of both sides' */
     float *albedo;            /* 3 planes */
     float *barred;            /* 0, or more than any weight survives: no surface */
@@ -57,6 +57,13 @@ struct residual_features {
     float *gloss;             /* root of how much more normals count for the rest */
     float *share;             /* of the pixel's samples that are in half a */
 };
+
+/* Returns what of a distance is linear over planes, or nearly, in the picture: 1 / distance, or the
+ * distance itself if the camera is orthographic. It is its own inverse. */
+static inline float residual_nearness(const struct residual_features *f, float distance)
+{
+    return f->pixel_rad > 0.0f ? 1.0f / distance : distance;
+}
 
 /* Probes that go through the passes beside the light (residual_probe.h): those with signs of their
  * own, and one that joins them in the last pass. */

@@ -56,7 +56,7 @@ static void take_pixel(const struct residual_history *h, const struct patch *pat
     }
     out->seen = patch->path_coverage[i] / patch->paths.spp[i];
     out->nearness = f->features.nearness[at];
-    out->mixture = 1.0f / (f->features.nearness[at] * patch->depth[i]);
+    out->mixture = residual_nearness(&f->features, out->nearness) / patch->depth[i];
     out->alpha = f->features.alpha[at];
     out->id = point.id;
 }

@@ -13,7 +13,7 @@
 #define NORMAL_WEIGHT_REST 5.0f
 #define ALBEDO_WEIGHT      5.0f
 #define ROUGHNESS_WEIGHT   80.0f
-#define NEARNESS_SHARE        0.06f
+#define NEARNESS_SHARE     0.06f
 #define SLOPE_SHARE        1.0f
 
 /* Patches are summed over many pixels: one must not drown the others by more than this. */

@@ -20,7 +20,8 @@ static inline float residual_alike(const struct residual_features *f, const floa
     const float *x = f->normal, *y = x + n, *z = y + n, *d = f->nearness;
     const float a = x[i] - x[j], b = y[i] - y[j], c = z[i] - z[j];
     const float turn = a * a + b * b + c * c, along = slope[i] * way;
-    const float off = (d[j] - d[i] - along) / (RESIDUAL_NEARNESS_PART * d[i] + fabsf(along) + 1e-30f);
+    const float off =
+        (d[j] - d[i] - along) / (RESIDUAL_NEARNESS_PART * d[i] + fabsf(along) + 1e-30f);
     const float left = 1.0f - turn / RESIDUAL_TURN_MAX - off * off - f->barred[i] - f->barred[j];
     return left > 0.0f ? left : 0.0f;
 }

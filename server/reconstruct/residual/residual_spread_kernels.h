@@ -13,7 +13,7 @@
 #define RESIDUAL_SPREAD_AROUND 2
 
 /* Differences at which features have nothing in common. */
-#define RESIDUAL_TURN_MAX   0.3f  /* square of the way from a normal to another */
+#define RESIDUAL_TURN_MAX      0.3f  /* square of the way from a normal to another */
 #define RESIDUAL_NEARNESS_PART 0.06f /* of it, beyond what slopes tell */
 
 /* Light of three channels, and the variance of their sum. */

@@ -50,17 +50,25 @@ TEST(each_pass_is_traced_once_for_each_view)
         assert_string_equal(fault.pointer, place);                                                 \
     } while (0)
 
+static void show(struct plan *plan, enum photograph_fit fit)
+{
+    plan->photograph.fit = fit;
+    plan->photograph.blob.bytes[0] = 1;
+}
+
 TEST(views_are_of_paths_alone)
 {
     REFUSES((void)0, 0, "");
     REFUSES(plan.paths.spp = LIMIT_COMPOSITE_SPP, 0, "");
     REFUSES(plan.paths.spp = LIMIT_COMPOSITE_SPP + 1, ERR_LIMIT, "paths.spp");
     REFUSES(plan.composite = 2, ERR_LIMIT, "composite");
-    REFUSES(plan.photograph.fit = PHOTOGRAPH_COVERS, 0, "");
+    REFUSES(show(&plan, PHOTOGRAPH_COVERS), 0, "");
+    REFUSES(plan.photograph.fit = PHOTOGRAPH_COVERS, ERR_RANGE, "photograph.fit");
+    REFUSES(show(&plan, PHOTOGRAPH_NONE), ERR_RANGE, "photograph.fit");
+    REFUSES(plan.photograph.is_linear = 1, ERR_LIMIT, "photograph.is_linear");
     REFUSES(plan.photograph.fit = PHOTOGRAPH_COVERS + 1, ERR_RANGE, "photograph.fit");
     REFUSES(plan.photograph.is_linear = 2, ERR_LIMIT, "photograph.is_linear");
-    REFUSES((plan.composite = 0, plan.photograph.fit = PHOTOGRAPH_COVERS), ERR_LIMIT,
-            "photograph.fit");
+    REFUSES((plan.composite = 0, show(&plan, PHOTOGRAPH_COVERS)), ERR_LIMIT, "photograph.fit");
     REFUSES((plan.target_error = 0.1f, plan.spp_max = 100), ERR_LIMIT, "composite");
 }
 

@@ -275,7 +275,6 @@ void path_trace(const struct path_context *c, const struct block *b, uint32_t fi
 {
     path_camera(c, b, first, count, &s->pools[0]);
     path_trace_camera(c, s);
-    if (c->photograph) path_photograph_add(c, count, &s->radiance);
 }
 
 void path_trace_camera(const struct path_context *c, struct path_scratch *s)

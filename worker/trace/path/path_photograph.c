@@ -181,12 +181,12 @@ static void begin_real(const struct path_packet *p, uint32_t i, struct path_pool
     to->from_object[lane] = 0;
 }
 
-bool path_photograph_meet(const struct path_context *c, struct path_packet *p,
+void path_photograph_meet(const struct path_context *c, struct path_packet *p,
                           const struct path_vertex *v, struct path_scratch *s,
                           struct path_pool *real)
 {
     struct shown_points points;
-    if (find(c, p, v, &s->occlusion, &points) == 0) return false;
+    if (find(c, p, v, &s->occlusion, &points) == 0) return;
     for (uint32_t i = 0; i < p->count; i++) {
         if (!points.on.on[i]) continue;
         note(c, p, v, i, &points, &s->radiance);
@@ -194,7 +194,6 @@ bool path_photograph_meet(const struct path_context *c, struct path_packet *p,
         p->part[i] = PATH_PART_WITH;
         p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
     }
-    return true;
 }
 
 void path_part_add_lanes(const struct path_packet *p, struct lanes_mask *on,
@@ -232,11 +231,18 @@ static void sum(float light, float throughput, float with, float without, struct
     sums->square += b * b;
 }
 
+static bool is_finite(const struct path_rgb *of, uint32_t slot)
+{
+    return of->r[slot] < INFINITY && of->g[slot] < INFINITY && of->b[slot] < INFINITY;
+}
+
 static void sum_slot(const struct path_shown *shown, uint32_t slot, struct shown_sums sums[3])
 {
     const struct path_rgb *l = &shown->light, *t = &shown->throughput;
     const struct path_rgb *a = &shown->with, *b = &shown->without;
-    if (shown->depth[slot] == 0) return;
+    if (shown->depth[slot] == 0 || !is_finite(l, slot) || !is_finite(t, slot) ||
+        !is_finite(a, slot) || !is_finite(b, slot))
+        return; /* such a sample is rejected, alone */
     sum(l->r[slot], t->r[slot], a->r[slot], b->r[slot], &sums[0]);
     sum(l->g[slot], t->g[slot], a->g[slot], b->g[slot], &sums[1]);
     sum(l->b[slot], t->b[slot], a->b[slot], b->b[slot], &sums[2]);
@@ -294,21 +300,38 @@ static void add_slot(const struct path_context *c, uint32_t slot, const struct s
     path_radiance_add(c, h, shown->depth[slot] + 1u, slot, light);
 }
 
-/* Samples first .. end - 1 of a pixel. */
-static void add_samples(const struct path_context *c, uint32_t lane, uint32_t first, uint32_t end,
-                        struct path_radiance *h)
+/* Halves of parts, and what is in none. */
+enum { GROUPS = 3 };
+
+static int group_of(const struct plan_split *parts, uint32_t sample)
+{
+    if (sample < parts->first || sample >= parts->first + parts->length * parts->count) return 2;
+    return (sample - parts->first) % parts->length < parts->length / 2 ? 0 : 1;
+}
+
+/* The samples of a pixel that group[] has in group g. */
+static void add_samples(const struct path_context *c, uint32_t lane, const int group[PATH_SAMPLES],
+                        int g, uint32_t count, struct path_radiance *h)
 {
     struct shown_sums sums[3] = {{0}};
     struct shown_change by[3];
-    for (uint32_t k = first; k < end; k++) sum_slot(&h->shown, k * LANES + lane, sums);
-    for (int k = 0; k < 3; k++) by[k] = change_of(&sums[k], end - first);
-    for (uint32_t k = first; k < end; k++) add_slot(c, k * LANES + lane, by, h);
+    double n = 0;
+    for (uint32_t k = 0; k < count; k++) {
+        if (group[k] != g) continue;
+        sum_slot(&h->shown, k * LANES + lane, sums);
+        n++;
+    }
+    if (n == 0) return;
+    for (int k = 0; k < 3; k++) by[k] = change_of(&sums[k], n);
+    for (uint32_t k = 0; k < count; k++)
+        if (group[k] == g) add_slot(c, k * LANES + lane, by, h);
 }
 
-void path_photograph_add(const struct path_context *c, uint32_t count, struct path_radiance *h)
+void path_photograph_add(const struct path_context *c, const struct plan_split *parts,
+                         uint32_t first, uint32_t count, struct path_radiance *h)
 {
-    for (uint32_t lane = 0; lane < LANES; lane++) {
-        add_samples(c, lane, 0, count / 2, h);
-        add_samples(c, lane, count / 2, count, h);
-    }
+    int group[PATH_SAMPLES];
+    for (uint32_t k = 0; k < count; k++) group[k] = group_of(parts, first + k);
+    for (uint32_t lane = 0; lane < LANES; lane++)
+        for (int g = 0; g < GROUPS; g++) add_samples(c, lane, group, g, count, h);
 }

@@ -16,8 +16,8 @@
 
 /* Decides which paths of the packet have met such a point, in v, and notes what they bring. From
  * then on they bring the part `with`; those that bring `without` are added to `real`, at the
- * segment that meets the point. Returns whether there are any. */
-bool path_photograph_meet(const struct path_context *c, struct path_packet *p,
+ * segment that meets the point. */
+void path_photograph_meet(const struct path_context *c, struct path_packet *p,
                           const struct path_vertex *v, struct path_scratch *s,
                           struct path_pool *real);
 
@@ -35,6 +35,9 @@ static inline void path_part_add(struct path_radiance *h, enum path_part part, u
 void path_part_add_lanes(const struct path_packet *p, struct lanes_mask *on,
                          const struct lanes3 *value, struct path_radiance *h);
 
-/* Adds what all paths bring of the photograph, once they have ended: the first `count` samples of
- * sixteen pixels. Sums are over half of these, since filters compare halves. */
-void path_photograph_add(const struct path_context *c, uint32_t count, struct path_radiance *h);
+/* Adds what all paths bring of the photograph, once they have ended: samples first ..
+ * first + count - 1 of sixteen pixels, a batch. Sums are over those of it that are in one half of
+ * the pass's parts, since filters compare halves: what quotients of so few are off by stays,
+ * however many batches there are. */
+void path_photograph_add(const struct path_context *c, const struct plan_split *parts,
+                         uint32_t first, uint32_t count, struct path_radiance *h);

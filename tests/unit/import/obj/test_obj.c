@@ -303,7 +303,8 @@ TEST(digits_beyond_floats_are_kept)
 TEST(odd_vertices_are_left_as_they_are)
 {
     static const char *const odd[] = {"v 1e5 1e5 1e5 2", "v 1e5 1e5", "v 1e5 nan 1e5",
-                                      "v 1e5 \\\n1e5 1e5"};
+                                      "v 1e5 \\\n1e5 1e5", "v 1e5 1e5 1e5\rv 1e5 1e5 1e5"};
+    size_t imported = 0;
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
         struct scene s;
         char text[256];
@@ -314,5 +315,19 @@ TEST(odd_vertices_are_left_as_they_are)
         if (room_import_text("a.obj", text, &s) != 0) continue;
         assert_true(s.info->origin[0] + (double)s.positions[0] == 100000.0);
         scene_unmap(&s);
+        imported++;
     }
+    assert_true(imported > 0);
+}
+
+TEST(vertices_after_a_byte_order_mark_keep_their_digits)
+{
+    struct scene s;
+    assert_int_equal(room_import_text("a.obj",
+                                      "\xef\xbb\xbfv 1000000.0625 0 0\nv 1000001 0 0\n"
+                                      "v 1000001 1 0\nf 1 2 3\n",
+                                      &s),
+                     0);
+    assert_true(s.info->origin[0] + (double)s.positions[0] == 1000000.0625);
+    scene_unmap(&s);
 }
