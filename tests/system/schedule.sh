@@ -9,7 +9,7 @@ build=${1:?usage: tests/system/schedule.sh BUILD_DIR}
 . tests/system/jobs.bash
 
 for farm in one_slow even uneven uneven_hanging; do
-    check "simulated farm $farm: near the ideal schedule" "$build/tests/load/simulate_farm" runs=2 farm=$farm
+    check "simulated farm $farm: near the ideal schedule" "$build/tests/load/simulate_farm" runs=4 farm=$farm
 done
 check "an unknown word is refused" bash -c "! '$build/tests/load/simulate_farm' walk=5"
 

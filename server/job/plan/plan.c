@@ -232,7 +232,8 @@ static void choose_views(const struct job *job, const struct plan_source *source
     choose_paths(job, why, why, why, report);
     plan_lens_none(job, why, report);
     plan->composite = 1;
-    plan->photograph = source->photograph;
+    /* Measured depth is too rough to look for points in a frame: errors grow by a third. */
+    if (!job->composite.rgbd) plan->photograph = source->photograph;
     plan->capabilities |= CAPABILITY_VIEWS;
 }
 
