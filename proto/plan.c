@@ -229,6 +229,12 @@ uint64_t plan_pass_planes(const struct plan *plan, uint32_t number)
     return plan->planes & (PLANES_PATH_ALL | PLANES_BOUNCE_MORE);
 }
 
+bool plan_sky_in_fields(const struct plan *plan)
+{
+    return plan->lens_relight == LENS_RELIGHT_SKY ||
+           plan->paths.without_diffuse_indirect == INDIRECT_LEFT_SKY;
+}
+
 bool plan_has_rounds(const struct plan *plan)
 {
     return plan->target_error > 0.0f || plan->indirect_filter == INDIRECT_FILTER_ADAPTIVE ||

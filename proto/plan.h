@@ -77,6 +77,10 @@ struct plan_environment {
  * out, too, if there are bounces. */
 enum direct_left { DIRECT_LEFT_NONE = 0, DIRECT_LEFT_ALL = 1, DIRECT_LEFT_LISTED = 2 };
 
+/* What the first surface's diffuse lobe would send on and paths leave to the indirect planes: none;
+ * light that was scattered before; that, and the environment's soft share (PLAN_SKY_SOFT_TIMES). */
+enum indirect_left { INDIRECT_LEFT_NONE = 0, INDIRECT_LEFT_SCATTERED = 1, INDIRECT_LEFT_SKY = 2 };
+
 /* The path tracer: `spp` paths a pixel, each through its own point of the pixel filter (a box: the
  * pixel; a tent: two pixels wide, falling off linearly from the centre) and of the lens, with up to
  * `bounces` scatterings after the first. A frame's paths are traced in passes, tile by tile: pass
@@ -86,9 +90,7 @@ struct plan_paths {
     uint32_t spp;          /* 0: no paths */
     uint32_t pixel_filter; /* enum pixel_filter: where paths leave around the pixel's centre */
     float emitter_power;   /* of all mesh emitters together, relative to the lights'; 0: none */
-    uint32_t without_diffuse_indirect; /* 1: what the diffuse lobe of the first surface would send
-                                          on of light that was scattered before is left out: the
-                                          light field's indirect planes bring it */
+    uint32_t without_diffuse_indirect; /* enum indirect_left */
     uint32_t without_glossy_indirect;  /* 1: the same of the glossy lobe of surfaces that have one
                                           (worker/shade/glossy.h), which the glossy planes bring;
                                           only beside the above */
@@ -120,9 +122,8 @@ enum indirect_filter {
     INDIRECT_FILTER_SHEARED = 5   /* four passes over the v-plane */
 };
 
-/* For INDIRECT_FILTER_ADAPTIVE; all 0 under other filters. When the schedule's passes have landed,
- * each pixel gets a second set of bounce rays, and of rays of its glossy lobe. Its size follows
- * from what the first set met. */
+/* For INDIRECT_FILTER_ADAPTIVE; else all 0. After the schedule each pixel gets a second set of
+ * bounce rays, and of rays of its glossy lobe, by what the first set met. */
 struct plan_adaptive {
     float mu;          /* 0 .. LIMIT_FILTER_MU: rays grow with it, widths shrink */
     uint32_t rays_max; /* of a pixel, of each kind, in both sets, to LIMIT_SPP */
@@ -360,21 +361,21 @@ static inline bool plan_lens_half(uint32_t l, uint32_t sample)
     return (sample / l + sample % l) % 2 == 1;
 }
 
-/* Returns whether tiles get passes after the schedule, of samples that are decided on when all
- * of that has landed: under a target, under INDIRECT_FILTER_ADAPTIVE, and with second sets
- * through the lens. */
+/* Returns whether tiles get passes after the schedule: under a target, under
+ * INDIRECT_FILTER_ADAPTIVE, and with second sets through the lens. */
 bool plan_has_rounds(const struct plan *plan);
 
+/* Returns whether fields of bounce rays bring the soft share of the environment, too. */
+bool plan_sky_in_fields(const struct plan *plan);
+
 /* Returns 0, or ERR_RANGE or ERR_LIMIT for a pass that a plan cannot have. A pass within the
- * schedule must be the schedule's. A later one has samples, at most LIMIT_PASS_SPP, an even l,
- * and only samples that the plan has planes for. Bounce rays after the schedule are stratified
- * anew. INDIRECT_FILTER_ADAPTIVE and lens_extra have one pass after the schedule, the second
- * set, which alone has strata maps. */
+ * schedule must be the schedule's. A later one has samples, at most LIMIT_PASS_SPP, an even l, and
+ * only samples that the plan has planes for. INDIRECT_FILTER_ADAPTIVE and lens_extra have one pass
+ * after the schedule, the second set, which alone has strata maps. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
-/* Returns how many strata maps second sets have under the plan: one of bounce rays, and one of
- * rays of glossy lobes where the plan asks how far these see; or one of paths through the lens. 0
- * without INDIRECT_FILTER_ADAPTIVE and lens_extra. */
+/* Returns how many strata maps second sets have: one of bounce rays, and one of rays of glossy lobes
+ * where the plan asks how far these see; or one of paths through the lens. Without sets 0. */
 uint32_t plan_strata_maps(const struct plan *plan);
 
 /* Checks strata maps of `area` pixels. ERR_RANGE for maps that are not the pass's: above its
@@ -391,8 +392,7 @@ static inline bool plan_has_shutter(const struct plan *plan)
     return plan->pose_count > 0;
 }
 
-/* Returns the number of samples of a pixel in passes 0 .. passes - 1 of one view; 0 without paths.
- */
+/* Returns the samples of a pixel in passes 0 .. passes - 1 of one view; 0 without paths. */
 uint32_t plan_pass_spp(const struct plan *plan, uint32_t passes);
 
 /* Returns the world size of a pixel at `distance` along a unit camera ray (constant when

@@ -206,12 +206,22 @@ static int check_lens_extra(const struct plan_field *at, const struct plan *plan
     return 0;
 }
 
+/* What paths leave to fields is there. */
+static int check_sky(const struct plan_field *at, const struct plan *plan)
+{
+    const uint32_t left = plan->paths.without_diffuse_indirect;
+    if (left != INDIRECT_LEFT_SKY || plan->environment.kind != ENVIRONMENT_NONE) return 0;
+    return plan_field_refuse(at, ERR_RANGE, "paths.without_diffuse_indirect",
+                             "leaves out an environment, of which there is none", (double)left);
+}
+
 int plan_filters_check(const struct plan_field *at, const struct plan *plan)
 {
     if (!(plan->mu > 0.0f))
         return plan_field_refuse(at, ERR_RANGE, "mu", "makes filters of no width",
                                  (double)plan->mu);
-    int error = check_shadow_filter(at, plan);
+    int error = check_sky(at, plan);
+    if (!error) error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
     if (!error) error = check_span(at, plan);

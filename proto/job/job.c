@@ -44,6 +44,13 @@ const struct json_choice job_method_words[] = {
     {NULL, 0, NULL},
 };
 
+const struct json_choice job_environment_words[] = {
+    {"auto", ENVIRONMENT_AUTO, NULL},
+    {"average", ENVIRONMENT_AVERAGE, NULL},
+    {"axis_aligned", ENVIRONMENT_AXIS_ALIGNED, NULL},
+    {NULL, 0, NULL},
+};
+
 const struct json_choice job_indirect_words[] = {
     {"auto", INDIRECT_AUTO, NULL},         {"average", INDIRECT_AVERAGE, NULL},
     {"constant", INDIRECT_CONSTANT, NULL}, {"linear", INDIRECT_LINEAR, NULL},
@@ -172,6 +179,11 @@ const char *view_curve_name(enum view_curve curve)
 const char *filter_method_name(enum filter_method method)
 {
     return job_word(job_method_words, method);
+}
+
+const char *environment_method_name(enum environment_method method)
+{
+    return job_word(job_environment_words, method);
 }
 
 const char *indirect_method_name(enum indirect_method method)

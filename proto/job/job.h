@@ -22,7 +22,7 @@
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
  *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
  *             seed, tile_px}
- *   filter    {method, indirect, glossy, lens, residual, mu}
+ *   filter    {method, environment, indirect, glossy, lens, residual, mu}
  *   layers    [names]; frames {first, last} or "1-10,20-40x2"; fps; start_time_s; priority;
  *             live: bool
  *   backplate, rgbd, catchers, holdouts, composite: see job_composite.h
@@ -83,6 +83,10 @@ enum indirect_method {
     INDIRECT_ADAPTIVE,
     INDIRECT_SHEARED
 };
+
+/* filter.environment says what brings the environment's light to the surfaces that the camera sees:
+ * paths, or the light field of indirect light, as far as it casts no sharp shadows. */
+enum environment_method { ENVIRONMENT_AUTO, ENVIRONMENT_AVERAGE, ENVIRONMENT_AXIS_ALIGNED };
 
 /* filter.glossy says how the light field of glossy lobes is filtered. */
 enum glossy_method {
@@ -210,6 +214,7 @@ struct job {
                          up to LIMIT_SPP, default JOB_MAX_SPP */
     uint64_t seed;    /* 0..2^53; default 1 */
     enum filter_method method;                     /* default auto */
+    enum environment_method environment_filter;    /* default auto */
     enum indirect_method indirect;                 /* default auto */
     enum residual_method residual;                 /* default auto */
     enum temporal_method temporal;                 /* default auto */
@@ -283,6 +288,7 @@ uint32_t layer_from_name(const char *name);
 bool view_curve_from_name(const char *name, enum view_curve *out);
 const char *view_curve_name(enum view_curve curve);
 const char *filter_method_name(enum filter_method method);
+const char *environment_method_name(enum environment_method method);
 const char *indirect_method_name(enum indirect_method method);
 const char *residual_method_name(enum residual_method method);
 const char *temporal_method_name(enum temporal_method method);

@@ -80,6 +80,7 @@ extern const struct json_choice job_layer_words[];
 extern const struct json_choice job_method_words[];
 extern const struct json_choice job_indirect_words[];
 extern const struct json_choice job_glossy_words[];
+extern const struct json_choice job_environment_words[];
 extern const struct json_choice job_residual_words[];
 extern const struct json_choice job_temporal_words[];
 extern const struct json_choice job_lens_words[];

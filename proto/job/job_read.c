@@ -192,6 +192,7 @@ static const struct json_member sampling_members[] = {
 
 static const struct json_member filter_members[] = {
     WORD("method", method, job_method_words),
+    WORD("environment", environment_filter, job_environment_words),
     WORD("indirect", indirect, job_indirect_words),
     WORD("glossy", glossy, job_glossy_words),
     WORD("lens", lens, job_lens_words),
@@ -247,6 +248,7 @@ static void set_defaults(struct job *job)
                         .spp = 9,
                         .seed = 1,
                         .method = FILTER_AUTO,
+                        .environment_filter = ENVIRONMENT_AUTO,
                         .indirect = INDIRECT_AUTO,
                         .glossy = GLOSSY_AUTO,
                         .lens = LENS_AUTO,

@@ -79,6 +79,8 @@ static json_t *write_filter(const struct job *job)
 {
     json_t *object = json_object();
     int failures = set(object, "method", json_string(filter_method_name(job->method)));
+    failures +=
+        set(object, "environment", json_string(environment_method_name(job->environment_filter)));
     failures += set(object, "indirect", json_string(indirect_method_name(job->indirect)));
     failures += set(object, "glossy", json_string(glossy_method_name(job->glossy)));
     failures += set(object, "lens", json_string(lens_method_name(job->lens)));

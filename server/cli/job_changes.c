@@ -214,6 +214,9 @@ int job_changes_apply(const struct job_changes *changes, json_t *document, struc
     if (!error && changes->cryptomatte) error = add_mattes(document);
     if (!error && changes->method)
         error = job_changes_set(document, "filter", "method", json_string(changes->method));
+    if (!error && changes->environment_filter)
+        error = job_changes_set(document, "filter", "environment",
+                                json_string(changes->environment_filter));
     if (!error && changes->indirect)
         error = job_changes_set(document, "filter", "indirect", json_string(changes->indirect));
     if (!error && changes->glossy)

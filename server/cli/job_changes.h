@@ -7,41 +7,42 @@
 #include "server/cli/option.h"
 
 struct job_changes {
-    const char *size;            /* image.width x image.height, "640x360"; NULL */
-    const char *camera;          /* scene.camera: name or index; NULL */
-    const char *variant;         /* scene.variant; NULL */
-    const char *animation;       /* scene.animation; NULL */
-    const char *time;            /* scene.time_s, a number; NULL */
-    const char *frames;          /* frames, "1-10,20-40x2"; NULL */
-    const char *fps;             /* fps, a number; NULL */
-    const char *shutter;         /* camera.shutter, a number; NULL */
-    const char *name;            /* name; NULL */
-    const char *comment;         /* comment; NULL */
-    struct option_list labels;   /* to add; each may be several, parted by commas */
-    const char *webhook;         /* webhook.url; NULL; `render` has no option for it */
-    const char *environment;     /* .hdr or .exr on this machine; NULL: as in the document */
-    const char *backplate;       /* photograph on this machine; NULL: as in the document */
-    const char *fit;             /* backplate.fit; NULL */
-    struct option_list catchers; /* names to add to catchers, likewise */
-    const char *ground;          /* height of a ground to add to them, a number; NULL */
-    struct option_list holdouts; /* names to add to holdouts, likewise */
-    const char *composite;       /* composite.mode; NULL */
-    const char *method;          /* filter.method; NULL */
-    const char *indirect;        /* filter.indirect; NULL */
-    const char *glossy;          /* filter.glossy; NULL */
-    const char *lens;            /* filter.lens; NULL */
-    const char *residual;        /* filter.residual; NULL */
-    const char *temporal;        /* filter.temporal; NULL */
-    const char *view;            /* image.view; NULL */
-    const char *exposure;        /* image.exposure, a number; NULL */
-    const char *compression;     /* image.exr_compression; NULL */
-    long png_bits;               /* image.png_bits; 0 */
-    bool png_alpha;              /* image.png_alpha true */
-    long bounces;                /* effects.indirect_bounces; -1 */
-    long spp;                    /* sampling.spp; 0 */
-    long tile_px;                /* sampling.tile_px; 0 */
-    bool no_default_light;       /* scene.default_light false */
-    bool cryptomatte;            /* adds both layers of ids */
+    const char *size;               /* image.width x image.height, "640x360"; NULL */
+    const char *camera;             /* scene.camera: name or index; NULL */
+    const char *variant;            /* scene.variant; NULL */
+    const char *animation;          /* scene.animation; NULL */
+    const char *time;               /* scene.time_s, a number; NULL */
+    const char *frames;             /* frames, "1-10,20-40x2"; NULL */
+    const char *fps;                /* fps, a number; NULL */
+    const char *shutter;            /* camera.shutter, a number; NULL */
+    const char *name;               /* name; NULL */
+    const char *comment;            /* comment; NULL */
+    struct option_list labels;      /* to add; each may be several, parted by commas */
+    const char *webhook;            /* webhook.url; NULL; `render` has no option for it */
+    const char *environment;        /* .hdr or .exr on this machine; NULL: as in the document */
+    const char *backplate;          /* photograph on this machine; NULL: as in the document */
+    const char *fit;                /* backplate.fit; NULL */
+    struct option_list catchers;    /* names to add to catchers, likewise */
+    const char *ground;             /* height of a ground to add to them, a number; NULL */
+    struct option_list holdouts;    /* names to add to holdouts, likewise */
+    const char *composite;          /* composite.mode; NULL */
+    const char *method;             /* filter.method; NULL */
+    const char *indirect;           /* filter.indirect; NULL */
+    const char *glossy;             /* filter.glossy; NULL */
+    const char *lens;               /* filter.lens; NULL */
+    const char *environment_filter; /* filter.environment; NULL */
+    const char *residual;           /* filter.residual; NULL */
+    const char *temporal;           /* filter.temporal; NULL */
+    const char *view;               /* image.view; NULL */
+    const char *exposure;           /* image.exposure, a number; NULL */
+    const char *compression;        /* image.exr_compression; NULL */
+    long png_bits;                  /* image.png_bits; 0 */
+    bool png_alpha;                 /* image.png_alpha true */
+    long bounces;                   /* effects.indirect_bounces; -1 */
+    long spp;                       /* sampling.spp; 0 */
+    long tile_px;                   /* sampling.tile_px; 0 */
+    bool no_default_light;          /* scene.default_light false */
+    bool cryptomatte;               /* adds both layers of ids */
 };
 #define JOB_CHANGES_NONE                                                                           \
     {                                                                                              \
@@ -127,6 +128,9 @@ struct job_changes {
         JOB_CHANGE_TEXT("method", 'm', "auto|sheared|axis_aligned|average|none",                   \
                         "filter of soft shadows; none: plain paths, no filter at all",             \
                         &(c)->method),                                                             \
+        JOB_CHANGE_TEXT("environment-filter", 0, "auto|average|axis_aligned",                      \
+                        "what brings an environment's light: paths, or a light field",             \
+                        &(c)->environment_filter),                                                 \
         JOB_CHANGE_TEXT("indirect", 0, "auto|average|constant|linear|blend|adaptive|sheared",      \
                         "filter of indirect light and ambient occlusion", &(c)->indirect),         \
         JOB_CHANGE_TEXT("glossy", 0, "auto|average|virtual_hit|bandlimit|sg|sg_mixture|asg",       \

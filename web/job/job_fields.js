@@ -131,6 +131,7 @@ export const GROUPS = [
     { at: "/filter/method", label: "Method (soft shadows)", kind: "choice", of: ["auto", "sheared", "axis_aligned", "average", "none"], otherwise: "auto" },
     { at: "/filter/mu", label: "Width factor (mu)", kind: "number", above: 0, max: 100, otherwise: 1 }],
     more: [
+    { at: "/filter/environment", label: "Environment", kind: "choice", of: ["auto", "average", "axis_aligned"], otherwise: "auto" },
     { at: "/filter/indirect", label: "Indirect light", kind: "choice", otherwise: "auto",
       of: ["auto", "average", "constant", "linear", "blend", "adaptive", "sheared"] },
     { at: "/filter/glossy", label: "Glossy reflections", kind: "choice", otherwise: "auto",

@@ -70,8 +70,9 @@ static void head(FILE *out, const struct replay_sheet *s)
               out);
     if (p->paths.without_diffuse_direct != DIRECT_LEFT_ALL && p->paths.without_diffuse_indirect)
         fprintf(out,
-                "light fields bring indirect light of the first surface's diffuse%s lobe: it is "
+                "light fields bring indirect light%s of the first surface's diffuse%s lobe: it is "
                 "left out here\n",
+                plan_sky_in_fields(p) ? " and the soft share of the environment's" : "",
                 p->paths.without_glossy_indirect ? " and glossy" : "");
 }
 

@@ -86,6 +86,7 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
         out->skip = SKIP_DIFFUSE;
     else if (plan->paths.without_diffuse_indirect)
         out->skip = SKIP_DIFFUSE_INDIRECT;
+    if (plan->paths.without_diffuse_indirect == INDIRECT_LEFT_SKY) out->skip |= SKIP_SKY_FIELD;
     if (plan->paths.without_diffuse_direct == DIRECT_LEFT_LISTED) out->skip |= SKIP_LISTED;
     if (plan->paths.without_glossy_indirect) out->skip |= SKIP_GLOSSY_INDIRECT;
     out->chains = out->features && out->demodulate &&

@@ -129,10 +129,12 @@ static void choose_paths(const struct job *job, const char *filter_why, const ch
 
 /* Returns whether there are so many paths, and unfiltered bounce rays beside them, that paths alone
  * are better: they converge in passes, over whole pixels and not at their centres. */
-static bool has_enough_paths(const struct job *job, char why[PLAN_WHY_BYTES])
+static bool has_enough_paths(const struct job *job, const struct plan *plan,
+                             char why[PLAN_WHY_BYTES])
 {
     const uint32_t l = job_strata_per_axis(job->spp), most = SAMPLES_BESIDE_MAX;
     const bool asked = job->indirect != INDIRECT_AUTO || job->method == FILTER_AVERAGE ||
+                       plan_asks_for_sky(job, plan) ||
                        (job->indirect_spp > 0 && job->indirect_spp <= most);
     if (asked || l * l <= most) return false;
     snprintf(why, PLAN_WHY_BYTES, "%u samples a pixel are above %u: paths alone show little noise",
@@ -145,11 +147,12 @@ static bool has_enough_paths(const struct job *job, char why[PLAN_WHY_BYTES])
  * samples beside fields, of whole paths, and of whole paths at 9, which cost the same: blocks
  * 40.5, 40.8, 44.2; under the sky 43.5, 44.1, 47.3; living room 23.6, 24.3, 26.2. What is asked
  * for by name, runs. */
-static bool does_without_fields(const struct job *job, const struct plan_report *report,
-                                char why[PLAN_WHY_BYTES])
+static bool does_without_fields(const struct job *job, const struct plan *plan,
+                                const struct plan_report *report, char why[PLAN_WHY_BYTES])
 {
-    const bool asked = job->indirect != INDIRECT_AUTO || job->glossy != GLOSSY_AUTO ||
-                       job->indirect_spp > 0 || job->method == FILTER_AVERAGE;
+    const bool asked = plan_asks_for_sky(job, plan) || job->indirect != INDIRECT_AUTO ||
+                       job->glossy != GLOSSY_AUTO || job->indirect_spp > 0 ||
+                       job->method == FILTER_AVERAGE;
     if (asked || !plan_residual_possible(job, report)) return false;
     snprintf(why, PLAN_WHY_BYTES,
              "the residual filter cleans whole paths for fewer rays than light fields beside them");
@@ -174,11 +177,11 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
         choose_paths(job, filter_why, plan_nothing_to_filter, why, report);
         return;
     }
-    if (has_enough_paths(job, enough_paths)) {
+    if (has_enough_paths(job, plan, enough_paths)) {
         choose_paths(job, enough_paths, enough_paths, enough_paths, report);
         return;
     }
-    report->whole_paths = does_without_fields(job, report, enough_paths);
+    report->whole_paths = does_without_fields(job, plan, report, enough_paths);
     if (report->whole_paths && !occlusion) {
         plan_skip(report, "light fields of lights", "%s", why);
         choose_paths(job, enough_paths, enough_paths, enough_paths, report);
@@ -279,6 +282,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
     plan_lone(plan, report);
     plan_mixed(plan, report);
     plan_temporal(job, plan, report);
+    plan_tell_sky(job, plan, report);
     if (report->layers & LAYER_CRYPTO_OBJECT) plan->planes |= PLANES_MATTE_OBJECTS;
     if (report->layers & LAYER_CRYPTO_MATERIAL) plan->planes |= PLANES_MATTE_MATERIALS;
     if ((report->layers & LAYER_FILTER_WIDTH) && plan->shadow_filter == SHADOW_FILTER_NONE &&

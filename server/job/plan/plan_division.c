@@ -35,7 +35,8 @@ static uint32_t most_samples(const struct plan *plan, const struct plan_report *
 static bool is_possible(const struct job *job, const struct plan *plan,
                         const struct plan_report *report)
 {
-    const bool asked = job->indirect != INDIRECT_AUTO || job->glossy != GLOSSY_AUTO;
+    const bool asked = job->indirect != INDIRECT_AUTO || job->glossy != GLOSSY_AUTO ||
+                       plan_asks_for_sky(job, plan);
     const uint32_t l = job_strata_per_axis(job->spp);
     char why[PLAN_FILTER_WHY_BYTES];
     return !asked && !report->volumes && l * l <= most_samples(plan, report) &&

@@ -109,3 +109,29 @@ int plan_set_environment(const struct job *job, const struct plan_source *source
     plan->capabilities |= CAPABILITY_ENVIRONMENT;
     return 0;
 }
+
+bool plan_asks_for_sky(const struct job *job, const struct plan *plan)
+{
+    return job->environment_filter != ENVIRONMENT_AUTO &&
+           plan->environment.kind != ENVIRONMENT_NONE;
+}
+
+void plan_tell_sky(const struct job *job, const struct plan *plan, struct plan_report *report)
+{
+    const uint32_t layers =
+        LAYER_DIRECT | LAYER_INDIRECT | LAYER_DIFFUSE_DIRECT | LAYER_DIFFUSE_INDIRECT;
+    const char *name = environment_method_name(job->environment_filter);
+    if (job->environment_filter == ENVIRONMENT_AUTO) return;
+    if (plan->environment.kind == ENVIRONMENT_NONE)
+        plan_warn(report, "filter.environment is %s, but there is no environment", name);
+    else if (!plan_sky_in_fields(plan))
+        plan_warn(report,
+                  "filter.environment is %s, but paths bring the environment's light: fields need "
+                  "effects.indirect_bounces from 1 on, a box as pixel filter, no alpha blending, "
+                  "shutter, photograph or filter.method none",
+                  name);
+    else if (report->layers & layers)
+        plan_warn(report,
+                  "filter.environment is %s: in layers the environment's soft light is indirect",
+                  name);
+}

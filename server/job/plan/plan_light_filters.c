@@ -31,7 +31,7 @@ static bool has_light(const struct plan *plan, const struct plan_report *report,
 static bool is_field(const struct plan *plan, const struct plan_report *report, enum lit_by kind,
                      bool diffuse)
 {
-    if (kind == LIT_INDIRECT)
+    if (kind == LIT_INDIRECT || (kind == LIT_ENVIRONMENT && plan_sky_in_fields(plan)))
         return plan->planes & (diffuse ? PLANES_BOUNCE_LIGHT : PLANE_BIT(GLOSSY_MEAN));
     return diffuse && kind <= LIT_POINT &&
            (report->integrator == INTEGRATOR_LIGHT_FIELD || report->by_lobe);

@@ -28,6 +28,12 @@ void plan_find_emitters(const struct scene *scene, struct plan_emitters *out);
 int plan_set_environment(const struct job *job, const struct plan_source *source, struct plan *plan,
                          struct plan_report *report, float mean[3], struct fault *fault);
 
+/* Returns whether the job wants the environment's soft share from light fields, and there is one.
+ */
+bool plan_asks_for_sky(const struct job *job, const struct plan *plan);
+/* Warns if fields that are asked for do not bring it. */
+void plan_tell_sky(const struct job *job, const struct plan *plan, struct plan_report *report);
+
 /* Sets the probabilities by which a path chooses among lights, mesh emitters and environment. They
  * are shares of the flux into the scene (W, by luminance), each at least a thousandth. */
 void plan_set_powers(const struct scene *scene, const struct plan_emitters *emitters,

@@ -92,9 +92,11 @@ void plan_paths(const struct job *job, struct plan *plan, struct plan_report *re
     uint32_t l = job_strata_per_axis(job->spp);
     plan->paths.spp = l * l;
     plan->paths.pixel_filter = job->pixel_filter;
-    plan->paths.without_diffuse_indirect =
-        (plan->planes &
-         (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))) != 0;
+    const bool fields = (plan->planes & (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) |
+                                         PLANE_BIT(INDIRECT_STRATA))) != 0;
+    plan->paths.without_diffuse_indirect = !fields                        ? INDIRECT_LEFT_NONE
+                                           : plan_asks_for_sky(job, plan) ? INDIRECT_LEFT_SKY
+                                                                          : INDIRECT_LEFT_SCATTERED;
     plan->paths.without_glossy_indirect = (plan->planes & PLANE_BIT(GLOSSY_MEAN)) != 0;
     plan->paths.without_diffuse_direct = report->by_light  ? DIRECT_LEFT_LISTED
                                          : report->by_lobe ? DIRECT_LEFT_ALL

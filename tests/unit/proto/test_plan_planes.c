@@ -22,7 +22,13 @@ TEST(paths_are_checked)
     EXPECT((plan.paths = (struct plan_paths){0}, plan.planes &= ~PLANES_PATH_ALL), ERR_OK, "");
     EXPECT((plan.occlusion_distance = 0, plan.planes &= ~PLANES_PATH_ALL), ERR_RANGE, "planes");
     EXPECT(plan.paths.without_diffuse_indirect = 1, ERR_OK, "");
-    EXPECT(plan.paths.without_diffuse_indirect = 2, ERR_LIMIT, "paths.without_diffuse_indirect");
+    EXPECT(plan.paths.without_diffuse_indirect = 3, ERR_LIMIT, "paths.without_diffuse_indirect");
+    EXPECT((plan.paths.without_diffuse_indirect = INDIRECT_LEFT_SKY,
+            plan.environment.kind = ENVIRONMENT_NONE),
+           ERR_RANGE, "paths.without_diffuse_indirect");
+    EXPECT((plan.paths.without_diffuse_indirect = INDIRECT_LEFT_SKY,
+            plan.environment.kind = ENVIRONMENT_CONSTANT),
+           ERR_OK, "");
     EXPECT((plan.paths.without_diffuse_indirect = 1, plan.planes = PLANES_PATH), ERR_RANGE,
            "planes");
     EXPECT(plan.occlusion_distance = 0, ERR_RANGE, "planes");

@@ -11,7 +11,7 @@
  * A sample is the radiance that the lobe reflects to the camera, over its directional albedo. The
  * light was scattered before, at least once and at most plan.bounces times. The mean of the samples
  * times the albedo is the picture's radiance. Rays below the facet count as black. Under
- * LENS_RELIGHT_SKY, rays that miss bring the soft share of the sky, too. */
+ * plan_sky_in_fields, rays that miss bring the soft share of the sky, too. */
 #include "proto/samples.h"
 #include "worker/trace/path/glossy_lobes.h"
 

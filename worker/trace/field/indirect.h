@@ -15,7 +15,7 @@
  * A sample is the radiance that a white surface's diffuse lobe reflects to the camera. The light
  * was scattered before, at least once and at most plan.bounces times. The mean of the samples times
  * the albedo is the picture's radiance. Rays below the facet are black and count as blocked. Under
- * LENS_RELIGHT_SKY, rays that miss bring the soft share of the sky, too. */
+ * plan_sky_in_fields, rays that miss bring the soft share of the sky, too. */
 #include "proto/samples.h"
 #include "worker/trace/light/strata.h"
 #include "worker/trace/path/path.h"

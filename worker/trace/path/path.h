@@ -35,7 +35,9 @@ enum path_skip {
     SKIP_DIFFUSE_INDIRECT = 2, /* indirect light of diffuse lobes */
     SKIP_GLOSSY_INDIRECT = 4,  /* that of glossy lobes; beside SKIP_DIFFUSE_INDIRECT */
     SKIP_GLOSSY_OF_LENS = 8,   /* that of glossy lobes whose reflectance is path_radiance.lobe */
-    SKIP_SOFT_SKY = 16,        /* the soft share of the sky; beside SKIP_DIFFUSE_INDIRECT */
+    SKIP_SOFT_SKY = 16,        /* the soft share of the sky, through a lens; beside
+                                  SKIP_DIFFUSE_INDIRECT */
+    SKIP_SKY_FIELD = 64,       /* the same beside fields without a lens */
     SKIP_LISTED = 32 /* direct light of the plan's lights on diffuse lobes, and surfaces that
                         the camera sees shine */
 };

@@ -48,6 +48,19 @@ static void leave_soft(const struct path_packet *p, uint32_t i, float soft, floa
     radiance[2] *= 1.0f - soft * (1.0f - h->kept.b[slot]);
 }
 
+/* The same where no lens is: what other lobes reflect of that share is added. The rest of the light
+ * is left for all lobes. */
+static void leave_soft_field(const struct path_packet *p, uint32_t i, float soft, float weight,
+                             float radiance[3], struct path_radiance *h)
+{
+    const struct lanes3 *t = &p->throughput;
+    const uint32_t slot = p->slot[i];
+    h->direct.r[slot] += radiance[0] * soft * weight * t->x[i] * h->kept.r[slot];
+    h->direct.g[slot] += radiance[1] * soft * weight * t->y[i] * h->kept.g[slot];
+    h->direct.b[slot] += radiance[2] * soft * weight * t->z[i] * h->kept.b[slot];
+    for (int k = 0; k < 3; k++) radiance[k] *= 1.0f - soft;
+}
+
 /* Rays that met nothing, and the directions in which they see the sky. */
 struct missed {
     uint32_t count;
@@ -82,6 +95,8 @@ static void meet_sky(const struct path_context *c, const struct path_packet *p,
             weight = mis_power_weight(
                 p->pdf[i], p->sky_share[i] * sky_pdf(c->sky, &missed.view, lane, p->sky_table[i]));
         if ((c->skip & SKIP_SOFT_SKY) && v->depth == 1) leave_soft(p, i, soft, weight, radiance, h);
+        if ((c->skip & SKIP_SKY_FIELD) && v->depth == 1)
+            leave_soft_field(p, i, soft, weight, radiance, h);
         if (c->record) path_record_meet(c, p, LIGHT_CHOICE_ENVIRONMENT, radiance, weight);
         add(c, p, v->depth, i, radiance, weight, h);
     }
@@ -246,7 +261,7 @@ static void meet_unlisted(const struct path_context *c, const struct path_packet
 {
     const struct surface *s = &v->surface;
     const uint32_t lens = c->plan->lens_relight;
-    if (lens == LENS_RELIGHT_SKY) meet_soft_sky(c, p, v, h);
+    if (plan_sky_in_fields(c->plan)) meet_soft_sky(c, p, v, h);
     const bool paths =
         c->plan->paths.spp > 0 && c->plan->paths.without_diffuse_direct != DIRECT_LEFT_ALL;
     if (paths || lens == LENS_RELIGHT_INDIRECT || lens == LENS_RELIGHT_SKY) return;

@@ -4,6 +4,7 @@
 
 #include "proto/pattern_path.h"
 #include "worker/scene/emitters.h"
+#include "worker/shade/glossy.h"
 #include "worker/trace/path/chains.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_nee.h"
@@ -98,6 +99,37 @@ static void leave_soft(const struct path_packet *p, const struct path_vertex *v,
         d->y[i] *= found;
         d->z[i] *= found;
     }
+}
+
+/* The same where no lens is: of that share all is left that the field of glossy lobes brings, too,
+ * else the diffuse lobe's part. */
+static void leave_soft_field(const struct path_context *c, const struct path_packet *p,
+                             const struct path_vertex *v, const struct light_selection *selection,
+                             struct reflected *f)
+{
+    const struct lanes3 *a = &v->surface.albedo;
+    struct lanes3 *d = &f->diffuse, *all = &f->all;
+    for (uint32_t i = 0; i < p->count; i++) {
+        const bool lobe = (c->skip & SKIP_GLOSSY_INDIRECT) && v->active.on[i] &&
+                          !v->lambert.on[i] && glossy_has(&v->bsdf[i]);
+        const float soft = selection->soft[i], rest = lobe ? 1.0f - soft : 1.0f;
+        const float left = lobe ? 0.0f : soft;
+        all->x[i] = fmaxf(rest * all->x[i] - left * (d->x[i] * a->x[i]), 0.0f);
+        all->y[i] = fmaxf(rest * all->y[i] - left * (d->y[i] * a->y[i]), 0.0f);
+        all->z[i] = fmaxf(rest * all->z[i] - left * (d->z[i] * a->z[i]), 0.0f);
+        d->x[i] *= 1.0f - soft;
+        d->y[i] *= 1.0f - soft;
+        d->z[i] *= 1.0f - soft;
+    }
+}
+
+static void leave_sky(const struct path_context *c, const struct path_packet *p,
+                      const struct path_vertex *v, const struct light_selection *selection,
+                      const struct path_radiance *h, struct reflected *f)
+{
+    if (v->depth > 0) return;
+    if (c->skip & SKIP_SOFT_SKY) leave_soft(p, v, selection, h, f);
+    if (c->skip & SKIP_SKY_FIELD) leave_soft_field(c, p, v, selection, f);
 }
 
 /* Leaves direct light of the plan's lights, as diffuse lobes reflect it, to fields. */
@@ -306,7 +338,7 @@ static void add_points(const struct path_context *c, const struct path_packet *p
         light_count_skips(&light->packet, &v->active, 1, c->counters);
         reflect(c, v, &selection, light, &reflected);
         leave_listed(c, v, &selection, &reflected);
-        if ((c->skip & SKIP_SOFT_SKY) && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
+        leave_sky(c, p, v, &selection, h, &reflected);
         trace_sample(c, p, v, &selection, light, &reflected, h);
     }
 }
@@ -329,7 +361,7 @@ void path_nee_add(const struct path_context *c, const struct path_packet *p, str
     else
         try_lights(c, (struct path_numbers){p->key, p->sample}, v, &selection, light, &reflected);
     /* Before scaling, which rounds what is left of nothing. */
-    if ((c->skip & SKIP_SOFT_SKY) && v->depth == 0) leave_soft(p, v, &selection, h, &reflected);
+    leave_sky(c, p, v, &selection, h, &reflected);
     for (int i = 0; several && i < LANES; i++) scale_lane(scale[i], i, &reflected); /* 0 stays 0 */
     trace_sample(c, p, v, &selection, light, &reflected, h);
 }

@@ -90,6 +90,7 @@ static void check_same(const struct job *a, const struct job *b)
     assert_true(x.spp == y.spp && x.light_spp == y.light_spp);
     assert_true(x.indirect_spp == y.indirect_spp && x.seed == y.seed && x.mu == y.mu);
     assert_true(x.method == y.method && x.indirect == y.indirect);
+    assert_true(x.environment_filter == y.environment_filter);
     assert_true(x.layers == y.layers && x.priority == y.priority);
     assert_memory_equal(x.frames, y.frames, sizeof x.frames);
     assert_true(x.frame_run_count == y.frame_run_count && x.fps == y.fps);
@@ -345,6 +346,7 @@ TEST(words_have_names)
     for (int i = INDIRECT_AUTO; i <= INDIRECT_SHEARED; i++)
         assert_non_null(indirect_method_name((enum indirect_method)i));
     assert_string_equal(indirect_method_name(INDIRECT_CONSTANT), "constant");
+    assert_string_equal(environment_method_name(ENVIRONMENT_AXIS_ALIGNED), "axis_aligned");
     assert_int_equal(job_strata_per_axis(1), 1);
     assert_int_equal(job_strata_per_axis(9), 3);
     assert_int_equal(job_strata_per_axis(10), 4);

@@ -221,6 +221,35 @@ TEST(occlusion_stands_alone)
     assert_false(s->plan.planes & BIT(BOUNCE_DISTANCE_MIN));
 }
 
+/* Under a name fields bring the soft share of a sky; average leaves them unfiltered. */
+TEST(fields_bring_the_sky_by_name)
+{
+    static const enum environment_method methods[] = {ENVIRONMENT_AUTO, ENVIRONMENT_AVERAGE,
+                                                      ENVIRONMENT_AXIS_ALIGNED};
+    struct stage *s = *state;
+    s->job.environment = (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .intensity = 1};
+    for (int c = 0; c < 3; c++) s->job.environment.radiance[c] = 1;
+    for (int k = 0; k < 3; k++) {
+        s->job.environment_filter = methods[k];
+        must_make(s);
+        assert_int_equal(s->plan.paths.without_diffuse_indirect == INDIRECT_LEFT_SKY, k > 0);
+        if (k > 0)
+            assert_int_equal(s->plan.indirect_filter,
+                             k == 2 ? INDIRECT_FILTER_CONSTANT : INDIRECT_FILTER_NONE);
+        assert_false(has_warning(s, "filter.environment"));
+    }
+    s->job.layers |= LAYER_INDIRECT;
+    must_make(s);
+    assert_true(has_warning(s, "the environment's soft light is indirect"));
+    s->job.indirect_bounces = 0;
+    must_make(s);
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, INDIRECT_LEFT_NONE);
+    assert_true(has_warning(s, "paths bring the environment's light"));
+    s->job.environment.kind = ENVIRONMENT_NONE;
+    must_make(s);
+    assert_true(has_warning(s, "there is no environment"));
+}
+
 /* Halves of floats hold what is bounced of an environment, bright or dark. */
 TEST(scales_follow_the_environment)
 {
