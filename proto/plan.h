@@ -374,8 +374,8 @@ bool plan_sky_in_fields(const struct plan *plan);
  * after the schedule, the second set, which alone has strata maps. */
 int plan_pass_check(const struct plan *plan, const struct plan_pass *pass);
 
-/* Returns how many strata maps second sets have: one of bounce rays, and one of rays of glossy lobes
- * where the plan asks how far these see; or one of paths through the lens. Without sets 0. */
+/* Returns how many strata maps second sets have: one of bounce rays, and one of rays of glossy
+ * lobes where the plan asks how far these see; or one of paths through the lens. Without sets 0. */
 uint32_t plan_strata_maps(const struct plan *plan);
 
 /* Checks strata maps of `area` pixels. ERR_RANGE for maps that are not the pass's: above its
