@@ -11,7 +11,7 @@
 
 #define AROUND_PX   16   /* what filters weigh most */
 #define GLANCES_MAX 8u   /* in a round */
-#define SHARE_MAX   0.02 /* of the time that tracing takes */
+#define SHARE_MAX   0.02 /* of the time that tracing takes up to the end of the round */
 #define BLOCKS_FEW  64u  /* in a picture of more some are drawn early */
 
 struct glance_task {
@@ -97,7 +97,9 @@ static bool is_worth_it(const struct frame *f, uint32_t tile)
 {
     const struct frame_target *t = &f->target;
     const double each_us = t->glance_us / fmax(1.0, t->glances_all);
-    const double traced_us = frame_done_us(f) + frame_left_us(f);
+    const struct rounds_report round = rounds_report(t->rounds);
+    const double traced_us = frame_done_us(f) * (double)(round.paths + round.bounces) /
+                             fmax(1.0, (double)f->samples_landed);
     return !t->glancing && t->glances < GLANCES_MAX && plan_views(&f->plan) == 1 &&
            block_halo_px(&f->plan) > 0 && film_block_count(f->film) <= BLOCKS_FEW &&
            has_all(f, tile) && t->glance_us + each_us <= SHARE_MAX * traced_us;

@@ -8,7 +8,6 @@
 #define GROWTH_MIN  1.02 /* less is not worth a pass */
 #define CHUNK       LIMIT_PASS_SPP
 #define CHUNK_SIDE  8u
-#define FIRST_TIMES 5.0
 #define REST_MIN    0.25 /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");

@@ -223,8 +223,9 @@ static void tell(struct rounds *r, const struct known *known, const struct round
     r->report.expected = 0.0;
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
+        const double before = t->area * FIRST_TIMES * samples_of(t);
         if (r->report.rounds == 0)
-            t->expected *= pow(sum / known->pixels * t->area / t->expected, trust);
+            t->expected = before * pow(sum / known->pixels * t->area / before, trust);
         r->report.expected += t->expected;
     }
 }

@@ -5,6 +5,7 @@
 
 #define ROUNDS_MAX  32
 #define AIM         0.985 /* of the target: estimates that end just above it would take a round more */
+#define FIRST_TIMES 5.0    /* the first round: what a tile takes, before anything was seen */
 #define BOUNCES_MAX 16384u /* means travel as half floats: beyond, rounding is what is left */
 
 /* What one tile has of one kind of samples, a pixel. */
