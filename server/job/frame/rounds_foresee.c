@@ -18,6 +18,7 @@
 #define LEARNT_FROM  8.0   /* which it is where pixels had so many samples, */
 #define LEARNT_AFTER 0.6   /* and outweighs what is usual after so much growth, a logarithm */
 #define FORGOTTEN    0.5   /* of what was learnt, with each round */
+#define SEEN_FEW     4.0   /* tiles, which count half beside what had been foreseen */
 #define SEEN_TRUST   4.0   /* a quarter of the picture tells of the rest */
 #define PLAYED_MAX   1024u /* tiles; of more, each plays for those behind it */
 
@@ -72,24 +73,50 @@ static double left_of(const struct kind *k, double power)
     return k->n > 0 ? k->variance * pow((double)k->n / ((double)k->n + k->more), power) : 0.0;
 }
 
-/* Adds how a kind's errors have fallen in this round, where they are seen. */
-static void add_fall(struct rounds *r, int kind)
+/* What a round has shown of a kind's squared errors so far: of tiles that get samples, sums. */
+struct shown {
+    double tiles, before, after, from; /* `from`: before, times samples a pixel */
+    double as_mean, as_foreseen;       /* what would be left */
+};
+
+static struct shown shown_of(const struct rounds *r, int kind)
 {
-    double before = 0.0, after = 0.0, as_mean = 0.0, all = 0.0, from = 0.0;
+    struct shown sum = {.tiles = 0.0};
     for (uint32_t i = 0; i < r->count; i++) {
         const struct rounds_tile *t = &r->tiles[i];
         const struct kind *k = &t->kinds[kind];
-        if (k->n == 0 || k->more == 0) continue;
-        all += k->variance;
-        if (!is_seen(t)) continue;
-        before += k->variance;
-        from += k->variance * k->n;
-        after += variance_of(&t->seen, kind);
-        as_mean += left_of(k, 1.0);
+        if (k->n == 0 || k->more == 0 || !is_seen(t)) continue;
+        sum.tiles += 1.0;
+        sum.before += k->variance;
+        sum.from += k->variance * k->n;
+        sum.after += variance_of(&t->seen, kind);
+        sum.as_mean += left_of(k, 1.0);
+        sum.as_foreseen += left_of(k, power_of(r, kind));
     }
-    if (!(after > 0.0 && as_mean > 0.0 && from >= LEARNT_FROM * before)) return;
-    r->falls[kind].errors += before / all * log(before / after);
-    r->falls[kind].samples += before / all * log(before / as_mean);
+    return sum;
+}
+
+static double trust_of(const struct shown *shown)
+{
+    return shown->tiles / (shown->tiles + SEEN_FEW);
+}
+
+/* Adds how a kind's errors have fallen in this round, where they are seen. */
+static void add_fall(struct rounds *r, int kind)
+{
+    const struct shown shown = shown_of(r, kind);
+    if (!(shown.after > 0.0 && shown.as_mean > 0.0 && shown.from >= LEARNT_FROM * shown.before))
+        return;
+    r->falls[kind].errors += trust_of(&shown) * log(shown.before / shown.after);
+    r->falls[kind].samples += trust_of(&shown) * log(shown.before / shown.as_mean);
+}
+
+/* Returns what was seen of a kind's errors over what had been foreseen of them. */
+static double surprise_of(const struct rounds *r, int kind)
+{
+    const struct shown shown = shown_of(r, kind);
+    if (!(shown.after > 0.0 && shown.as_foreseen > 0.0)) return 1.0;
+    return pow(shown.after / shown.as_foreseen, trust_of(&shown));
 }
 
 void rounds_learn(struct rounds *r)
@@ -153,12 +180,11 @@ struct known {
     uint32_t *tiles; /* owned; with a known error */
     uint32_t count;
     double pixels, luminance, fixed; /* of these */
-    double by[KINDS];                /* what was seen, over what had been foreseen of it */
+    double by[KINDS];                /* surprise_of */
 };
 
 static void find_known(const struct rounds *r, struct known *out)
 {
-    double seen[KINDS] = {0.0}, foreseen[KINDS] = {0.0}, all[KINDS] = {0.0};
     const bool first = r->report.rounds == 0;
     for (uint32_t i = 0; i < r->count; i++) {
         const struct rounds_tile *t = &r->tiles[i];
@@ -167,17 +193,8 @@ static void find_known(const struct rounds *r, struct known *out)
         out->pixels += t->area;
         out->luminance += t->seen.luminance;
         out->fixed += t->seen.variance[ERROR_SOURCE_CENTRES];
-        for (int kind = 0; kind < KINDS; kind++) {
-            const double left = left_of(&t->kinds[kind], power_of(r, kind));
-            all[kind] += left;
-            foreseen[kind] += is_seen(t) ? left : 0.0;
-            seen[kind] += is_seen(t) ? variance_of(&t->seen, kind) : 0.0;
-        }
     }
-    for (int kind = 0; kind < KINDS; kind++)
-        out->by[kind] = foreseen[kind] > 0.0 && seen[kind] > 0.0
-                            ? pow(seen[kind] / foreseen[kind], foreseen[kind] / all[kind])
-                            : 1.0;
+    for (int kind = 0; kind < KINDS; kind++) out->by[kind] = surprise_of(r, kind);
 }
 
 /* Returns what samples may leave of the squared errors of the known tiles. */

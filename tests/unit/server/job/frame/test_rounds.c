@@ -285,7 +285,7 @@ TEST(errors_tell_how_they_fall)
         for (uint32_t t = 0; t < TILES; t++) w.bounces[t] = 0.0;
         measure(&w);
         for (unsigned round = 1; rounds_decide(w.rounds, w.errors, w.more); round++) {
-            if (round <= 3) told = rounds_report(w.rounds).expected;
+            if (round <= 4) told = rounds_report(w.rounds).expected;
             trace(&w);
             measure(&w);
         }
