@@ -1,13 +1,15 @@
 // Whether a sequence keeps its tracing threads as busy as a lone frame does while it is traced: samples for each second of
 // a tracing thread, over all of the sequence from its submission to its last file, beside the same of single frames from
-// the first tile to the last. A thread's seconds do not count in which it could run and had no core (schedstat tells
-// them), so that other work on the machine slows both alike.
+// the first tile to the last. Other work on the machine slows both alike: a thread's seconds do not count in which it
+// could run and had no core (schedstat tells them), and those in which it had nothing to do count by the share of the time
+// in which the coordinator, which it waits for, had one.
 //
 //   node tests/load/sequence_rate.mjs BUILD_DIR [frames=48] [width=640] [spp=9] [scene=object] [temporal=auto]
 //     [threads=1] [least=0.95]
 //
 // scene: one of tests/bench/scenes/moving.mjs. Exit status 1 when the ratio is below `least`. The line of the sequence
-// says where the other seconds went, as shares of all: build (trees and scenes), other work of the threads, none.
+// says where the other seconds went, as shares of all: build (trees and scenes), other work of the threads, none. With few
+// samples filters take as much CPU time as tracing (coordinator_over_traced), and need as many cores.
 import { execFileSync, spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -31,7 +33,7 @@ function usage(fault) {
 }
 
 const folder = mkdtempSync(join(tmpdir(), "sequence-rate-"));
-const server = spawn(join(build, "shearwater"), ["serve", "--listen", "127.0.0.1:0", "--data", join(folder, "data"), "--workers", "1", "--worker-threads", String(option.threads)], { stdio: ["ignore", "pipe", "inherit"] });
+const server = spawn(join(build, "shearwater"), ["serve", "--listen", "127.0.0.1:0", "--data", join(folder, "data"), "--workers", "1", "--worker-threads", String(option.threads)], { stdio: ["ignore", "pipe", "ignore"] });
 process.on("exit", () => {
     server.kill("SIGKILL");
     rmSync(folder, { recursive: true, force: true });
@@ -51,30 +53,32 @@ async function workerPid() {
     }
 }
 
-// Seconds that the tracing threads have run, and waited for a core. They are those that ran most.
-function threadTimes(pid) {
+// Seconds that a process's threads have run, and waited for a core: of those that ran most, which are the tracing threads.
+function threadTimes(pid, threads = Infinity) {
     return readdirSync(`/proc/${pid}/task`)
         .map((thread) => readFileSync(`/proc/${pid}/task/${thread}/schedstat`, "utf8").split(" ").slice(0, 2).map((ns) => ns * 1e-9))
-        .sort((a, b) => b[0] - a[0]).slice(0, option.threads)
+        .sort((a, b) => b[0] - a[0]).slice(0, threads)
         .reduce((sum, [ran, waited]) => ({ ran: sum.ran + ran, waited: sum.waited + waited }), { ran: 0, waited: 0 });
 }
 
 // Renders frames; tells what their threads did from the submission to the end.
 async function render(pid, file, first, last) {
-    const job = join(folder, "job.json"), before = threadTimes(pid), from = performance.now();
+    const job = join(folder, "job.json"), before = threadTimes(pid, option.threads), away = threadTimes(server.pid), from = performance.now();
     writeFileSync(job, JSON.stringify(movingJob(file, last, option.width, option.spp, { frames: { first, last }, filter: { temporal: first < last ? option.temporal : "none" }, layers: ["beauty"] })));
     const id = execFileSync(join(build, "shearwater"), ["submit", job, "--server", url, "--quiet"]).toString().trim();
     for (;;) {
         const { state, error, statistics } = await get(`/v1/jobs/${id}`);
         if (error) throw new Error(`the job failed: ${JSON.stringify(error)}`);
         if (state === "finished") {
-            const after = threadTimes(pid), wall = (performance.now() - from) / 1000;
+            const after = threadTimes(pid, option.threads), back = threadTimes(server.pid), wall = (performance.now() - from) / 1000;
             await fetch(`${url}/v1/jobs/${id}?purge=true`, { method: "DELETE" });
-            const seconds = option.threads * wall - (after.waited - before.waited);
+            const ran = after.ran - before.ran, idle = option.threads * wall - ran - (after.waited - before.waited);
+            const served = (back.ran - away.ran) / (back.ran - away.ran + back.waited - away.waited);
+            const seconds = ran + idle * served;
             const traced = statistics.cpu_s.trace + statistics.cpu_s.pack;
             const { import: imported, build: _, trace, pack, ...rest } = statistics.cpu_s, { total, ...coordinator } = rest;
             const filters = Object.values(coordinator).reduce((sum, s) => sum + s, 0);
-            return { samples: statistics.rays.paths, wall, imported, filters, seconds, traced, built: statistics.cpu_s.build, ran: after.ran - before.ran };
+            return { samples: statistics.rays.paths, wall, imported, filters, seconds, traced, built: statistics.cpu_s.build, ran, idle, served };
         }
         await sleep(20);
     }
@@ -92,7 +96,7 @@ const single = all("samples") / all("traced");
 const s = await render(pid, file, 1, option.frames), sequence = s.samples / s.seconds;
 console.log(JSON.stringify({ part: "single", frames: singles.length, samples: all("samples"), traced_s: round(all("traced")), samples_a_thread_second: Math.round(single) }));
 console.log(JSON.stringify({ part: "sequence", frames: option.frames, samples: s.samples, wall_s: round(s.wall), thread_s: round(s.seconds), traced: round(s.traced / s.seconds), built: round(s.built / s.seconds),
-    other: round((s.ran - s.traced - s.built) / s.seconds), none: round(1 - s.ran / s.seconds), coordinator_over_traced: round(s.filters / s.traced), import_over_traced: round(s.imported / s.traced), samples_a_thread_second: Math.round(sequence) }));
+    other: round((s.ran - s.traced - s.built) / s.seconds), none: round(s.idle * s.served / s.seconds), idle_s: round(s.idle), coordinator_served: round(s.served), coordinator_over_traced: round(s.filters / s.traced), import_over_traced: round(s.imported / s.traced), samples_a_thread_second: Math.round(sequence) }));
 const ratio = sequence / single;
 console.log(`a sequence of ${option.frames} frames takes ${ratio.toFixed(3)} times as many samples a second as single frames while they are traced; bound ${option.least}`);
 server.kill("SIGTERM");

@@ -4,11 +4,11 @@
 #include "proto/limits.h"
 #include "server/job/frame/rounds_work.h"
 
-#define GROWTH_MAX  4.0
-#define GROWTH_MIN  1.02 /* less is not worth a pass */
-#define CHUNK       LIMIT_PASS_SPP
-#define CHUNK_SIDE  8u
-#define REST_MIN    0.25 /* of what no sample lowers, squared: beside it the rest is small */
+#define GROWTH_MAX 4.0
+#define GROWTH_MIN 1.02 /* less is not worth a pass */
+#define CHUNK      LIMIT_PASS_SPP
+#define CHUNK_SIDE 8u
+#define REST_MIN   0.25 /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
@@ -263,6 +263,7 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
         t->seen = (struct rounds_error){0};
         t->seen_px = 0;
         t->glanced = false;
+        for (int kind = 0; kind < KINDS; kind++) t->glance[kind] = 0.0;
         for (int kind = 0; kind < KINDS; kind++) {
             struct kind *k = &t->kinds[kind];
             k->n += k->more;

@@ -38,6 +38,7 @@ void rounds_see(struct rounds *r, uint32_t tile, const struct rounds_error *part
     t->seen_px += pixels;
 }
 
+/* Few pixels around a tile make its error greater, which the round before tells. */
 void rounds_glance(struct rounds *r, uint32_t tile, const struct rounds_error *error)
 {
     struct rounds_tile *t = &r->tiles[tile];
@@ -45,6 +46,11 @@ void rounds_glance(struct rounds *r, uint32_t tile, const struct rounds_error *e
     t->seen = *error;
     t->seen_px = t->area;
     t->glanced = true;
+    for (int kind = 0; kind < KINDS; kind++) t->glance[kind] = variance_of(error, kind);
+    for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++) {
+        const double bias = r->bias[k == ERROR_SOURCE_PATHS ? PATHS : BOUNCES];
+        if (bias > 0.0) t->seen.variance[k] *= bias;
+    }
 }
 
 static bool is_seen(const struct rounds_tile *t)
@@ -119,8 +125,21 @@ static double surprise_of(const struct rounds *r, int kind)
     return pow(shown.after / shown.as_foreseen, trust_of(&shown));
 }
 
+/* Of the first round's, which had no pixels around them, nothing is learnt. */
+static void learn_bias(struct rounds *r, int kind)
+{
+    double glances = 0.0, errors = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct rounds_tile *t = &r->tiles[i];
+        if (t->glance[kind] > 0.0) errors += variance_of(&t->seen, kind);
+        glances += t->glance[kind];
+    }
+    if (r->report.rounds > 1 && glances > 0.0 && errors > 0.0) r->bias[kind] = errors / glances;
+}
+
 void rounds_learn(struct rounds *r)
 {
+    for (int kind = 0; kind < KINDS; kind++) learn_bias(r, kind);
     for (int kind = 0; kind < KINDS; kind++) {
         add_fall(r, kind);
         r->falls[kind].errors *= FORGOTTEN;

@@ -38,7 +38,8 @@ struct rounds_tile {
     double expected;     /* samples of all its pixels that the target is thought to take in all */
     struct rounds_error seen; /* in this round, as it is drawn, of so many of its pixels */
     uint32_t seen_px;
-    bool glanced; /* it is an estimate */
+    bool glanced;         /* it is an estimate */
+    double glance[KINDS]; /* squared error of the estimate, as it came; 0: none in this round */
 };
 
 struct rounds {
@@ -49,6 +50,7 @@ struct rounds {
     struct rounds_report report;
     struct rounds_tile *tiles; /* owned */
     double mean;               /* luminance, after the last round */
+    double bias[KINDS];        /* errors over estimates of them, in the last round; 0: not known */
     struct fall falls[KINDS];  /* of the rounds that have ended, the last above all */
 };
 
@@ -89,7 +91,8 @@ double rounds_growth(const struct rounds *r, const struct kind *k, int kind,
  * have the most samples. */
 struct level rounds_solve(const struct rounds *r, double wanted);
 
-/* Learns how squared errors fell, when a round is over and its errors are seen. */
+/* Learns how squared errors fell, and how far estimates were off, when a round is over and its
+ * errors are seen. */
 void rounds_learn(struct rounds *r);
 
 /* Returns the squared error, over mean luminance, that samples may leave: the target less the part

@@ -351,6 +351,38 @@ TEST(a_round_tells_before_its_end)
     rounds_destroy(&w.rounds);
 }
 
+/* Returns how far what is foreseen goes up when tiles are glanced at that seem to err `by` times as
+ * much as they do. */
+static double misled(struct world *w, double by)
+{
+    const double before = rounds_report(w->rounds).expected;
+    for (uint32_t t = 0; t < TILES; t += 4) {
+        struct rounds_error error = w->errors[t];
+        for (int s = 0; s < ERROR_SOURCE_COUNT; s++) error.variance[s] *= by;
+        rounds_glance(w->rounds, t, &error);
+    }
+    rounds_foresee(w->rounds);
+    return rounds_report(w->rounds).expected / before;
+}
+
+/* Estimates that are too high mislead in one round, and no more in the next. */
+TEST(estimates_are_put_right)
+{
+    struct world w;
+    double by[2];
+    begin(&w, 0.005f, 65536);
+    measure(&w);
+    assert_true(rounds_decide(w.rounds, w.errors, w.more));
+    for (int k = 0; k < 2; k++) {
+        trace(&w);
+        measure(&w);
+        by[k] = misled(&w, 2.0);
+        assert_true(rounds_decide(w.rounds, w.errors, w.more));
+    }
+    if (!(by[0] > 1.3 && fabs(by[1] - 1.0) < 0.15)) fail_msg("%.2f, then %.2f", by[0], by[1]);
+    rounds_destroy(&w.rounds);
+}
+
 /* A picture of many tiles, whose even columns alone are noisy: all are seen, though few play. */
 TEST(no_column_is_overlooked)
 {
