@@ -88,7 +88,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm preempt load faults boot-units image image-check shared-data slurm tile-rate mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm preempt load faults boot-units image image-check shared-data slurm tile-rate sequence-rate eta mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
