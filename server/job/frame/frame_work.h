@@ -1,9 +1,9 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it. frame.c keeps the books,
  * frame_results.c turns results into blocks, and frame_spool.c reads results of an earlier run.
- * frame_neighbours.c waits for other
- * frames. frame_rounds.c decides when there are passes after the schedule, frame_target.c and
- * frame_adaptive.c which. frame_files.c turns the image into files. */
+ * frame_neighbours.c waits for other frames. frame_rounds.c decides when there are passes after the
+ * schedule, frame_target.c and frame_adaptive.c which; frame_glance.c looks ahead of the former for
+ * the time left. frame_files.c turns the image into files. */
 #include <stdatomic.h>
 #include <uv.h>
 
