@@ -66,7 +66,8 @@ void film_gather_in(struct film *film, struct scratch *scratch);
 /* Gathers the block's samples with halo, as floats. The caller owns the patch. */
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
 
-/* Gathers the samples of a rect alone, where all tiles have landed and blocks are held. */
+/* Gathers the samples of a rect alone, where all tiles have landed: on any thread while blocks are
+ * held, else on the loop's. */
 int film_gather_rect(const struct film *film, struct rect rect, struct patch **out);
 
 /* Ends a block's reconstruction: adds pending passes of its tiles, which may make blocks ready, and

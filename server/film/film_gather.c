@@ -90,6 +90,5 @@ int film_gather(const struct film *film, uint32_t block, struct patch **out)
 
 int film_gather_rect(const struct film *film, struct rect rect, struct patch **out)
 {
-    assert(film->held);
     return gather(film, film_cells(rect, film->grid.side_px), rect, rect, out);
 }

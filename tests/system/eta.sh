@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The time left of a real job: even work, and an animation of several frames, each judged as a whole. Other work on the
+# The time left of a real job: even work, several frames, and targets, each judged as a whole. Other work on the
 # machine changes what is right, so most of what was told must be, not all; unit/server/job/test_pace judges every figure.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
@@ -20,5 +20,11 @@ check "from the tenth per cent on a job tells its time left, mostly right within
     told even '"image": {"width": 720, "height": 720}, "sampling": {"spp": 25}'
 check "... and so does one of several frames" \
     told frames '"image": {"width": 360, "height": 360}, "sampling": {"spp": 16}, "frames": {"first": 1, "last": 5}'
+check "... and one with a target, of plain paths, whose rounds follow from their errors" \
+    told plain '"image": {"width": 400, "height": 400}, "filter": {"method": "none"}, "effects": {"indirect_bounces": 4},
+               "sampling": {"spp": 4, "target_error": 0.04}'
+check "... and one of filtered paths" \
+    told filtered '"image": {"width": 400, "height": 400}, "effects": {"indirect_bounces": 4},
+                  "sampling": {"spp": 4, "target_error": 0.01}'
 serve_stop
 tap_done

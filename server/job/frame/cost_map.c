@@ -18,6 +18,7 @@ void cost_map_begin_round(struct cost_map *m)
     for (int i = 0; i < COST_CELLS * COST_CELLS; i++) {
         struct cost_cell *cell = &m->cells[i];
         cell->due = 0.0;
+        cell->before = cell->landed;
         cell->weight *= 0.25;
         cell->weight_us *= 0.25;
     }
@@ -25,7 +26,8 @@ void cost_map_begin_round(struct cost_map *m)
 
 void cost_map_foresee_anew(struct cost_map *m)
 {
-    for (int i = 0; i < COST_CELLS * COST_CELLS; i++) m->cells[i].due = -m->cells[i].landed;
+    for (int i = 0; i < COST_CELLS * COST_CELLS; i++)
+        m->cells[i].due = m->cells[i].before - m->cells[i].landed;
 }
 
 void cost_map_due(struct cost_map *m, struct rect tile, double samples)

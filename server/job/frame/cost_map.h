@@ -9,6 +9,7 @@
 
 struct cost_cell {
     double due, landed;       /* samples of all its pixels: to come, and here */
+    double before;            /* of those here: from rounds that have ended */
     double us;                /* CPU time of those that landed */
     double weight, weight_us; /* the same two, but what landed in earlier rounds counts less */
 };
@@ -24,7 +25,8 @@ void cost_map_init(struct cost_map *m, int32_t width_px, int32_t height_px);
  * later passes are longer and so cost less a sample. */
 void cost_map_begin_round(struct cost_map *m);
 
-/* Forgets in the first round what is due: tiles are to be noted with all their samples. */
+/* Forgets what is due: tiles are to be noted with all their samples beyond those of the rounds that
+ * have ended. */
 void cost_map_foresee_anew(struct cost_map *m);
 
 /* Notes samples that a tile is to get, and those that have landed with their CPU time. */

@@ -167,7 +167,9 @@ static void block_over(struct frame *f, const struct block_task *t)
     if (t->strata_maps) frame_adaptive_keep(f, t->block, t->strata_maps, t->measured);
     if (frame_has_rounds(f)) keep_statistics(&f->rounds.statistics[t->block], t);
     /* Pixels count once, as they are in the end. */
-    if (film_block_done(f->views[t->view].film, t->block) && !frame_has_rounds(f)) {
+    const bool last = film_block_done(f->views[t->view].film, t->block);
+    if (last && frame_has_target(f)) frame_target_see(f, t->rect);
+    if (last && !frame_has_rounds(f)) {
         statistics_add_block(&f->statistics, &t->statistics);
         frame_files_feed(f);
     }
@@ -298,6 +300,7 @@ int frame_land(struct frame *f, uint32_t tile, const struct plan_pass *pass,
                                             : (double)frame_pass_samples(pass) * area;
     frame_costs_land(f, tile, work, counters ? counters : &(struct counters){0});
     if (frame_has_rounds(f)) frame_rounds_note(f);
+    if (frame_has_target(f)) frame_glance(f, tile);
     error = frame_submit_ready(f);
     if (error) frame_fail(f, error, "", "a block could not be reconstructed");
     if (!error && frame_has_neighbours(f)) error = frame_neighbours_note(f);

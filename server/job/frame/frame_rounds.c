@@ -69,7 +69,8 @@ static void decide_run(struct pool_task *task)
     struct decide_task *t = (struct decide_task *)task;
     struct frame *f = t->frame;
     if (atomic_load(&f->dropped)) return;
-    t->more = frame_has_target(f) ? frame_target_decide(f) : frame_adaptive_decide(f, &t->error);
+    t->more = frame_has_target(f) ? frame_target_decide(f, &t->error)
+                                  : frame_adaptive_decide(f, &t->error);
 }
 
 static void end(struct frame *f)
@@ -87,6 +88,7 @@ static void end(struct frame *f)
 static void go_on(struct frame *f)
 {
     film_begin_round(f->film, f->rounds.more_passes);
+    if (frame_has_target(f)) tile_queue_reorder(f->tiles, f->target.order);
     for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++)
         if (f->rounds.more_passes[i] > 0) tile_queue_extend(f->tiles, i, f->rounds.more_passes[i]);
     frame_spool_take(f);

@@ -11,9 +11,9 @@ int frame_target_create(struct frame *f)
     const size_t area = (size_t)f->plan.width_px * (size_t)f->plan.height_px;
     t->pixels = calloc(area * (ERROR_SOURCE_COUNT + 1), sizeof *t->pixels);
     t->errors = calloc(tile_grid_count(&f->grid), sizeof *t->errors);
-    t->seen = calloc(film_block_count(f->film), sizeof *t->seen);
-    t->seen_px = calloc(film_block_count(f->film), sizeof *t->seen_px);
-    if (!t->pixels || !t->errors || !t->seen || !t->seen_px) return ERR_MEMORY;
+    t->squares = calloc(tile_grid_count(&f->grid), sizeof *t->squares);
+    t->order = calloc(tile_grid_count(&f->grid), sizeof *t->order);
+    if (!t->pixels || !t->errors || !t->squares || !t->order) return ERR_MEMORY;
     return rounds_create(&f->plan, &t->rounds);
 }
 
@@ -23,32 +23,13 @@ void frame_target_destroy(struct frame *f)
     rounds_destroy(&t->rounds);
     free(t->pixels);
     free(t->errors);
-    free(t->seen);
-    free(t->seen_px);
+    free(t->squares);
+    free(t->order);
 }
 
 static float *plane_of(const struct frame *f, uint32_t k)
 {
     return f->target.pixels + (size_t)k * (size_t)f->plan.width_px * (size_t)f->plan.height_px;
-}
-
-/* Foresees anew whenever a quarter more of the picture is seen. */
-static void glance(struct frame *f, struct rect rect, const struct block_measure *measure)
-{
-    struct frame_target *t = &f->target;
-    const size_t area = (size_t)rect_area(rect);
-    if (rounds_report(t->rounds).rounds > 0 || t->seen_count == film_block_count(f->film)) return;
-    struct rounds_error *seen = &t->seen[t->seen_count];
-    for (size_t i = 0; i < area; i++) {
-        for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
-            seen->variance[k] += (double)measure->variance[k][i];
-        seen->luminance += (double)measure->luminance[i];
-    }
-    t->seen_px[t->seen_count++] = (uint32_t)area;
-    if (t->seen_count < t->seen_next) return;
-    t->seen_next = t->seen_count + t->seen_count / 4 + 1;
-    rounds_glance(t->rounds, t->seen, t->seen_px, t->seen_count);
-    frame_costs_foresee_anew(f);
 }
 
 void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure)
@@ -60,7 +41,6 @@ void frame_target_keep(struct frame *f, struct rect rect, const struct block_mea
         for (int32_t y = rect.y0; y < rect.y1; y++, from += width, to += stride)
             memcpy(to, from, width * sizeof *from);
     }
-    glance(f, rect, measure);
 }
 
 /* Pixel by pixel and row by row, whatever the blocks were. */
@@ -74,20 +54,55 @@ static double sum_over(const struct frame *f, uint32_t k, struct rect rect)
     return sum;
 }
 
-bool frame_target_decide(struct frame *f)
+static struct rounds_error error_of(const struct frame *f, struct rect rect)
 {
+    struct rounds_error error;
+    for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++) error.variance[k] = sum_over(f, k, rect);
+    error.luminance = sum_over(f, ERROR_SOURCE_COUNT, rect);
+    return error;
+}
+
+bool frame_target_decide(struct frame *f, int *error)
+{
+    struct frame_target *t = &f->target;
     for (uint32_t i = 0; i < tile_grid_count(&f->grid); i++) {
-        const struct rect rect = tile_grid_rect(&f->grid, i);
-        for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
-            f->target.errors[i].variance[k] = sum_over(f, k, rect);
-        f->target.errors[i].luminance = sum_over(f, ERROR_SOURCE_COUNT, rect);
+        t->errors[i] = error_of(f, tile_grid_rect(&f->grid, i));
+        t->squares[i] = 0.0;
+        for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++) t->squares[i] += t->errors[i].variance[k];
     }
-    return rounds_decide(f->target.rounds, f->target.errors, f->rounds.more_passes);
+    *error =
+        tile_order_by_errors(&f->grid, f->block_px, block_halo_px(&f->plan), t->squares, t->order);
+    return rounds_decide(t->rounds, t->errors, f->rounds.more_passes);
+}
+
+void frame_target_see(struct frame *f, struct rect rect)
+{
+    struct frame_target *t = &f->target;
+    const int32_t side = f->grid.side_px;
+    for (int32_t row = rect.y0 / side; row * side < rect.y1; row++)
+        for (int32_t column = rect.x0 / side; column * side < rect.x1; column++) {
+            const uint32_t tile = (uint32_t)(row * f->grid.columns + column);
+            const struct rect part = rect_intersect(tile_grid_rect(&f->grid, tile), rect);
+            const struct rounds_error error = error_of(f, part);
+            rounds_see(t->rounds, tile, &error, (uint32_t)rect_area(part));
+        }
+    if (++t->seen < t->seen_next) return;
+    t->seen_next = t->seen + t->seen / 4 + 1;
+    rounds_foresee(t->rounds);
+    frame_costs_foresee_anew(f);
+}
+
+void frame_target_glanced(struct frame *f, uint32_t tile, const struct rounds_error *error)
+{
+    rounds_glance(f->target.rounds, tile, error);
+    rounds_foresee(f->target.rounds);
+    frame_costs_foresee_anew(f);
 }
 
 void frame_target_count(struct frame *f)
 {
     const struct rounds_report report = rounds_report(f->target.rounds);
+    f->target.seen = f->target.seen_next = f->target.glances = 0;
     f->statistics.target_rounds = report.rounds;
     f->statistics.target_paths = report.paths;
     f->statistics.target_bounces = report.bounces;

@@ -1,9 +1,9 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it. frame.c keeps the books,
  * frame_results.c turns results into blocks, and frame_spool.c reads results of an earlier run.
- * frame_neighbours.c waits for other
- * frames. frame_rounds.c decides when there are passes after the schedule, frame_target.c and
- * frame_adaptive.c which. frame_files.c turns the image into files. */
+ * frame_neighbours.c waits for other frames. frame_rounds.c decides when there are passes after the
+ * schedule, frame_target.c and frame_adaptive.c which; frame_glance.c looks ahead of the former for
+ * the time left. frame_files.c turns the image into files. */
 #include <stdatomic.h>
 #include <uv.h>
 
@@ -28,10 +28,12 @@ struct frame_target {
     struct rounds *rounds; /* owned */
     float *pixels;         /* owned; ERROR_SOURCE_COUNT variances and luminance, plane by plane */
     struct rounds_error *errors; /* owned; of each tile */
-    /* What the first round has brought, block by block as they are drawn. */
-    struct rounds_error *seen; /* owned */
-    uint32_t *seen_px;         /* owned */
-    uint32_t seen_count, seen_next;
+    double *squares;             /* owned; of each tile, the sum of its errors' variances */
+    uint32_t *order;             /* owned; in which tiles are traced in the next round */
+    uint32_t seen, seen_next;    /* blocks of this round; at so many it is foreseen anew */
+    bool glancing;               /* a task is out */
+    uint32_t glances;            /* in this round */
+    double glances_all, glance_us;
     char warning[LIMIT_DETAIL_BYTES];
 };
 
@@ -244,9 +246,15 @@ static inline bool frame_has_target(const struct frame *f)
 }
 /* Keeps what was measured in a block's pixels. `measure` is of the block, not of the image. */
 void frame_target_keep(struct frame *f, struct rect rect, const struct block_measure *measure);
+/* Foresees anew, now and then, from a block that has all samples of the round. */
+void frame_target_see(struct frame *f, struct rect rect);
+/* Does so from a tile that was looked at alone. */
+void frame_target_glanced(struct frame *f, uint32_t tile, const struct rounds_error *error);
+/* Looks at a tile that has landed, if that is worth its time. */
+void frame_glance(struct frame *f, uint32_t tile);
 /* Decides whether any tile gets more passes. It runs on the pool, when no other task touches the
  * frame's rounds. */
-bool frame_target_decide(struct frame *f);
+bool frame_target_decide(struct frame *f, int *error);
 /* Counts what was decided, on the loop's thread. */
 void frame_target_count(struct frame *f);
 /* Warns, after the last round, if the target was not reached. */
@@ -302,6 +310,6 @@ double frame_rounds_expected(const struct frame *f);
  * took (frame_left.c). */
 void frame_costs_create(struct frame *f);
 void frame_costs_foresee(struct frame *f);
-void frame_costs_foresee_anew(struct frame *f); /* within the first round */
+void frame_costs_foresee_anew(struct frame *f); /* within a round */
 void frame_costs_land(struct frame *f, uint32_t tile, double samples,
                       const struct counters *counters);

@@ -4,13 +4,11 @@
 #include "proto/limits.h"
 #include "server/job/frame/rounds_work.h"
 
-#define GROWTH_MAX  4.0
-#define GROWTH_MIN  1.02 /* less is not worth a pass */
-#define CHUNK       LIMIT_PASS_SPP
-#define CHUNK_SIDE  8u
-#define FIRST_TIMES 5.0
-#define FIRST_POWER 0.95 /* between what filters promise and what most pictures did */
-#define REST_MIN    0.25 /* of what no sample lowers, squared: beside it the rest is small */
+#define GROWTH_MAX 4.0
+#define GROWTH_MIN 1.02 /* less is not worth a pass */
+#define CHUNK      LIMIT_PASS_SPP
+#define CHUNK_SIDE 8u
+#define REST_MIN   0.25 /* of what no sample lowers, squared: beside it the rest is small */
 
 _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
@@ -32,8 +30,6 @@ int rounds_create(const struct plan *plan, struct rounds **out)
     r->plan = plan;
     r->count = error ? 0 : tile_grid_count(&r->grid);
     r->pixels = (double)plan->width_px * plan->height_px;
-    for (int kind = 0; kind < KINDS; kind++)
-        r->powers[kind] = law_of(r, kind) == LAW_FILTER ? FIRST_POWER : 1.0;
     r->tiles = calloc(r->count ? r->count : 1, sizeof *r->tiles);
     if (!error && !r->tiles) error = ERR_MEMORY;
     if (error) {
@@ -255,11 +251,19 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
     struct rounds_report *report = &r->report;
     double variance = 0.0, fixed = 0.0, luminance = 0.0;
     report->rounds++;
-    rounds_measure_powers(r, errors);
+    for (uint32_t i = 0; i < r->count; i++) {
+        r->tiles[i].seen = errors[i];
+        r->tiles[i].seen_px = r->tiles[i].area;
+    }
+    rounds_learn(r);
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
         t->first_pass += t->passes;
         t->passes = 0;
+        t->seen = (struct rounds_error){0};
+        t->seen_px = 0;
+        t->glanced = false;
+        for (int kind = 0; kind < KINDS; kind++) t->glance[kind] = 0.0;
         for (int kind = 0; kind < KINDS; kind++) {
             struct kind *k = &t->kinds[kind];
             k->n += k->more;
@@ -272,34 +276,27 @@ static void end_round(struct rounds *r, const struct rounds_error *errors)
         fixed += errors[i].variance[ERROR_SOURCE_CENTRES];
         luminance += errors[i].luminance;
     }
-    const double mean = luminance / r->pixels;
-    const bool seen = mean > 0.0;
-    report->reached = seen ? sqrt((variance + fixed) / r->pixels) / mean : 0.0;
-    report->fixed = seen ? sqrt(fixed / r->pixels) / mean : 0.0;
+    const double mean = r->mean = luminance / r->pixels;
+    const bool lit = mean > 0.0;
+    report->reached = lit ? sqrt((variance + fixed) / r->pixels) / mean : 0.0;
+    report->fixed = lit ? sqrt(fixed / r->pixels) / mean : 0.0;
     report->met = report->reached <= (double)r->plan->target_error;
 }
 
-double rounds_rest_wanted(const struct rounds *r)
+double rounds_rest_wanted(const struct rounds *r, double fixed)
 {
-    const double error = AIM * (double)r->plan->target_error, fixed = r->report.fixed;
+    const double error = AIM * (double)r->plan->target_error;
     const double rest = error * error - fixed * fixed;
     return rest > 0.0 ? rest : REST_MIN * fixed * fixed;
 }
 
-static double mean_luminance(const struct rounds *r, const struct rounds_error *errors)
-{
-    double sum = 0.0;
-    for (uint32_t i = 0; i < r->count; i++) sum += errors[i].luminance;
-    return sum / r->pixels;
-}
-
 bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t *more_passes)
 {
-    const double mean = mean_luminance(r, errors);
     end_round(r, errors);
+    const double mean = r->mean;
     for (uint32_t i = 0; i < r->count; i++) more_passes[i] = 0;
     if (r->report.met || r->report.rounds >= ROUNDS_MAX) return false;
-    const double wanted = rounds_rest_wanted(r), reached = r->report.reached,
+    const double wanted = rounds_rest_wanted(r, r->report.fixed), reached = r->report.reached,
                  fixed = r->report.fixed;
     if (reached * reached - fixed * fixed <= wanted) return false;
     struct level level = rounds_solve(r, wanted * mean * mean * r->pixels);
@@ -310,7 +307,7 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
     }
     for (uint32_t i = 0; i < r->count; i++) more_passes[i] = r->tiles[i].passes;
     r->report.threshold = mean > 0.0 ? sqrt(level.lambda) / mean : 0.0;
-    rounds_forecast(r, wanted * mean * mean * r->pixels);
+    if (passes > 0) rounds_foresee(r);
     return passes > 0;
 }
 

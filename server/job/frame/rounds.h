@@ -45,9 +45,14 @@ bool rounds_decide(struct rounds *r, const struct rounds_error *errors, uint32_t
 /* Returns what pass `number` of a tile traces, of the schedule or of a round. */
 struct plan_pass rounds_pass(const struct rounds *r, uint32_t tile, uint32_t number);
 
-/* Foresees from the parts of the picture that the first round has brought so far. */
-void rounds_glance(struct rounds *r, const struct rounds_error *errors, const uint32_t *areas,
-                   uint32_t count);
+/* Notes the error of a part of a tile that has all samples of this round, before it is over. */
+void rounds_see(struct rounds *r, uint32_t tile, const struct rounds_error *part, uint32_t pixels);
+
+/* Notes an estimate of a whole tile's, which what is seen of it replaces. */
+void rounds_glance(struct rounds *r, uint32_t tile, const struct rounds_error *error);
+
+/* Foresees anew from all that was seen since the last decision. */
+void rounds_foresee(struct rounds *r);
 
 /* Returns the samples, over a tile's pixels, that the target is still thought to take of it beyond
  * those of the rounds that have ended. */

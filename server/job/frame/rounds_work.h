@@ -1,10 +1,11 @@
 #pragma once
-/* The rounds from inside: for rounds.c and rounds_forecast.c alone. */
+/* The rounds from inside: for rounds.c and rounds_foresee.c alone. */
 #include "proto/limits.h"
 #include "server/job/frame/rounds.h"
 
 #define ROUNDS_MAX  32
 #define AIM         0.985 /* of the target: estimates that end just above it would take a round more */
+#define FIRST_TIMES 5.0    /* the first round: what a tile takes, before anything was seen */
 #define BOUNCES_MAX 16384u /* means travel as half floats: beyond, rounding is what is left */
 
 /* What one tile has of one kind of samples, a pixel. */
@@ -24,12 +25,21 @@ enum law {
     LAWS
 };
 
+/* How far squared errors fell, and samples grew: logarithms. Their quotient is the power of n. */
+struct fall {
+    double errors, samples;
+};
+
 struct rounds_tile {
     struct kind kinds[KINDS];
     uint32_t area;       /* px */
     uint32_t first_pass; /* of this round */
     uint32_t passes;     /* in this round */
     double expected;     /* samples of all its pixels that the target is thought to take in all */
+    struct rounds_error seen; /* in this round, as it is drawn, of so many of its pixels */
+    uint32_t seen_px;
+    bool glanced;         /* it is an estimate */
+    double glance[KINDS]; /* squared error of the estimate, as it came; 0: none in this round */
 };
 
 struct rounds {
@@ -39,8 +49,9 @@ struct rounds {
     double pixels;
     struct rounds_report report;
     struct rounds_tile *tiles; /* owned */
-    double powers[KINDS];      /* of n with which squared errors fell in the last round, for what is
-                                  foreseen */
+    double mean;               /* luminance, after the last round */
+    double bias[KINDS];        /* errors over estimates of them, in the last round; 0: not known */
+    struct fall falls[KINDS];  /* of the rounds that have ended, the last above all */
 };
 
 /* The powers of lambda that a kind's scale is to be divided by. */
@@ -80,16 +91,13 @@ double rounds_growth(const struct rounds *r, const struct kind *k, int kind,
  * have the most samples. */
 struct level rounds_solve(const struct rounds *r, double wanted);
 
-/* Returns the squared error, over mean luminance, that samples may leave. It is the target less the
- * part that samples do not lower, or a small share of that part if it alone exceeds the target. */
-double rounds_rest_wanted(const struct rounds *r);
+/* Learns how squared errors fell, and how far estimates were off, when a round is over and its
+ * errors are seen. */
+void rounds_learn(struct rounds *r);
+
+/* Returns the squared error, over mean luminance, that samples may leave: the target less the part
+ * `fixed` that samples do not lower, or a small share of that if it alone exceeds the target. */
+double rounds_rest_wanted(const struct rounds *r, double fixed);
 
 /* Gives the tiles of a level their samples. Returns how many passes that takes. */
 uint64_t rounds_deal(struct rounds *r, const struct level *level);
-
-/* Measures how squared errors fall, when a round's errors are known but not yet taken in. */
-void rounds_measure_powers(struct rounds *r, const struct rounds_error *errors);
-
-/* Foresees the samples of each tile, and of all, once a round was dealt. `wanted`: squared errors
- * that samples may leave, summed over pixels. */
-void rounds_forecast(struct rounds *r, double wanted);

@@ -23,6 +23,12 @@ struct tile_priority {
 /* Writes the tiles in that order. order[count of tiles]. ERR_MEMORY. */
 int tile_order_by_rows(const struct tile_grid *grid, int32_t cell_px, uint32_t *order);
 
+/* Writes another order, for tiles that have been traced before: cells with the greatest errors,
+ * summed over their tiles, come first, each with all tiles that it reads within reach_px around it.
+ * So these are drawn first, and tell of the others. errors, order[count of tiles]. ERR_MEMORY. */
+int tile_order_by_errors(const struct tile_grid *grid, int32_t cell_px, int32_t reach_px,
+                         const double *errors, uint32_t *order);
+
 /* Returns how far back the priority puts a tile; less goes first. Distances, squared and in pixels,
  * are those of whole cells, so that blocks complete one after the other under a point that moves.
  */

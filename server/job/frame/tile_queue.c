@@ -193,9 +193,8 @@ bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint3
 static struct tile_entry *end_lease(struct tile_queue *q, uint64_t worker, uint32_t tile,
                                     uint32_t generation)
 {
-    if (tile >= q->count || generation == 0) return NULL;
-    struct tile_entry *t = &q->tiles[tile];
-    return tile_leases_end(&t->leases, worker, generation) ? t : NULL;
+    struct tile_entry *t = tile < q->count && generation > 0 ? &q->tiles[tile] : NULL;
+    return t && tile_leases_end(&t->leases, worker, generation) ? t : NULL;
 }
 
 /* Takes a tile that came back out of those that wait. */
@@ -290,6 +289,13 @@ uint32_t tile_queue_passes(const struct tile_queue *q, uint32_t tile)
 {
     assert(tile < q->count);
     return q->tiles[tile].passes;
+}
+
+void tile_queue_reorder(struct tile_queue *q, const uint32_t *order)
+{
+    assert(tile_queue_complete(q));
+    for (uint32_t i = 0; i < q->count; i++) q->tiles[order[i]].rank = i;
+    q->window = 1;
 }
 
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes)

@@ -63,6 +63,10 @@ bool tile_queue_copy(struct tile_queue *q, uint64_t worker, uint32_t tile, uint3
 /* Changes the order from now on. An empty priority is the order of the start. */
 void tile_queue_steer(struct tile_queue *q, const struct tile_priority *priority);
 
+/* Changes the order in which tiles come that are given more passes. Each then goes on to its last
+ * pass before the next begins, as far as there are workers. All passes have landed. */
+void tile_queue_reorder(struct tile_queue *q, const uint32_t *order);
+
 /* Gives a tile whose passes have all landed more of them, LIMIT_PASSES in all at most. */
 void tile_queue_extend(struct tile_queue *q, uint32_t tile, uint32_t passes);
 

@@ -216,3 +216,31 @@ TEST(nothing_waits_for_the_corner_that_is_last)
         tile_queue_destroy(&b.q);
     }
 }
+
+/* In a later round the cell with the most error is drawn first, with what it reads around it, and
+ * each tile goes on to its last pass. */
+TEST(a_round_begins_where_errors_are)
+{
+    enum { TILES = 12 * 8, NOISY = 5 * 12 + 6, LESS = 1 * 12 + 10 };
+    struct bench b = make(12 * 32, 8 * 32, 32, 64, 1, UINT32_MAX);
+    double errors[TILES] = {0.0};
+    uint32_t order[TILES];
+    bool seen[TILES] = {false};
+    errors[NOISY] = 3.0;
+    errors[LESS] = 1.0;
+    assert_int_equal(tile_order_by_errors(&b.grid, 64, 10, errors, order), 0);
+    for (uint32_t i = 0; i < TILES; i++) assert_false(seen[order[i]]);
+    for (uint32_t i = 0; i < TILES; i++) seen[order[i]] = true;
+    for (uint32_t i = 0; i < 16; i++) /* of the cell, and a ring around it */
+        assert_true(touches(&b, order[i], (struct rect){192 - 10, 128 - 10, 256 + 10, 192 + 10}));
+    for (uint32_t i = 16; i < 25; i++) /* of the other, at the border */
+        assert_true(touches(&b, order[i], (struct rect){320 - 10, 0, 384, 64 + 10}));
+    for (uint32_t i = 0; i < TILES; i++) trace(&b);
+    tile_queue_reorder(b.q, order);
+    for (uint32_t i = 0; i < TILES; i++) tile_queue_extend(b.q, i, 1 + i % 3);
+    for (uint32_t i = 0; i < TILES; i++)
+        for (uint32_t pass = 0; pass < 1 + order[i] % 3; pass++)
+            assert_int_equal(trace(&b), order[i]);
+    assert_true(tile_queue_complete(b.q));
+    tile_queue_destroy(&b.q);
+}

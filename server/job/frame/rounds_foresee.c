@@ -1,0 +1,306 @@
+/* How many samples a target will take in the end, for the time left. No picture depends on it.
+ *
+ * The rounds that are to come are played to their end: each deals samples as a true round does
+ * (rounds.h), and errors then fall with a power of n. Plain means of paths have one of their own.
+ * Under a filter it was 0.5 to 1.1 in eight scenes, and a scene keeps its own: from rounds that
+ * have ended it is learnt, but not from the errors of a few samples, which say nothing of it. Tiles
+ * that seem to have most of the error are not left out, since they mostly have it.
+ *
+ * What has been drawn in this round is taken as it is. The rest of the picture is taken to be like
+ * it: in the first round altogether, later in how its errors fall short of what was foreseen. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "server/job/frame/rounds_work.h"
+
+#define POWER_MEAN   0.95  /* tiles are chosen by errors that chance has raised or lowered */
+#define POWER_FILTER 0.75  /* before any is learnt, */
+#define LEARNT_FROM  8.0   /* which it is where pixels had so many samples, */
+#define LEARNT_AFTER 0.6   /* and outweighs what is usual after so much growth, a logarithm */
+#define FORGOTTEN    0.5   /* of what was learnt, with each round */
+#define SEEN_FEW     4.0   /* tiles, which count half beside what had been foreseen */
+#define SEEN_TRUST   4.0   /* a quarter of the picture tells of the rest */
+#define PLAYED_MAX   1024u /* tiles; of more, each plays for those behind it */
+
+static void forget(struct rounds_tile *t)
+{
+    t->seen = (struct rounds_error){0};
+    t->seen_px = 0;
+    t->glanced = false;
+}
+
+void rounds_see(struct rounds *r, uint32_t tile, const struct rounds_error *part, uint32_t pixels)
+{
+    struct rounds_tile *t = &r->tiles[tile];
+    if (t->glanced) forget(t);
+    for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++) t->seen.variance[k] += part->variance[k];
+    t->seen.luminance += part->luminance;
+    t->seen_px += pixels;
+}
+
+/* Few pixels around a tile make its error greater, which the round before tells. */
+void rounds_glance(struct rounds *r, uint32_t tile, const struct rounds_error *error)
+{
+    struct rounds_tile *t = &r->tiles[tile];
+    if (t->seen_px > 0) return;
+    t->seen = *error;
+    t->seen_px = t->area;
+    t->glanced = true;
+    for (int kind = 0; kind < KINDS; kind++) t->glance[kind] = variance_of(error, kind);
+    for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++) {
+        const double bias = r->bias[k == ERROR_SOURCE_PATHS ? PATHS : BOUNCES];
+        if (bias > 0.0) t->seen.variance[k] *= bias;
+    }
+}
+
+static bool is_seen(const struct rounds_tile *t)
+{
+    return t->seen_px >= t->area;
+}
+
+static double samples_of(const struct rounds_tile *t)
+{
+    return (double)t->kinds[PATHS].n + t->kinds[PATHS].more + t->kinds[BOUNCES].n +
+           t->kinds[BOUNCES].more;
+}
+
+/* -- how errors fall -- */
+
+static double power_of(const struct rounds *r, int kind)
+{
+    const struct fall *fall = &r->falls[kind];
+    if (law_of(r, kind) == LAW_MEAN) return POWER_MEAN;
+    return (POWER_FILTER * LEARNT_AFTER + fall->errors) / (LEARNT_AFTER + fall->samples);
+}
+
+/* Returns what is left of a kind's squared error once its tile has this round's samples. */
+static double left_of(const struct kind *k, double power)
+{
+    return k->n > 0 ? k->variance * pow((double)k->n / ((double)k->n + k->more), power) : 0.0;
+}
+
+/* What a round has shown of a kind's squared errors so far: of tiles that get samples, sums. */
+struct shown {
+    double tiles, before, after, from; /* `from`: before, times samples a pixel */
+    double as_mean, as_foreseen;       /* what would be left */
+};
+
+static struct shown shown_of(const struct rounds *r, int kind)
+{
+    struct shown sum = {.tiles = 0.0};
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct rounds_tile *t = &r->tiles[i];
+        const struct kind *k = &t->kinds[kind];
+        if (k->n == 0 || k->more == 0 || !is_seen(t)) continue;
+        sum.tiles += 1.0;
+        sum.before += k->variance;
+        sum.from += k->variance * k->n;
+        sum.after += variance_of(&t->seen, kind);
+        sum.as_mean += left_of(k, 1.0);
+        sum.as_foreseen += left_of(k, power_of(r, kind));
+    }
+    return sum;
+}
+
+static double trust_of(const struct shown *shown)
+{
+    return shown->tiles / (shown->tiles + SEEN_FEW);
+}
+
+/* Adds how a kind's errors have fallen in this round, where they are seen. */
+static void add_fall(struct rounds *r, int kind)
+{
+    const struct shown shown = shown_of(r, kind);
+    if (!(shown.after > 0.0 && shown.as_mean > 0.0 && shown.from >= LEARNT_FROM * shown.before))
+        return;
+    r->falls[kind].errors += trust_of(&shown) * log(shown.before / shown.after);
+    r->falls[kind].samples += trust_of(&shown) * log(shown.before / shown.as_mean);
+}
+
+/* Returns what was seen of a kind's errors over what had been foreseen of them. */
+static double surprise_of(const struct rounds *r, int kind)
+{
+    const struct shown shown = shown_of(r, kind);
+    if (!(shown.after > 0.0 && shown.as_foreseen > 0.0)) return 1.0;
+    return pow(shown.after / shown.as_foreseen, trust_of(&shown));
+}
+
+/* Of the first round's, which had no pixels around them, nothing is learnt. */
+static void learn_bias(struct rounds *r, int kind)
+{
+    double glances = 0.0, errors = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct rounds_tile *t = &r->tiles[i];
+        if (t->glance[kind] > 0.0) errors += variance_of(&t->seen, kind);
+        glances += t->glance[kind];
+    }
+    if (r->report.rounds > 1 && glances > 0.0 && errors > 0.0) r->bias[kind] = errors / glances;
+}
+
+void rounds_learn(struct rounds *r)
+{
+    for (int kind = 0; kind < KINDS; kind++) learn_bias(r, kind);
+    for (int kind = 0; kind < KINDS; kind++) {
+        add_fall(r, kind);
+        r->falls[kind].errors *= FORGOTTEN;
+        r->falls[kind].samples *= FORGOTTEN;
+    }
+}
+
+/* -- what is to come -- */
+
+static void take(struct kind *k, double variance)
+{
+    k->n += k->more;
+    k->more = 0;
+    k->variance = variance;
+}
+
+/* Ends a tile's round: it has its samples, and what was seen of its errors, or what is left of them
+ * times `by`. */
+static void end_tile(const struct rounds *r, struct rounds_tile *t, const double by[KINDS])
+{
+    t->first_pass += t->passes;
+    t->passes = 0;
+    for (int kind = 0; kind < KINDS; kind++) {
+        struct kind *k = &t->kinds[kind];
+        const double left = left_of(k, power_of(r, kind)) * by[kind];
+        take(k, is_seen(t) ? variance_of(&t->seen, kind) : left);
+        rounds_set_scale(r, t, kind);
+    }
+    t->seen_px = 0;
+}
+
+static double squares_of(const struct rounds_tile *t)
+{
+    return t->kinds[PATHS].variance + t->kinds[BOUNCES].variance;
+}
+
+static double squares(const struct rounds *r)
+{
+    double sum = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) sum += squares_of(&r->tiles[i]);
+    return sum;
+}
+
+static void play(struct rounds *r, double wanted)
+{
+    static const double as_usual[KINDS] = {1.0, 1.0};
+    for (uint32_t k = r->report.rounds + 1; k <= ROUNDS_MAX; k++) {
+        if (squares(r) <= wanted / (AIM * AIM)) break;
+        const struct level level = rounds_solve(r, wanted);
+        if (rounds_deal(r, &level) == 0) break;
+        for (uint32_t i = 0; i < r->count; i++) end_tile(r, &r->tiles[i], as_usual);
+    }
+}
+
+/* What is known of the picture when a round is not over. */
+struct known {
+    uint32_t *tiles; /* owned; with a known error */
+    uint32_t count;
+    double pixels, luminance, fixed; /* of these */
+    double by[KINDS];                /* surprise_of */
+};
+
+static void find_known(const struct rounds *r, struct known *out)
+{
+    const bool first = r->report.rounds == 0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        const struct rounds_tile *t = &r->tiles[i];
+        if (first && !is_seen(t)) continue;
+        out->tiles[out->count++] = i;
+        out->pixels += t->area;
+        out->luminance += t->seen.luminance;
+        out->fixed += t->seen.variance[ERROR_SOURCE_CENTRES];
+    }
+    for (int kind = 0; kind < KINDS; kind++) out->by[kind] = surprise_of(r, kind);
+}
+
+/* Returns what samples may leave of the squared errors of the known tiles. */
+static double wanted_of(const struct rounds *r, const struct known *known)
+{
+    double mean = r->mean, fixed = r->report.fixed;
+    if (r->report.rounds == 0) {
+        mean = known->luminance / known->pixels;
+        fixed = mean > 0.0 ? sqrt(known->fixed / known->pixels) / mean : 0.0;
+    }
+    return rounds_rest_wanted(r, fixed) * mean * mean * known->pixels;
+}
+
+/* Returns the known tile that plays for those of its group. Tiles at even steps would be of few
+ * columns. */
+static uint32_t player_of(const struct known *known, uint32_t group, uint32_t step)
+{
+    const uint32_t k = group * step + (group * UINT32_C(2654435769) >> 16) % step;
+    return known->tiles[k < known->count ? k : group * step];
+}
+
+/* Returns the samples that a known tile takes: as many a pixel more as the one that played for it.
+ */
+static double told_of(const struct rounds *r, const struct known *known,
+                      const struct rounds *played, uint32_t i, uint32_t step)
+{
+    const struct rounds_tile *t = &r->tiles[known->tiles[i]];
+    const struct rounds_tile *as = &r->tiles[player_of(known, i / step, step)];
+    return t->area * samples_of(t) * samples_of(&played->tiles[i / step]) / samples_of(as);
+}
+
+/* Tells the known tiles what they take, or in the first round all what these take on average. */
+static void tell(struct rounds *r, const struct known *known, const struct rounds *played,
+                 uint32_t step)
+{
+    const double trust = fmin(1.0, SEEN_TRUST * known->pixels / r->pixels);
+    double sum = 0.0;
+    for (uint32_t i = 0; i < known->count; i++) {
+        const double told = told_of(r, known, played, i, step);
+        if (r->report.rounds > 0) r->tiles[known->tiles[i]].expected = told;
+        sum += told;
+    }
+    r->report.expected = 0.0;
+    for (uint32_t i = 0; i < r->count; i++) {
+        struct rounds_tile *t = &r->tiles[i];
+        const double before = t->area * FIRST_TIMES * samples_of(t);
+        if (r->report.rounds == 0)
+            t->expected = before * pow(sum / known->pixels * t->area / before, trust);
+        r->report.expected += t->expected;
+    }
+}
+
+/* Plays on some known tiles, for whose copies `tiles` has room. */
+static void foresee(struct rounds *r, const struct known *known, struct rounds_tile *tiles)
+{
+    const uint32_t step = (known->count + PLAYED_MAX - 1) / PLAYED_MAX;
+    struct rounds played = *r;
+    double all = 0.0;
+    for (int kind = 0; kind < KINDS; kind++) add_fall(&played, kind);
+    for (uint32_t i = 0; i < known->count; i++) {
+        tiles[0] = r->tiles[known->tiles[i]];
+        end_tile(r, &tiles[0], known->by);
+        all += squares_of(&tiles[0]);
+    }
+    played.tiles = tiles;
+    played.count = (known->count + step - 1) / step;
+    for (uint32_t i = 0; i < played.count; i++) {
+        tiles[i] = r->tiles[player_of(known, i, step)];
+        end_tile(r, &tiles[i], known->by);
+    }
+    if (all > 0.0) play(&played, wanted_of(r, known) * squares(&played) / all);
+    tell(r, known, &played, step);
+}
+
+void rounds_foresee(struct rounds *r)
+{
+    struct known known = {.tiles = malloc(r->count * sizeof *known.tiles)};
+    struct rounds_tile *tiles = malloc(r->count * sizeof *tiles);
+    if (known.tiles && tiles) find_known(r, &known);
+    /* Without memory, or before anything was seen, what was foreseen stays. */
+    if (known.count > 0) foresee(r, &known, tiles);
+    free(known.tiles);
+    free(tiles);
+}
+
+double rounds_due(const struct rounds *r, uint32_t tile)
+{
+    const struct rounds_tile *t = &r->tiles[tile];
+    return fmax(0.0, t->expected - t->area * ((double)t->kinds[PATHS].n + t->kinds[BOUNCES].n));
+}

@@ -1,0 +1,62 @@
+// How right the time left is told of jobs with a target, on the scenes of the peers folder: of what is told from the tenth
+// per cent of the time on, how much is within a third of what was truly left (tests/system/eta.mjs).
+//   eta.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]
+// One JSON line a job. Other work on the machine changes what is right: let it rest. Status 1 when less than 0.8 is right.
+import { spawn, spawnSync } from "node:child_process";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { follow } from "../system/eta.mjs";
+import { peersFolder } from "./folders.mjs";
+import { peersScenes } from "./scenes/peers.mjs";
+
+// Jobs of five to sixty seconds.
+const TARGETS = {
+  cornell: { none: [0.06], auto: [0.02] }, living_room: { none: [0.1], auto: [0.1, 0.04] }, veach_mis: { none: [1.5], auto: [0.4] },
+  helmet_studio: { none: [0.08], auto: [0.08] }, helmet_park: { auto: [0.04] }, spheres_venice: { none: [0.05], auto: [0.04] },
+  blocks: { none: [0.01], auto: [0.006] }, blocks_sky: { none: [0.03], auto: [0.009] } };
+const BOUND = 0.8;
+
+const [build = "", ...words] = process.argv.slice(2);
+const given = Object.fromEntries(words.map((w) => w.split(/=(.*)/s).slice(0, 2)));
+const scenes = peersScenes(peersFolder(given.peers));
+if (!build || !scenes) {
+  console.error(build ? "eta: there is no folder of peers" : "usage: eta.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]");
+  process.exit(2);
+}
+
+const folder = mkdtempSync(join(tmpdir(), "eta-"));
+const server = spawn(join(build, "shearwater"), ["serve", "--listen", "127.0.0.1:0", "--data", join(folder, "data"), "--workers", "1", "--worker-threads", "1"], { stdio: ["ignore", "pipe", "ignore"] });
+process.on("exit", () => {
+  server.kill("SIGKILL");
+  rmSync(folder, { recursive: true, force: true });
+});
+let said = "";
+const url = await new Promise((done, failed) => {
+  server.stdout.on("data", (text) => { said += text; const found = /listening on (\S+)/.exec(said); if (found) done(found[1]); });
+  server.once("exit", (status) => failed(new Error(`the coordinator ended with status ${status}`)));
+});
+
+async function judge(scene, method, target) {
+  const file = join(folder, "job.json");
+  writeFileSync(file, JSON.stringify({ ...scene.job, sampling: { spp: 4, seed: 1, target_error: target }, filter: { method } }));
+  const sent = spawnSync(join(build, "shearwater"), ["submit", file, "--server", url, "--quiet"], { encoding: "utf8" });
+  if (sent.status !== 0) throw new Error(sent.stderr);
+  const told = await follow(url, sent.stdout.trim());
+  const { statistics } = await (await fetch(`${url}/v1/jobs/${sent.stdout.trim()}`)).json();
+  return { scene: scene.name, method, target, ...told, ...statistics.target };
+}
+
+const sum = { events: 0, right: 0 };
+for (const scene of scenes)
+  for (const method of given.method?.split(",") ?? ["none", "auto"])
+    for (const target of (given.scene?.split(",").includes(scene.name) ?? true) ? TARGETS[scene.name]?.[method] ?? [] : []) {
+      const line = await judge(scene, method, target);
+      sum.events += line.events;
+      sum.right += line.right;
+      console.log(JSON.stringify(line));
+    }
+console.error(`of ${sum.events} times that were told ${sum.right} were right within a third; bound ${BOUND}`);
+server.kill("SIGTERM");
+await new Promise((done) => server.on("exit", done));
+process.exit(sum.right >= BOUND * sum.events ? 0 : 1);
