@@ -53,7 +53,7 @@ TEST(many_instances_share_boxes)
     crowd.instances = many;
     crowd.count[SCENE_INSTANCES] = count;
     struct lobe_boxes *b;
-    assert_int_equal(lobe_boxes_create(&crowd, t.scene->meshes, NULL, &b), 0);
+    assert_int_equal(lobe_boxes_create(BOXES_OF_LOBES, &crowd, t.scene->meshes, NULL, &b), 0);
     assert_int_equal(b->count, (count + 2) / 3);
     for (uint32_t k = 0; k < b->count; k++) {
         const uint32_t last = 3 * k + 2 < count ? 3 * k + 2 : count - 1;
