@@ -13,6 +13,9 @@
 /* How many pixels on each side tell of a surface's slope. */
 #define SLOPE_PX 3
 
+/* How far beside the image surfaces go on. */
+#define BESIDE_VOXELS 2.0
+
 /* Blocks lie within so many of the first camera, by each axis. */
 #define FAR_BLOCKS 1e6
 
@@ -179,17 +182,29 @@ static void add_to(const struct adding *k, size_t i, float off, struct fusion_vo
     mix(&v->shining, white_is_outshone(k->white, color) ? 1 : 0, share);
 }
 
+/* Finds the pixel that shows x along an axis of `count`. Beside the image it is the last one, up to
+ * `most` pixels away: a surface goes on to the image's end. */
+static bool find_pixel(double x, int32_t count, double most, int32_t *out)
+{
+    if (!(x >= -0.5 - most && x < count - 0.5 + most)) return false;
+    const double at = floor(x + 0.5);
+    *out = at < 0 ? 0 : at > count - 1 ? count - 1 : (int32_t)at;
+    return true;
+}
+
 /* Adds the pixel that shows a point of the camera's coordinates, as a plane: by the way along the
  * ray alone, a floor that is seen from low above it would be far away. */
 static void add_point(const struct adding *k, const double p[3], struct fusion_voxel *v)
 {
     const struct rgbd_document *d = k->d;
+    if (!(p[2] > 0)) return;
     const double x = d->fx * p[0] / p[2] + d->cx, y = d->fy * p[1] / p[2] + d->cy;
+    const double beside = BESIDE_VOXELS * k->f->voxel_m / p[2];
     double n[3];
-    if (!(p[2] > 0 && x >= -0.5 && y >= -0.5 && x < k->map->width - 0.5 &&
-          y < k->map->height - 0.5))
+    int32_t u, w;
+    if (!find_pixel(x, k->map->width, beside * d->fx, &u) ||
+        !find_pixel(y, k->map->height, beside * d->fy, &w))
         return;
-    const int32_t u = (int32_t)floor(x + 0.5), w = (int32_t)floor(y + 0.5);
     const size_t i = (size_t)w * (size_t)k->map->width + (size_t)u;
     if (!(k->map->z[i] > 0)) return;
     normal_of(k, i, n);

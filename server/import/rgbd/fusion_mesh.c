@@ -7,6 +7,9 @@
 /* Distances of neighbours differ by one voxel at most, and by noise. */
 #define JUMP_VOXELS 3.0f
 
+/* What is that much of a lamp is its edge. It is too bright to take a factor that is noise. */
+#define SHINING_SHARE 0.05f
+
 #define CORNERS 8 /* of a cell: bits of the number are x, y, z */
 #define NONE    UINT32_MAX
 
@@ -111,7 +114,7 @@ static void set_vertex(struct net *k, const struct fusion_voxel *const cell[CORN
         color[c] = rgb[c] / (weights * 65535.0f);
     }
     color[3] = 1;
-    k->shining[m->vertex_count] = shining > 0.5f * 65535.0f * weights;
+    k->shining[m->vertex_count] = shining > SHINING_SHARE * 65535.0f * weights;
 }
 
 /* Counts the vertices, or makes them where there is room. */
@@ -168,7 +171,7 @@ static void add_square(struct net *k, const uint32_t v[4], bool free_ahead)
 static bool shines(const struct net *k, const uint32_t v[4])
 {
     return k->shining &&
-           k->shining[v[0]] + k->shining[v[1]] + k->shining[v[2]] + k->shining[v[3]] > 2;
+           k->shining[v[0]] + k->shining[v[1]] + k->shining[v[2]] + k->shining[v[3]] > 0;
 }
 
 /* Counts the triangles that shine, or do not, or makes them where there is room. */
