@@ -6,9 +6,11 @@
 #include "server/import/rgbd/depth_links.h"
 #include "server/import/rgbd/white.h"
 
-/* Half the band: so many voxels, or so many standard deviations of a measurement. */
+/* Half the band: so many voxels, or so many standard deviations of a measurement, up to more
+ * voxels. */
 #define BAND_VOXELS 4.0f
 #define BAND_NOISE  3.0f
+#define BAND_MOST   32.0f
 
 /* How many pixels on each side tell of a surface's slope. */
 #define SLOPE_PX 3
@@ -73,7 +75,8 @@ static int make_block(struct fusion *f, const int32_t at[3])
 
 static float band_m(const struct fusion *f, float z)
 {
-    return fmaxf(BAND_VOXELS * (float)f->voxel_m, BAND_NOISE * depth_noise_m(z));
+    const float voxel = (float)f->voxel_m;
+    return fminf(fmaxf(BAND_VOXELS * voxel, BAND_NOISE * depth_noise_m(z)), BAND_MOST * voxel);
 }
 
 /* What a frame is added with. */
@@ -214,17 +217,46 @@ static void add_point(const struct adding *k, const double p[3], struct fusion_v
     if (there > 0) add_to(k, i, (float)((1 - p[2] * there) / sqrt(dot3(n, n))), v);
 }
 
-static void add_block(const struct adding *k, struct fusion_block *block)
+/* Computes a point of a block, in voxels from its first, in the camera's coordinates. */
+static void see_point(const struct adding *k, const struct fusion_block *block, const double in[3],
+                      double out[3])
 {
     const double *m = k->pose->m;
+    double off[3];
+    for (int c = 0; c < 3; c++)
+        off[c] = k->f->origin[c] - m[4 * c + 3] +
+                 k->f->voxel_m * (FUSION_SIDE * (double)block->at[c] + in[c]);
+    for (int c = 0; c < 3; c++) out[c] = m[c] * off[0] + m[4 + c] * off[1] + m[8 + c] * off[2];
+}
+
+/* Returns whether a pixel may show a point within r of p, along one axis. */
+static bool may_show(double p, double z, double r, double focal, double centre, int32_t count)
+{
+    const double at = focal * p / z + centre;
+    const double most = focal * r / (z - r) * (1 + fabs(p) / z) + 0.5;
+    return at >= -most && at <= count - 1 + most;
+}
+
+/* A ball around the block, and what goes on beside the image. */
+static bool is_seen(const struct adding *k, const struct fusion_block *block)
+{
+    static const double middle[3] = {FUSION_SIDE / 2.0, FUSION_SIDE / 2.0, FUSION_SIDE / 2.0};
+    const double r = (FUSION_SIDE * 0.87 + BESIDE_VOXELS) * k->f->voxel_m;
+    const struct rgbd_document *d = k->d;
+    double p[3];
+    see_point(k, block, middle, p);
+    if (p[2] <= r) return p[2] > -r;
+    return may_show(p[0], p[2], r, d->fx, d->cx, k->map->width) &&
+           may_show(p[1], p[2], r, d->fy, d->cy, k->map->height);
+}
+
+static void add_block(const struct adding *k, struct fusion_block *block)
+{
     for (int i = 0; i < FUSION_VOXELS; i++) {
-        const int in[3] = {i % FUSION_SIDE, i / FUSION_SIDE % FUSION_SIDE,
-                           i / (FUSION_SIDE * FUSION_SIDE)};
-        double off[3], p[3];
-        for (int c = 0; c < 3; c++)
-            off[c] = k->f->origin[c] - m[4 * c + 3] +
-                     k->f->voxel_m * (FUSION_SIDE * (double)block->at[c] + in[c]);
-        for (int c = 0; c < 3; c++) p[c] = m[c] * off[0] + m[4 + c] * off[1] + m[8 + c] * off[2];
+        const double in[3] = {i % FUSION_SIDE, i / FUSION_SIDE % FUSION_SIDE,
+                              i / (FUSION_SIDE * FUSION_SIDE)};
+        double p[3];
+        see_point(k, block, in, p);
         add_point(k, p, &block->voxels[i]);
     }
 }
@@ -235,7 +267,8 @@ int fusion_add(struct fusion *f, const struct depth_map *map, const struct rgbd_
     struct adding k = {f, map, d, pose, white, NULL};
     int rc = find_slopes(&k);
     if (rc == 0) rc = make_blocks(&k);
-    for (uint32_t i = 0; i < f->count && rc == 0; i++) add_block(&k, f->blocks[i]);
+    for (uint32_t i = 0; i < f->count && rc == 0; i++)
+        if (is_seen(&k, f->blocks[i])) add_block(&k, f->blocks[i]);
     free(k.slopes);
     return rc;
 }

@@ -29,7 +29,7 @@ static int read_frame(const struct rgbd_document *d, struct files *files, uint32
     return rc;
 }
 
-/* Finds the size of a pixel, or of the noise, at the median depth. */
+/* Finds the size of half a pixel, or of the noise, at the median depth. */
 static int find_voxel(const struct rgbd_document *d, const struct depth_map *map, double *out,
                       struct fault *fault)
 {
@@ -41,7 +41,7 @@ static int find_voxel(const struct rgbd_document *d, const struct depth_map *map
         if (map->z[i] > 0) z[count++] = map->z[i];
     qsort(z, count, sizeof *z, compare);
     const float middle = count > 0 ? z[count / 2] : 1;
-    *out = fmax((double)middle / d->fx, (double)depth_noise_m(middle));
+    *out = fmax(0.5 * (double)middle / d->fx, (double)depth_noise_m(middle));
     free(z);
     return 0;
 }

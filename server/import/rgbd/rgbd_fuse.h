@@ -11,10 +11,10 @@ struct rgbd_fused {
     int32_t width, height;  /* of the frames' images */
 };
 
-/* Makes the model of at most LIMIT_FUSION_FRAMES frames, evenly chosen. Voxels are as large as the
- * first frame's pixels and noise are at its median depth, or larger, so that the volume has room
- * for all. Faults name the frame's members as depth_map_read does, ERR_MISMATCH among them for
- * frames of other sizes; ERR_LIMIT at /rgbd/poses/file where cameras are too far apart for any
+/* Makes the model of at most LIMIT_FUSION_FRAMES frames, evenly chosen. Voxels are as large as half
+ * a pixel of the first frame, or as its noise, at its median depth; or larger, so that the volume
+ * has room for all. Faults name the frame's members as depth_map_read does, ERR_MISMATCH among them
+ * for frames of other sizes; ERR_LIMIT at /rgbd/poses/file where cameras are too far apart for any
  * voxel, ERR_MISSING at /rgbd/frames where there is no surface. */
 int rgbd_fuse(const struct rgbd_document *d, struct files *files, struct rgbd_fused *out,
               struct warnings *warnings, struct fault *fault);
