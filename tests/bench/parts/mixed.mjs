@@ -64,12 +64,13 @@ function flicker(o, folder, set, spp) {
   const sequence = JSON.parse(readFileSync(`${folder}/sequence_2.json`, "utf8"));
   writeFileSync(`${folder}/sequence_still.json`, JSON.stringify({ ...sequence, poses: { file: "still.txt", format: "tum" },
     frames: numbers.map((k) => ({ color: `room_${MIDDLE}.exr`, depth: `still_${k}.pgm` })) }));
-  for (const temporal of ["none", "2"]) {
-    const cpu_s = render(o, folder, { ...measured(set, "still"), frames: { first: 1, last: set.still }, sampling: { spp }, filter: { temporal } }, "still_##");
+  for (const [surfaces, temporal] of [["screen", "none"], ["screen", "2"], ["fused", "none"], ["fused", "2"]]) {
+    const of = surfaces === "fused" ? ", fused" : "";
+    const cpu_s = render(o, folder, { ...measured(set, "still", surfaces), frames: { first: 1, last: set.still }, sampling: { spp }, filter: { temporal } }, "still_##");
     const changes = numbers.slice(1).map((k) => JSON.parse(run(`${o.build}/shearwater`, ["compare", frame(k - 1), frame(k), "--layer", "composite"])));
     const rms = Math.sqrt(changes.reduce((sum, c) => sum + c.rmse ** 2, 0) / changes.length), mean = changes[0].mean_reference.reduce((sum, v) => sum + v / 3, 0);
-    o.put("mixed", `flicker, window ${temporal}, ${spp} spp`, { kind: "flicker", spp, side: set.side, frames: set.still, temporal, flicker: rms / mean, cpu_s });
-    o.say(`${`flicker of ${set.still} frames, window: ${temporal}`.padEnd(38)} ${String(spp).padStart(3)} spp  ${(100 * rms / mean).toFixed(2)} %`);
+    o.put("mixed", `flicker${of}, window ${temporal}, ${spp} spp`, { kind: `flicker${of}`, spp, side: set.side, frames: set.still, temporal, flicker: rms / mean, cpu_s });
+    o.say(`${`flicker of ${set.still} frames${of}, window: ${temporal}`.padEnd(38)} ${String(spp).padStart(3)} spp  ${(100 * rms / mean).toFixed(2)} %`);
   }
 }
 
