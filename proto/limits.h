@@ -77,6 +77,8 @@
 #define LIMIT_ENVIRONMENT_PIXELS  33554432u  /* px; 8192 x 4096: 400 MB as floats */
 #define LIMIT_NODE_DEPTH          256        /* nesting of a scene graph */
 #define LIMIT_POSES               65536u     /* poses of a sequence; each frame is sought in them */
+#define LIMIT_FUSION_BLOCKS       32768u     /* blocks of 512 voxels of 16 bytes: 270 MB */
+#define LIMIT_FUSION_FRAMES       64u        /* frames that one model is made of */
 #define LIMIT_DEPTH_PIXELS        4194304u   /* px of a depth image: each becomes two triangles */
 
 /* The wire. */

@@ -14,6 +14,8 @@ static const struct json_choice fit_words[] = {{"exact", PLATE_FIT_EXACT, NULL},
 /* The camera's field of view is the sequence's: nothing can be cut. */
 static const struct json_choice rgbd_fit_words[] = {
     {"exact", PLATE_FIT_EXACT, NULL}, {"stretch", PLATE_FIT_STRETCH, NULL}, {NULL, 0, NULL}};
+static const struct json_choice surfaces_words[] = {
+    {"screen", RGBD_SCREEN, NULL}, {"fused", RGBD_FUSED, NULL}, {NULL, 0, NULL}};
 static const struct json_choice color_words[] = {
     {"srgb", PLATE_COLOR_SRGB, NULL}, {"linear", PLATE_COLOR_LINEAR, NULL}, {NULL, 0, NULL}};
 static const struct json_choice mode_words[] = {{"multiplicative", COMPOSITE_MULTIPLY, NULL},
@@ -49,6 +51,10 @@ static int read_document(struct json_cursor *at, const struct json_member *membe
 
 static const struct json_member rgbd_members[] = {
     {.name = "document", .read = read_document, .required = true},
+    {.name = "surfaces",
+     .read = json_member_choice,
+     .offset = FIELD(surfaces),
+     .choices = surfaces_words},
     {.name = "fit", .read = json_member_choice, .offset = FIELD(fit), .choices = rgbd_fit_words},
     {.name = "color_space",
      .read = json_member_choice,
@@ -265,7 +271,8 @@ static json_t *write_plate(const struct job_composite *c)
 static json_t *write_rgbd(const struct job_composite *c)
 {
     if (!c->rgbd) return json_null();
-    return json_pack("{s:s,s:s,s:s}", "document", c->rgbd, "fit", job_word(rgbd_fit_words, c->fit),
+    return json_pack("{s:s,s:s,s:s,s:s}", "document", c->rgbd, "surfaces",
+                     job_word(surfaces_words, c->surfaces), "fit", job_word(rgbd_fit_words, c->fit),
                      "color_space", job_word(color_words, c->color));
 }
 

@@ -3,9 +3,9 @@
  * photograph shows, and how the light that virtual objects take from them and give them changes it.
  *
  *   backplate  {asset, fit, color_space} or null
- *   rgbd       {document, fit, color_space} or null: frames of a camera that measures depth,
- * instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts   [names of
- * nodes or materials] composite  {mode}
+ *   rgbd       {document, surfaces, fit, color_space} or null: frames of a camera that measures
+ * depth, instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts
+ * [names of nodes or materials] composite  {mode}
  *
  * docs/mixed-reality.md explains them. */
 #include <stdbool.h>
@@ -23,6 +23,12 @@ enum plate_fit {
 /* What numbers of PNG, JPEG and WebP files mean. Those of .hdr and .exr files are linear. */
 enum plate_color { PLATE_COLOR_SRGB, PLATE_COLOR_LINEAR };
 
+/* What surfaces a frame of a sequence of colour and depth has. */
+enum rgbd_surfaces {
+    RGBD_SCREEN, /* what it and those beside it saw */
+    RGBD_FUSED   /* one model of all frames */
+};
+
 /* How a catcher's change becomes the photograph's. */
 enum composite_mode {
     COMPOSITE_MULTIPLY, /* plate * with / without: Mehta et al. 2015, equation 2 */
@@ -32,14 +38,15 @@ enum composite_mode {
 struct job_composite {
     bool on; /* the document has one of the members; else all here is zero */
     bool has_plate;
-    struct digest plate;       /* asset: .jpg, .png, .webp, .hdr or .exr */
-    char *rgbd;                /* owned; document: one of scene.files; NULL: none */
-    enum plate_fit fit;        /* default exact */
-    enum plate_color color;    /* default sRGB */
-    char *catchers, *holdouts; /* owned; JSON arrays of names, null for the ground; NULL: none */
-    bool has_ground;           /* a floor of our making catches, too */
-    float ground_height;       /* of the floor: y, scene units */
-    enum composite_mode mode;  /* default multiply */
+    struct digest plate;         /* asset: .jpg, .png, .webp, .hdr or .exr */
+    char *rgbd;                  /* owned; document: one of scene.files; NULL: none */
+    enum rgbd_surfaces surfaces; /* of rgbd; default screen */
+    enum plate_fit fit;          /* default exact */
+    enum plate_color color;      /* default sRGB */
+    char *catchers, *holdouts;   /* owned; JSON arrays of names, null for the ground; NULL: none */
+    bool has_ground;             /* a floor of our making catches, too */
+    float ground_height;         /* of the floor: y, scene units */
+    enum composite_mode mode;    /* default multiply */
 };
 
 /* Returns whether the picture has a photograph: one for all frames, or one for each. */

@@ -66,6 +66,12 @@ void film_gather_in(struct film *film, struct scratch *scratch);
 /* Gathers the block's samples with halo, as floats. The caller owns the patch. */
 int film_gather(const struct film *film, uint32_t block, struct patch **out);
 
+/* Does the same for a block of which only surfaces are wanted (PLANE_PATH_COVERAGE). The patch ends
+ * margin_px around those that the block or its halo shows. *shown becomes a part of the block, or
+ * is empty, and there is no patch: nothing shows surfaces beyond it. */
+int film_gather_shown(const struct film *film, uint32_t block, int32_t margin_px,
+                      struct rect *shown, struct patch **out);
+
 /* Gathers the samples of a rect alone, where all tiles have landed: on any thread while blocks are
  * held, else on the loop's. */
 int film_gather_rect(const struct film *film, struct rect rect, struct patch **out);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "server/import/fence/files.h"
+#include "server/import/fused.h"
 #include "server/import/gltf/gltf.h"
 #include "server/import/image/environment_import.h"
 #include "server/import/obj/obj.h"
@@ -32,8 +33,8 @@ static enum format format_of(const char *name, const struct file_view *main)
     return i < main->size_bytes && main->data[i] == '{' ? FORMAT_GLTF : FORMAT_OBJ;
 }
 
-static int read_scene(struct files *files, const char *name, const struct scene_choice *choice,
-                      const struct file_view *main, struct builder *b, struct fault *fault)
+int scene_read(struct files *files, const char *name, const struct scene_choice *choice,
+               const struct file_view *main, struct builder *b, struct fault *fault)
 {
     int rc;
     switch (format_of(name, main)) {
@@ -80,7 +81,7 @@ static int import_still(struct files *files, const char *name, const struct scen
 {
     struct scene_choice at = *choice;
     if (choice->time_count > 0) at.time_s = choice->times[0];
-    int rc = read_scene(files, name, &at, main, b, fault);
+    int rc = scene_read(files, name, &at, main, b, fault);
     if (rc == 0 && choice->rgbd != NULL) rc = rgbd_import(files, &at, b, fault);
     if (rc == 0) rc = scene_finish(b, choice, fault);
     if (rc == 0) rc = blob_write(b, out, fault);
@@ -96,6 +97,8 @@ static int import_geometry(struct files *files, const char *name, const struct s
     if (rc == 0 && choice->time_count > 0 && choice->rgbd == NULL &&
         format_of(name, main) == FORMAT_GLTF)
         rc = sequence_import(files, name, choice, main, out, &b, stats, fault);
+    else if (rc == 0 && choice->time_count > 0 && choice->is_fused)
+        rc = fused_import(files, name, choice, main, out, &b, stats, fault);
     else if (rc == 0)
         rc = import_still(files, name, choice, main, out, &b, stats, fault);
     *warnings = b.warnings;

@@ -9,7 +9,8 @@
 static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [--variant NAME] "
                             "[--animation NAME] [--time S | --times S,S,.. [--shutter S]] "
                             "[--moves JSON] "
-                            "[--catchers JSON [--holdouts JSON] [--ground Y] [--rgbd NAME]] "
+                            "[--catchers JSON [--holdouts JSON] [--ground Y] "
+                            "[--rgbd NAME [--surfaces screen|fused]]] "
                             "[--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
@@ -43,6 +44,8 @@ static const struct option_text texts[] = {
      "document in DIR of colour and depth images (server/import/rgbd): the frame at the time "
      "catches "
      "shadows, and its camera is the scene's"},
+    {0, "surfaces", "KIND",
+     "of --rgbd: \"screen\", what each frame saw; or \"fused\", one model of all frames"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -98,6 +101,7 @@ static int read_times(const char *text, struct options *out, struct fault *fault
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
     const char *time = NULL, *times = NULL, *ground = NULL, *shutter = NULL, *moves = NULL;
+    const char *surfaces = "screen";
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -115,6 +119,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--holdouts", &out->choice.holdouts, false},
                 {"--ground", &ground, false},
                 {"--rgbd", &out->choice.rgbd, false},
+                {"--surfaces", &surfaces, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;
@@ -134,6 +139,10 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
         if (rows[row].required && *rows[row].value == NULL)
             return fault_set(fault, ERR_MISSING, rows[row].name, "this option is required");
     out->choice.has_ground = ground != NULL;
+    out->choice.is_fused = strcmp(surfaces, "fused") == 0;
+    if (!out->choice.is_fused && strcmp(surfaces, "screen") != 0)
+        return fault_set(fault, ERR_RANGE, "--surfaces", "%.40s is neither screen nor fused",
+                         surfaces);
     int rc = 0;
     if (ground != NULL)
         rc = read_number("--ground", ground, "height", &out->choice.ground_height, fault);

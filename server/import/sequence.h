@@ -9,5 +9,9 @@ int sequence_import(struct files *files, const char *name, const struct scene_ch
                     const struct file_view *main, const char *out, struct builder *b,
                     struct import_stats *stats, struct fault *fault);
 
+/* Reads a scene file as a whole, at the choice's time. */
+int scene_read(struct files *files, const char *name, const struct scene_choice *choice,
+               const struct file_view *main, struct builder *b, struct fault *fault);
+
 /* Finds lights among the meshes, adds a camera where there is none, and finishes the builder. */
 int scene_finish(struct builder *b, const struct scene_choice *choice, struct fault *fault);

@@ -57,6 +57,19 @@ check "frames beside a frame make it better" eval 'put alone . && jq ".fuse = 0"
     jq -en "$(composed truth room_2 at_16 | jq .rms) < $(composed truth room_2 alone | jq .rms)"'
 check "the lamp keeps its bits" eval 'composed room_2 room_2 at_16 34,7,4,1 | jq -e ".same == 1"'
 
+# One model of all frames in place of what each saw.
+check "a box stands in a model of all frames" put fused '.rgbd.surfaces = "fused"'
+composed truth room_2 fused 2>/dev/null | sed "s/^/# fused, 16: /"
+check "... within 2.5 % of the truth" near fused 0.025
+check "... which is not what the frame saw" eval '! cmp -s "$tmp/fused.exr" "$tmp/at_16.exr"'
+check "... and the lamp keeps its bits there, too" eval 'composed room_2 room_2 fused 34,7,4,1 | jq -e ".same == 1"'
+model() { job model '.rgbd.surfaces = "fused" | .frames = "2,4" | .sampling.spp = 4' && "$build/shearwater" render "$tmp/model.json" -o "$tmp/$1.#.exr" --quiet "${@:2}"; }
+check "a sequence shows it from each camera" eval 'model model && ! cmp -s "$tmp/model.2.exr" "$tmp/model.4.exr"'
+for k in 2 4; do check "... frame $k before its own photograph" eval "composed room_$((k - 1)) room_$((k - 1)) model.$k 0,6,8,60 | jq -e '.rms < 0.2'"; done
+check "... with the same bytes by two workers and other tiles" eval 'model model2 --workers 2 --tile 16 && cmp "$tmp/model.2.exr" "$tmp/model2.2.exr" && cmp "$tmp/model.4.exr" "$tmp/model2.4.exr"'
+some() { job some ".rgbd.surfaces = \"fused\" | .frames = \"$1\" | .sampling.spp = 4 | .filter.temporal = \"none\"" && "$build/shearwater" render "$tmp/some.json" -o "$tmp/some_$2.#.exr" --quiet; }
+check "... and the same picture by itself" eval 'some 2,4 both && some 4 one && "$build/shearwater" compare "$tmp/some_both.4.exr" "$tmp/some_one.4.exr" --layer composite | jq -e ".rmse == 0"'
+
 # What frames on each side lend a frame makes it better.
 window() {
     job window ".frames.first = 2 | .frames.last = 4 | .sampling.spp = 4 | .filter.temporal = \"$1\"" &&
@@ -96,10 +109,10 @@ check "... which is seen beside it" alpha 37 50 '.A == 1'
 check "... and hidden by it" alpha 45 50 '.A == 0'
 
 # -- what is refused --
-# refused PLACE TEXT FILE FILTER: the job, with a file of the sequence changed by jq, or by sed where it is a text.
+# refused PLACE TEXT FILE FILTER: the job, changed by $with, and with a file of the sequence changed by jq, or by sed where it is a text.
 refused() {
     local said=0
-    job bad . && cp "$tmp/$3" "$tmp/kept"
+    job bad "${with:-.}" && cp "$tmp/$3" "$tmp/kept"
     case $3 in *.json) jq "$4" "$tmp/kept" >"$tmp/$3" ;; *) sed "$4" "$tmp/kept" >"$tmp/$3" ;; esac
     "$build/shearwater" render "$tmp/bad.json" -o "$tmp/bad.exr" --quiet >"$tmp/said" 2>&1 && said=1
     cp "$tmp/kept" "$tmp/$3"
@@ -113,5 +126,7 @@ check "depth that is all zero" refused /rgbd/frames/2/depth 'no pixel has a dept
 check "images of two sizes" refused /rgbd/frames/2/color 'the colour image has 24 x 24 px' sequence.json '.frames[2].color = "small.exr"'
 check "a file that is not there" refused '' 'nowhere.pgm' sequence.json '.frames[2].depth = "nowhere.pgm"'
 check "a camera without a focal length" refused /rgbd/camera/fx 'fx' sequence.json 'del(.camera.fx)'
+check "surfaces of another kind" refused /rgbd/surfaces 'solid' bad.json '.rgbd.surfaces = "solid"'
+with='.rgbd.surfaces = "fused"' check "poses too far apart for one model" refused /rgbd/poses/file 'too far from the others' poses.txt '2s/ 0 0 0 0 0 1$/ 1e13 0 0 0 0 1/'
 check "a picture of another size" refused /rgbd 'the photograph has 72 x 72 px, the picture 48 x 72' bad.json '.image.width = 48'
 tap_done

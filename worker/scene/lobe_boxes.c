@@ -38,41 +38,64 @@ static void add_instance(const struct scene_instance *instance, const struct lob
     }
 }
 
-static bool has_lobes(const struct mesh_view *mesh)
+/* What boxes are found of. */
+struct finder {
+    enum lobe_boxes_of kind;
+    const struct scene *blob;
+    const struct mesh_view *meshes;
+    const struct lobe_box *of_base;
+    struct lobe_box *of_mesh; /* room for those of all meshes */
+};
+
+static bool is_wanted(const struct finder *f, const struct scene_instance *instance)
 {
-    return mesh->traits & (MESH_REFLECTS | MESH_BUMPY) && mesh->triangle_count > 0;
+    const struct mesh_view *mesh = &f->meshes[instance->mesh];
+    if (mesh->triangle_count == 0) return false;
+    if (f->kind == BOXES_OF_VIRTUAL) return instance_class(instance) == INSTANCE_IS_VIRTUAL;
+    return (mesh->traits & (MESH_REFLECTS | MESH_BUMPY)) != 0;
 }
 
-/* `of_mesh` has room for the boxes of all meshes. */
-static void find_all(const struct scene *blob, const struct mesh_view *meshes,
-                     const struct lobe_box *of_base, struct lobe_box *of_mesh,
-                     struct lobe_boxes *out)
+/* Each mesh once, however often it is placed. */
+static void find_meshes(const struct finder *f, uint64_t instances)
 {
-    const uint64_t instances = blob->count[SCENE_INSTANCES];
-    uint64_t lobed = 0, done = 0;
-    for (uint64_t k = 0; k < blob->count[SCENE_MESHES]; k++)
-        if (blob->meshes[k].flags & MESH_IN_BASE)
-            of_mesh[k] = of_base[k];
-        else if (has_lobes(&meshes[k]))
-            lobe_box_of_mesh(&meshes[k], &of_mesh[k]);
-    for (uint64_t i = 0; i < instances; i++) lobed += has_lobes(&meshes[blob->instances[i].mesh]);
-    const uint64_t each = (lobed + LOBE_BOXES_MAX - 1) / LOBE_BOXES_MAX;
+    bool *const found = (bool *)(f->of_mesh + f->blob->count[SCENE_MESHES]);
     for (uint64_t i = 0; i < instances; i++) {
-        const uint32_t mesh = blob->instances[i].mesh;
-        if (!has_lobes(&meshes[mesh])) continue;
-        struct lobe_box *box = &out->box[done / each]; /* lobed, and so each, is at least 1 */
+        const uint32_t k = f->blob->instances[i].mesh;
+        if (found[k] || !is_wanted(f, &f->blob->instances[i])) continue;
+        found[k] = true;
+        if (f->blob->meshes[k].flags & MESH_IN_BASE)
+            f->of_mesh[k] = f->of_base[k];
+        else
+            lobe_box_of_mesh(&f->meshes[k], &f->of_mesh[k]);
+    }
+}
+
+static void find_all(const struct finder *f, struct lobe_boxes *out)
+{
+    const uint64_t instances = f->blob->count[SCENE_INSTANCES];
+    uint64_t wanted = 0, done = 0;
+    find_meshes(f, instances);
+    for (uint64_t i = 0; i < instances; i++) wanted += is_wanted(f, &f->blob->instances[i]);
+    const uint64_t each = (wanted + LOBE_BOXES_MAX - 1) / LOBE_BOXES_MAX;
+    for (uint64_t i = 0; i < instances; i++) {
+        const struct scene_instance *instance = &f->blob->instances[i];
+        if (!is_wanted(f, instance)) continue;
+        struct lobe_box *box = &out->box[done / each]; /* wanted, and so each, is at least 1 */
         if (done++ % each == 0) *box = nothing;
-        add_instance(&blob->instances[i], &of_mesh[mesh], box);
+        add_instance(instance, &f->of_mesh[instance->mesh], box);
     }
     out->count = each > 0 ? (uint32_t)((done + each - 1) / each) : 0;
 }
 
-int lobe_boxes_create(const struct scene *blob, const struct mesh_view *meshes,
-                      const struct lobe_box *of_base, struct lobe_boxes **out)
+int lobe_boxes_create(enum lobe_boxes_of kind, const struct scene *blob,
+                      const struct mesh_view *meshes, const struct lobe_box *of_base,
+                      struct lobe_boxes **out)
 {
-    struct lobe_box *of_mesh = calloc((size_t)blob->count[SCENE_MESHES] + 1, sizeof *of_mesh);
+    const size_t count = (size_t)blob->count[SCENE_MESHES] + 1;
+    struct lobe_box *of_mesh = calloc(count, sizeof *of_mesh + sizeof(bool));
     struct lobe_boxes *boxes = of_mesh ? calloc(1, sizeof *boxes) : NULL;
-    if (boxes) find_all(blob, meshes, of_base, of_mesh, boxes);
+    const struct finder f = {kind, blob, meshes, of_base, of_mesh};
+    if (boxes) find_all(&f, boxes);
     free(of_mesh);
     *out = boxes;
     return boxes ? 0 : ERR_MEMORY;

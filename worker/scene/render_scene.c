@@ -307,12 +307,22 @@ static int build(struct render_scene *s, struct fault *fault)
     return device_status(s, "scene", fault);
 }
 
+static bool has_real(const struct scene *blob)
+{
+    for (uint64_t i = 0; i < blob->count[SCENE_INSTANCES]; i++)
+        if (instance_class(&blob->instances[i]) != INSTANCE_IS_VIRTUAL) return true;
+    return false;
+}
+
 /* Finds what shines, and where light is sent on otherwise than diffusely. */
 static int find_light(struct render_scene *s, struct fault *fault)
 {
     int rc = emitters_create(s, &s->emitters);
     if (rc) return fault_set(fault, rc, "meshes", "their emitting triangles are too many");
-    rc = lobe_boxes_create(s->blob, s->meshes, s->base ? s->base->boxes : NULL, &s->lobes);
+    const struct lobe_box *of_base = s->base ? s->base->boxes : NULL;
+    rc = lobe_boxes_create(BOXES_OF_LOBES, s->blob, s->meshes, of_base, &s->lobes);
+    if (!rc && has_real(s->blob))
+        rc = lobe_boxes_create(BOXES_OF_VIRTUAL, s->blob, s->meshes, of_base, &s->virtuals);
     return rc ? fault_set(fault, rc, "instances", "no memory for their boxes") : 0;
 }
 
@@ -386,6 +396,7 @@ void render_scene_destroy(struct render_scene **scene)
         if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);
     if (s->device) rtcReleaseDevice(s->device);
     lobe_boxes_destroy(&s->lobes);
+    lobe_boxes_destroy(&s->virtuals);
     emitters_destroy(&s->emitters);
     if (s->materials) material_table_destroy(&s->materials);
     free(s->steps);

@@ -65,6 +65,7 @@ struct render_scene {
     struct emitters *emitters;      /* NULL: no mesh shines */
     struct sky_guides *guides;      /* grow as skies are asked for */
     struct lobe_boxes *lobes;       /* where surfaces are that have more than a diffuse lobe */
+    struct lobe_boxes *virtuals;    /* where virtual objects are; NULL: all are */
     struct RTCSceneTy **sub_scenes; /* one a mesh; NULL where it is a plain geometry */
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;

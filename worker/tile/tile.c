@@ -50,6 +50,23 @@ static bool is_stopped(const _Atomic bool *stop)
     return stop && atomic_load_explicit(stop, memory_order_relaxed);
 }
 
+bool tile_shows(const struct tile_tracer *t, int32_t x, int32_t y)
+{
+    const struct rect pixels = {x, y, x + LANES_ACROSS, y + LANES_ACROSS};
+    return !t->objects_only || lobe_view_meets(&t->lobes, pixels);
+}
+
+/* Finds which blocks show something. Returns whether any does. */
+static bool find_shown(struct tile_tracer *t, int32_t x, int32_t y, int32_t count)
+{
+    bool any = false;
+    for (int32_t k = 0; k < count; k++) {
+        t->shows[k] = tile_shows(t, x + k * LANES_ACROSS, y);
+        any |= t->shows[k];
+    }
+    return any;
+}
+
 /* Blocks from (x, y) on, at most PRIMARY_ROW, up to the tile's end. */
 static int trace_blocks(struct tile_tracer *t, const struct stages *stages,
                         const struct tile_job *job, int32_t x, int32_t y, struct samples *samples)
@@ -57,9 +74,11 @@ static int trace_blocks(struct tile_tracer *t, const struct stages *stages,
     const struct plan *plan = job->plan;
     const int32_t left = (job->rect.x1 - x + LANES_ACROSS - 1) / LANES_ACROSS;
     const int32_t count = left < PRIMARY_ROW ? left : PRIMARY_ROW;
+    if (!find_shown(t, x, y, count)) return 0;
     if (tile_sees_centres(stages))
         primary_trace_row(&t->queries, plan, x, y, (uint32_t)count, t->row);
     for (int32_t k = 0; k < count; k++, x += LANES_ACROSS) {
+        if (!t->shows[k]) continue;
         block_init(&t->block, x, y, plan->width_px, plan->height_px, job->rect);
         tile_trace_block(t, stages, plan, &t->row[k], samples, job->counters);
         if (is_stopped(job->stop)) return ERR_STATE;
@@ -173,6 +192,21 @@ static void prepare(struct tile_tracer *t, const struct tile_job *job,
     stages_init(&parts, &t->centres, job->pass, stages);
 }
 
+/* Finds where lobes, or virtual objects, lie on the screen, if others need no paths. A lens or a
+ * shutter blurs objects over the pixels around them, and of sub-samples zero is no miss. */
+static void find_boxes(struct tile_tracer *t, const struct stages *stages,
+                       const struct tile_job *job)
+{
+    const struct plan *plan = job->plan;
+    const struct render_scene *scene = job->scene;
+    t->objects_only = t->queries.view == query_view_of(PLAN_VIEW_OBJECTS) && scene->virtuals &&
+                      plan->camera.aperture_radius == 0.0f && !plan_has_shutter(plan) &&
+                      !(plan->planes & PLANE_BIT(SUB_DEPTH));
+    if (t->objects_only || stages->skips_paths)
+        lobe_view_init(t->objects_only ? scene->virtuals : scene->lobes, plan, job->rect,
+                       &t->lobes);
+}
+
 static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struct samples *samples)
 {
     struct stages stages;
@@ -183,7 +217,7 @@ static int trace_stages(struct tile_tracer *t, const struct tile_job *job, struc
         if (!guide) return ERR_MEMORY;
     }
     prepare(t, job, guide, &stages);
-    if (stages.skips_paths) lobe_view_init(job->scene->lobes, job->plan, job->rect, &t->lobes);
+    find_boxes(t, &stages, job);
     if (stages.lens) lens_scratch_init(&t->lens, job->plan);
     if (stages.through_lens.centres) e = centre_gbuffer_init(&t->centres, &stages.field, job->rect);
     stages.field.progress = stages.through_lens.progress = stages.whole.progress = job->progress;

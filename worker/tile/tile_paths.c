@@ -121,6 +121,7 @@ int tile_trace_paths(struct tile_tracer *t, const struct stages *stages, const s
     memset(&t->beside_lamps, 0, sizeof t->beside_lamps);
     for (int32_t y = r.y0 & -LANES_ACROSS; y < r.y1; y += LANES_ACROSS) {
         for (int32_t x = r.x0 & -LANES_ACROSS; x < r.x1; x += LANES_ACROSS) {
+            if (!tile_shows(t, x, y)) continue;
             block_init(&t->block, x, y, plan->width_px, plan->height_px, r);
             const bool none = skips_paths(t, stages);
             if (edges && !none) put_off_edges(t, stages, samples);

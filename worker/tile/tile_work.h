@@ -41,6 +41,8 @@ struct tile_tracer {
     struct block edges;             /* pixels at edges that wait for their paths */
     struct lanes_mask beside_lamps; /* of these */
     struct lobe_view lobes;         /* of the tile, where stages skip paths */
+    bool objects_only;              /* those are of virtual objects, and blocks beside them black */
+    bool shows[PRIMARY_ROW];        /* which blocks of the row do not lie there */
     struct lens_scratch lens;
     struct centre_gbuffer centres;
     struct lens_second_set more;
@@ -48,6 +50,9 @@ struct tile_tracer {
     struct mixed_scratch mixed;
     struct matte_scratch mattes;
 };
+
+/* Returns whether the block at (x, y) may show anything. */
+bool tile_shows(const struct tile_tracer *tracer, int32_t x, int32_t y);
 
 /* Returns whether the stages trace rays through the centres of all pixels. */
 bool tile_sees_centres(const struct stages *stages);

@@ -4,14 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define WHITE_ALBEDO 0.8f
-#define ALBEDO_MAX   0.95f
-#define SHINING      2.0f /* of white */
-#define EVEN_STEPS   2
-#define NONE         UINT32_MAX
+#include "server/import/rgbd/depth_links.h"
+#include "server/import/rgbd/white.h"
 
-/* What neighbours share: LINK_RIGHT, the one to the right shows the same surface. */
-enum { LINK_RIGHT = 1, LINK_DOWN = 2 };
+#define EVEN_STEPS 2
 
 struct corner {
     float x, y; /* pixels from the image's corner */
@@ -20,7 +16,7 @@ struct corner {
 struct maker {
     const struct depth_map *map;
     const struct rgbd_document *d;
-    uint8_t *links;         /* a pixel */
+    struct depth_links links;
     struct corner *corners; /* a corner: (width + 1) * (height + 1) */
     struct corner *before;
     uint32_t *vertices; /* four a pixel: left top, right top, left bottom, right bottom */
@@ -32,48 +28,18 @@ static size_t pixel_at(const struct maker *k, int32_t x, int32_t y)
     return (size_t)y * (size_t)k->map->width + (size_t)x;
 }
 
-/* Reads 1/z; 0 outside and where there is none. */
 static float inverse(const struct maker *k, int32_t x, int32_t y)
 {
-    if (x < 0 || y < 0 || x >= k->map->width || y >= k->map->height) return 0;
-    const float z = k->map->z[pixel_at(k, x, y)];
-    return z > 0 ? 1 / z : 0;
-}
-
-/* Two pixels show one surface if they are about as far, or if one of them is where the other's
- * slope leads. */
-static bool is_same(const struct maker *k, int32_t x, int32_t y, int32_t dx, int32_t dy)
-{
-    const float a = inverse(k, x, y), b = inverse(k, x + dx, y + dy);
-    if (!(a > 0 && b > 0)) return false;
-    const float z = 1 / fmaxf(a, b), near = (4 * depth_noise_m(z) + 0.005f * z) * a * b;
-    if (fabsf(a - b) <= near) return true;
-    const float before = inverse(k, x - dx, y - dy), after = inverse(k, x + 2 * dx, y + 2 * dy);
-    return (before > 0 && fabsf(2 * a - before - b) <= near) ||
-           (after > 0 && fabsf(2 * b - after - a) <= near);
-}
-
-static void link_pixels(struct maker *k)
-{
-    for (int32_t y = 0; y < k->map->height; y++)
-        for (int32_t x = 0; x < k->map->width; x++)
-            k->links[pixel_at(k, x, y)] = (uint8_t)((is_same(k, x, y, 1, 0) ? LINK_RIGHT : 0) |
-                                                    (is_same(k, x, y, 0, 1) ? LINK_DOWN : 0));
-}
-
-static bool is_linked(const struct maker *k, int32_t x, int32_t y, uint8_t link)
-{
-    if (x < 0 || y < 0 || x >= k->map->width || y >= k->map->height) return false;
-    return k->links[pixel_at(k, x, y)] & link;
+    return depth_links_inverse(&k->links, x, y);
 }
 
 /* Says which of a corner's four sides part two surfaces: up, down, left, right. */
 static unsigned jumps_at(const struct maker *k, int32_t x, int32_t y)
 {
-    return (is_linked(k, x - 1, y - 1, LINK_RIGHT) ? 0u : 1u) |
-           (is_linked(k, x - 1, y, LINK_RIGHT) ? 0u : 2u) |
-           (is_linked(k, x - 1, y - 1, LINK_DOWN) ? 0u : 4u) |
-           (is_linked(k, x, y - 1, LINK_DOWN) ? 0u : 8u);
+    return (depth_links_has(&k->links, x - 1, y - 1, DEPTH_LINK_RIGHT) ? 0u : 1u) |
+           (depth_links_has(&k->links, x - 1, y, DEPTH_LINK_RIGHT) ? 0u : 2u) |
+           (depth_links_has(&k->links, x - 1, y - 1, DEPTH_LINK_DOWN) ? 0u : 4u) |
+           (depth_links_has(&k->links, x, y - 1, DEPTH_LINK_DOWN) ? 0u : 8u);
 }
 
 /* Moves the corners of a jump to where they make the straightest line. */
@@ -101,23 +67,13 @@ static void even_out(struct maker *k)
         }
 }
 
-/* Computes the slope of 1/z along an axis, by those neighbours that show the same surface. */
-static float slope(const struct maker *k, int32_t x, int32_t y, int32_t dx, int32_t dy)
-{
-    const uint8_t link = dx ? LINK_RIGHT : LINK_DOWN;
-    const bool before = is_linked(k, x - dx, y - dy, link), after = is_linked(k, x, y, link);
-    const float own = inverse(k, x, y);
-    const float from = before ? inverse(k, x - dx, y - dy) : own;
-    const float to = after ? inverse(k, x + dx, y + dy) : own;
-    return before && after ? (to - from) / 2 : to - from;
-}
-
 /* Computes 1/z of a pixel's surface at a corner. */
 static float reach(const struct maker *k, int32_t x, int32_t y, const struct corner *at)
 {
     const float own = inverse(k, x, y);
-    const float v = own + slope(k, x, y, 1, 0) * (at->x - (float)x - 0.5f) +
-                    slope(k, x, y, 0, 1) * (at->y - (float)y - 0.5f);
+    const float v =
+        own + depth_links_slope(&k->links, x, y, DEPTH_LINK_RIGHT, 1) * (at->x - (float)x - 0.5f) +
+        depth_links_slope(&k->links, x, y, DEPTH_LINK_DOWN, 1) * (at->y - (float)y - 0.5f);
     return fminf(fmaxf(v, 0.5f * own), 2 * own);
 }
 
@@ -140,8 +96,7 @@ static void add_vertex(struct maker *k, int32_t x, int32_t y, unsigned group, st
     p[0] = (float)(((double)at->x - 0.5 - k->d->cx) / k->d->fx) * z;
     p[1] = (float)(((double)at->y - 0.5 - k->d->cy) / k->d->fy) * z;
     p[2] = z;
-    for (size_t c = 0; c < 3; c++)
-        color[c] = fminf(rgb[c] / count * WHITE_ALBEDO / k->white[c], ALBEDO_MAX);
+    for (size_t c = 0; c < 3; c++) color[c] = white_albedo(rgb[c] / count, k->white[c]);
     color[3] = 1;
 }
 
@@ -194,7 +149,6 @@ static int allocate(struct maker *k, struct mesh *m)
 {
     const size_t pixels = (size_t)k->map->width * (size_t)k->map->height;
     const size_t corners = ((size_t)k->map->width + 1) * ((size_t)k->map->height + 1);
-    k->links = calloc(pixels, sizeof *k->links);
     k->corners = calloc(corners, sizeof *k->corners);
     k->before = calloc(corners, sizeof *k->before);
     k->vertices = calloc(4 * pixels, sizeof *k->vertices);
@@ -202,34 +156,23 @@ static int allocate(struct maker *k, struct mesh *m)
     m->normals = calloc(4 * pixels, 3 * sizeof *m->normals);
     m->colors = malloc(4 * pixels * 4 * sizeof *m->colors);
     m->triangles = malloc(2 * pixels * 3 * sizeof *m->triangles);
-    return k->links && k->corners && k->before && k->vertices && m->positions && m->normals &&
-                   m->colors && m->triangles
+    return depth_links_find(k->map, &k->links) == 0 && k->corners && k->before && k->vertices &&
+                   m->positions && m->normals && m->colors && m->triangles
                ? 0
                : ERR_MEMORY;
-}
-
-static bool shines(const struct maker *k, size_t pixel)
-{
-    static const float luminance[3] = {0.2126f, 0.7152f, 0.0722f};
-    float own = 0, white = 0;
-    for (size_t c = 0; c < 3; c++) {
-        own += luminance[c] * k->map->color[3 * pixel + c];
-        white += luminance[c] * k->white[c];
-    }
-    return own > SHINING * white;
 }
 
 static void add_squares(const struct maker *k, bool shining, struct mesh *m)
 {
     const size_t count = (size_t)k->map->width * (size_t)k->map->height;
     for (size_t i = 0; i < count; i++)
-        if (k->map->z[i] > 0 && shines(k, i) == shining) add_square(k, i, m);
+        if (k->map->z[i] > 0 && white_is_outshone(k->white, k->map->color + 3 * i) == shining)
+            add_square(k, i, m);
 }
 
 static void build(struct maker *k, struct mesh *m, uint32_t *first_shining)
 {
     const int32_t width = k->map->width, height = k->map->height;
-    link_pixels(k);
     for (int32_t y = 0; y <= height; y++)
         for (int32_t x = 0; x <= width; x++)
             k->corners[(size_t)y * (size_t)(width + 1) + (size_t)x] =
@@ -251,7 +194,7 @@ int depth_mesh_make(const struct depth_map *map, const struct rgbd_document *d,
     *out = (struct mesh){0};
     int rc = allocate(&k, out);
     if (rc == 0) build(&k, out, first_shining);
-    free(k.links);
+    depth_links_fini(&k.links);
     free(k.corners);
     free(k.before);
     free(k.vertices);

@@ -2,22 +2,14 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include "proto/plan.h"
 #include "server/import/rgbd/depth_map.h"
 #include "server/import/rgbd/depth_mesh.h"
+#include "server/import/rgbd/rgbd_model.h"
+#include "server/import/rgbd/rgbd_parts.h"
 #include "server/import/rgbd/rgbd_place.h"
-#include "server/import/scene/cameras.h"
+#include "server/import/rgbd/white.h"
 #include "server/import/scene/mesh.h"
-#include "server/import/scene/surface.h"
-
-#define NAME "rgbd"
-
-/* What part of a picture is as bright as white or brighter. */
-#define WHITE_SHARE   0.05
-#define DARKEST_WHITE 1e-4f
 
 /* Poses are rotations: their inverse is the transpose. */
 static struct affine inverse_of(const struct affine *pose)
@@ -85,62 +77,16 @@ static int read_map(const struct rgbd_document *d, struct files *files, uint32_t
     return rc;
 }
 
-static int compare(const void *a, const void *b)
+/* Appends and places a mesh of the scene's own coordinates. */
+static int append_placed(const struct mesh *mesh, uint32_t first_shining, struct builder *b,
+                         struct fault *fault)
 {
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-/* Finds the light of white: what few pixels are brighter than, by colour. */
-static int find_white(const struct depth_map *m, float white[3], struct fault *fault)
-{
-    const size_t count = (size_t)m->width * (size_t)m->height;
-    float *light = malloc(count * sizeof *light);
-    if (light == NULL) return fault_set(fault, ERR_MEMORY, "/rgbd", "no memory for colours");
-    for (size_t c = 0; c < 3; c++) {
-        for (size_t i = 0; i < count; i++) light[i] = m->color[3 * i + c];
-        qsort(light, count, sizeof *light, compare);
-        white[c] = fmaxf(light[(size_t)((1 - WHITE_SHARE) * (double)(count - 1))], DARKEST_WHITE);
-    }
-    free(light);
-    return 0;
-}
-
-/* Appends a placed part of a mesh: `count` of its triangles from `first` on. */
-static int append_part(struct builder *b, const struct scene_mesh *whole, uint32_t first,
-                       uint32_t count, uint32_t role, struct fault *fault)
-{
-    struct scene_mesh part = *whole;
-    const struct scene_instance instance = {.mesh = (uint32_t)builder_count(b, SCENE_MESHES),
-                                            .flags = INSTANCE_IDENTITY | role,
-                                            .name = whole->name,
-                                            .to_world = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
-    if (count == 0) return 0;
-    part.first_triangle += first;
-    part.triangle_count = count;
-    int rc = builder_append_record(b, SCENE_MESHES, &part, fault);
-    return rc == 0 ? builder_append_record(b, SCENE_INSTANCES, &instance, fault) : rc;
-}
-
-/* What shines in the photograph itself is a holdout. */
-static int append_mesh(const struct mesh *mesh, uint32_t first_shining, struct builder *b,
-                       struct fault *fault)
-{
-    struct scene_mesh record;
-    struct scene_material material;
-    surface_init(&material);
-    material.metallic = material.specular = 0;
-    material.flags = MATERIAL_DOUBLE_SIDED | MATERIAL_COLORED;
-    int rc = builder_name(b, NAME, &material.name, fault);
-    if (rc == 0) rc = mesh_append(mesh, b, &record, fault);
+    static const double nowhere[3];
+    const uint64_t first = builder_count(b, SCENE_MESHES);
+    const int rc = rgbd_append_mesh(mesh, first_shining, b, fault);
     if (rc != 0) return rc;
-    record.name = material.name;
-    record.material = (uint32_t)builder_count(b, SCENE_MATERIALS);
-    rc = builder_append_record(b, SCENE_MATERIALS, &material, fault);
-    if (rc == 0) rc = append_part(b, &record, 0, first_shining, INSTANCE_CATCHER, fault);
-    return rc == 0 ? append_part(b, &record, first_shining, mesh->triangle_count - first_shining,
-                                 INSTANCE_HOLDOUT, fault)
-                   : rc;
+    return rgbd_place_parts(b, first, builder_count(b, SCENE_MESHES), first_shining == 0, nowhere,
+                            fault);
 }
 
 static int append_surfaces(const struct rgbd_document *d, const struct depth_map *map,
@@ -148,51 +94,14 @@ static int append_surfaces(const struct rgbd_document *d, const struct depth_map
 {
     struct mesh mesh;
     uint32_t first_shining;
-    float white[3] = {d->white[0], d->white[1], d->white[2]};
-    int rc = white[0] > 0 ? 0 : find_white(map, white, fault);
+    float white[3];
+    int rc = white_find(map, d, white, fault);
     if (rc == 0) rc = depth_mesh_make(map, d, white, &mesh, &first_shining, fault);
     if (rc != 0) return rc;
     rc = mesh_transform(&mesh, to_scene, "/rgbd", fault);
-    if (rc == 0) rc = append_mesh(&mesh, first_shining, b, fault);
+    if (rc == 0) rc = append_placed(&mesh, first_shining, b, fault);
     mesh_fini(&mesh);
     return rc;
-}
-
-/* OpenCV's cameras look along z with y down, the scene's along -z with y up. */
-static int append_camera(const struct rgbd_document *d, const struct depth_map *map,
-                         const struct affine *to_scene, struct builder *b, struct fault *fault)
-{
-    const double width = map->width, height = map->height;
-    struct affine turned = *to_scene;
-    struct scene_camera camera = {
-        .type = CAMERA_PERSPECTIVE,
-        .yfov_rad = (float)(2 * atan(height / (2 * d->fy))),
-        .half_width = (float)(width / (2 * d->fx)),
-        .centre_x = (float)(2 * (d->cx + 0.5) / width - 1),
-        .centre_y = (float)(1 - 2 * (d->cy + 0.5) / height),
-    };
-    for (int i = 0; i < 3; i++) {
-        turned.m[4 * i + 1] = -turned.m[4 * i + 1];
-        turned.m[4 * i + 2] = -turned.m[4 * i + 2];
-    }
-    int rc = builder_name(b, NAME, &camera.name, fault);
-    if (rc == 0 && !camera_set_frame(&camera, &turned))
-        rc = fault_set(fault, ERR_RANGE, "/rgbd/poses", "a camera looks nowhere");
-    b->default_camera = (uint32_t)builder_count(b, SCENE_CAMERAS);
-    return rc == 0 ? builder_append_record(b, SCENE_CAMERAS, &camera, fault) : rc;
-}
-
-/* Names the backplate; a name that would be cut names no file. */
-static int set_plate(const struct rgbd_document *d, uint32_t frame, struct builder *b,
-                     struct fault *fault)
-{
-    char plate[LIMIT_PATH_BYTES], place[48];
-    snprintf(place, sizeof place, "/rgbd/frames/%u/color", frame);
-    int rc = files_resolve(d->name, d->frames[frame].color, false, plate, place, fault);
-    if (rc == 0 && strlen(plate) >= LIMIT_NAME_BYTES)
-        rc = fault_set(fault, ERR_LIMIT, place, "its path has more than %d bytes",
-                       LIMIT_NAME_BYTES - 1);
-    return rc == 0 ? builder_name(b, plate, &b->plate, fault) : rc;
 }
 
 static int add_frame(const struct rgbd_document *d, struct files *files, uint32_t frame,
@@ -203,12 +112,21 @@ static int add_frame(const struct rgbd_document *d, struct files *files, uint32_
     int rc = rgbd_place_find(d, files, &place, &b->warnings, fault);
     if (rc == 0) rc = read_map(d, files, frame, &map, &b->warnings, fault);
     if (rc != 0) return rc;
-    struct affine to_scene = affine_multiply(&place, &d->frames[frame].pose);
-    for (int i = 0; i < 3; i++) to_scene.m[4 * i + 3] -= b->origin[i];
+    const struct affine to_scene = rgbd_camera_in(d, frame, &place, b->origin);
     rc = append_surfaces(d, &map, &to_scene, b, fault);
-    if (rc == 0) rc = append_camera(d, &map, &to_scene, b, fault);
-    if (rc == 0) rc = set_plate(d, frame, b, fault);
+    if (rc == 0) rc = rgbd_append_camera(d, map.width, map.height, &to_scene, b, fault);
+    if (rc == 0) rc = rgbd_set_plate(d, frame, b, fault);
     depth_map_destroy(&map);
+    return rc;
+}
+
+static int add_model(struct files *files, const struct scene_choice *choice, struct builder *b,
+                     struct fault *fault)
+{
+    struct rgbd_model model;
+    int rc = rgbd_model_open(&model, files, choice, b, fault);
+    if (rc == 0) rc = rgbd_model_add_frame(&model, choice->time_s, b, fault);
+    rgbd_model_close(&model);
     return rc;
 }
 
@@ -216,13 +134,11 @@ int rgbd_import(struct files *files, const struct scene_choice *choice, struct b
                 struct fault *fault)
 {
     struct rgbd_document d;
+    uint32_t frame;
+    if (choice->is_fused) return add_model(files, choice, b, fault);
     int rc = rgbd_document_open(&d, files, choice->rgbd, fault);
-    const double at = rc == 0 ? round(choice->time_s * d.fps) : 0;
-    if (rc == 0 && !(at >= 0 && at < d.frame_count))
-        rc = fault_set(fault, ERR_NOT_FOUND, "/rgbd/frames",
-                       "there is no frame at %.9g s: the last of %u is at %.9g s", choice->time_s,
-                       d.frame_count, (d.frame_count - 1) / d.fps);
-    if (rc == 0) rc = add_frame(&d, files, (uint32_t)at, b, fault);
+    if (rc == 0) rc = rgbd_find_frame(&d, choice->time_s, &frame, fault);
+    if (rc == 0) rc = add_frame(&d, files, frame, b, fault);
     b->moves = true;
     rgbd_document_close(&d);
     return rc;

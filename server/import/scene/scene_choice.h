@@ -20,4 +20,5 @@ struct scene_choice {
     bool has_ground;
     double ground_height; /* y in the file's coordinates */
     const char *rgbd;     /* document of a sequence of colour and depth that it is put into; NULL */
+    bool is_fused;        /* all its frames show one model */
 };

@@ -8,6 +8,7 @@
 #include "server/reconstruct/indirect/indirect_adaptive.h"
 #include "server/reconstruct/motion/motion.h"
 #include "server/reconstruct/patch/scratch.h"
+#include "server/reconstruct/residual/residual_field.h"
 
 /* A block's work. Its pixels are written beside the image and copied in on the loop's thread, so
  * that a reader of the forming picture sees no half-written numbers. */
@@ -54,6 +55,17 @@ static int find_strata_maps(struct block_task *t, const struct patch *patch)
     return indirect_adaptive_find_lobes(plan, patch, t->rect, t->strata_maps + rect_area(t->rect));
 }
 
+/* A view of a composite's surfaces is nothing beside them: there the block keeps its zeros, and
+ * *patch is NULL where it shows none. */
+static int gather(const struct block_task *t, struct rect *shown, struct patch **patch)
+{
+    const struct film *film = t->frame->views[t->view].film;
+    if (frame_view_is_of_surfaces(t->frame, t->view))
+        return film_gather_shown(film, t->block, RESIDUAL_PAD_PX, shown, patch);
+    *shown = t->rect;
+    return film_gather(film, t->block, patch);
+}
+
 static int reconstruct(struct block_task *t)
 {
     struct frame *f = t->frame;
@@ -72,17 +84,19 @@ static int reconstruct(struct block_task *t)
     for (uint32_t k = 0; k < ERROR_SOURCE_COUNT; k++)
         t->measure.variance[k] = t->pixels + area * (measured ? channels + k : 0);
     t->measure.luminance = t->pixels + area * (measured ? channels + ERROR_SOURCE_COUNT : 0);
-    int error = film_gather(f->views[t->view].film, t->block, &patch);
-    if (!error && f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
-    if (!error) patch->lens_drawn = t->drawn;
-    if (!error && frame_has_neighbours(f)) patch->window = &f->neighbours.windows[t->view];
-    const bool bare = !error && frame_view_is_bare(f, t->view, patch);
-    if (!error && measured)
+    struct rect shown;
+    int error = gather(t, &shown, &patch);
+    if (error || !patch) return error;
+    if (f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
+    patch->lens_drawn = t->drawn;
+    if (frame_has_neighbours(f)) patch->window = &f->neighbours.windows[t->view];
+    if (measured)
         error = block_reconstruct_measured(&f->view_plan, patch, t->rect, &view, &t->measure,
                                            &t->statistics);
-    else if (!error && !bare)
-        error = block_reconstruct(&f->view_plan, patch, t->rect, &view, &t->statistics);
-    if (!error && t->view == 0) motion_compose(f->motion, &f->plan, patch, t->rect, &view);
+    else
+        error = block_reconstruct(&f->view_plan, patch, shown, &view, &t->statistics);
+    if (!error && !frame_view_is_of_surfaces(f, t->view))
+        motion_compose(f->motion, &f->plan, patch, t->rect, &view);
     if (!error && t->strata_maps && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         error = find_strata_maps(t, patch);
     patch_destroy(&patch);

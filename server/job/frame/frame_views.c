@@ -67,19 +67,11 @@ bool frame_films_complete(const struct frame *f)
     return true;
 }
 
-/* Other layers may tell of pixels without objects, too. */
-bool frame_view_is_bare(const struct frame *f, uint32_t view, const struct patch *patch)
+/* Other layers may tell of pixels without surfaces, too. */
+bool frame_view_is_of_surfaces(const struct frame *f, uint32_t view)
 {
     const uint32_t known = LAYER_BEAUTY | LAYERS_COMPOSITE;
-    const struct rect all = patch->core;
-    if (!f->plan.composite || view != PLAN_VIEW_OBJECTS || (f->options.layers & ~known))
-        return false;
-    for (int32_t y = all.y0; y < all.y1; y++) {
-        const float *row = patch->path_coverage + patch_pixel(patch, all.x0, y);
-        for (int32_t x = 0; x < rect_width(all); x++)
-            if (row[x] != 0.0f) return false;
-    }
-    return true;
+    return f->plan.composite && (view != PLAN_VIEW_OBJECTS || !(f->options.layers & ~known));
 }
 
 void frame_views_compose(struct frame *f, struct rect rect)

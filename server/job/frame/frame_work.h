@@ -186,9 +186,8 @@ struct plan_pass frame_view_pass(const struct frame *f, const struct plan_pass *
 uint64_t frame_pending(const struct frame *f);
 int32_t frame_rows_done(const struct frame *f);
 bool frame_films_complete(const struct frame *f);
-/* Returns whether a block of the view of objects, and all around that its filters read, shows none:
- * it is drawn as zeros then, without filters. */
-bool frame_view_is_bare(const struct frame *f, uint32_t view, const struct patch *patch);
+/* Returns whether of a view only pixels that show surfaces are wanted: of others it is nothing. */
+bool frame_view_is_of_surfaces(const struct frame *f, uint32_t view);
 /* Composes what the views show (catcher.h). */
 void frame_views_compose(struct frame *f, struct rect rect);
 /* Notes that a block was drawn of a view, and composes it. */

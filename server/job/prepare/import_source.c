@@ -46,6 +46,7 @@ static int hash_composite(struct digest_state *state, const struct job_composite
     for (int k = 0; k < 2 && !error; k++)
         error = digest_update(state, lists[k] ? lists[k] : "", lists[k] ? strlen(lists[k]) + 1 : 1);
     if (!error && c->rgbd) error = digest_update(state, c->rgbd, strlen(c->rgbd) + 1);
+    if (!error && c->rgbd) error = digest_update(state, c->surfaces == RGBD_FUSED ? "f" : "s", 1);
     snprintf(text, sizeof text, "%d %.9g", (int)c->has_ground, (double)c->ground_height);
     return error ? error : digest_update(state, text, strlen(text));
 }

@@ -278,14 +278,14 @@ static void scene_imported(void *ctx, const struct fault *fault, const struct di
     import_rest(p);
 }
 
-/* A scene that stands on a base moves. */
+/* A scene that stands on a base moves; but of what a camera measured, only the camera does. */
 static bool wants_motion(const struct preparation *p)
 {
     char path[OBJECTS_PATH_BYTES];
     struct digest base;
     const struct job *job = &p->prepared->job;
     if (!(job->layers & LAYERS_MOTION) && !job_may_be_temporal(job)) return false;
-    if (job->live) return false;
+    if (job->live || job->composite.rgbd) return false;
     objects_path(p->objects, &p->scene_blob, path);
     return scene_find_base(path, &base) == 0 && !digest_is_zero(&base);
 }

@@ -24,14 +24,23 @@ static struct layer find(const struct image *image, const char *const names[4])
     return out;
 }
 
-static float at(const struct plane *plane, int32_t x, int32_t y)
+/* A layer's pixels of a row, from the rectangle's first on; NULL for channels that are not there.
+ */
+struct row {
+    float *of[4];
+};
+
+static struct row row_of(const struct layer *layer, int32_t x, int32_t y)
 {
-    return *plane_at(plane, x, y);
+    struct row out = {{NULL}};
+    for (int c = 0; c < 4; c++)
+        if (layer->of[c]) out.of[c] = plane_at(layer->of[c], x, y);
+    return out;
 }
 
-static void put(const struct plane *plane, int32_t x, int32_t y, float v)
+static void put(float *to, size_t i, float v)
 {
-    if (plane) *plane_at(plane, x, y) = v;
+    if (to) to[i] = v;
 }
 
 /* What a catcher's part of a pixel may be of the photograph there, over what it is in the view
@@ -47,32 +56,31 @@ static float share_of(float coverage, float without, float plate)
 }
 
 struct composing {
-    const struct catcher_views *views;
-    struct layer objects, with, without, plate;          /* read */
-    struct layer composite, catcher, overlay, backplate; /* filled */
+    bool adds;
+    struct row objects, with, without, plate;          /* read */
+    struct row composite, catcher, overlay, backplate; /* filled */
 };
 
-static void compose_pixel(const struct composing *k, int32_t x, int32_t y)
+static void compose_pixel(const struct composing *k, size_t i)
 {
-    const float alpha = at(k->objects.of[3], x, y), left = 1.0f - alpha;
-    const float coverage = fminf(at(k->with.of[3], x, y), 1.0f);
+    const float alpha = k->objects.of[3][i], left = 1.0f - alpha;
+    const float coverage = fminf(k->with.of[3][i], 1.0f);
     float sum = 0.0f;
     for (int c = 0; c < 3; c++) {
-        const float object = alpha > 0.0f ? at(k->objects.of[c], x, y) : 0.0f;
-        const float with = at(k->with.of[c], x, y), without = at(k->without.of[c], x, y);
-        const float plate = k->plate.of[c] ? at(k->plate.of[c], x, y) : 0.0f;
+        const float object = alpha > 0.0f ? k->objects.of[c][i] : 0.0f;
+        const float with = k->with.of[c][i], without = k->without.of[c][i];
+        const float plate = k->plate.of[c] ? k->plate.of[c][i] : 0.0f;
         const float share = share_of(coverage, without, plate);
         const float factor = 1.0f + share * (ratio_of(with, without) - 1.0f);
-        const float behind =
-            k->views->adds ? fmaxf(plate + (with - without), 0.0f) : plate * factor;
+        const float behind = k->adds ? fmaxf(plate + (with - without), 0.0f) : plate * factor;
         sum += factor;
-        put(k->composite.of[c], x, y, object + left * behind);
-        put(k->catcher.of[c], x, y, k->views->adds ? with - without : factor);
-        put(k->overlay.of[c], x, y, object);
-        put(k->backplate.of[c], x, y, plate);
-        put(k->objects.of[c], x, y, object);
+        put(k->composite.of[c], i, object + left * behind);
+        put(k->catcher.of[c], i, k->adds ? with - without : factor);
+        put(k->overlay.of[c], i, object);
+        put(k->backplate.of[c], i, plate);
+        put(k->objects.of[c], i, object);
     }
-    put(k->overlay.of[3], x, y, 1.0f - left * fminf(sum / 3.0f, 1.0f));
+    put(k->overlay.of[3], i, 1.0f - left * fminf(sum / 3.0f, 1.0f));
 }
 
 void catcher_compose(const struct catcher_views *views, struct rect rect, struct image *picture)
@@ -82,15 +90,22 @@ void catcher_compose(const struct catcher_views *views, struct rect rect, struct
     static const char *const catcher[4] = {"catcher.R", "catcher.G", "catcher.B"};
     static const char *const overlay[4] = {"overlay.R", "overlay.G", "overlay.B", "overlay.A"};
     static const char *const backplate[4] = {"backplate.R", "backplate.G", "backplate.B"};
-    struct composing k = {.views = views,
-                          .objects = find(picture, light),
-                          .with = find(views->with, light),
-                          .without = find(views->without, light),
-                          .composite = find(picture, composite),
-                          .catcher = find(picture, catcher),
-                          .overlay = find(picture, overlay),
-                          .backplate = find(picture, backplate)};
-    if (views->plate) k.plate = find(views->plate, light);
-    for (int32_t y = rect.y0; y < rect.y1; y++)
-        for (int32_t x = rect.x0; x < rect.x1; x++) compose_pixel(&k, x, y);
+    const struct layer objects = find(picture, light), with = find(views->with, light),
+                       without = find(views->without, light), over = find(picture, overlay),
+                       factor = find(picture, catcher), plate = find(picture, backplate),
+                       whole = find(picture, composite);
+    struct layer photograph = {{NULL}};
+    if (views->plate) photograph = find(views->plate, light);
+    for (int32_t y = rect.y0; y < rect.y1; y++) {
+        const struct composing k = {.adds = views->adds,
+                                    .objects = row_of(&objects, rect.x0, y),
+                                    .with = row_of(&with, rect.x0, y),
+                                    .without = row_of(&without, rect.x0, y),
+                                    .plate = row_of(&photograph, rect.x0, y),
+                                    .composite = row_of(&whole, rect.x0, y),
+                                    .catcher = row_of(&factor, rect.x0, y),
+                                    .overlay = row_of(&over, rect.x0, y),
+                                    .backplate = row_of(&plate, rect.x0, y)};
+        for (size_t i = 0; i < (size_t)rect_width(rect); i++) compose_pixel(&k, i);
+    }
 }

@@ -29,6 +29,8 @@ enum {
     PLANES_KNEE = 1
 };
 
+_Static_assert(RESIDUAL_SMOOTH_PLANES <= RESIDUAL_COMPONENTS * PLANES_LIGHT, "to work in");
+
 static size_t round_up(int32_t n, int32_t of)
 {
     return ((size_t)n + (size_t)of - 1) / (size_t)of * (size_t)of;
@@ -228,8 +230,8 @@ static int read_all_features(const struct patch *patch, struct residual_field *f
     struct residual_features *f = &field->features;
     read_own_features(patch, f);
     int error = patch->window ? residual_window_join_features(patch, field) : 0;
-    if (!error) error = residual_smooth(f, patch->scratch);
     if (error) return error;
+    residual_smooth(f, field->light[0].half[0]); /* planes of light, which is not read yet */
     find_slopes(f);
     find_gloss(f);
     residual_pad(&f->shape, f->normal, 3);

@@ -3,8 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "proto/error.h"
-
 /* Nearness that is off the line between its neighbours by this share of it is half noise. */
 #define BEND_HALF 0.005f
 
@@ -125,23 +123,20 @@ static void smooth_row(const struct smoothing *s, int32_t y, float *const of[FEA
     }
 }
 
-int residual_smooth(struct residual_features *f, struct scratch *scratch)
+_Static_assert(2 * DIRECTIONS + 1 + FEATURES == RESIDUAL_SMOOTH_PLANES, "planes to work in");
+
+void residual_smooth(struct residual_features *f, float *work)
 {
     const size_t plane = f->shape.plane;
     const int32_t height = f->shape.height;
     float *of[FEATURES];
-    float *memory = scratch_take(scratch, (2 * DIRECTIONS + 1 + FEATURES) * plane * sizeof *memory);
-    if (!memory) return ERR_MEMORY;
-    const struct smoothing s = {f, memory, memory + DIRECTIONS * plane,
-                                memory + 2 * DIRECTIONS * plane,
-                                memory + (2 * DIRECTIONS + 1) * plane};
-    memset(memory, 0, (2 * DIRECTIONS + 1) * plane * sizeof *memory);
+    const struct smoothing s = {f, work, work + DIRECTIONS * plane, work + 2 * DIRECTIONS * plane,
+                                work + (2 * DIRECTIONS + 1) * plane};
+    memset(work, 0, (2 * DIRECTIONS + 1) * plane * sizeof *work);
     list_features(f, of);
     for (int32_t y = 0; y < height; y++) find_noise(&s, y);
     for (int32_t y = 0; y < height; y++) sum_row(&s, y);
     for (int32_t y = 0; y < height; y++) find_weights(&s, y);
     for (int32_t y = 0; y < height; y++) smooth_row(&s, y, of, false);
     for (int32_t y = 0; y < height; y++) smooth_row(&s, y, of, true);
-    scratch_give(scratch, memory);
-    return 0;
 }

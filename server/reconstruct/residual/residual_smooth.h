@@ -7,11 +7,14 @@
  * none. Their features are replaced by means over the noisy pixels around. The part of albedo and
  * tint that this removes goes into the rest, so that no light is lost. docs/reconstruction.md,
  * Residual filter. */
-#include "server/reconstruct/patch/scratch.h"
 #include "server/reconstruct/residual/residual_field.h"
 
 /* How many pixels around a pixel its features depend on. */
 #define RESIDUAL_SMOOTH_REACH_PX 5
 
-/* Smooths features of the patch's pixels, before light is divided by any. ERR_MEMORY. */
-int residual_smooth(struct residual_features *f, struct scratch *scratch);
+/* Planes that it needs to work in. */
+#define RESIDUAL_SMOOTH_PLANES 20
+
+/* Smooths features of the patch's pixels, before light is divided by any. `work` has
+ * RESIDUAL_SMOOTH_PLANES planes, which may hold anything. */
+void residual_smooth(struct residual_features *f, float *work);

@@ -138,9 +138,6 @@ static bool split_component(const struct work *w, const struct residual_light *l
 {
     const struct residual_shape *s = &w->f->shape;
     bool any = false;
-    find_light(w, l);
-    spike_limits_find(&w->limits, w->limits.rect, WINDOW_PX, TIMES);
-    if (!find_agreement(w, l)) return false;
     for (int32_t y = 0; y < s->height; y++) {
         const size_t first = residual_at(s, 0, y);
         for (size_t i = first; i < first + (size_t)s->width; i++)
@@ -160,14 +157,35 @@ static void find_knee(const struct work *w, const struct residual_light *l)
     residual_pad(s, l->knee, 1);
 }
 
-/* Returns whether the component has spikes, and adds what they have beyond their limits to
- * `excess`. */
-static bool split(const struct work *w, const struct residual_light *light, float *const excess[3])
+/* Most fields have no spikes, and need no memory for them. */
+static int take_excess(const struct residual_field *field, struct residual_spikes *out)
 {
-    const bool found = split_component(w, light, excess);
+    const size_t count = 3 * RESIDUAL_COMPONENTS * field->features.shape.plane;
+    if (out->memory) return 0;
+    out->memory = scratch_take(field->scratch, count * sizeof *out->memory);
+    if (!out->memory) return ERR_MEMORY;
+    memset(out->memory, 0, count * sizeof *out->memory);
+    return 0;
+}
+
+/* Takes the component's spikes out, and spreads what they have beyond their limits. */
+static int split(const struct work *w, const struct residual_field *field,
+                 enum residual_component c, struct rect area, struct residual_spikes *out)
+{
+    const struct residual_light *light = &field->light[c];
+    const size_t plane = w->f->shape.plane;
+    find_light(w, light);
+    spike_limits_find(&w->limits, w->limits.rect, WINDOW_PX, TIMES);
     if (light->knee) find_knee(w, light);
-    for (int h = 0; found && h < 2; h++) residual_pad(&w->f->shape, light->half[h], 3);
-    return found;
+    if (!find_agreement(w, light)) return 0;
+    if (take_excess(field, out)) return ERR_MEMORY;
+    float *const first = out->memory + 3 * c * plane;
+    float *const excess[3] = {first, first + plane, first + 2 * plane};
+    if (!split_component(w, light, excess)) return 0;
+    for (int h = 0; h < 2; h++) residual_pad(&w->f->shape, light->half[h], 3);
+    residual_spread(w->f, c, &w->limits, area, w->scratch, excess);
+    out->excess = out->memory;
+    return 0;
 }
 
 /* Planes that the passes have no use for yet, all zero. */
@@ -193,24 +211,16 @@ int residual_spikes_take(struct residual_field *field, struct rect area,
                          struct residual_spikes *out)
 {
     const struct residual_shape *s = &field->features.shape;
-    const size_t planes = 3 * RESIDUAL_COMPONENTS;
-    float *memory = scratch_take(field->scratch, planes * s->plane * sizeof *memory);
-    *out = (struct residual_spikes){.scratch = field->scratch, .memory = memory};
-    if (!memory) return ERR_MEMORY;
+    int error = 0;
+    *out = (struct residual_spikes){.scratch = field->scratch};
     struct work w = {
         .f = &field->features,
         .limits = {.rect = {0, 0, s->width, s->height}, .origin = s->origin, .stride = s->stride}};
-    memset(memory, 0, planes * s->plane * sizeof *memory);
     borrow(field, &w);
     link_rows(&w);
-    for (enum residual_component c = 0; c < RESIDUAL_COMPONENTS; c++) {
-        float *const excess[3] = {memory + 3 * c * s->plane, memory + (3 * c + 1) * s->plane,
-                                  memory + (3 * c + 2) * s->plane};
-        if (!split(&w, &field->light[c], excess)) continue;
-        residual_spread(&field->features, c, &w.limits, area, w.scratch, excess);
-        out->excess = memory;
-    }
-    return 0;
+    for (enum residual_component c = 0; c < RESIDUAL_COMPONENTS && !error; c++)
+        error = split(&w, field, c, area, out);
+    return error;
 }
 
 void residual_spikes_fini(struct residual_spikes *s)

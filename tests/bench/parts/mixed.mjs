@@ -45,13 +45,14 @@ function photograph(o, folder, set) {
 
 const lamp = { type: "rectangle", center: [0, 1.93, 0], half_u: [0.25, 0, 0], half_v: [0, 0, 0.25], radiance: [17, 12, 4] };
 const roles = { backplate: { file: `room_${MIDDLE}.exr` }, catchers: ["white", "red", "green"], holdouts: ["lamp"] };
-const measured = (set, fuse) => ({ scene: { file: "box.obj" }, rgbd: { file: `sequence_${fuse}.json` }, image: { width: set.side, height: set.side },
+const measured = (set, fuse, surfaces = "screen") => ({ scene: { file: "box.obj" }, rgbd: { file: `sequence_${fuse}.json`, surfaces }, image: { width: set.side, height: set.side },
   effects: { indirect_bounces: 4 }, lights: [lamp], frames: { first: MIDDLE + 1, last: MIDDLE + 1 } });
 const KINDS = [
   { name: "photograph", job: (set) => room(set, "room-and-box.obj", 0, roles) },
   { name: "photograph, additive", job: (set) => room(set, "room-and-box.obj", 0, { ...roles, composite: { mode: "additive" } }) },
   { name: "colour and depth", job: (set) => measured(set, 2) },
-  { name: "colour and depth, frames by themselves", job: (set) => measured(set, 0) }];
+  { name: "colour and depth, frames by themselves", job: (set) => measured(set, 0) },
+  { name: "colour and depth, fused", job: (set) => measured(set, 2, "fused") }];
 
 // Frames of a camera that stands, of a place where nothing moves: the colours are the same, and depth has noise of its
 // own in each. All that changes from frame to frame flickers; its RMS is told over the mean.
@@ -63,12 +64,13 @@ function flicker(o, folder, set, spp) {
   const sequence = JSON.parse(readFileSync(`${folder}/sequence_2.json`, "utf8"));
   writeFileSync(`${folder}/sequence_still.json`, JSON.stringify({ ...sequence, poses: { file: "still.txt", format: "tum" },
     frames: numbers.map((k) => ({ color: `room_${MIDDLE}.exr`, depth: `still_${k}.pgm` })) }));
-  for (const temporal of ["none", "2"]) {
-    const cpu_s = render(o, folder, { ...measured(set, "still"), frames: { first: 1, last: set.still }, sampling: { spp }, filter: { temporal } }, "still_##");
+  for (const [surfaces, temporal] of [["screen", "none"], ["screen", "2"], ["fused", "none"], ["fused", "2"]]) {
+    const of = surfaces === "fused" ? ", fused" : "";
+    const cpu_s = render(o, folder, { ...measured(set, "still", surfaces), frames: { first: 1, last: set.still }, sampling: { spp }, filter: { temporal } }, "still_##");
     const changes = numbers.slice(1).map((k) => JSON.parse(run(`${o.build}/shearwater`, ["compare", frame(k - 1), frame(k), "--layer", "composite"])));
     const rms = Math.sqrt(changes.reduce((sum, c) => sum + c.rmse ** 2, 0) / changes.length), mean = changes[0].mean_reference.reduce((sum, v) => sum + v / 3, 0);
-    o.put("mixed", `flicker, window ${temporal}, ${spp} spp`, { kind: "flicker", spp, side: set.side, frames: set.still, temporal, flicker: rms / mean, cpu_s });
-    o.say(`${`flicker of ${set.still} frames, window: ${temporal}`.padEnd(38)} ${String(spp).padStart(3)} spp  ${(100 * rms / mean).toFixed(2)} %`);
+    o.put("mixed", `flicker${of}, window ${temporal}, ${spp} spp`, { kind: `flicker${of}`, spp, side: set.side, frames: set.still, temporal, flicker: rms / mean, cpu_s });
+    o.say(`${`flicker of ${set.still} frames${of}, window: ${temporal}`.padEnd(38)} ${String(spp).padStart(3)} spp  ${(100 * rms / mean).toFixed(2)} %`);
   }
 }
 

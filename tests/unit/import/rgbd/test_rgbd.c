@@ -108,6 +108,32 @@ TEST(objects_stand_where_a_pixel_shows_a_surface)
     }
 }
 
+/* Both walls are one, of which the second frame sees what is to the right of the first one's. */
+TEST(a_model_is_the_same_for_all_frames)
+{
+    struct scene s;
+    float lowest[2] = {0}, highest[2] = {0};
+    room_choice.is_fused = true;
+    for (int frame = 0; frame < 2; frame++) {
+        room_choice.time_s = frame / 24.0;
+        assert_int_equal(room_import_text("box.obj", box, &s), 0);
+        assert_int_equal(s.count[SCENE_INSTANCES], 2);
+        assert_int_equal(s.instances[1].flags & INSTANCE_CATCHER, INSTANCE_CATCHER);
+        assert_true(fabsf(s.cameras[s.info->default_camera].eye[0] - 0.5f * (float)frame) < 1e-6f);
+        assert_string_equal(scene_name(&s, s.info->plate), frame ? "2.png" : "1.png");
+        const struct scene_mesh *m = &s.meshes[1];
+        for (uint32_t v = 0; v < m->vertex_count; v++) {
+            const float *p = s.positions + 3 * (m->first_vertex + v);
+            assert_true(fabsf(p[2] + 2) < 2e-3f);
+            lowest[frame] = fminf(lowest[frame], p[0]);
+            highest[frame] = fmaxf(highest[frame], p[0]);
+        }
+        scene_unmap(&s);
+    }
+    assert_true(lowest[0] == lowest[1] && highest[0] == highest[1]);
+    assert_true(highest[0] - lowest[0] > 2.4f);
+}
+
 /* Changes a file of the sequence, and expects the place. */
 static void refuses(const char *name, const char *text, int code, const char *place)
 {
@@ -216,6 +242,19 @@ TEST(refuses_images_with_a_place)
     write_depth("1.pgm", 2000);
     write_depth("2.pgm", 0);
     room_refuses("box.obj", box, ERR_MISSING, "/rgbd/frames/1/depth");
+}
+
+TEST(refuses_what_makes_no_model)
+{
+    room_choice.is_fused = true;
+    write_depth("2.pgm", 0);
+    room_refuses("box.obj", box, ERR_MISSING, "/rgbd/frames/1/depth");
+    refuses("2.pgm", "P5 40 29 65535\n", ERR_TRUNCATED, "/rgbd/frames/1/depth");
+    write_depth("2.pgm", 2000);
+    refuses("poses.txt", "0 0 0 0 0 0 0 1\n0 1e14 0 0 0 0 0 1\n", ERR_LIMIT, "/rgbd/poses/file");
+    room_write("poses.txt", tum, strlen(tum));
+    room_choice.time_s = 1;
+    room_refuses("box.obj", box, ERR_NOT_FOUND, "/rgbd/frames");
 }
 
 TEST(refuses_documents_with_a_place)

@@ -36,6 +36,29 @@ TEST(boxes_are_around_instances)
     free(f);
 }
 
+/* Of scenes with catchers or holdouts there are boxes around all else, too. */
+TEST(boxes_are_around_virtual_objects)
+{
+    struct scene_fixture *f = fixture_new();
+    const uint32_t plain = fixture_material(f, 0.5f, 0.5f, 0.5f);
+    fixture_panel(f, plain, (float[]){0, 0, 0}, (float[]){9, 0, 0}, (float[]){0, 0, 9});
+    struct plan p = fixture_plan(16, 16, (float[]){0, 0, 20}, 1.0f);
+    struct traced t = trace_all(f, &p);
+    assert_null(t.scene->virtuals);
+    traced_fini(&t);
+    const uint32_t object = fixture_panel(f, plain, (float[]){1, 2, 3}, (float[]){0.5f, 0, 0},
+                                          (float[]){0, 0, 0.25f});
+    f->instances[0].flags |= INSTANCE_CATCHER;
+    assert_int_equal(object, 1);
+    t = trace_all(f, &p);
+    const struct lobe_boxes *b = t.scene->virtuals;
+    assert_int_equal(b->count, 1);
+    assert_true(b->box[0].low[0] == 0.5f && b->box[0].high[2] == 3.25f);
+    assert_int_equal(t.scene->lobes->count, 0);
+    traced_fini(&t);
+    free(f);
+}
+
 TEST(many_instances_share_boxes)
 {
     struct scene_fixture *f = fixture_new();
@@ -53,7 +76,7 @@ TEST(many_instances_share_boxes)
     crowd.instances = many;
     crowd.count[SCENE_INSTANCES] = count;
     struct lobe_boxes *b;
-    assert_int_equal(lobe_boxes_create(&crowd, t.scene->meshes, NULL, &b), 0);
+    assert_int_equal(lobe_boxes_create(BOXES_OF_LOBES, &crowd, t.scene->meshes, NULL, &b), 0);
     assert_int_equal(b->count, (count + 2) / 3);
     for (uint32_t k = 0; k < b->count; k++) {
         const uint32_t last = 3 * k + 2 < count ? 3 * k + 2 : count - 1;

@@ -114,6 +114,38 @@ TEST(what_no_object_reaches_has_the_same_bits)
     }
 }
 
+/* Blocks beside the boxes of virtual objects are not traced: to the bit as if they were, for fewer
+ * rays. A lens may blur an object over pixels that its box does not cover. */
+TEST(pixels_beside_objects_are_not_traced)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = views_plan(f, 2);
+    struct traced t = {0};
+    open_traced(f, &t);
+    for (int lens = 0; lens < 2; lens++) {
+        p.camera.aperture_radius = lens ? 0.3f : 0.0f;
+        p.camera.focus_distance = 1.0f;
+        struct lobe_boxes *const boxes = t.scene->virtuals;
+        assert_non_null(boxes);
+        uint64_t before = count(&t, COUNTER_PATHS);
+        struct samples *some = trace_view(&t, &p, PLAN_VIEW_OBJECTS);
+        const uint64_t few = count(&t, COUNTER_PATHS) - before;
+        t.scene->virtuals = NULL;
+        before = count(&t, COUNTER_PATHS);
+        struct samples *all = trace_view(&t, &p, PLAN_VIEW_OBJECTS);
+        const uint64_t many = count(&t, COUNTER_PATHS) - before;
+        t.scene->virtuals = boxes;
+        assert_memory_equal(some->data, all->data, some->layout.total_bytes);
+        if (lens)
+            assert_true(few == many);
+        else
+            assert_true(few > 0 && few < many / 2);
+        samples_destroy(&some);
+        samples_destroy(&all);
+    }
+    traced_fini(&t);
+}
+
 /* A frame's views do not mask rays of the next frame. */
 TEST(an_ordinary_plan_sees_all_again)
 {
