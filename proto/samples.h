@@ -134,6 +134,11 @@ uint32_t samples_type_bytes(enum samples_type type);
      PLANE_BIT(PATH_EMISSION) | PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_ALBEDO) |          \
      PLANE_BIT(PATH_COVERAGE))
 
+/* What Open Image Denoise is given of them. */
+#define PLANES_OIDN_READ                                                                           \
+    (PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_ALBEDO) | PLANE_BIT(PATH_NORMAL) |                  \
+     PLANE_BIT(PATH_TINT))
+
 /* All planes of the path tracer. */
 #define PLANES_PATH_ALL (PLANES_PATH | PLANES_RESIDUAL)
 

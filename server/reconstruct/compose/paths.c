@@ -131,6 +131,6 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
     put_samples(plan, patch, block, image_plane(image, "samples.N"));
     if (!plan->paths.without_diffuse_direct) /* else light fields see the background */
         statistics->pixels_background += count_background(patch, block);
-    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
+    if (plan->residual_filter != RESIDUAL_FILTER_HALVES) return 0;
     return filter(plan, patch, block, image, variance, statistics);
 }
