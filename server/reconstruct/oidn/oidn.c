@@ -48,7 +48,7 @@ void oidn_picture_put(const struct patch *patch, struct rect block, struct oidn_
             for (int c = 0; c < 3; c++, to++) {
                 const float spp = patch->paths.spp[i];
                 picture->light[to] = bounded(patch->path_radiance[c][i] / spp);
-                picture->albedo[to] = (patch->path_albedo[c][i] + patch->path_tint[c][i]) / spp;
+                picture->albedo[to] = patch->path_albedo[c][i] / spp;
                 picture->normal[to] = patch->path_normal[c][i] / spp;
             }
     }

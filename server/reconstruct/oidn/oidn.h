@@ -9,9 +9,8 @@
 /* What it is given of a frame, row by row, R, G and B of a pixel side by side. */
 struct oidn_picture {
     int32_t width_px, height_px;
-    float *light; /* owned; mean of what paths bring */
-    float
-        *albedo; /* owned; what surfaces reflect, of lobes of all kinds, mirrors' chains followed */
+    float *light;  /* owned; mean of what paths bring */
+    float *albedo; /* owned; mean diffuse albedo, also of what mirrors and clear glass show */
     float *normal; /* owned; mean over the samples */
 };
 

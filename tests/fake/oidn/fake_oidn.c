@@ -1,4 +1,5 @@
 /* A libOpenImageDenoise.so.2 that misbehaves on purpose. FAKE_OIDN says how:
+ *   same      it gives all light back as it is
  *   half      it gives half of the light back (also without a word)
  *   guides    the same, but the first pixel's albedo and normal stand in the next two
  *   version   it is of version 1.4.3
@@ -130,7 +131,7 @@ void oidnExecuteFilter(void *filter)
 {
     static bool was_short;
     const struct fake_filter *f = filter;
-    const float by = does("negative") ? -1.0f : 0.5f;
+    const float by = does("negative") ? -1.0f : does("same") ? 1.0f : 0.5f;
     if (does("execute")) fail(OIDN_INVALID_OPERATION, "it was asked to fail");
     if (does("memory") && !was_short) {
         was_short = true;
