@@ -8,6 +8,10 @@
 #define FORMAT_FLOAT3 3
 #define PIXEL_BYTES   (3 * sizeof(float))
 
+/* What the network may take besides, for each frame that is filtered: it goes over larger pictures
+ * piece by piece. */
+#define MEMORY_MB 1024
+
 static size_t pixels_of(const struct oidn_picture *p)
 {
     return (size_t)p->width_px * (size_t)p->height_px;
@@ -73,6 +77,7 @@ static int run(const struct oidn_call *call, void *device, const struct oidn_pic
                                 (size_t)p->width_px, (size_t)p->height_px, 0, PIXEL_BYTES,
                                 PIXEL_BYTES * (size_t)p->width_px);
     l->SetFilterBool(filter, "hdr", true);
+    l->SetFilterInt(filter, "maxMemoryMB", MEMORY_MB);
     l->SetFilterProgressMonitorFunction(filter, call->go_on, call->ctx);
     l->CommitFilter(filter);
     l->ExecuteFilter(filter);

@@ -25,6 +25,7 @@
       (void *filter, const char *name, void *pixels, int format, size_t width, size_t height,      \
        size_t offset_bytes, size_t pixel_bytes, size_t row_bytes))                                 \
     X(void, SetFilterBool, (void *filter, const char *name, bool value))                           \
+    X(void, SetFilterInt, (void *filter, const char *name, int value))                             \
     X(void, SetFilterProgressMonitorFunction,                                                      \
       (void *filter, bool (*go_on)(void *ctx, double share), void *ctx))                           \
     X(void, CommitFilter, (void *filter))                                                          \

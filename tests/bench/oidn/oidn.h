@@ -25,6 +25,7 @@ OIDN_EXPORT void oidnSetSharedFilterImage(void *filter, const char *name, void *
                                           size_t width, size_t height, size_t offset_bytes,
                                           size_t pixel_bytes, size_t row_bytes);
 OIDN_EXPORT void oidnSetFilterBool(void *filter, const char *name, bool value);
+OIDN_EXPORT void oidnSetFilterInt(void *filter, const char *name, int value);
 OIDN_EXPORT void oidnSetFilterProgressMonitorFunction(void *filter, bool (*go_on)(void *, double),
                                                       void *ctx);
 OIDN_EXPORT void oidnCommitFilter(void *filter);

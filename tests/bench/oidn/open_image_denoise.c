@@ -134,6 +134,12 @@ void oidnSetFilterBool(void *filter, const char *name, bool value)
         fail(f->device, OIDN_INVALID_ARGUMENT, "there are weights for hdr alone");
 }
 
+/* It takes pictures whole. */
+void oidnSetFilterInt(void *filter, const char *name, int value)
+{
+    (void)filter, (void)name, (void)value;
+}
+
 void oidnSetFilterProgressMonitorFunction(void *filter, bool (*go_on)(void *, double), void *ctx)
 {
     struct filter *f = filter;

@@ -108,6 +108,12 @@ void oidnSetFilterBool(void *filter, const char *name, bool value)
 }
 #endif
 
+void oidnSetFilterInt(void *filter, const char *name, int value)
+{
+    (void)filter;
+    if (strcmp(name, "maxMemoryMB") != 0 || value < 64) fail(OIDN_INVALID_ARGUMENT, "of memory");
+}
+
 void oidnSetFilterProgressMonitorFunction(void *filter, bool (*go_on)(void *, double), void *ctx)
 {
     (void)filter;
