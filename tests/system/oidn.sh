@@ -68,6 +68,17 @@ with fake half "$build/shearwater" render "$tmp/frames.json" --quiet -o "$tmp/fr
 check "frames of a sequence go through it one by one" with fake half render single single
 check "... so that a frame alone has the same light" bash -c "'$build/shearwater' compare '$tmp/single.exr' '$tmp/frames.2.exr' | jq -e '.rmse == 0'"
 
+# A room with mirrors and windows.
+room() { # room METHOD
+    local place=$PWD/tests/scenes/grey-white-room
+    printf '{"scene": {"file": "%s/room.glb"}, "environment": {"file": "%s/sky.hdr"}, "image": {"width": 96, "height": 64}, "effects": {"indirect_bounces": 4},
+        "sampling": {"spp": 4}, "layers": ["beauty", "albedo", "normal"], "filter": {"method": "none", "residual": "%s"}}' "$place" "$place" "$1" >"$tmp/room_$1.json"
+    with fake same render "room_$1" "room_$1"
+}
+check "a room with mirrors goes through it" room oidn
+check "... as well as by halves" room halves
+check "... with the same guides: what mirrors show" equal room_oidn room_halves albedo
+
 # What tells of it.
 says() { strings -a "$tmp/$1.exr" | grep -A 2 shearwater:denoiser | grep -q "Open Image Denoise $2"; }
 check "the file names it, with its version" says same 2.3.99
@@ -136,7 +147,7 @@ move() { http -f -o "$tmp/moved" -X PATCH -H 'Content-Type: application/json' -d
 check "its camera is moved" move
 check "... and it rests again" await_state "$live" resting 60
 http -o "$tmp/body" -X DELETE "$url/v1/jobs/$live"
-members=${members/64/128} members=${members/96/384} id=$(post '' | jq -r .id)
+members=${members/64/720} members=${members/96/960} id=$(post '' | jq -r .id)
 check "a job that is begun" pause_at "$id" 3
 serve_stop KILL
 check "a server that has lost it starts" serve_fake absent -
