@@ -347,30 +347,6 @@ static int check_adaptive(struct json_cursor *at, const struct job *job)
                                      target ? "sampling.target_error" : "the layer error");
 }
 
-static const char *obstacle_to_oidn(const struct job *job)
-{
-    if (job->target_error > 0.0f)
-        return "oidn does not know its error, which sampling.target_error asks for: leave one out";
-    if (job->layers & LAYER_ERROR)
-        return "oidn does not know its error, which the layer error asks for: leave one out";
-    if (job->composite.on)
-        return "oidn filters one picture, and photographs are composed with three: take auto";
-    return NULL;
-}
-
-/* Open Image Denoise takes a whole picture and gives one back. */
-static int check_oidn(struct json_cursor *at, const struct job *job)
-{
-    const int64_t pixels = (int64_t)job->width_px * job->height_px;
-    const char *obstacle = obstacle_to_oidn(job);
-    if (job->residual != RESIDUAL_OIDN || (!obstacle && pixels <= LIMIT_OIDN_PIXELS)) return 0;
-    json_cursor_enter(at, "filter");
-    if (obstacle) return json_cursor_refuse_member(at, "residual", ERR_UNSUPPORTED, "%s", obstacle);
-    return json_cursor_refuse_member(at, "residual", ERR_LIMIT,
-                                     "oidn takes at most %d pixels, not %lld", LIMIT_OIDN_PIXELS,
-                                     (long long)pixels);
-}
-
 /* Refuses what makes no sense for a picture that begins anew with each move of the camera. */
 static int check_live(struct json_cursor *at, const struct job *job)
 {
@@ -406,7 +382,7 @@ static int check_relations(struct json_cursor *at, const struct job *job)
     }
     int error = check_target(at, job);
     if (!error) error = check_adaptive(at, job);
-    if (!error) error = check_oidn(at, job);
+    if (!error) error = job_oidn_check(at, job);
     if (!error) error = check_live(at, job);
     if (!error) error = job_composite_check(at, job);
     return error ? error : check_layers(at, job);

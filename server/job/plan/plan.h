@@ -84,7 +84,7 @@ struct plan_source {
     const struct environment_header *map; /* of the job's map; NULL when it has none */
     const char *map_warnings;             /* its sentences, as its header counts them */
     struct digest map_blob;
-    struct plan_photograph photograph;       /* of a composite */
+    struct plan_photograph photograph; /* of a composite */
     const struct environment_header *studio; /* of the light where there is none; NULL: none */
     struct digest studio_blob;
 };

@@ -37,12 +37,6 @@ void oidn_picture_fini(struct oidn_picture *picture)
     *picture = (struct oidn_picture){.light = NULL};
 }
 
-/* As paths_compose bounds means (compose/paths.c), so that nothing else is left of them. */
-static float bounded(float v)
-{
-    return v < LIGHTING_MAX ? v : LIGHTING_MAX;
-}
-
 void oidn_picture_put(const struct patch *patch, struct rect block, struct oidn_picture *picture)
 {
     for (int32_t y = block.y0; y < block.y1; y++) {
@@ -51,7 +45,7 @@ void oidn_picture_put(const struct patch *patch, struct rect block, struct oidn_
         for (int32_t x = block.x0; x < block.x1; x++, i++)
             for (int c = 0; c < 3; c++, to++) {
                 const float spp = patch->paths.spp[i];
-                picture->light[to] = bounded(patch->path_radiance[c][i] / spp);
+                picture->light[to] = lighting_bounded(patch->path_radiance[c][i] / spp);
                 picture->albedo[to] = patch->path_albedo[c][i] / spp;
                 picture->normal[to] = patch->path_normal[c][i] / spp;
             }
@@ -110,11 +104,9 @@ int oidn_filter(const struct oidn_call *call, struct oidn_picture *picture,
                 const struct plane *const shown[3], struct fault *fault)
 {
     float *output = calloc(pixels_of(picture), PIXEL_BYTES);
-    void *device = output ? oidn_library_device(call->library, fault) : NULL;
-    int error = device ? run(call, device, picture, output, fault)
-                : output
-                    ? fault->code
-                    : fault_set(fault, ERR_MEMORY, "/filter/residual", "no memory for a picture");
+    if (!output) return fault_set(fault, ERR_MEMORY, "/filter/residual", "no memory for a picture");
+    void *device = oidn_library_device(call->library, fault);
+    int error = device ? run(call, device, picture, output, fault) : fault->code;
     if (!error) error = replace(call->library, picture, shown, output, fault);
     if (device) call->library->ReleaseDevice(device);
     free(output);
