@@ -375,7 +375,7 @@ $(B)/tests/oidn/lacks/%: CPPFLAGS += -DFAKE_OIDN_LACKS
 $(B)/tests/oidn/%/libOpenImageDenoise.so.2: tests/fake/oidn/fake_oidn.c tests/bench/oidn/oidn.h
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(STD) $(WARN) $(OPT) -fPIC -shared $< -o $@
-$(B)/tests/unit/server/reconstruct/oidn/%: $(oidns)
+$(filter $(B)/tests/unit/server/reconstruct/oidn/%,$(unit)): | $(oidns)
 $(B)/tests/fake/fake_worker: $(call obj,tests/fake/fake_worker.c $(fake_worker_src)) $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)
