@@ -62,7 +62,7 @@ analytic_src := $(wildcard tests/golden/analytic*.c)
 property_src := $(wildcard tests/property/*.c)
 golden_src := $(filter-out $(analytic_src),$(wildcard tests/golden/*.c))
 all_src    := $(proto_src) $(server_src) server/main.c $(import_src) server/import/main.c \
-              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(foreach room,$(unit_rooms),$(call fixture_src,$(room))) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(unet_src) $(check_src) \
+              $(worker_src) worker/main.c $(unit_src) $(unit_main) $(foreach room,$(unit_rooms),$(call fixture_src,$(room))) $(fake_src) $(fake_worker_src) $(load_src) $(bench_src) $(picture_src) $(unet_src) $(wildcard tests/bench/oidn/*.c) $(check_src) \
               $(reference_src) $(analytic_src) $(golden_src) $(property_src)
 own_files  := $(shell find proto server worker tests -name '*.[ch]' 2>/dev/null)
 # Kernels (proto/runtime/kernels.h) are compiled once for each instruction set.
@@ -78,7 +78,9 @@ worker_libs := -lembree3 -luv $(proto_libs)
 programs := $(B)/shearwater $(B)/shearwater-worker $(B)/shearwater-import
 unit     := $(patsubst tests/%.c,$(B)/tests/%,$(unit_src))
 fuzzers  := $(patsubst tests/fuzz/%.c,$(B)/fuzz/%,$(fuzz_src))
-fakes    := $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src)) \
+# Open Image Denoise by name: its network, one that misbehaves, and one that lacks a function.
+oidns    := $(patsubst %,$(B)/tests/oidn/%/libOpenImageDenoise.so.2,network fake lacks)
+fakes    := $(oidns) $(patsubst tests/fake/%.c,$(B)/tests/fake/%,$(fake_src)) \
             $(patsubst tests/fake/%.c,$(B)/tests/fake/%.so,$(shim_src))
 loads    := $(patsubst tests/load/%.c,$(B)/tests/load/%,$(load_src))
 benches  := $(patsubst tests/bench/%.c,$(B)/tests/bench/%,$(bench_src))
@@ -295,6 +297,7 @@ rooms = $(patsubst %,$(B)/obj/%.o,$(addsuffix /%,$(1)) $(2))
 $(call rooms,$(fast_rooms),$(fast_files)): OPT := $(FAST)
 $(call rooms,server/film worker/tile worker/trace): TUNE := $(stores)
 $(call rooms,server/reconstruct): TUNE := $(stores) $(scalars)
+$(B)/obj/tests/bench/oidn/%.o: TUNE := -fPIC
 # What unit tests do themselves is little: most of their time is the compiler's.
 $(patsubst %.c,$(B)/obj/%.o,$(unit_src)): OPT := -O0 -g -ffp-contract=off
 
@@ -371,6 +374,14 @@ $(B)/tests/load/%: $(B)/obj/tests/load/%.o $(B)/libserver.a $(B)/libproto.a
 $(B)/tests/fake/%.so: tests/fake/%.c
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(STD) $(WARN) $(OPT) -fPIC -shared $< -o $@ -ldl
+$(B)/tests/oidn/network/libOpenImageDenoise.so.2: $(B)/obj/tests/bench/oidn/open_image_denoise.o $(B)/libunet.a $(B)/libproto.a tests/bench/oidn/exports.map
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) -shared -Wl,--version-script=tests/bench/oidn/exports.map $(filter-out %.map,$^) -o $@ $(proto_libs)
+$(B)/tests/oidn/lacks/%: CPPFLAGS += -DFAKE_OIDN_LACKS
+$(B)/tests/oidn/%/libOpenImageDenoise.so.2: tests/fake/oidn/fake_oidn.c tests/bench/oidn/oidn.h
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(STD) $(WARN) $(OPT) -fPIC -shared $< -o $@
+$(filter $(B)/tests/unit/server/reconstruct/oidn/%,$(unit)): | $(oidns)
 $(B)/tests/fake/fake_worker: $(call obj,tests/fake/fake_worker.c $(fake_worker_src)) $(B)/libproto.a
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $^ -o $@ $(proto_libs)

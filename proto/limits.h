@@ -4,6 +4,7 @@
 
 /* Image and sampling. */
 #define LIMIT_IMAGE_SIDE_PX         16384     /* px; 16K stills, and tile indexes fit 32 bits */
+#define LIMIT_OIDN_PIXELS           33554432  /* px; of filter.residual oidn: 1.6 GB for it */
 #define LIMIT_IMAGE_PIXELS          134217728 /* px; 128 Mpx: output planes stay addressable */
 #define LIMIT_SPP                   65536     /* samples per pixel of any kind; l is at most 256 */
 #define LIMIT_COMPOSITE_SPP         16384     /* paths of each of three views: LIMIT_PASSES holds */

@@ -135,7 +135,8 @@ struct plan_adaptive {
 /* How the light of paths becomes a picture; of reconstruction, not of tracing. */
 enum residual_filter {
     RESIDUAL_FILTER_NONE = 0,
-    RESIDUAL_FILTER_HALVES = 1 /* non-local means over two halves of the samples */
+    RESIDUAL_FILTER_HALVES = 1, /* non-local means over two halves of the samples */
+    RESIDUAL_FILTER_OIDN = 2    /* Open Image Denoise, over the whole frame */
 };
 
 /* How the light field of glossy lobes becomes a picture; of reconstruction, not of tracing.

@@ -89,11 +89,26 @@ static int check_glossy_filter(const struct plan_field *at, const struct plan *p
     return 0;
 }
 
+/* Open Image Denoise sees a frame once, as a whole, and tells no error. */
+static int check_oidn(const struct plan_field *at, const struct plan *plan)
+{
+    const bool fits = !(plan->target_error > 0.0f) && plan->lens_strata_per_axis == 0 &&
+                      plan->paths.spp > 0 && !plan->composite;
+    if (!fits)
+        return plan_field_refuse(at, ERR_RANGE, "residual_filter",
+                                 "has no paths of one picture of unknown error to filter",
+                                 (double)plan->residual_filter);
+    if ((plan->planes & PLANES_OIDN_READ) != PLANES_OIDN_READ)
+        return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what Open Image Denoise reads",
+                                 (double)plan->planes);
+    return 0;
+}
+
 /* Halves of the paths, and what their weights look at. */
 static int check_residual_filter(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t finds = PLANES_GEOMETRY | PLANE_BIT(ID);
-    if (plan->temporal > 0 && (plan->residual_filter == RESIDUAL_FILTER_NONE ||
+    if (plan->temporal > 0 && (plan->residual_filter != RESIDUAL_FILTER_HALVES ||
                                plan->lens_strata_per_axis > 0 || plan_has_rounds(plan)))
         return plan_field_refuse(at, ERR_RANGE, "temporal",
                                  "belongs to the residual filter of a pinhole without rounds",
@@ -102,6 +117,7 @@ static int check_residual_filter(const struct plan_field *at, const struct plan 
         return plan_field_refuse(at, ERR_RANGE, "planes",
                                  "lacks the surfaces that other frames are asked for",
                                  (double)plan->planes);
+    if (plan->residual_filter == RESIDUAL_FILTER_OIDN) return check_oidn(at, plan);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
     if ((plan->planes & PLANES_RESIDUAL_READ) != PLANES_RESIDUAL_READ)
         return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what the residual filter reads",

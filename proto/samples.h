@@ -134,6 +134,11 @@ uint32_t samples_type_bytes(enum samples_type type);
      PLANE_BIT(PATH_EMISSION) | PLANE_BIT(PATH_DIFFUSE_DIRECT) | PLANE_BIT(PATH_ALBEDO) |          \
      PLANE_BIT(PATH_COVERAGE))
 
+/* What Open Image Denoise is given of them. Colours of metals (PATH_TINT) beside albedo change its
+ * error by .1 dB at most, for better or worse. */
+#define PLANES_OIDN_READ                                                                           \
+    (PLANE_BIT(PATH_RADIANCE) | PLANE_BIT(PATH_ALBEDO) | PLANE_BIT(PATH_NORMAL))
+
 /* All planes of the path tracer. */
 #define PLANES_PATH_ALL (PLANES_PATH | PLANES_RESIDUAL)
 

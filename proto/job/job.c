@@ -73,6 +73,7 @@ const struct json_choice job_residual_words[] = {
     {"auto", RESIDUAL_AUTO, NULL},
     {"none", RESIDUAL_NONE, NULL},
     {"halves", RESIDUAL_HALVES, NULL},
+    {"oidn", RESIDUAL_OIDN, NULL},
     {NULL, 0, NULL},
 };
 
@@ -214,7 +215,8 @@ const char *lens_method_name(enum lens_method method)
 bool job_may_be_temporal(const struct job *job)
 {
     return job->temporal != TEMPORAL_NONE && job_frame_count(job) > 1 &&
-           job->residual != RESIDUAL_NONE && !(job->target_error > 0.0f) && !job->live;
+           job->residual != RESIDUAL_NONE && job->residual != RESIDUAL_OIDN &&
+           !(job->target_error > 0.0f) && !job->live;
 }
 
 uint32_t job_strata_per_axis(uint32_t spp)

@@ -100,7 +100,7 @@ enum glossy_method {
 };
 
 /* filter.residual says how the light of paths is filtered. */
-enum residual_method { RESIDUAL_AUTO, RESIDUAL_NONE, RESIDUAL_HALVES };
+enum residual_method { RESIDUAL_AUTO, RESIDUAL_NONE, RESIDUAL_HALVES, RESIDUAL_OIDN };
 
 /* filter.temporal says how many frames on each side lend a frame their samples. */
 enum temporal_method {

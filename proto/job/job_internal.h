@@ -52,6 +52,9 @@ int job_composite_mode_read(struct json_cursor *at, const struct json_member *me
 void job_composite_defaults(struct job *job, bool has_layers, bool has_view);
 /* Checks what these members ask of others; the cursor stands at the root. */
 int job_composite_check(struct json_cursor *at, const struct job *job);
+
+/* Checks what filter.residual oidn asks of others; the cursor stands at the root. */
+int job_oidn_check(struct json_cursor *at, const struct job *job);
 /* Adds them to a document, if there are any. Returns the failed allocations. */
 int job_composite_write(const struct job *job, json_t *document);
 

@@ -384,6 +384,7 @@ static int check_relations(struct json_cursor *at, const struct job *job)
     }
     int error = check_target(at, job);
     if (!error) error = check_adaptive(at, job);
+    if (!error) error = job_oidn_check(at, job);
     if (!error) error = check_live(at, job);
     if (!error) error = job_composite_check(at, job);
     return error ? error : check_layers(at, job);

@@ -137,7 +137,7 @@ struct job_changes {
                         "filter of glossy reflections", &(c)->glossy),                             \
         JOB_CHANGE_TEXT("lens", 0, "auto|average|axis_aligned|sheared",                            \
                         "filter of depth of field", &(c)->lens),                                   \
-        JOB_CHANGE_TEXT("residual", 0, "auto|none|halves",                                         \
+        JOB_CHANGE_TEXT("residual", 0, "auto|none|halves|oidn",                                    \
                         "filter of light that comes along paths", &(c)->residual),                 \
         JOB_CHANGE_TEXT("temporal", 0, "auto|none|1|2",                                            \
                         "frames on each side whose samples a frame uses", &(c)->temporal)

@@ -18,6 +18,7 @@ struct exr_metadata {
     enum exr_codec codec;
     bool half; /* store all channels but depth, ids and samples as half floats, clamped */
     struct exr_mattes *mattes; /* of layers of ids; NULL: none */
+    const char *denoiser;      /* shearwater:denoiser, a name and version; static; NULL: left out */
 };
 
 /* Writes a whole file at `path`, replacing it. The call blocks. ERR_IO with the reason in *fault.

@@ -16,6 +16,7 @@ static exr_result_t add_own(exr_context_t context, const struct exr_metadata *m)
     exr_result_t r = exr_attr_set_string(context, 0, "shearwater:seed", seed);
     if (!r && m->job) r = exr_attr_set_string(context, 0, "shearwater:job", m->job);
     if (!r && m->build) r = exr_attr_set_string(context, 0, "shearwater:build", m->build);
+    if (!r && m->denoiser) r = exr_attr_set_string(context, 0, "shearwater:denoiser", m->denoiser);
     if (!r) r = exr_attr_set_int(context, 0, "shearwater:spp", (int32_t)m->spp);
     if (!r) r = exr_attr_set_int(context, 0, "shearwater:frame", m->frame);
     return r;

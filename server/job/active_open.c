@@ -6,6 +6,7 @@
 #include "server/job/frame/picture_file.h"
 #include "server/job/jobs_table.h"
 #include "server/job/live_view.h"
+#include "server/reconstruct/oidn/oidn_library.h"
 
 bool active_job_has_unopened(const struct active_job *job)
 {
@@ -27,7 +28,7 @@ bool active_job_may_open(const struct active_job *job)
     return active_frame_is_prepared(job, frame) && active_job_is_in_reach(job, frame);
 }
 
-static int start_work(struct active_job *job, struct active_frame *frame)
+static int start_work(struct active_job *job, struct active_frame *frame, struct fault *fault)
 {
     struct jobs *jobs = job->jobs;
     const struct job *document = &job->prepared->job;
@@ -66,7 +67,11 @@ static int start_work(struct active_job *job, struct active_frame *frame)
         .events = active_job_frame_events(jobs),
     };
     memcpy(options.job, job->id, sizeof options.job);
-    return frame_create(&options, &frame->work);
+    /* The job may come from a run that had the library. */
+    if (plan.residual_filter == RESIDUAL_FILTER_OIDN && !oidn_library_get(fault))
+        return fault->code;
+    const int error = frame_create(&options, &frame->work);
+    return error ? fault_set(fault, error, "/image", "no memory for frame %d", options.number) : 0;
 }
 
 static void note_opened(struct active_job *job, struct active_frame *frame)
@@ -97,11 +102,8 @@ void active_job_open_frame(struct active_job *job)
         jobs_advance_soon(jobs);
         return;
     }
-    int error = start_work(job, frame);
-    if (error) {
-        struct fault fault;
-        fault_set(&fault, error, "/image", "no memory for frame %d",
-                  active_frame_number(job, frame));
+    struct fault fault;
+    if (start_work(job, frame, &fault) != 0) {
         active_job_fail_or_retry(job, &fault);
         return;
     }

@@ -346,6 +346,7 @@ void jobs_totals(const struct jobs *jobs, struct jobs_totals *out)
                                 .lens_cpu_us = sum.lens_cpu_us,
                                 .lens_relight_cpu_us = sum.lens_relight_cpu_us,
                                 .residual_cpu_us = sum.residual_cpu_us,
+                                .oidn_cpu_us = sum.oidn_cpu_us,
                                 .coordinate_cpu_us = sum.coordinate_cpu_us,
                                 .decode_cpu_us = sum.decode_cpu_us,
                                 .encode_cpu_us = sum.encode_cpu_us};

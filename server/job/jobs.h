@@ -167,8 +167,8 @@ struct jobs_totals {
     uint64_t results_dropped, samples_rejected;
     struct counters counters;
     uint64_t import_cpu_us, reconstruct_cpu_us, shadow_cpu_us, indirect_cpu_us, glossy_cpu_us,
-        lens_cpu_us, lens_relight_cpu_us, residual_cpu_us, decode_cpu_us, encode_cpu_us,
-        coordinate_cpu_us;
+        lens_cpu_us, lens_relight_cpu_us, residual_cpu_us, oidn_cpu_us, decode_cpu_us,
+        encode_cpu_us, coordinate_cpu_us;
 };
 void jobs_totals(const struct jobs *jobs, struct jobs_totals *out);
 

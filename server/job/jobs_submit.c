@@ -6,6 +6,7 @@
 
 #include "proto/json.h"
 #include "server/job/jobs_table.h"
+#include "server/reconstruct/oidn/oidn_library.h"
 
 /* Lists all that the job names: the scene, its files, the map, the backplate. The caller owns the
  * list. */
@@ -48,6 +49,7 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
     const char *url = job->marks.webhook;
     if (url && webhooks_check(jobs->options.webhooks, url, fault) != 0) return fault->code;
+    if (job->residual == RESIDUAL_OIDN && !oidn_library_get(fault)) return fault->code;
     const unsigned live = jobs->live_count + jobs->live_coming;
     if (job->live && live >= LIVE_MAX)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",

@@ -36,7 +36,7 @@ static bool is_filtered(const struct plan *plan)
     return plan->shadow_filter != SHADOW_FILTER_NONE ||
            plan->indirect_filter != INDIRECT_FILTER_NONE ||
            plan->glossy_filter != GLOSSY_FILTER_NONE ||
-           plan->residual_filter != RESIDUAL_FILTER_NONE || plan->lens_filter != LENS_FILTER_NONE;
+           plan->residual_filter == RESIDUAL_FILTER_HALVES || plan->lens_filter != LENS_FILTER_NONE;
 }
 
 /* Pixels beside a block whose lighting the resolve, or mixed pixels of paths, borrow. */
@@ -91,9 +91,10 @@ uint64_t block_patch_bytes_min(const struct plan *plan)
 int32_t block_side_px(const struct plan *plan)
 {
     const int64_t large = (int64_t)SIDE_FILTERED_LARGE_PX * SIDE_FILTERED_LARGE_PX;
-    const int64_t enough = plan->lens_filter != LENS_FILTER_NONE           ? BLOCKS_ENOUGH_WIDE
-                           : plan->residual_filter != RESIDUAL_FILTER_NONE ? BLOCKS_ENOUGH_RESIDUAL
-                                                                           : BLOCKS_ENOUGH;
+    const int64_t enough = plan->lens_filter != LENS_FILTER_NONE ? BLOCKS_ENOUGH_WIDE
+                           : plan->residual_filter == RESIDUAL_FILTER_HALVES
+                               ? BLOCKS_ENOUGH_RESIDUAL
+                               : BLOCKS_ENOUGH;
     const bool many = (int64_t)plan->width_px * plan->height_px >= enough * large;
     int32_t side = many ? SIDE_FILTERED_LARGE_PX : SIDE_FILTERED_PX;
     if (!is_filtered(plan)) return SIDE_PX;

@@ -138,7 +138,7 @@ export const GROUPS = [
     { at: "/filter/glossy", label: "Glossy reflections", kind: "choice", otherwise: "auto",
       of: ["auto", "average", "virtual_hit", "bandlimit", "sg", "sg_mixture", "asg"] },
     { at: "/filter/lens", label: "Depth of field", kind: "choice", of: ["auto", "average", "axis_aligned", "sheared"], otherwise: "auto" },
-    { at: "/filter/residual", label: "Light along paths", kind: "choice", of: ["auto", "none", "halves"], otherwise: "auto" },
+    { at: "/filter/residual", label: "Light along paths", kind: "choice", of: ["auto", "none", "halves", "oidn"], otherwise: "auto" },
     { at: "/filter/temporal", label: "Frames on each side that lend samples", kind: "choice", of: ["auto", "none", "1", "2"], otherwise: "auto" }] },
   { title: "Layers", fields: [{ at: "/layers", label: "Layers", kind: "several", of: LAYERS, otherwise: ["beauty"] }] },
   { title: "Frames and priority", fields: [

@@ -77,7 +77,7 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
     const struct plan *plan = parts->plan;
     const struct render_scene *scene = parts->queries->scene;
     *out = *parts;
-    out->demodulate = (plan->planes & PLANES_DEMODULATED) != 0;
+    out->demodulate = (plan->planes & (PLANES_DEMODULATED | PLANES_RESIDUAL)) != 0;
     out->features = (plan->planes & PLANES_RESIDUAL) != 0;
     out->blended = has_blended(scene->materials);
     out->has_emission = out->has_other_emission =

@@ -82,6 +82,7 @@ static void write_work(FILE *out, const struct jobs_totals *t)
     cpu(out, "lens", t->lens_cpu_us);
     cpu(out, "lens_relight", t->lens_relight_cpu_us);
     cpu(out, "residual", t->residual_cpu_us);
+    cpu(out, "oidn", t->oidn_cpu_us);
     cpu(out, "encode", t->encode_cpu_us);
     cpu(out, "coordinate", t->coordinate_cpu_us);
 }

@@ -29,6 +29,7 @@ static void destroy(struct frame *f)
     frame_spool_destroy(f);
     frame_rounds_destroy(f);
     frame_neighbours_destroy(f);
+    frame_denoise_destroy(f);
     motion_drop(&f->motion);
     tile_queue_destroy(&f->tiles);
     frame_views_destroy(f);
@@ -89,6 +90,7 @@ int frame_create(const struct frame_options *options, struct frame **out)
     if (!error) error = frame_views_create(f);
     if (!error && plan_has_rounds(&f->plan)) error = frame_rounds_create(f);
     if (!error && frame_has_neighbours(f)) frame_neighbours_begin(f);
+    if (!error) error = frame_denoise_create(f);
     if (!error) frame_costs_create(f);
     if (error) {
         destroy(f);
@@ -165,7 +167,7 @@ const struct statistics *frame_statistics(const struct frame *f)
 
 uint64_t frame_revision(const struct frame *f)
 {
-    return f->blocks_drawn;
+    return f->blocks_drawn + (f->denoise.is_shown ? 1 : 0);
 }
 
 uint32_t frame_tiles_total(const struct frame *f)

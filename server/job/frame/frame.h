@@ -80,7 +80,7 @@ enum frame_state frame_state(const struct frame *f);
 const struct image *frame_image(const struct frame *f);
 const struct exr_metadata *frame_metadata(const struct frame *f);
 const struct statistics *frame_statistics(const struct frame *f); /* tiles and CPU so far */
-uint64_t frame_revision(const struct frame *f); /* blocks drawn, each time that they were */
+uint64_t frame_revision(const struct frame *f); /* blocks drawn, each time that they were, or all */
 /* Returns the number of tiles, where every pass of a tile (proto/plan.h) counts as one: a worker is
  * given one at a time. */
 uint32_t frame_tiles_total(const struct frame *f);

@@ -127,7 +127,7 @@ void frame_files_feed(struct frame *f)
 {
     const bool closing = f->files.closing;
     const int32_t end = closing ? f->plan.height_px : frame_rows_done(f);
-    if (!closing && (f->options.kept || frame_has_rounds(f))) return;
+    if (!closing && (f->options.kept || frame_has_rounds(f) || frame_has_denoiser(f))) return;
     for (int k = 0; k < PICTURE_FILE_COUNT; k++) {
         struct frame_file *file = &f->files.of[k];
         if (file->is_out || file->is_stored) continue;

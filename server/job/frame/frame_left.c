@@ -4,6 +4,7 @@
 #include "server/job/frame/frame_work.h"
 
 #define RESIDUAL_US  2.5 /* of a pixel, before any is filtered */
+#define OIDN_US      2.6 /* of a pixel, which Open Image Denoise filters when all is drawn */
 #define LAST_ROWS    2.0 /* of blocks, which wait for the last tiles */
 #define ROUND_GROWTH 4.0
 
@@ -96,7 +97,7 @@ static double block_us(const struct frame *f)
                         s->glossy_cpu_us + s->lens_cpu_us + s->lens_relight_cpu_us +
                         s->residual_cpu_us;
     if (f->blocks_drawn > 0) return (double)us / (double)f->blocks_drawn;
-    const bool filtered = f->plan.residual_filter != RESIDUAL_FILTER_NONE;
+    const bool filtered = f->plan.residual_filter == RESIDUAL_FILTER_HALVES;
     return filtered ? RESIDUAL_US * (double)f->block_px * (double)f->block_px : 0.0;
 }
 
@@ -117,5 +118,7 @@ double frame_filters_left_us(const struct frame *f)
     const double blocks = fmin(height, LAST_ROWS) * width * plan_views(&f->plan);
     const double rows_left = ceil((double)(f->plan.height_px - frame_rows_done(f)) / f->block_px);
     const double now = fmin(blocks, rows_left * width * plan_views(&f->plan));
-    return block_us(f) * (fmax(now, f->blocks_out) + rounds_to_come(f) * blocks);
+    const double pixels = (double)f->plan.width_px * (double)f->plan.height_px;
+    const double last = frame_has_denoiser(f) ? OIDN_US * pixels : 0.0;
+    return block_us(f) * (fmax(now, f->blocks_out) + rounds_to_come(f) * blocks) + last;
 }

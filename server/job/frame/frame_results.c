@@ -97,6 +97,7 @@ static int reconstruct(struct block_task *t)
         error = block_reconstruct(&f->view_plan, patch, shown, &view, &t->statistics);
     if (!error && !frame_view_is_of_surfaces(f, t->view))
         motion_compose(f->motion, &f->plan, patch, t->rect, &view);
+    if (!error) frame_denoise_keep(f, patch, t->rect);
     if (!error && t->strata_maps && f->plan.indirect_filter == INDIRECT_FILTER_ADAPTIVE)
         error = find_strata_maps(t, patch);
     patch_destroy(&patch);
@@ -198,7 +199,7 @@ static void block_over(struct frame *f, const struct block_task *t)
         if (frame_has_rounds(f))
             frame_rounds_decide(f);
         else
-            frame_encode(f);
+            frame_denoise_end(f);
     }
     if (frame_task_over(f)) f->options.events.drawn(f->options.events.ctx, f, t->rect);
 }

@@ -82,7 +82,7 @@ static void end(struct frame *f)
     f->rounds.shown = 1.0;
     f->tasks++; /* held: the owner may drop the frame */
     f->options.events.traced(f->options.events.ctx, f);
-    if (frame_task_over(f)) frame_encode(f);
+    if (frame_task_over(f)) frame_denoise_end(f);
 }
 
 static void go_on(struct frame *f)

@@ -1,9 +1,10 @@
 #pragma once
 /* The inside of a frame, shared by the files that work on it. frame.c keeps the books,
  * frame_results.c turns results into blocks, and frame_spool.c reads results of an earlier run.
- * frame_neighbours.c waits for other frames. frame_rounds.c decides when there are passes after the
- * schedule, frame_target.c and frame_adaptive.c which; frame_glance.c looks ahead of the former for
- * the time left. frame_files.c turns the image into files. */
+ * frame_neighbours.c waits for other frames. frame_denoise.c filters a frame as a whole.
+ * frame_rounds.c decides when there are passes after the schedule, frame_target.c and
+ * frame_adaptive.c which; frame_glance.c looks ahead of the former for the time left. frame_files.c
+ * turns the image into files. */
 #include <stdatomic.h>
 #include <uv.h>
 
@@ -15,6 +16,7 @@
 #include "server/job/frame/rounds.h"
 #include "server/job/frame/tile_queue.h"
 #include "server/reconstruct/block.h"
+#include "server/reconstruct/oidn/oidn.h"
 
 /* The rounds of a frame that has some (proto/plan.h). */
 struct frame_rounds {
@@ -103,6 +105,17 @@ struct frame_files {
     bool closing; /* the image is whole; `encoded` is not told yet */
 };
 
+/* What Open Image Denoise filters of a frame, where its plan asks for it, once all is drawn. */
+struct frame_denoise {
+    struct pool_task task;
+    struct frame *frame;
+    struct oidn_picture left; /* owned; all NULL without, and when it is filtered */
+    const struct oidn_library *library;
+    bool is_shown;
+    struct fault fault;
+    int error;
+};
+
 /* What is traced for one view of a frame. */
 struct frame_view {
     struct film *film;   /* owned */
@@ -126,6 +139,7 @@ struct frame {
     struct frame_target target; /* all NULL without one */
     struct frame_adaptive adaptive; /* all NULL without */
     struct frame_neighbours neighbours;
+    struct frame_denoise denoise;
     struct frame_spool spool;
     struct scratch *scratch, *own_scratch; /* of the pool's work on blocks; NULL: it is borrowed */
     struct image *image; /* on the loop's thread, but rows that are final: the pool reads them */
@@ -205,6 +219,21 @@ void frame_neighbours_destroy(struct frame *f);
 /* Makes the frame's history once all its tiles have landed. On failure the frame has failed, and
  * may be gone. */
 int frame_neighbours_note(struct frame *f);
+
+/* -- frame_denoise.c: frames that Open Image Denoise filters -- */
+
+int frame_denoise_create(struct frame *f);
+void frame_denoise_destroy(struct frame *f);
+/* Returns whether pixels change once more when all are drawn. */
+static inline bool frame_has_denoiser(const struct frame *f)
+{
+    return f->denoise.left.light != NULL;
+}
+/* Keeps what paths bring to a block, on a thread of the pool. */
+void frame_denoise_keep(struct frame *f, const struct patch *patch, struct rect rect);
+/* Filters a frame of which all is drawn, and encodes it. Without such a filter it is encoded at
+ * once. */
+void frame_denoise_end(struct frame *f);
 
 /* -- frame_spool.c: what an earlier run of the coordinator had -- */
 

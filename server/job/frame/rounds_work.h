@@ -61,7 +61,7 @@ struct level {
 
 static inline enum law law_of(const struct rounds *r, int kind)
 {
-    const bool filtered = kind == BOUNCES || r->plan->residual_filter != RESIDUAL_FILTER_NONE;
+    const bool filtered = kind == BOUNCES || r->plan->residual_filter == RESIDUAL_FILTER_HALVES;
     return filtered ? LAW_FILTER : LAW_MEAN;
 }
 

@@ -7,10 +7,11 @@
  * of the list, a pinhole, and layers that they have. Then a shadow filter runs, the one that is
  * asked for or that auto chooses. Where some surface has other lobes besides, fields bring what
  * diffuse lobes send on, and paths what the others do. Elsewhere whole paths bring all the light.
- * The residual filter cleans what paths bring. Only where a job names a filter of indirect light or
- * of lobes, has one path a pixel that the residual filter cannot halve, or asks for occlusion do
- * light fields of indirect light or occlusion stand beside these. A lens has a light field of its
- * own, paths sorted by where they pass the lens, and filter.lens chooses its filter.
+ * The residual filter cleans what paths bring, or Open Image Denoise where a job asks for it. Only
+ * where a job names a filter of indirect light or of lobes, has one path a pixel that the residual
+ * filter cannot halve, or asks for occlusion do light fields of indirect light or occlusion stand
+ * beside these. A lens has a light field of its own, paths sorted by where they pass the lens, and
+ * filter.lens chooses its filter.
  *
  * The path tracer also takes what no light field can do. Without a lens that is a tent and surfaces
  * that let light through by their alpha. With one it is layers besides the picture, more samples

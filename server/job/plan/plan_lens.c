@@ -42,6 +42,8 @@ bool plan_lens_possible(const struct job *job, const struct plan *plan, char why
         snprintf(why, PLAN_WHY_BYTES, "with a lens only paths give the layer %s", layer);
     else if (job->target_error > 0.0f)
         snprintf(why, PLAN_WHY_BYTES, "sampling.target_error needs samples of known error");
+    else if (job->residual == RESIDUAL_OIDN)
+        snprintf(why, PLAN_WHY_BYTES, "filter.residual is oidn, which filters whole pixels");
     else if (l > most)
         snprintf(why, PLAN_WHY_BYTES, "%u lens samples are more than the %u that travel one by one",
                  l * l, most * most);

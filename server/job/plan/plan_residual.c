@@ -8,14 +8,25 @@
 
 bool plan_residual_possible(const struct job *job, const struct plan_report *report)
 {
+    if (job->residual == RESIDUAL_OIDN) return (report->layers & LAYER_BEAUTY) != 0;
     return job->residual != RESIDUAL_NONE && (report->layers & LAYERS_FILTERED) != 0 &&
            job_strata_per_axis(job->spp) > 1;
+}
+
+static uint32_t choose_oidn(const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
+{
+    const bool shown = (report->layers & LAYER_BEAUTY) != 0;
+    snprintf(why, PLAN_FILTER_WHY_BYTES, "%s",
+             shown ? "filter.residual is oidn, whose bytes differ from machine to machine"
+                   : "oidn filters the layer beauty alone");
+    return shown ? RESIDUAL_FILTER_OIDN : RESIDUAL_FILTER_NONE;
 }
 
 static uint32_t choose(const struct job *job, const struct plan *plan,
                        const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
 {
     const size_t n = PLAN_FILTER_WHY_BYTES;
+    if (job->residual == RESIDUAL_OIDN) return choose_oidn(report, why);
     if (job->residual == RESIDUAL_NONE)
         snprintf(why, n, "filter.residual is none");
     else if (job->residual == RESIDUAL_AUTO &&
@@ -39,6 +50,10 @@ void plan_residual(const struct job *job, struct plan *plan, struct plan_report 
 {
     plan->residual_filter = choose(job, plan, report, report->residual_filter_why);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return;
+    if (plan->residual_filter == RESIDUAL_FILTER_OIDN) {
+        plan->planes |= PLANES_OIDN_READ;
+        return;
+    }
     plan->planes |= PLANES_RESIDUAL_READ;
     /* Surfaces with normal maps are paths' alone. */
     if (plan->paths.without_diffuse_indirect && !(report->by_lobe && report->bumpy)) return;
@@ -53,5 +68,6 @@ void plan_residual_none(struct plan_report *report)
 
 const char *plan_residual_filter_name(uint32_t filter)
 {
+    if (filter == RESIDUAL_FILTER_OIDN) return residual_method_name(RESIDUAL_OIDN);
     return filter == RESIDUAL_FILTER_HALVES ? residual_method_name(RESIDUAL_HALVES) : "none";
 }

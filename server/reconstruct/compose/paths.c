@@ -11,13 +11,6 @@ struct mean {
     const float *sum; /* NULL: not in the plan */
 };
 
-/* Also where sums have overflowed, or where they have and a difference was taken: no comparison
- * holds for NaN. */
-static float bounded(float v)
-{
-    return v < LIGHTING_MAX ? v : LIGHTING_MAX;
-}
-
 static void put_mean(const struct patch *patch, const float *sum, struct rect block,
                      const struct plane *out)
 {
@@ -26,7 +19,7 @@ static void put_mean(const struct patch *patch, const float *sum, struct rect bl
         const size_t first = patch_pixel(patch, block.x0, y);
         const float *in = sum + first, *spp = patch->paths.spp + first;
         float *to = plane_at(out, block.x0, y);
-        for (int32_t x = 0; x < rect_width(block); x++) to[x] = bounded(in[x] / spp[x]);
+        for (int32_t x = 0; x < rect_width(block); x++) to[x] = lighting_bounded(in[x] / spp[x]);
     }
 }
 
@@ -64,7 +57,7 @@ static void put_filtered(const struct residual_picture *p, const float *in, stru
     for (int32_t y = b.y0; y < b.y1; y++) {
         const float *from = in + residual_picture_at(p, b.x0, y);
         float *to = plane_at(out, b.x0, y);
-        for (int32_t x = 0; x < rect_width(b); x++) to[x] = bounded(from[x]);
+        for (int32_t x = 0; x < rect_width(b); x++) to[x] = lighting_bounded(from[x]);
     }
 }
 
@@ -131,6 +124,6 @@ int paths_compose(const struct plan *plan, const struct patch *patch, struct rec
     put_samples(plan, patch, block, image_plane(image, "samples.N"));
     if (!plan->paths.without_diffuse_direct) /* else light fields see the background */
         statistics->pixels_background += count_background(patch, block);
-    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
+    if (plan->residual_filter != RESIDUAL_FILTER_HALVES) return 0;
     return filter(plan, patch, block, image, variance, statistics);
 }

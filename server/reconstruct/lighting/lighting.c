@@ -21,11 +21,6 @@ static struct run row_of(const struct patch *patch, struct rect lit, int32_t y)
                         (size_t)rect_width(lit)};
 }
 
-static float bounded(float v)
-{
-    return v < LIGHTING_MAX ? v : LIGHTING_MAX;
-}
-
 static void add_light(const struct plan_light *light, const float *irradiance, struct run run,
                       float *const direct[3])
 {
@@ -33,7 +28,8 @@ static void add_light(const struct plan_light *light, const float *irradiance, s
         float scale = light->color[c] * INVERSE_PI;
         float *out = direct[c] + run.first;
         if (!(scale > 0.0f)) continue;
-        for (size_t i = 0; i < run.count; i++) out[i] += bounded(irradiance[run.first + i] * scale);
+        for (size_t i = 0; i < run.count; i++)
+            out[i] += lighting_bounded(irradiance[run.first + i] * scale);
     }
 }
 
@@ -135,7 +131,7 @@ static int add_error(const struct plan *plan, uint32_t k, const struct patch *pa
             float *to = out->direct_error[c];
             for (size_t i = run.first; i < run.first + run.count; i++) {
                 const float s = weight ? scale * weight[i] : scale;
-                to[i] = bounded(to[i] + variance[i] * s * s);
+                to[i] = lighting_bounded(to[i] + variance[i] * s * s);
             }
         }
     scratch_give(patch->scratch, variance);
@@ -308,7 +304,8 @@ static void join_errors(const struct patch *patch, struct rect lit, const struct
         for (int c = 0; c < 3; c++)
             for (size_t i = run.first; i < run.first + run.count; i++) {
                 const float other = out->error[c] ? out->error[c][i] : 0.0f;
-                out->direct_error[c][i] = sqrtf(bounded(out->direct_error[c][i] + other * other));
+                out->direct_error[c][i] =
+                    sqrtf(lighting_bounded(out->direct_error[c][i] + other * other));
             }
     }
 }

@@ -9,6 +9,13 @@
  * finite. */
 #define LIGHTING_MAX 1e30f
 
+/* Returns a number up to that, also for one that has overflowed, or is a difference of two that
+ * have: no comparison holds for NaN. */
+static inline float lighting_bounded(float v)
+{
+    return v < LIGHTING_MAX ? v : LIGHTING_MAX;
+}
+
 /* Radiance that a white Lambert surface would send out, in arrays of the patch's size; 0 outside
  * the pixels that were asked for. One allocation. */
 struct lighting {

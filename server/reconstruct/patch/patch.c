@@ -130,7 +130,7 @@ bool patch_has_far_lobes(const struct plan *plan)
 
 bool patch_has_far_paths(const struct plan *plan)
 {
-    return plan->planes >> PLANE_PATH_M2 & 1u || plan->residual_filter != RESIDUAL_FILTER_NONE;
+    return plan->planes >> PLANE_PATH_M2 & 1u || plan->residual_filter == RESIDUAL_FILTER_HALVES;
 }
 
 uint32_t patch_far(const struct plan *plan)
@@ -138,7 +138,7 @@ uint32_t patch_far(const struct plan *plan)
     return PATCH_FAR | (patch_has_far_indirect(plan) ? PATCH_FAR_INDIRECT : 0u) |
            (patch_has_far_lobes(plan) ? PATCH_FAR_LOBES : 0u) |
            (patch_has_far_paths(plan) ? PATCH_FAR_PATHS : 0u) |
-           (plan->residual_filter != RESIDUAL_FILTER_NONE ? PATCH_FAR_RESIDUAL : 0u) |
+           (plan->residual_filter == RESIDUAL_FILTER_HALVES ? PATCH_FAR_RESIDUAL : 0u) |
            (plan->temporal > 0 ? PATCH_FAR_HISTORY : 0u);
 }
 

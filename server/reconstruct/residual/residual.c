@@ -12,7 +12,7 @@
 int32_t residual_halo_px(const struct plan *plan)
 {
     int32_t halo = 0;
-    if (plan->residual_filter == RESIDUAL_FILTER_NONE) return 0;
+    if (plan->residual_filter != RESIDUAL_FILTER_HALVES) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
     if (halo < RESIDUAL_SPREAD_PX) halo = RESIDUAL_SPREAD_PX;
     halo += RESIDUAL_SMOOTH_REACH_PX + RESIDUAL_SPIKES_LIMIT_PX;

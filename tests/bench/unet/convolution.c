@@ -105,5 +105,7 @@ int convolution_run(const struct convolution *c, const struct tensor *in, struct
     if (in->channels != c->inputs) return ERR_MISMATCH;
     int rc = tensor_init(out, in->width, in->height, blocks_of(c) * LANES);
     if (rc) return rc;
-    return run_on_all_cores(run_rows, &run) ? ERR_MEMORY : 0;
+    const int error = c->threads > 0 ? run_on_cores(c->threads, run_rows, &run)
+                                     : run_on_all_cores(run_rows, &run);
+    return error ? ERR_MEMORY : 0;
 }

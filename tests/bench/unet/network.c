@@ -40,6 +40,11 @@ void network_fini(struct network *n)
     for (int i = 0; i < NETWORK_LAYERS; i++) convolution_fini(&n->layers[i]);
 }
 
+void network_set_threads(struct network *n, int32_t threads)
+{
+    for (int i = 0; i < NETWORK_LAYERS; i++) n->layers[i].threads = threads;
+}
+
 /* Replaces *t by what a layer makes of it. */
 static int apply(const struct network *n, enum layer layer, struct tensor *t)
 {

@@ -16,6 +16,9 @@ struct network {
 int network_init(struct network *n, const struct tza *tza, struct fault *fault);
 void network_fini(struct network *n);
 
+/* Makes it run on so many threads; 0: one for each core, as it does from the start. */
+void network_set_threads(struct network *n, int32_t threads);
+
 /* Computes *out, whose first three channels are the picture, from `in`. */
 int network_run(const struct network *n, const struct tensor *in, struct tensor *out,
                 struct fault *fault);

@@ -143,7 +143,7 @@ TEST(residual_filters_are_checked)
                                     PLANE_BIT(PATH_DISTANCE),       PLANE_BIT(PATH_TINT)};
     const uint64_t sum = PLANE_BIT(PATH_DIFFUSE_INDIRECT), half = PLANE_BIT(PATH_HALF_INDIRECT);
     EXPECT(plan.residual_filter = RESIDUAL_FILTER_HALVES, ERR_OK, "");
-    EXPECT(plan.residual_filter = RESIDUAL_FILTER_HALVES + 1, ERR_RANGE, "residual_filter");
+    EXPECT(plan.residual_filter = RESIDUAL_FILTER_OIDN + 1, ERR_RANGE, "residual_filter");
     for (size_t k = 0; k < sizeof read / sizeof *read; k++)
         EXPECT((plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.planes &= ~read[k]), ERR_RANGE,
                "planes");
@@ -154,4 +154,19 @@ TEST(residual_filters_are_checked)
            "planes");
     EXPECT((plan.residual_filter = RESIDUAL_FILTER_HALVES, plan.planes &= ~half), ERR_RANGE,
            "planes");
+}
+
+/* Open Image Denoise needs no halves, but one picture of paths whose error nobody asks for. */
+TEST(frames_for_open_image_denoise_are_checked)
+{
+    static const uint64_t read[] = {PLANE_BIT(PATH_RADIANCE), PLANE_BIT(PATH_ALBEDO),
+                                    PLANE_BIT(PATH_NORMAL)};
+#define OIDN() (without_lens(&plan), plan.residual_filter = RESIDUAL_FILTER_OIDN)
+    EXPECT(OIDN(), ERR_OK, "");
+    EXPECT((OIDN(), plan.planes &= ~(PLANES_RESIDUAL & ~PLANE_BIT(PATH_NORMAL))), ERR_OK, "");
+    for (size_t k = 0; k < sizeof read / sizeof *read; k++)
+        EXPECT((OIDN(), plan.planes &= ~read[k]), ERR_RANGE, "planes");
+    EXPECT(plan.residual_filter = RESIDUAL_FILTER_OIDN, ERR_RANGE, "residual_filter");
+    EXPECT((OIDN(), plan.temporal = 1), ERR_RANGE, "temporal");
+#undef OIDN
 }

@@ -226,6 +226,23 @@ TEST(metadata_is_in_the_header)
     assert_int_equal(number, 9);
     assert_int_equal(exr_attr_get_int(file, 0, "shearwater:frame", &number), 0);
     assert_int_equal(number, 3);
+    assert_int_not_equal(exr_attr_get_string(file, 0, "shearwater:denoiser", &length, &text), 0);
+    exr_finish(&file);
+    image_destroy(&image);
+}
+
+TEST(a_denoiser_is_named)
+{
+    exr_context_t file;
+    const char *text;
+    int32_t length;
+    struct image *image = make_image(1, 10, 10);
+    struct exr_metadata named = metadata;
+    named.denoiser = "Open Image Denoise 2.3.1";
+    write_file(path_of("a.exr"), image, &named);
+    assert_int_equal(exr_start_read(&file, path_of("a.exr"), NULL), 0);
+    assert_int_equal(exr_attr_get_string(file, 0, "shearwater:denoiser", &length, &text), 0);
+    assert_string_equal(text, named.denoiser);
     exr_finish(&file);
     image_destroy(&image);
 }

@@ -26,6 +26,17 @@ static void expect_halves(struct stage *s)
            "light that no light field covers comes along paths and is noisy");
 }
 
+static void expect_oidn(struct stage *s)
+{
+    if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    if (plan_check(&s->plan, &s->fault) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    assert_int_equal(s->plan.residual_filter, RESIDUAL_FILTER_OIDN);
+    assert_string_equal(s->report.residual_filter_why,
+                        "filter.residual is oidn, whose bytes differ from machine to machine");
+    assert_int_equal(s->plan.planes & PLANES_OIDN_READ, PLANES_OIDN_READ);
+    assert_int_equal(s->plan.planes & PLANES_RESIDUAL, PLANE_BIT(PATH_NORMAL));
+}
+
 /* A surface that no light field covers. */
 static void only_paths(struct stage *s)
 {
@@ -336,4 +347,53 @@ TEST(there_may_be_nothing_to_filter)
         s->job.layers = LAYER_DIRECT | LAYER_ALBEDO | LAYER_ERROR;
         expect(s, RESIDUAL_FILTER_NONE, "no layer shows what it filters");
     }
+}
+
+/* The whole frame goes to Open Image Denoise: paths with albedo and normals, at edges more of them,
+ * and no halves. */
+TEST(oidn_is_taken_by_name)
+{
+    static const enum filter_method methods[] = {FILTER_NONE, FILTER_AUTO, FILTER_AVERAGE};
+    struct stage *s = *state;
+    only_paths(s);
+    s->job.residual = RESIDUAL_OIDN;
+    for (int k = 0; k < 3; k++)
+        for (uint32_t spp = 1; spp <= 4; spp += 3) {
+            s->job.method = methods[k];
+            s->job.spp = spp;
+            expect_oidn(s);
+            assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+            assert_true(s->plan.paths.edge_digits > 0);
+        }
+}
+
+/* Fields still bring what they can, and what is left is filtered. */
+TEST(oidn_stands_beside_fields)
+{
+    struct stage *s = *state;
+    s->material.metallic = 0.5f;
+    s->job.residual = RESIDUAL_OIDN;
+    expect_oidn(s);
+    assert_true(s->report.by_lobe);
+    s->material.metallic = 0.0f;
+    expect(s, RESIDUAL_FILTER_NONE, "no light comes along paths");
+    only_paths(s);
+    s->job.layers = LAYER_DIRECT | LAYER_DIFFUSE_DIRECT;
+    expect(s, RESIDUAL_FILTER_NONE, "oidn filters the layer beauty alone");
+}
+
+/* It takes pixels, not lens samples, and each frame by itself. */
+TEST(oidn_takes_paths_through_the_lens_and_single_frames)
+{
+    struct stage *s = *state;
+    s->job.residual = RESIDUAL_OIDN;
+    s->job.aperture_radius = 0.1f;
+    s->job.focus_distance = 2;
+    s->job.frames[0].last = 3;
+    s->job.temporal = TEMPORAL_TWO;
+    expect_oidn(s);
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_int_equal(s->plan.lens_strata_per_axis, 0);
+    assert_int_equal(s->plan.temporal, 0);
+    assert_string_equal(s->report.temporal_why, "filter.residual is oidn");
 }
