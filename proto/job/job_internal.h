@@ -53,8 +53,8 @@ void job_composite_defaults(struct job *job, bool has_layers, bool has_view);
 /* Checks what these members ask of others; the cursor stands at the root. */
 int job_composite_check(struct json_cursor *at, const struct job *job);
 
-/* Checks what filter.residual oidn asks of others; the cursor stands at the root. */
-int job_oidn_check(struct json_cursor *at, const struct job *job);
+/* Checks what all members ask of each other; the cursor stands at the root. */
+int job_relations_check(struct json_cursor *at, const struct job *job);
 /* Adds them to a document, if there are any. Returns the failed allocations. */
 int job_composite_write(const struct job *job, json_t *document);
 
