@@ -87,11 +87,20 @@ static void find_all(const struct finder *f, struct lobe_boxes *out)
     out->count = each > 0 ? (uint32_t)((done + each - 1) / each) : 0;
 }
 
+static bool has_real(const struct scene *blob)
+{
+    for (uint64_t i = 0; i < blob->count[SCENE_INSTANCES]; i++)
+        if (instance_class(&blob->instances[i]) != INSTANCE_IS_VIRTUAL) return true;
+    return false;
+}
+
 int lobe_boxes_create(enum lobe_boxes_of kind, const struct scene *blob,
                       const struct mesh_view *meshes, const struct lobe_box *of_base,
                       struct lobe_boxes **out)
 {
     const size_t count = (size_t)blob->count[SCENE_MESHES] + 1;
+    *out = NULL;
+    if (kind == BOXES_OF_VIRTUAL && !has_real(blob)) return 0;
     struct lobe_box *of_mesh = calloc(count, sizeof *of_mesh + sizeof(bool));
     struct lobe_boxes *boxes = of_mesh ? calloc(1, sizeof *boxes) : NULL;
     const struct finder f = {kind, blob, meshes, of_base, of_mesh};

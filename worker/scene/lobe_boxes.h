@@ -18,8 +18,9 @@ struct lobe_boxes {
     struct lobe_box box[LOBE_BOXES_MAX];
 };
 
-/* Finds the boxes of a kind. Where instances are too many, some that follow each other share one. `meshes`
- * are those of the blob, `of_base` the boxes of its base's; NULL: it has none. ERR_MEMORY. */
+/* Finds the boxes of a kind. Where instances are too many, some that follow each other share one.
+ * `meshes` are those of the blob, `of_base` the boxes of its base's; NULL: it has none. *out is
+ * NULL where all is virtual, and so not asked for. ERR_MEMORY. */
 int lobe_boxes_create(enum lobe_boxes_of kind, const struct scene *blob,
                       const struct mesh_view *meshes, const struct lobe_box *of_base,
                       struct lobe_boxes **out);

@@ -307,13 +307,6 @@ static int build(struct render_scene *s, struct fault *fault)
     return device_status(s, "scene", fault);
 }
 
-static bool has_real(const struct scene *blob)
-{
-    for (uint64_t i = 0; i < blob->count[SCENE_INSTANCES]; i++)
-        if (instance_class(&blob->instances[i]) != INSTANCE_IS_VIRTUAL) return true;
-    return false;
-}
-
 /* Finds what shines, and where light is sent on otherwise than diffusely. */
 static int find_light(struct render_scene *s, struct fault *fault)
 {
@@ -321,8 +314,7 @@ static int find_light(struct render_scene *s, struct fault *fault)
     if (rc) return fault_set(fault, rc, "meshes", "their emitting triangles are too many");
     const struct lobe_box *of_base = s->base ? s->base->boxes : NULL;
     rc = lobe_boxes_create(BOXES_OF_LOBES, s->blob, s->meshes, of_base, &s->lobes);
-    if (!rc && has_real(s->blob))
-        rc = lobe_boxes_create(BOXES_OF_VIRTUAL, s->blob, s->meshes, of_base, &s->virtuals);
+    if (!rc) rc = lobe_boxes_create(BOXES_OF_VIRTUAL, s->blob, s->meshes, of_base, &s->virtuals);
     return rc ? fault_set(fault, rc, "instances", "no memory for their boxes") : 0;
 }
 

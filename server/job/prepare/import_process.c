@@ -262,8 +262,7 @@ static size_t add_roles(struct import_process *p, char **args, size_t count)
     snprintf(p->ground, sizeof p->ground, "%.9g", (double)c->ground_height);
     if (c->has_ground) args[count++] = "--ground", args[count++] = p->ground;
     if (c->rgbd) args[count++] = "--rgbd", args[count++] = c->rgbd;
-    if (c->rgbd && c->surfaces == RGBD_FUSED)
-        args[count++] = "--surfaces", args[count++] = fused;
+    if (c->rgbd && c->surfaces == RGBD_FUSED) args[count++] = "--surfaces", args[count++] = fused;
     return count;
 }
 

@@ -46,8 +46,8 @@ TEST(boxes_are_around_virtual_objects)
     struct traced t = trace_all(f, &p);
     assert_null(t.scene->virtuals);
     traced_fini(&t);
-    const uint32_t object = fixture_panel(f, plain, (float[]){1, 2, 3}, (float[]){0.5f, 0, 0},
-                                          (float[]){0, 0, 0.25f});
+    const uint32_t object =
+        fixture_panel(f, plain, (float[]){1, 2, 3}, (float[]){0.5f, 0, 0}, (float[]){0, 0, 0.25f});
     f->instances[0].flags |= INSTANCE_CATCHER;
     assert_int_equal(object, 1);
     t = trace_all(f, &p);
