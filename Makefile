@@ -90,7 +90,7 @@ properties := $(B)/tests/property/properties
 goldens  := $(B)/tests/golden/analytic $(patsubst tests/golden/%.c,$(B)/tests/golden/%,$(golden_src))
 
 .PHONY: all deps deps-browser deps-dev deps-fuzz demo test check system browser soak determinism golden check-shade check-kernels bench \
-        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm preempt load faults boot-units image image-check shared-data slurm tile-rate sequence-rate eta mutations fuzz asan tsan lint format \
+        bench-accuracy bench-quick bench-accept peer-weights bench-results picture khronos-sheet screenshot property simulate storm preempt load faults boot-units image image-check shared-data slurm tile-rate sequence-rate time-left mutations fuzz asan tsan lint format \
         install install-units install-man uninstall clean help
 all: $(programs)
 
@@ -183,9 +183,9 @@ tile-rate: all $(fakes)
 ## sequence-rate: whether 48 frames keep tracing threads as busy as single ones, e.g. make sequence-rate width=240 spp=32
 sequence-rate: all
 	@node tests/load/sequence_rate.mjs $(B) $(if $(width),width=$(width)) $(if $(spp),spp=$(spp))
-## eta: how right the time left of jobs with a target is, on scenes of $SHEARWATER_PEERS
-eta: all
-	@node tests/bench/eta.mjs $(B)
+## time-left: how right the time left of jobs with a target is, on scenes of $SHEARWATER_PEERS
+time-left: all
+	@node tests/bench/time_left.mjs $(B)
 ## mutations: results damaged on the wire, a million of them; e.g. make mutations count=100000
 count ?= 1000000
 mutations: all $(fakes)

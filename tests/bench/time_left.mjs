@@ -1,6 +1,6 @@
 // How right the time left is told of jobs with a target, on the scenes of the peers folder: of what is told from the tenth
 // per cent of the time on, how much is within a third of what was truly left (tests/system/eta.mjs).
-//   eta.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]
+//   time_left.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]
 // One JSON line a job. Other work on the machine changes what is right: let it rest. Status 1 when less than 0.8 is right.
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
@@ -21,7 +21,7 @@ const [build = "", ...words] = process.argv.slice(2);
 const given = Object.fromEntries(words.map((w) => w.split(/=(.*)/s).slice(0, 2)));
 const scenes = peersScenes(peersFolder(given.peers));
 if (!build || !scenes) {
-  console.error(build ? "eta: there is no folder of peers" : "usage: eta.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]");
+  console.error(build ? "time_left: there is no folder of peers" : "usage: time_left.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]");
   process.exit(2);
 }
 
