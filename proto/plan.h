@@ -243,6 +243,9 @@ struct plan {
     uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field; l^2 rays
                                           of glossy lobes, too */
+    uint32_t field_halved;             /* 1: bounce rays, and rays of glossy lobes, leave one pixel of
+                                          four, and others that none of these stands for
+                                          (proto/half_field.h) */
     uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
                                           where sample row * l + column lies */
     uint32_t lens_relight;             /* enum lens_relight */
@@ -384,6 +387,13 @@ int plan_strata_map_check(const struct plan_pass *pass, size_t area);
 /* Returns the planes that a pass has (bits of enum plane_id): all of the plan's in pass 0, those of
  * paths in other passes, and after the schedule what bounce rays measure, too. */
 uint64_t plan_pass_planes(const struct plan *plan, uint32_t number);
+
+/* Returns the bounce rays, and rays of glossy lobes, that filters count on for each pixel. */
+static inline float plan_field_rays(const struct plan *plan)
+{
+    const float l = (float)plan->indirect_strata_per_axis;
+    return plan->field_halved ? 0.25f * l * l : l * l;
+}
 
 /* Returns whether the frame's samples have times of their own. */
 static inline bool plan_has_shutter(const struct plan *plan)

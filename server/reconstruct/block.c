@@ -12,6 +12,7 @@
 #include "server/reconstruct/compose/paths.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
 #include "server/reconstruct/lens/lens_light.h"
+#include "server/reconstruct/patch/half_fill.h"
 
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256
@@ -61,7 +62,8 @@ int32_t block_halo_px(const struct plan *plan)
     const int32_t residual = residual_halo_px(plan) + lens_light_reach_px(plan);
     if (indirect < residual) indirect = residual;
     indirect += lens_relight_ring_px(plan);
-    return ring_px(plan) + (indirect > lens ? indirect : lens);
+    const int32_t fill = plan->field_halved ? HALF_FILL_REACH_PX : 0;
+    return ring_px(plan) + (indirect > lens ? indirect : lens) + fill;
 }
 
 int32_t block_core_px(const struct plan *plan)
@@ -174,6 +176,7 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
 {
     const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
+    half_fill(plan, patch);
     if (paths && variance->memory) error = path_error_find(patch, variance);
     if (error) return error;
     if (paths)

@@ -55,8 +55,7 @@ static struct glossy_rule rule_of(const struct glossy_pass *pass, float n)
 /* Rays that every pixel has. */
 static float least_rays(const struct plan *plan)
 {
-    const float l = (float)plan->indirect_strata_per_axis;
-    return fmaxf(l * l, 1.0f);
+    return fmaxf(plan_field_rays(plan), 1.0f);
 }
 
 int32_t glossy_pass_reach(const struct glossy_pass *pass)

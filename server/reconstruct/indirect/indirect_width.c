@@ -88,7 +88,7 @@ static void rate_widths(const struct plan *plan, float lines, struct indirect_ru
 struct indirect_rule indirect_rule_of(const struct plan *plan)
 {
     const float lines = (float)plan->height_px / LINES;
-    const float n = (float)plan->indirect_strata_per_axis * (float)plan->indirect_strata_per_axis;
+    const float n = plan_field_rays(plan);
     const float root = indirect_root(fmaxf(n, 1.0f) / SAMPLES, 6); /* (n / 16)^(1/6) */
     struct indirect_rule r = {0};
     float base = 0.0f, cap = 0.0f;

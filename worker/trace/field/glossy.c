@@ -145,7 +145,7 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
                                              .reach = INFINITY,
                                              .key = g->key[i],
                                              .sample = sample,
-                                             .slot = slot + (uint32_t)i},
+                                             .slot = slot},
                         i);
     else
         g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
@@ -171,10 +171,11 @@ static void gloss_others(const struct gloss *g, const float *u, const float *w,
     }
 }
 
-/* Begins sample `sample` of all lanes. */
-static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
+/* Begins the batch's sample k of all lanes. */
+static void begin_sample(const struct gloss *g, const struct field_batch *batch, uint32_t k,
                          struct glossy_sums *sums, struct path_pool *pool)
 {
+    const uint32_t sample = batch->first + k;
     const struct path_kernels *kernels = g->context->kernels;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
     uint32_t index[LANES];
@@ -185,18 +186,19 @@ static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
     gloss_others(g, u, w, &lobe);
     for (int i = 0; i < LANES; i++) {
         if (!g->on.on[i] || sample >= g->rays[i]) continue;
-        if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot, i, sums, pool);
+        if (!lobe.on.on[i]) continue;
+        begin_path(g, &lobe, sample, field_batch_slot(batch, k, (uint32_t)i), i, sums, pool);
     }
 }
 
 /* Samples that are not finite count as black. Nothing is negative. */
-static void add_sample(const struct gloss *g, const struct path_radiance *h, size_t first,
-                       uint32_t sample, struct glossy_sums *sums)
+static void add_sample(const struct gloss *g, const struct field_sample *of, uint32_t sample,
+                       struct glossy_sums *sums)
 {
     uint64_t *rejected = &g->context->counters->value[COUNTER_REJECTED_NOT_FINITE];
     for (size_t i = 0; i < LANES; i++) {
-        const float r = h->indirect.r[first + i], y = h->indirect.g[first + i],
-                    b = h->indirect.b[first + i], t = h->distance[first + i];
+        const float r = of->radiance.x[i], y = of->radiance.y[i], b = of->radiance.z[i];
+        const float t = of->distance[i];
         const bool finite = (r < INFINITY) & (y < INFINITY) & (b < INFINITY);
         *rejected += !finite;
         const bool half = finite && is_half(g, sample, (int)i);
@@ -213,18 +215,20 @@ static void add_sample(const struct gloss *g, const struct path_radiance *h, siz
     }
 }
 
-/* Samples first .. first + count - 1. */
-static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
+static void trace_batch(const struct gloss *g, const struct field_batch *batch,
                         struct glossy_sums *sums, struct path_scratch *paths)
 {
     struct path_pool *pool = &paths->pools[0];
+    struct field_sample sample;
     pool->count = 0;
-    path_radiance_clear_field(&paths->radiance, count);
-    if (g->context->mirrors) path_radiance_mirrors(&paths->radiance, count, g->from);
-    for (uint32_t k = 0; k < count; k++) begin_sample(g, first + k, k * LANES, sums, pool);
+    path_radiance_clear_field(&paths->radiance, field_batch_rows(batch));
+    if (g->context->mirrors) path_radiance_mirrors(&paths->radiance, batch->count, g->from);
+    for (uint32_t k = 0; k < batch->count; k++) begin_sample(g, batch, k, sums, pool);
     path_trace_field(g->context, paths);
-    for (uint32_t k = 0; k < count; k++)
-        add_sample(g, &paths->radiance, (size_t)k * LANES, first + k, sums);
+    for (uint32_t k = 0; k < batch->count; k++) {
+        field_sample_take(&paths->radiance, batch, k, &sample);
+        add_sample(g, &sample, batch->first + k, sums);
+    }
 }
 
 /* Means over the pixels' halves. */
@@ -282,20 +286,62 @@ static void store_span(const struct gloss *g, const struct glossy_sums *sums,
     block_store_positive_half(g->block, far, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 1));
 }
 
+/* Traces all samples of the lanes that are on, only nodes if packed; false if the tile was stopped.
+ */
+static bool trace_on(const struct gloss *g, bool packed, struct glossy_sums *sums,
+                     struct path_scratch *paths)
+{
+    for (uint32_t done = 0; done < g->most;) {
+        const struct field_batch batch = field_batch_next(done, g->most, packed);
+        if (done > 0 && !path_goes_on(g->context)) return false;
+        trace_batch(g, &batch, sums, paths);
+        done += batch.count;
+    }
+    return true;
+}
+
+/* Nodes have a run of the sequence each, which follow each other; others have numbers far away. */
+static void deal_half(const struct block *block, struct gloss *g)
+{
+    for (int i = 0; i < LANES; i++) {
+        const int32_t x = block->x_px[i], y = block->y_px[i];
+        if (half_field_is_node(x, y))
+            g->first[i] = path_morton(x >> 1, y >> 1) * g->rays[i];
+        else
+            g->first[i] += UINT32_MAX / 2;
+        g->later.on[i] = g->rays[i] > 1 && half_field_part(x, y) ? -1 : 0;
+    }
+}
+
+/* Traces the lanes that nodes do not stand for. All others get no weight. */
+static bool trace_half(struct gloss *g, const struct glossy_lobes *lobes, struct half_field *half,
+                       struct glossy_sums *sums, struct path_scratch *paths)
+{
+    const struct path_context *c = g->context;
+    float nearness[LANES];
+    half_field_init(g->block, &g->from->surface, &lobes->on, half);
+    deal_half(g->block, g);
+    g->on = half->traced;
+    g->most = c->strata * c->strata;
+    if (lanes_count(&g->on) > 0 && !trace_on(g, true, sums, paths)) return false;
+    for (int i = 0; i < LANES; i++)
+        nearness[i] = sums->traced[i] > 0.0f ? sums->nearness[i] / sums->traced[i] : 0.0f;
+    half_field_refine_lobes(lobes, nearness, c->strata, half, &g->on, c->counters);
+    return lanes_count(&g->on) == 0 || trace_on(g, false, sums, paths);
+}
+
 void glossy_trace(const struct path_context *c, const struct block *block,
-                  const struct path_vertex *from, struct glossy_scratch *scratch,
-                  struct path_scratch *paths, struct samples *samples)
+                  const struct path_vertex *from, struct half_field *half,
+                  struct glossy_scratch *scratch, struct path_scratch *paths,
+                  struct samples *samples)
 {
     struct gloss g;
     gloss_init(c, block, from, &scratch->lobes, &g);
     memset(&scratch->sums, 0, sizeof scratch->sums);
     for (int i = 0; i < LANES; i++) scratch->sums.nearest[i] = INFINITY;
-    for (uint32_t done = 0; done < g.most;) {
-        const uint32_t left = g.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        if (done > 0 && !path_goes_on(c)) return;
-        trace_batch(&g, done, n, &scratch->sums, paths);
-        done += n;
-    }
+    const bool done = half ? trace_half(&g, &scratch->lobes, half, &scratch->sums, paths)
+                           : trace_on(&g, false, &scratch->sums, paths);
+    if (!done) return;
     store_lobes(c, block, &scratch->lobes, samples);
     store_axes(c, block, &scratch->lobes, samples);
     store(&g, &scratch->sums, samples);

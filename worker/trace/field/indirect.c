@@ -122,10 +122,11 @@ static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
     p->count = LANES;
 }
 
-/* Begins the first rays of sample `sample`, in slots from `slot` on. */
-static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
-                         uint32_t slot, struct path_pool *pool)
+/* Begins the first rays of the batch's sample k. */
+static void begin_sample(const struct bounce *b, const struct indirect_scratch *s,
+                         const struct field_batch *batch, uint32_t k, struct path_pool *pool)
 {
+    const uint32_t sample = batch->first + k;
     struct lanes_mask asked = b->counted, valid;
     struct lanes3 local, direction;
     _Alignas(LANES_ALIGN) float weight[LANES];
@@ -136,7 +137,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
     b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
         lanes_count(&asked) - lanes_count(&valid);
     if (!b->from->any_general && pool->count % LANES == 0 && lanes_count(&valid) == LANES) {
-        begin_block(b, sample, slot, &direction, &pool->packets[pool->count / LANES]);
+        begin_block(b, sample, k * LANES, &direction, &pool->packets[pool->count / LANES]);
         pool->count += LANES;
         return;
     }
@@ -150,7 +151,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
                                              .reach = b->reach,
                                              .key = b->key[i],
                                              .sample = sample,
-                                             .slot = slot + (uint32_t)i},
+                                             .slot = field_batch_slot(batch, k, (uint32_t)i)},
                         i);
     }
 }
@@ -172,11 +173,11 @@ static void look_around(const struct bounce *b, struct path_pool *pool, struct p
 }
 
 /* Samples that are not finite count as black. Nothing is negative. */
-static void reject(const struct lanes_mask *counted, size_t first, struct path_rgb *radiance,
+static void reject(const struct lanes_mask *counted, struct lanes3 *radiance,
                    struct counters *counters)
 {
     int32_t rejected = 0;
-    float *r = radiance->r + first, *g = radiance->g + first, *b = radiance->b + first;
+    float *r = radiance->x, *g = radiance->y, *b = radiance->z;
     for (int i = 0; i < LANES; i++) {
         int finite = (r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY);
         rejected -= -!finite & counted->on[i];
@@ -194,16 +195,16 @@ static uint32_t field_of(uint32_t l, uint32_t sample)
     return l > 0 ? sample % l + sample / l : sample;
 }
 
-static void add_sample(const struct path_radiance *h, size_t first, float distance, uint32_t field,
+static void add_sample(const struct field_sample *sample, float distance, uint32_t field,
                        struct indirect_sums *sums)
 {
     struct lanes3 *half = &sums->half[field & 1];
-    const struct path_rgb *radiance = &h->indirect;
+    const struct lanes3 *radiance = &sample->radiance;
     for (size_t i = 0; i < LANES; i++) {
-        float met = h->distance[first + i];
-        half->x[i] += radiance->r[first + i];
-        half->y[i] += radiance->g[first + i];
-        half->z[i] += radiance->b[first + i];
+        float met = sample->distance[i];
+        half->x[i] += radiance->x[i];
+        half->y[i] += radiance->y[i];
+        half->z[i] += radiance->z[i];
         sums->open[i] += met >= distance ? 1.0f : 0.0f;
         sums->farthest[i] = (met < INFINITY) & (met > sums->farthest[i]) ? met : sums->farthest[i];
         met = met > 0.0f ? met : INFINITY;
@@ -211,17 +212,17 @@ static void add_sample(const struct path_radiance *h, size_t first, float distan
     }
 }
 
-static void store_sample(const struct bounce *b, const struct path_radiance *h, size_t first,
-                         uint32_t sample, struct samples *samples)
+static void store_sample(const struct bounce *b, const struct field_sample *from, uint32_t sample,
+                         struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float distance[LANES];
     const struct plan *plan = b->context->plan;
-    const float *planes[3] = {h->indirect.r, h->indirect.g, h->indirect.b};
+    const float *planes[3] = {from->radiance.x, from->radiance.y, from->radiance.z};
     for (uint32_t c = 0; c < 3; c++)
-        block_store_half(b->block, planes[c] + first, plan->radiance_scale,
+        block_store_half(b->block, planes[c], plan->radiance_scale,
                          samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + c));
     for (int i = 0; i < LANES; i++) {
-        float met = h->distance[first + (size_t)i];
+        float met = from->distance[i];
         distance[i] = met < INFINITY ? met : 0.0f;
     }
     block_store_positive_half(b->block, distance, 1.0f / plan->length_unit,
@@ -325,8 +326,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
     for (int i = 0; i < LANES; i++) s->sums.nearest[i] = INFINITY;
 }
 
-/* Samples first .. first + count - 1. */
-static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
+static void trace_batch(const struct bounce *b, const struct field_batch *batch,
                         struct indirect_scratch *s, struct path_scratch *paths,
                         struct samples *samples)
 {
@@ -334,34 +334,76 @@ static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
     struct path_radiance *h = &paths->radiance;
     struct path_pool *pool = &paths->pools[0];
     const bool per_stratum = plan->planes >> PLANE_INDIRECT_STRATA & 1;
+    struct field_sample sample;
     pool->count = 0;
-    path_radiance_clear_field(h, count);
-    if (b->context->mirrors) path_radiance_mirrors(h, count, b->from);
-    for (uint32_t k = 0; k < count; k++) begin_sample(b, s, first + k, k * LANES, pool);
+    path_radiance_clear_field(h, field_batch_rows(batch));
+    if (b->context->mirrors) path_radiance_mirrors(h, batch->count, b->from);
+    for (uint32_t k = 0; k < batch->count; k++) begin_sample(b, s, batch, k, pool);
     if (b->light)
         path_trace_field(b->context, paths);
     else
         look_around(b, pool, h);
-    for (uint32_t k = 0; k < count; k++) {
-        reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
-        add_sample(h, k * LANES, plan->occlusion_distance, field_of(s->strata.l, first + k),
+    for (uint32_t k = 0; k < batch->count; k++) {
+        field_sample_take(h, batch, k, &sample);
+        reject(&b->counted, &sample.radiance, b->context->counters);
+        add_sample(&sample, plan->occlusion_distance, field_of(s->strata.l, batch->first + k),
                    &s->sums);
-        if (per_stratum) store_sample(b, h, k * LANES, first + k, samples);
+        if (per_stratum) store_sample(b, &sample, batch->first + k, samples);
     }
+}
+
+/* Traces all samples of the counted lanes, only nodes if packed; false if the tile was stopped. */
+static bool trace_counted(const struct bounce *b, bool packed, struct indirect_scratch *s,
+                          struct path_scratch *paths, struct samples *samples)
+{
+    for (uint32_t done = 0; done < b->most;) {
+        const struct field_batch batch = field_batch_next(done, b->most, packed);
+        if (done > 0 && !path_goes_on(b->context)) return false;
+        trace_batch(b, &batch, s, paths, samples);
+        done += batch.count;
+    }
+    return true;
+}
+
+/* Jitters run as a lattice over nodes as they do over pixels at full resolution. */
+static void deal_half(const struct bounce *b, struct indirect_scratch *s)
+{
+    const struct pattern pattern = path_pass_pattern(b->context);
+    struct block nodes = *b->block;
+    for (int i = 0; i < LANES; i++) {
+        if (!half_field_is_node(nodes.x_px[i], nodes.y_px[i])) continue;
+        nodes.x_px[i] >>= 1;
+        nodes.y_px[i] >>= 1;
+    }
+    strata_init(&s->strata, b->context->light_kernels, &pattern, NULL, &nodes, PATTERN_INDIRECT,
+                b->context->strata);
+}
+
+/* Traces the lanes that nodes do not stand for. All others are left as if nothing was there. */
+static bool trace_half(struct bounce *b, struct half_field *half, struct indirect_scratch *s,
+                       struct path_scratch *paths, struct samples *samples)
+{
+    const struct path_context *c = b->context;
+    half_field_init(b->block, &b->from->surface, &b->lit, half);
+    deal_half(b, s);
+    b->counted = half->traced;
+    b->most = c->strata * c->strata;
+    if (lanes_count(&b->counted) > 0 && !trace_counted(b, true, s, paths, samples)) return false;
+    half_field_refine(s->sums.nearest, c->strata, half, &b->counted, c->counters);
+    b->lit = half->traced;
+    return lanes_count(&b->counted) == 0 || trace_counted(b, false, s, paths, samples);
 }
 
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
-                    struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
+                    struct half_field *half, struct indirect_scratch *s,
+                    struct path_scratch *paths, struct samples *samples)
 {
     struct bounce b;
     bounce_init(c, block, from, lit, s, &b);
-    for (uint32_t done = 0; done < b.most;) {
-        uint32_t left = b.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        if (done > 0 && !path_goes_on(c)) return;
-        trace_batch(&b, done, n, s, paths, samples);
-        done += n;
-    }
+    const bool done = half ? trace_half(&b, half, s, paths, samples)
+                           : trace_counted(&b, false, s, paths, samples);
+    if (!done) return;
     store_radiance(&b, &s->sums, samples);
     store_distances(&b, &s->sums, samples);
 }

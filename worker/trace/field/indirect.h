@@ -17,6 +17,8 @@
  * the albedo is the picture's radiance. Rays below the facet are black and count as blocked. Under
  * LENS_RELIGHT_SKY, rays that miss bring the soft share of the sky, too. */
 #include "proto/samples.h"
+#include "worker/trace/field/field_sample.h"
+#include "worker/trace/field/half_field.h"
 #include "worker/trace/light/strata.h"
 #include "worker/trace/path/path.h"
 
@@ -42,8 +44,9 @@ struct indirect_scratch {
 
 /* Traces the lanes of *lit, which have a surface in *from (path_resolve), into the planes of bounce
  * rays in `samples`. Without a plane of radiance, only the first rays are traced, up to the plan's
- * occlusion_distance. c->field must hold; paths->radiance is overwritten. */
+ * occlusion_distance. c->field must hold; paths->radiance is overwritten. With `half`, scratch for
+ * pixels of the image, only those trace that it chooses, and others look as if they had no rays. */
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
-                    struct indirect_scratch *scratch, struct path_scratch *paths,
-                    struct samples *samples);
+                    struct half_field *half, struct indirect_scratch *scratch,
+                    struct path_scratch *paths, struct samples *samples);
