@@ -3,7 +3,7 @@
 #include <math.h>
 
 #define ALPHA_MIN  0.002f
-#define ALPHA_LIKE 0.1f   /* of the pixel's: how much alphas may differ */
+#define ALPHA_LIKE 0.1f         /* of the pixel's: how much alphas may differ */
 #define SIGMA      0.665190105f /* 1 / sqrt(2.26): of GGX facets over alpha */
 #define COSINE_MIN 0.05f
 

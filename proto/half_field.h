@@ -12,8 +12,8 @@ static inline bool half_field_is_node(int32_t x, int32_t y)
     return (x & 1) && (y & 1);
 }
 
-/* Returns whether a node lies beside a pixel, so that it may stand for it. Around a pixel that is no
- * node lie two or four, some of which the image may lack. */
+/* Returns whether a node lies beside a pixel, so that it may stand for it. Around a pixel that is
+ * no node lie two or four, some of which the image may lack. */
 static inline bool half_field_is_beside(int32_t x, int32_t y, int32_t node_x, int32_t node_y)
 {
     return x - node_x <= 1 && node_x - x <= 1 && y - node_y <= 1 && node_y - y <= 1;
@@ -29,9 +29,9 @@ static inline uint32_t half_field_part(int32_t x, int32_t y)
 /* The least surface_match of a node that stands for a pixel. */
 #define HALF_FIELD_MATCH 0.5f
 
-/* Returns how near, in pixels at its distance, a node's bounce rays may meet something before pixels
- * beside it need their own: light changes over a pixel by the square of pixel over distance, which
- * must vanish beside the noise of l x l rays. */
+/* Returns how near, in pixels at its distance, a node's bounce rays may meet something before
+ * pixels beside it need their own: light changes over a pixel by the square of pixel over distance,
+ * which must vanish beside the noise of l x l rays. */
 static inline float half_field_near_px(uint32_t l)
 {
     return 0.25f * (float)l;
@@ -44,9 +44,9 @@ struct half_field_lobe {
     float nearness;       /* of a node: the mean of 1 / distance of its hits */
 };
 
-/* Returns how far the views of a pixel's lobe and a node's are apart at what the node sees, squared,
- * over the square of the lobe's smaller width (docs/reconstruction.md, Glossy lobes). It is infinite
- * for lobes of other roughness and for such as are seen at grazing angles. */
+/* Returns how far the views of a pixel's lobe and a node's are apart at what the node sees,
+ * squared, over the square of the lobe's smaller width (docs/reconstruction.md, Glossy lobes). It
+ * is infinite for lobes of other roughness and for such as are seen at grazing angles. */
 float half_field_apart2(const struct surface_view *view, const struct half_field_lobe *pixel,
                         const struct half_field_lobe *node);
 

@@ -243,12 +243,12 @@ struct plan {
     uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field; l^2 rays
                                           of glossy lobes, too */
-    uint32_t field_halved;             /* 1: bounce rays, and rays of glossy lobes, leave one pixel of
-                                          four, and others that none of these stands for
-                                          (proto/half_field.h) */
-    uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
-                                          where sample row * l + column lies */
-    uint32_t lens_relight;             /* enum lens_relight */
+    uint32_t field_halved;         /* 1: bounce rays, and rays of glossy lobes, leave one pixel of
+                                      four, and others that none of these stands for
+                                      (proto/half_field.h) */
+    uint32_t lens_strata_per_axis; /* l; 0 without planes of lens samples. lens_pattern.h says
+                                      where sample row * l + column lies */
+    uint32_t lens_relight;         /* enum lens_relight */
     uint32_t lens_extra; /* paths a pixel, in the mean at most, of second sets through the lens:
                             PLAN_LENS_EXTRA_STRATA squared go to the pixels that need them most; 0:
                             none */

@@ -206,8 +206,8 @@ static int check_lens_extra(const struct plan_field *at, const struct plan *plan
     return 0;
 }
 
-/* At half resolution filters of one width take what pixels lend each other; whoever counts a pixel's
- * own rays cannot. */
+/* At half resolution filters of one width take what pixels lend each other; whoever counts a
+ * pixel's own rays cannot. */
 static int check_half_field(const struct plan_field *at, const struct plan *plan)
 {
     const uint32_t filter = plan->indirect_filter;

@@ -215,8 +215,8 @@ struct job {
                             channels over the picture's mean luminance, is at most this; 0: none */
     uint32_t max_spp; /* most paths, and most bounce rays, of a pixel; 0 without a target; with one
                          up to LIMIT_SPP, default JOB_MAX_SPP */
-    enum field_scale field_scale; /* default auto */
-    uint64_t seed;    /* 0..2^53; default 1 */
+    enum field_scale field_scale;                  /* default auto */
+    uint64_t seed;                                 /* 0..2^53; default 1 */
     enum filter_method method;                     /* default auto */
     enum indirect_method indirect;                 /* default auto */
     enum residual_method residual;                 /* default auto */

@@ -225,8 +225,7 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
             if (!patch_has_surface(patch, i)) continue;
             const int lent = patch->lent ? patch->lent[i] : 0;
             to[x] += (float)rays;
-            if (!(lent & PATCH_LENT_BOUNCES))
-                to[x] += patch->bounces ? patch->bounces[i] : bounces;
+            if (!(lent & PATCH_LENT_BOUNCES)) to[x] += patch->bounces ? patch->bounces[i] : bounces;
             if (patch->glossy_alpha && patch_is_glossy(patch, i) && !(lent & PATCH_LENT_LOBE))
                 to[x] += patch->glossy_rays ? patch->glossy_rays[i] : bounces;
         }

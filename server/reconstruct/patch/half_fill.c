@@ -16,16 +16,17 @@ struct nodes {
 };
 
 struct filling {
-    const struct plan *plan;
     struct patch *patch;
     struct surface_view view;
+    struct rect lobes; /* where the patch has lobes; empty: nowhere */
 };
 
 static float mean(const struct nodes *n, const float *array)
 {
-    float sum = 0.0f;
-    for (uint32_t k = 0; k < n->count; k++) sum += n->weight[k] * array[n->at[k]];
-    return sum;
+    const float first = array[n->at[0]];
+    float more = 0.0f; /* 0 where all are alike */
+    for (uint32_t k = 1; k < n->count; k++) more += n->weight[k] * (array[n->at[k]] - first);
+    return first + more;
 }
 
 static void normalise(struct nodes *n)
@@ -43,17 +44,21 @@ static float weigh(const struct filling *f, const struct shown_surface *pixel, s
     return surface_match(&f->view, pixel, &node) + WEIGHT_MIN;
 }
 
-/* Finds the nodes beside image pixel (x, y), by which `lends` light. */
-static void find_nodes(const struct filling *f, int32_t x, int32_t y,
+static bool is_in(struct rect r, int32_t x, int32_t y)
+{
+    return x >= r.x0 && y >= r.y0 && x < r.x1 && y < r.y1;
+}
+
+/* Finds the nodes of `r` beside image pixel (x, y), by which `lends` light. */
+static void find_nodes(const struct filling *f, struct rect r, int32_t x, int32_t y,
                        const struct shown_surface *pixel,
                        bool (*lends)(const struct patch *, size_t), struct nodes *out)
 {
-    const struct rect r = f->patch->rect;
     const int32_t across = x & 1 ? 0 : 1, down = y & 1 ? 0 : 1;
     out->count = 0;
     for (int32_t v = y - down; v <= y + down; v += 2)
         for (int32_t u = x - across; u <= x + across; u += 2) {
-            if (u < r.x0 || v < r.y0 || u >= r.x1 || v >= r.y1) continue;
+            if (!is_in(r, u, v)) continue;
             const size_t j = patch_pixel(f->patch, u, v);
             const float weight = lends(f->patch, j) ? weigh(f, pixel, j) : 0.0f;
             if (!(weight > 0.0f)) continue;
@@ -81,8 +86,7 @@ static void fill_bounces(const struct filling *f, size_t i, const struct nodes *
     float nearest = p->bounce_distance_min[n->at[0]];
     p->lent[i] |= PATCH_LENT_BOUNCES;
     for (uint32_t k = 1; k < n->count; k++)
-        if (p->bounce_distance_min[n->at[k]] < nearest)
-            nearest = p->bounce_distance_min[n->at[k]];
+        if (p->bounce_distance_min[n->at[k]] < nearest) nearest = p->bounce_distance_min[n->at[k]];
     p->bounce_distance_min[i] = nearest;
     for (int c = 0; c < 3 && p->indirect[c]; c++) p->indirect[c][i] = mean(n, p->indirect[c]);
     for (int c = 0; c < 3 && p->indirect_even[c]; c++)
@@ -138,24 +142,26 @@ static void fill_pixel(const struct filling *f, int32_t x, int32_t y)
     struct patch *p = f->patch;
     const size_t i = patch_pixel(p, x, y);
     const bool bounces = !patch_is_measured(p, i);
-    const bool lobe = p->glossy_alpha && patch_is_glossy(p, i) && !(p->glossy_weight[i] > 0.0f);
+    const bool lobe =
+        is_in(f->lobes, x, y) && patch_is_glossy(p, i) && !(p->glossy_weight[i] > 0.0f);
     struct shown_surface pixel;
     struct nodes nodes;
     if ((!bounces && !lobe) || !surface_of_pixel(&f->view, p, i, &pixel)) return;
     if (bounces) {
-        find_nodes(f, x, y, &pixel, patch_is_measured, &nodes);
+        find_nodes(f, p->rect, x, y, &pixel, patch_is_measured, &nodes);
         if (nodes.count > 0) fill_bounces(f, i, &nodes);
     }
     if (lobe) {
-        find_nodes(f, x, y, &pixel, has_lobe_light, &nodes);
+        find_nodes(f, f->lobes, x, y, &pixel, has_lobe_light, &nodes);
         if (nodes.count > 0) fill_lobe(f, i, &nodes);
     }
 }
 
 void half_fill(const struct plan *plan, struct patch *patch)
 {
-    struct filling f = {.plan = plan, .patch = patch};
+    struct filling f = {.patch = patch};
     if (!plan->field_halved) return;
+    if (patch->glossy_alpha) f.lobes = patch_has_far_lobes(plan) ? patch->rect : patch->core;
     surface_view_init(&f.view, plan);
     memset(patch->lent, 0, (size_t)rect_area(patch->rect));
     for (int32_t y = patch->rect.y0; y < patch->rect.y1; y++)

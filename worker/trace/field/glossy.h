@@ -13,7 +13,7 @@
  * times the albedo is the picture's radiance. Rays below the facet count as black. Under
  * LENS_RELIGHT_SKY, rays that miss bring the soft share of the sky, too. */
 #include "proto/samples.h"
-#include "worker/trace/field/field_sample.h"
+#include "worker/trace/field/field_pack.h"
 #include "worker/trace/field/half_field.h"
 #include "worker/trace/path/glossy_lobes.h"
 
@@ -31,6 +31,7 @@ struct glossy_sums {
 struct glossy_scratch {
     struct glossy_lobes lobes;
     struct glossy_sums sums;
+    struct field_pack pack;
 };
 
 /* Traces the kept lanes of scratch->lobes, which have a surface in *from, into the planes of glossy

@@ -16,8 +16,8 @@ static uint16_t find_nodes(const struct block *b, const struct lanes_mask *lit,
     uint32_t nodes = 0;
     for (int k = 0; k < LANES; k++) {
         if (!is_node(b, k) || !half_field_is_beside(x, y, b->x_px[k], b->y_px[k])) continue;
-        if (!lit->on[k] || surface_match(&half->ring.view, &half->shown[i], &half->shown[k]) <
-                               HALF_FIELD_MATCH)
+        if (!lit->on[k] ||
+            surface_match(&half->ring.view, &half->shown[i], &half->shown[k]) < HALF_FIELD_MATCH)
             return 0;
         nodes |= 1u << k;
     }
@@ -42,8 +42,8 @@ void half_field_init(const struct block *block, const struct surface *surface,
 }
 
 /* Whoever waits traces if *more says so, or if no nodes stand for it. */
-static void settle(uint64_t rays, struct half_field *half,
-                   struct lanes_mask *more, struct counters *counters)
+static void settle(uint64_t rays, struct half_field *half, struct lanes_mask *more,
+                   struct counters *counters)
 {
     uint64_t anew = 0, taken = 0;
     for (int i = 0; i < LANES; i++) {
@@ -56,8 +56,8 @@ static void settle(uint64_t rays, struct half_field *half,
     counters->value[COUNTER_SKIPPED_HALF_FIELD] += taken * rays;
 }
 
-void half_field_refine(const float *nearest, uint32_t strata,
-                       struct half_field *half, struct lanes_mask *more, struct counters *counters)
+void half_field_refine(const float *nearest, uint32_t strata, struct half_field *half,
+                       struct lanes_mask *more, struct counters *counters)
 {
     const float near_px = half_field_near_px(strata);
     for (int i = 0; i < LANES; i++) {
@@ -94,9 +94,9 @@ static bool is_seen(const struct half_field *half, const struct glossy_lobes *lo
     return false;
 }
 
-void half_field_refine_lobes(const struct glossy_lobes *lobes,
-                             const float *nearness, uint32_t strata, struct half_field *half,
-                             struct lanes_mask *more, struct counters *counters)
+void half_field_refine_lobes(const struct glossy_lobes *lobes, const float *nearness,
+                             uint32_t strata, struct half_field *half, struct lanes_mask *more,
+                             struct counters *counters)
 {
     const float most = half_field_apart2_most(strata);
     for (int i = 0; i < LANES; i++)

@@ -3,8 +3,8 @@
  * on the block alone, whatever tile keeps its pixels.
  *
  * First the nodes trace. Then pixels do that do not lie between nodes of their own surface, some of
- * which are nodes around the block, and pixels of which the nodes' rays tell that light changes from
- * pixel to pixel. */
+ * which are nodes around the block, and pixels of which the nodes' rays tell that light changes
+ * from pixel to pixel. */
 #include "proto/half_field.h"
 #include "worker/trace/field/half_field_ring.h"
 #include "worker/trace/hit/block.h"
@@ -20,8 +20,8 @@ struct half_field {
 };
 
 /* Finds the nodes among the lanes of *lit, half->traced. They trace though another tile keeps them,
- * as their rays tell of lanes that this one keeps. `surface` has what the lanes show; half->ring has
- * been seen. */
+ * as their rays tell of lanes that this one keeps. `surface` has what the lanes show; half->ring
+ * has been seen. */
 void half_field_init(const struct block *block, const struct surface *surface,
                      const struct lanes_mask *lit, struct half_field *half);
 

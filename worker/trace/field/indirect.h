@@ -16,9 +16,8 @@
  * was scattered before, at least once and at most plan.bounces times. The mean of the samples times
  * the albedo is the picture's radiance. Rays below the facet are black and count as blocked. Under
  * LENS_RELIGHT_SKY, rays that miss bring the soft share of the sky, too. */
-#include "proto/samples.h"
-#include "worker/trace/field/field_sample.h"
 #include "worker/trace/field/half_field.h"
+#include "worker/trace/field/indirect_sums.h"
 #include "worker/trace/light/strata.h"
 #include "worker/trace/path/path.h"
 
@@ -26,15 +25,10 @@
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
                        struct lanes3 *tangent, struct lanes3 *bitangent);
 
-struct indirect_sums {
-    struct lanes3 half[2];                                       /* of even samples, of odd ones */
-    _Alignas(LANES_ALIGN) float nearest[LANES], farthest[LANES]; /* INFINITY and 0: none */
-    _Alignas(LANES_ALIGN) float open[LANES]; /* rays that reach the plan's distance */
-};
-
 struct indirect_scratch {
     struct strata strata;
     struct indirect_sums sums;
+    struct field_pack pack;
     /* the v-plane's columns and rows */
     _Alignas(LANES_ALIGN) float side[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
     _Alignas(LANES_ALIGN) float height[LIMIT_PLANE_STRATA_PER_AXIS][LANES];

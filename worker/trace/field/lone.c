@@ -336,6 +336,12 @@ static void count_rays(const struct counters *own, struct counters *all)
     all->value[COUNTER_REJECTED_NOT_FINITE] += v[COUNTER_REJECTED_NOT_FINITE];
 }
 
+/* Fields at half resolution have as many rays a pixel in the mean. */
+static uint32_t lone_strata(const struct path_context *c)
+{
+    return c->plan->field_halved ? (c->strata + 1) / 2 : c->strata;
+}
+
 int lone_trace(const struct path_context *c, const struct lone_tools *tools, struct rect tile,
                struct lone_scratch *scratch, struct samples *samples)
 {
@@ -352,6 +358,7 @@ int lone_trace(const struct path_context *c, const struct lone_tools *tools, str
     memset(&scratch->counters, 0, sizeof scratch->counters);
     scratch->count = scratch->held = 0;
     l.context.counters = &scratch->counters;
+    l.context.strata = lone_strata(c);
     struct path_context centres = l.context; /* with the frame's plan */
     l.context.plan = &scratch->plan;
     lone_finder_init(&scratch->finder, &centres, tile, samples);

@@ -25,8 +25,8 @@ TEST(fields_are_halved_when_asked)
     must_make(s);
     assert_int_equal(s->plan.field_halved, 1);
     json_t *report = plan_report_json(&s->plan, &s->report);
-    assert_true(json_real_value(json_object_get(json_object_get(report, "samples"),
-                                                "field_scale")) == 0.5);
+    assert_true(
+        json_real_value(json_object_get(json_object_get(report, "samples"), "field_scale")) == 0.5);
     json_decref(report);
 }
 

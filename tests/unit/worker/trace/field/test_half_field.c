@@ -138,8 +138,7 @@ TEST(tiles_may_cut_squares)
         struct traced all = trace_all(f, &p), cut = trace(f, &p, part);
         for (int32_t y = part.y0; y < part.y1; y++)
             for (int32_t x = part.x0; x < part.x1; x++) {
-                const int i = y * SIDE_PX + x,
-                          k = (y - part.y0) * rect_width(part) + x - part.x0;
+                const int i = y * SIDE_PX + x, k = (y - part.y0) * rect_width(part) + x - part.x0;
                 for (uint32_t c = 0; c < 3; c++)
                     assert_int_equal(samples_u16(all.samples, PLANE_INDIRECT_MEAN, c)[i],
                                      samples_u16(cut.samples, PLANE_INDIRECT_MEAN, c)[k]);
