@@ -7,6 +7,13 @@
  * nodes of one surface. */
 #include "proto/surface_match.h"
 
+/* Returns the bounce rays, and rays of glossy lobes, that filters count on for each pixel. */
+static inline float half_field_rays(const struct plan *plan)
+{
+    const float l = (float)plan->indirect_strata_per_axis;
+    return plan->field_halved ? 0.25f * l * l : l * l;
+}
+
 static inline bool half_field_is_node(int32_t x, int32_t y)
 {
     return (x & 1) && (y & 1);

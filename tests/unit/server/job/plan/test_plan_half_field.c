@@ -1,4 +1,5 @@
 /* When fields have half the resolution, and what is said when they have not. */
+#include "proto/half_field.h"
 #include "tests/unit/server/job/plan/indirect_stage.h"
 
 EACH_TEST(set_up, stage_tear_down);
@@ -38,7 +39,7 @@ TEST(filters_count_on_a_quarter)
     s->job.indirect_spp = 64;
     must_make(s);
     assert_int_equal(s->plan.indirect_strata_per_axis, 8);
-    assert_true(plan_field_rays(&s->plan) == 16.0f);
+    assert_true(half_field_rays(&s->plan) == 16.0f);
     assert_int_equal(s->plan.indirect_filter, INDIRECT_FILTER_CONSTANT);
     s->job.indirect_spp = 144;
     must_make(s);
