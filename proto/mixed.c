@@ -7,7 +7,8 @@
 /* Of lights' strata and of bounce rays. What a layer beside paths has of them changes nothing. */
 static uint32_t most_strata(const struct plan *plan)
 {
-    uint32_t l = plan->indirect_strata_per_axis;
+    const uint32_t bounces = plan->indirect_strata_per_axis;
+    uint32_t l = plan->field_halved ? (bounces + 1) / 2 : bounces; /* a quarter have rays */
     if (plan->paths.spp > 0) return MIXED_SAMPLES_A_PATH * plan->paths.spp;
     for (uint32_t k = 0; k < plan->light_count; k++)
         l = plan->lights[k].strata_per_axis > l ? plan->lights[k].strata_per_axis : l;

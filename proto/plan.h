@@ -245,15 +245,15 @@ struct plan {
     uint32_t bounces;      /* 0 .. LIMIT_INDIRECT_BOUNCES */
     uint32_t indirect_strata_per_axis; /* l; 0 without indirect planes of the light field; l^2 rays
                                           of glossy lobes, too */
-    uint32_t lens_strata_per_axis;     /* l; 0 without planes of lens samples. lens_pattern.h says
-                                          where sample row * l + column lies */
-    uint32_t lens_relight;             /* enum lens_relight */
-    uint32_t lens_extra; /* paths a pixel, in the mean at most, of second sets through the lens:
-                            PLAN_LENS_EXTRA_STRATA squared go to the pixels that need them most; 0:
-                            none */
-    uint32_t
-        lens_mirrors; /* reflections at flat mirrors, at most, that pixel centres and lens samples
-                         look through (worker/trace/path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
+    uint32_t field_halved; /* 1: these leave one pixel of four, and some others (half_field.h) */
+    uint32_t lens_strata_per_axis; /* l; 0 without planes of lens samples. lens_pattern.h says
+                                      where sample row * l + column lies */
+    uint32_t lens_relight;         /* enum lens_relight */
+    uint32_t lens_extra;   /* paths a pixel, in the mean at most, of second sets through the lens:
+                              PLAN_LENS_EXTRA_STRATA squared go to the pixels that need them most; 0:
+                              none */
+    uint32_t lens_mirrors; /* most reflections at flat mirrors that pixel centres and lens samples
+                              look through (path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
     uint32_t lens_lobes_only; /* 1: lens samples hold lobes' reflection alone, which reconstruction
                                  may share among them; else it may have sharp shadows, too */
     uint32_t composite;       /* 1: each pass of the schedule is traced once for each plan_view, in

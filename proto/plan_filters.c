@@ -231,6 +231,20 @@ static int check_sky(const struct plan_field *at, const struct plan *plan)
                              "leaves out an environment, of which there is none", (double)left);
 }
 
+/* At half resolution filters of one width take what pixels lend each other; whoever counts a
+ * pixel's own rays cannot. */
+static int check_half_field(const struct plan_field *at, const struct plan *plan)
+{
+    const uint32_t filter = plan->indirect_filter;
+    const bool takes = filter == INDIRECT_FILTER_CONSTANT || filter == INDIRECT_FILTER_LINEAR;
+    if (!plan->field_halved) return 0;
+    if (takes && !(plan->planes & (PLANES_LENS_ALL | PLANE_BIT(INDIRECT_STRATA))) &&
+        !plan_has_rounds(plan))
+        return 0;
+    return plan_field_refuse(at, ERR_RANGE, "field_halved",
+                             "asks for half resolution of a field that needs all of its rays", 1.0);
+}
+
 int plan_filters_check(const struct plan_field *at, const struct plan *plan)
 {
     if (!(plan->mu > 0.0f))
@@ -240,6 +254,7 @@ int plan_filters_check(const struct plan_field *at, const struct plan *plan)
     if (!error) error = check_shadow_filter(at, plan);
     if (!error) error = check_indirect_filter(at, plan);
     if (!error) error = check_rate(at, plan);
+    if (!error) error = check_half_field(at, plan);
     if (!error) error = check_span(at, plan);
     if (!error) error = check_glossy_filter(at, plan);
     if (!error) error = check_residual_filter(at, plan);

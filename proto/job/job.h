@@ -20,8 +20,8 @@
  *   camera    {shutter: a fraction of a frame, {fraction, centre} or null}
  *   lens      {aperture_radius, focus_distance, blades, blade_rotation_deg} or null
  *   effects   {indirect_bounces, ambient_occlusion: false | {distance}}
- *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, target_error, max_spp,
- *             seed, tile_px}
+ *   sampling  {spp, light_spp, indirect_spp, lens_spp, lens_extra, field_scale,
+ *             target_error, max_spp, seed, tile_px}
  *   filter    {method, environment, indirect, glossy, lens, residual, mu}
  *   layers    [names]; frames {first, last} or "1-10,20-40x2"; fps; start_time_s; priority;
  *             live: bool
@@ -108,6 +108,13 @@ enum temporal_method {
     TEMPORAL_NONE,
     TEMPORAL_ONE,
     TEMPORAL_TWO
+};
+
+/* sampling.field_scale says how many pixels the rays of light fields leave, an axis. */
+enum field_scale {
+    FIELD_SCALE_AUTO, /* as pays */
+    FIELD_SCALE_FULL,
+    FIELD_SCALE_HALF
 };
 
 /* filter.lens says how the light field of the lens is filtered. */
@@ -212,7 +219,8 @@ struct job {
                             channels over the picture's mean luminance, is at most this; 0: none */
     uint32_t max_spp; /* most paths, and most bounce rays, of a pixel; 0 without a target; with one
                          up to LIMIT_SPP, default JOB_MAX_SPP */
-    uint64_t seed;    /* 0..2^53; default 1 */
+    enum field_scale field_scale;                  /* default auto */
+    uint64_t seed;                                 /* 0..2^53; default 1 */
     enum filter_method method;                     /* default auto */
     enum environment_method environment_filter;    /* default auto */
     enum indirect_method indirect;                 /* default auto */

@@ -24,6 +24,10 @@ extern const struct json_member job_image_members[];
 /* Reads frames, an object or a list as a text. */
 int job_frames_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                     void *job);
+/* Reads 1, 0.5 or "auto"; and what writes it. */
+int job_field_scale_read(struct json_cursor *at, const struct json_member *member,
+                         const json_t *value, void *job);
+json_t *job_field_scale_write(enum field_scale scale);
 int job_lights_read(struct json_cursor *at, const struct json_member *member, const json_t *value,
                     void *job);
 

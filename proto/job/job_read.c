@@ -180,6 +180,7 @@ static const struct json_member sampling_members[] = {
     NUMBER("lens_spp", json_member_u32, lens_spp, 0, LIMIT_SPP),
     NUMBER("lens_extra", json_member_u32, lens_extra, 0,
            PLAN_LENS_EXTRA_STRATA *PLAN_LENS_EXTRA_STRATA),
+    {.name = "field_scale", .read = job_field_scale_read},
     NUMBER("seed", json_member_u64, seed, 0, SEED_MAX),
     NUMBER("tile_px", json_member_i32, tile_px, LIMIT_TILE_SIDE_MIN_PX, LIMIT_TILE_SIDE_PX),
     NUMBER("target_error", json_member_f32, target_error, 0, TARGET_MAX),

@@ -68,6 +68,7 @@ static json_t *write_sampling(const struct job *job)
     failures += set(object, "indirect_spp", json_integer(job->indirect_spp));
     failures += set(object, "lens_spp", json_integer(job->lens_spp));
     failures += set(object, "lens_extra", json_integer(job->lens_extra));
+    failures += set(object, "field_scale", job_field_scale_write(job->field_scale));
     failures += set(object, "target_error", job_number_write(job->target_error));
     failures += set(object, "max_spp", json_integer(job->max_spp));
     failures += set(object, "seed", json_integer((json_int_t)job->seed));

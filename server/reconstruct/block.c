@@ -12,6 +12,7 @@
 #include "server/reconstruct/compose/paths.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
 #include "server/reconstruct/lens/lens_light.h"
+#include "server/reconstruct/patch/half_fill.h"
 
 /* Small blocks let the picture form bit by bit and many threads work at it. With a filter's halo
  * they repeat work: of the sheared filter's time, blocks of 64 cost 1.25 times and blocks of 256
@@ -48,6 +49,12 @@ static int32_t ring_px(const struct plan *plan)
     return ring > 0 ? ring : mixed_paths_ring_px(plan);
 }
 
+/* What pixels take that have no rays. */
+static int32_t fill_px(const struct plan *plan)
+{
+    return plan->field_halved ? HALF_FILL_REACH_PX : 0;
+}
+
 /* The light of the ring is filtered as that of the block is. */
 int32_t block_halo_px(const struct plan *plan)
 {
@@ -61,7 +68,7 @@ int32_t block_halo_px(const struct plan *plan)
     const int32_t residual = residual_halo_px(plan) + lens_light_reach_px(plan);
     if (indirect < residual) indirect = residual;
     indirect += lens_relight_ring_px(plan);
-    return ring_px(plan) + (indirect > lens ? indirect : lens);
+    return ring_px(plan) + (indirect > lens ? indirect : lens) + fill_px(plan);
 }
 
 int32_t block_core_px(const struct plan *plan)
@@ -70,7 +77,7 @@ int32_t block_core_px(const struct plan *plan)
     if (plan->shadow_filter == SHADOW_FILTER_NONE && plan->lens_filter == LENS_FILTER_NONE &&
         !patch_has_far_indirect(plan) && !patch_has_far_lobes(plan) && !patch_has_far_paths(plan))
         return halo;
-    const int32_t core = lens_relight_ring_px(plan) + PATCH_RING_PX;
+    const int32_t core = lens_relight_ring_px(plan) + PATCH_RING_PX + fill_px(plan);
     return core < halo ? core : halo;
 }
 
@@ -175,6 +182,7 @@ static int reconstruct(const struct plan *plan, struct patch *patch, struct rect
 {
     const bool paths = plan->paths.spp > 0, lens = plan->lens_strata_per_axis > 0;
     int error = 0;
+    half_fill(plan, patch);
     if (paths && variance->memory) error = path_error_find(patch, variance);
     if (error) return error;
     if (paths)

@@ -54,6 +54,16 @@ filters_of_lobes() {
 }
 check "every filter of glossy lobes beside the average, at equal samples" filters_of_lobes
 
+# Fields at half resolution beside those at full resolution, on tiny pictures and in a sequence.
+halved_fields() {
+    node tests/bench/half_field.mjs "$build" side=64 reference=64 spp=4,16 scene=box,plates,walk seeds=1 2>"$tmp/said" >"$tmp/halved" &&
+        jq -es 'map(select(.scene != "walk" and .scale == 0.5)) | length == 4 and
+            all(.[]; .error > 0 and .anew > 0 and .lent > .anew and .times_lower_with_equal_rays > 0.5)' "$tmp/halved" &&
+        jq -es 'map(select(.scene == "walk")) | length == 4 and all(.[]; .flicker > 0)' "$tmp/halved" &&
+        grep -q '^  scale 0.5 .*equal time' "$tmp/said"
+}
+check "fields at half resolution beside full ones" halved_fields
+
 # The gate: figures that were better by 10 % before, one that is gone, and times within what is allowed.
 tampered() {
     jq '.smoke.figures |= with_entries(if .key == "box constant 16 spp: RMSE" then .value.value *= 0.9 else . end)' tests/bench/figures.json >"$tmp/figures.json"

@@ -37,6 +37,7 @@ const jobs = {
     // Tiles differ in samples under a target: each size has a picture of its own.
     target_error: { rounds: true, by_tile: true, document: { ...base, environment, sampling: { spp: 9, seed: 7, target_error: 0.06 }, layers: ["beauty", "error", "samples"] } },
     lens_extra: { integrator: "lens_field", rounds: true, document: { ...base, lens, sampling: { spp: 9, seed: 7, lens_extra: 4 }, layers: ["beauty", "samples"] } },
+    half_field: { integrator: "light_field", document: { ...base, sampling: { spp: 9, indirect_spp: 36, field_scale: 0.5, seed: 7 }, layers: ["beauty", "diffuse_indirect", "error", "samples"] } },
     adaptive: { rounds: true, document: { ...base, filter: { indirect: "adaptive" }, layers: ["beauty", "samples"] } },
 };
 const axes = {

@@ -125,6 +125,7 @@ export const GROUPS = [
     more: [
     { at: "/sampling/light_spp", label: "Samples per light (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
     { at: "/sampling/indirect_spp", label: "Bounce rays (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
+    { at: "/sampling/field_scale", label: "Pixels with bounce rays, an axis", kind: "choice", of: ["auto", 1, 0.5], otherwise: "auto" },
     { at: "/sampling/lens_spp", label: "Lens samples (0: as above)", kind: "integer", min: 0, max: 65536, otherwise: 0 },
     { at: "/sampling/lens_extra", label: "Extra lens samples", kind: "integer", min: 0, max: 36, otherwise: 0 },
     { at: "/sampling/tile_px", label: "Tile size", unit: "px", kind: "integer", min: 8, max: 256, otherwise: 64 }] },

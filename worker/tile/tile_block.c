@@ -223,18 +223,19 @@ static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
     if (plan->planes >> PLANE_AMBIENT_VISIBILITY & 1) t->bouncing = t->centre.surface.hit;
     choose(t, l * l, &t->bouncing, counters);
     if (lanes_count(&t->bouncing) > 0)
-        indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing, &t->indirect, &t->path,
-                       samples);
+        indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing,
+                       plan->field_halved ? &t->half : NULL, &t->indirect, &t->path, samples);
 }
 
 /* Traces the field of glossy lobes, for the lanes in *lobed. */
 static void trace_glossy(struct tile_tracer *t, const struct stages *stages,
-                         const struct lanes_mask *lobed, struct samples *samples)
+                         const struct lanes_mask *lobed, struct half_field *half,
+                         struct samples *samples)
 {
     glossy_lobes_find(&t->centre, &t->glossy.lobes);
     for (int i = 0; i < LANES; i++) t->glossy.lobes.on.on[i] &= lobed->on[i];
     if (lanes_count(&t->glossy.lobes.on) > 0)
-        glossy_trace(&stages->field, &t->block, &t->centre, &t->glossy, &t->path, samples);
+        glossy_trace(&stages->field, &t->block, &t->centre, half, &t->glossy, &t->path, samples);
 }
 
 /* Finds which of the kept lanes have strata in the pass's map; the map may be NULL. */
@@ -264,9 +265,9 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
     for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
     if (lanes_count(&t->bouncing) > 0)
-        indirect_trace(&stages->field, b, &t->centre, &t->bouncing, &t->indirect, &t->path,
+        indirect_trace(&stages->field, b, &t->centre, &t->bouncing, NULL, &t->indirect, &t->path,
                        samples);
-    if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, samples);
+    if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, NULL, samples);
 }
 
 /* Traces what is seen through pixel centres: surfaces and their light fields. */
@@ -283,8 +284,14 @@ static void trace_centres(struct tile_tracer *t, const struct stages *stages,
     if (plan->paths.without_diffuse_direct)
         shading_point_see(stages->paths.kernels, &t->centre, &t->point);
     if (stages->lights) trace_lights(t, plan, samples, counters);
+    if (plan->field_halved)
+        half_field_ring_see(&t->queries, plan, &t->block, &t->camera, &t->half.ring, counters);
     if (stages->bounces) trace_bounces(t, stages, plan, samples, counters);
-    if (stages->glossy) trace_glossy(t, stages, &t->block.kept, samples);
+    if (!stages->glossy) return;
+    if (plan->field_halved)
+        trace_glossy(t, stages, &t->block.inside, &t->half, samples);
+    else
+        trace_glossy(t, stages, &t->block.kept, NULL, samples);
 }
 
 bool tile_sees_centres(const struct stages *stages)

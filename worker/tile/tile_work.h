@@ -34,6 +34,7 @@ struct tile_tracer {
     struct shadow_scratch shadow;
     struct indirect_scratch indirect;
     struct glossy_scratch glossy;
+    struct half_field half;
     struct sky sky;
     struct photograph photograph;
     struct path_scratch path;

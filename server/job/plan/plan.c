@@ -279,6 +279,7 @@ static void arrange(const struct job *job, const struct scene *scene, struct pla
         plan_lens(job, plan, report);
     else if (integrator != INTEGRATOR_LIGHT_FIELD)
         plan_paths(job, plan, report);
+    plan_half_field(job, plan, report);
     plan_lone(plan, report);
     plan_mixed(plan, report);
     plan_temporal(job, plan, report);

@@ -95,8 +95,9 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
     }
     /* What is asked for by shear, but has no strata. */
     const bool parts = (plan->planes & PLANE_BIT(INDIRECT_STRATA)) != 0;
+    const uint32_t rays = plan_may_halve(job) ? (l * l + 3) / 4 : l * l;
     if (job->indirect == INDIRECT_AUTO || (job->indirect == INDIRECT_SHEARED && !parts))
-        return choose_by_samples(l * l, why);
+        return choose_by_samples(rays, why);
     if (job->indirect == INDIRECT_ADAPTIVE)
         snprintf(why, n,
                  "filter.indirect asks for it: %u rays a pixel, then as many as their distances "

@@ -114,6 +114,12 @@ bool plan_residual_possible(const struct job *job, const struct plan_report *rep
 void plan_residual_none(struct plan_report *report);
 const char *plan_residual_filter_name(uint32_t filter);
 
+/* Returns whether the job lets fields have half the resolution, if their filter does. */
+bool plan_may_halve(const struct job *job);
+/* Plans whether fields of bounce rays and of glossy lobes have half the resolution, once these are
+ * planned. */
+void plan_half_field(const struct job *job, struct plan *plan, struct plan_report *report);
+
 /* Plans temporal filtering, and the planes that find points in other frames, once all else is
  * planned; or reports why not. */
 void plan_temporal(const struct job *job, struct plan *plan, struct plan_report *report);

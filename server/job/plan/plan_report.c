@@ -153,6 +153,7 @@ static json_t *samples_of(const struct plan *plan)
     if (samples && plan->paths.edge_digits > 0)
         json_object_set_new(samples, "paths_at_edges",
                             json_integer((json_int_t)plan->paths.spp << plan->paths.edge_digits));
+    if (samples && plan->field_halved) json_object_set_new(samples, "field_scale", json_real(0.5));
     if (samples && plan->lens_extra > 0)
         json_object_set_new(samples, "lens_extra", json_integer(plan->lens_extra));
     if (samples && plan->adaptive.rays_max > 0)

@@ -223,8 +223,10 @@ static void add_samples(const struct plan *plan, const struct patch *patch, uint
         float *to = plane_at(out, block.x0, y);
         for (int32_t x = 0; x < rect_width(block); x++, i++) {
             if (!patch_has_surface(patch, i)) continue;
-            to[x] += (float)rays + (patch->bounces ? patch->bounces[i] : bounces);
-            if (patch->glossy_alpha && patch_is_glossy(patch, i))
+            const int lent = patch->lent ? patch->lent[i] : 0;
+            to[x] += (float)rays;
+            if (!(lent & PATCH_LENT_BOUNCES)) to[x] += patch->bounces ? patch->bounces[i] : bounces;
+            if (patch->glossy_alpha && patch_is_glossy(patch, i) && !(lent & PATCH_LENT_LOBE))
                 to[x] += patch->glossy_rays ? patch->glossy_rays[i] : bounces;
         }
     }

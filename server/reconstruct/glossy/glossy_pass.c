@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "proto/half_field.h"
 #include "server/reconstruct/indirect/indirect_width.h"
 
 #define LINES        512.0f /* what the cap is counted at */
@@ -55,8 +56,7 @@ static struct glossy_rule rule_of(const struct glossy_pass *pass, float n)
 /* Rays that every pixel has. */
 static float least_rays(const struct plan *plan)
 {
-    const float l = (float)plan->indirect_strata_per_axis;
-    return fmaxf(l * l, 1.0f);
+    return fmaxf(half_field_rays(plan), 1.0f);
 }
 
 int32_t glossy_pass_reach(const struct glossy_pass *pass)

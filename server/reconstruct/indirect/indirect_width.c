@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "proto/half_field.h"
 #include "proto/samples.h"
 #include "server/reconstruct/indirect/indirect.h"
 #include "server/reconstruct/indirect/indirect_adaptive.h"
@@ -88,7 +89,7 @@ static void rate_widths(const struct plan *plan, float lines, struct indirect_ru
 struct indirect_rule indirect_rule_of(const struct plan *plan)
 {
     const float lines = (float)plan->height_px / LINES;
-    const float n = (float)plan->indirect_strata_per_axis * (float)plan->indirect_strata_per_axis;
+    const float n = half_field_rays(plan);
     const float root = indirect_root(fmaxf(n, 1.0f) / SAMPLES, 6); /* (n / 16)^(1/6) */
     struct indirect_rule r = {0};
     float base = 0.0f, cap = 0.0f;

@@ -42,6 +42,7 @@ static void carve_counts(struct carver *c, const struct plan *plan, struct patch
         p->bounces = carve(c, sizeof(float));
     if (plan_has_rounds(plan) && plan->planes >> PLANE_GLOSSY_MEAN & 1u)
         p->glossy_rays = carve(c, sizeof(float));
+    if (plan->field_halved) p->lent = carve(c, sizeof *p->lent);
     if (plan->planes >> PLANE_LENS_SECOND_SET & 1u) p->lens_paths = carve(c, sizeof(float));
     if (plan->paths.spp == 0) return;
     p->paths.spp = carve(c, sizeof(float));

@@ -28,6 +28,9 @@ struct patch_light {
 #include "proto/plane.def"
 };
 
+/* What a pixel without rays of its own has of pixels beside it (half_fill.h). */
+enum patch_lent { PATCH_LENT_BOUNCES = 1, PATCH_LENT_LOBE = 2 };
+
 /* Samples in each pixel's sums over paths. Tiles of a block may differ. */
 struct patch_paths {
     float *spp;          /* at least 1 */
@@ -50,6 +53,7 @@ struct patch {
      * under which pixels may differ. */
     float *bounces;
     float *glossy_rays;       /* of the lobe */
+    uint8_t *lent;            /* of fields at half resolution: bits of enum patch_lent; else NULL */
     float *lens_paths;        /* of lens_second_set: 0 or PLAN_LENS_EXTRA_STRATA squared */
     struct patch_paths paths; /* also without rounds */
     struct patch_light lights[LIMIT_LIGHTS];

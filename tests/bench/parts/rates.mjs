@@ -1,7 +1,7 @@
 // Rates and shares beside their bounds: the figures of tests/bench/run, one at a time.
 import { spawnSync } from "node:child_process";
 
-export const RATES = ["rays", "paths", "blockers", "share", "tile", "memory", "brute", "lens_brute", "v_plane", "lone", "wire", "glossy", "target"];
+export const RATES = ["rays", "paths", "blockers", "share", "tile", "memory", "brute", "lens_brute", "v_plane", "lone", "wire", "glossy", "half_field", "target"];
 
 export function rate(o, name) {
   o.say(name);

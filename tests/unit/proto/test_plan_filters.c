@@ -58,6 +58,25 @@ TEST(indirect_filters_are_checked)
     EXPECT((plan.bounces = 0, plan.planes &= ~light), ERR_RANGE, "planes");
 }
 
+/* Filters of one width take what pixels lend each other, where these have all of their rays at
+ * once.
+ */
+#define HALVED                                                                                     \
+    plan.field_halved = 1, plan.indirect_filter = INDIRECT_FILTER_CONSTANT,                        \
+    plan.lens_relight = LENS_RELIGHT_OWN, plan.lens_strata_per_axis = 0,                           \
+    plan.planes &= ~(PLANES_LENS_ALL | PLANE_BIT(INDIRECT_STRATA))
+TEST(half_fields_are_checked)
+{
+    EXPECT((HALVED), ERR_OK, "");
+    EXPECT((HALVED, plan.indirect_filter = INDIRECT_FILTER_LINEAR), ERR_OK, "");
+    EXPECT((HALVED, plan.field_halved = 2), ERR_LIMIT, "field_halved");
+    EXPECT((HALVED, plan.indirect_filter = INDIRECT_FILTER_NONE), ERR_RANGE, "field_halved");
+    EXPECT((HALVED, plan.indirect_filter = INDIRECT_FILTER_BLEND), ERR_RANGE, "field_halved");
+    EXPECT((HALVED, plan.planes |= PLANE_BIT(INDIRECT_STRATA)), ERR_RANGE, "field_halved");
+    EXPECT((ADAPTIVE, plan.field_halved = 1), ERR_RANGE, "field_halved");
+    EXPECT(plan.field_halved = 1, ERR_RANGE, "field_halved"); /* there is a lens */
+}
+
 /* Adaptive sampling belongs to one filter, which has means and distances and no target. */
 TEST(rates_are_checked)
 {

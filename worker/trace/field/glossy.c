@@ -33,6 +33,7 @@ struct gloss {
     struct lanes_mask on;
     struct lanes_mask later; /* lanes whose half is the second */
     struct layers layers;
+    const struct field_pack *pack; /* of the lanes, which are its slots; or NULL */
 };
 
 static void store_unorms(const struct path_context *c, const struct block *b, const float *v,
@@ -100,6 +101,7 @@ static void gloss_init(const struct path_context *c, const struct block *block,
     g->block = block;
     g->from = from;
     g->most = 0;
+    g->pack = NULL;
     g->frame_key = path_frame_key(p->seed, p->frame);
     layers_see(c->kernels, from, &g->layers);
     for (int i = 0; i < LANES; i++) {
@@ -130,13 +132,14 @@ static bool is_half(const struct gloss *g, uint32_t sample, int i)
 static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, uint32_t sample,
                        uint32_t slot, int i, struct glossy_sums *sums, struct path_pool *pool)
 {
+    const uint32_t lane = g->pack ? g->pack->lane[i] : (uint32_t)i;
     const struct lanes3 *w = &lobe->weight;
     /* By what each channel reflects: where one is nearly black, its own ratio is noise. */
     const float whole = (w->x[i] + w->y[i] + w->z[i]) * g->whole[i];
     const float weight[3] = {w->x[i] * g->inverse.x[i], w->y[i] * g->inverse.y[i],
                              w->z[i] * g->inverse.z[i]};
-    sums->weight[i] += whole;
-    sums->half_weight[i] += is_half(g, sample, i) ? whole : 0.0f;
+    sums->weight[lane] += whole;
+    sums->half_weight[lane] += is_half(g, sample, i) ? whole : 0.0f;
     if (lobe->above.on[i])
         path_pool_begin(pool,
                         &(struct path_start){.surface = &g->from->surface,
@@ -145,7 +148,7 @@ static void begin_path(const struct gloss *g, const struct layer_gloss *lobe, ui
                                              .reach = INFINITY,
                                              .key = g->key[i],
                                              .sample = sample,
-                                             .slot = slot + (uint32_t)i},
+                                             .slot = slot},
                         i);
     else
         g->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON]++;
@@ -171,32 +174,33 @@ static void gloss_others(const struct gloss *g, const float *u, const float *w,
     }
 }
 
-/* Begins sample `sample` of all lanes. */
-static void begin_sample(const struct gloss *g, uint32_t sample, uint32_t slot,
-                         struct glossy_sums *sums, struct path_pool *pool)
+/* Begins a row of samples of all lanes, in slots from `slot` on. */
+static void begin_row(const struct gloss *g, uint32_t row, uint32_t slot, struct glossy_sums *sums,
+                      struct path_pool *pool)
 {
     const struct path_kernels *kernels = g->context->kernels;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
     uint32_t index[LANES];
     struct layer_gloss lobe;
-    for (int i = 0; i < LANES; i++) index[i] = g->first[i] + sample;
+    for (int i = 0; i < LANES; i++) index[i] = g->first[i] + field_pack_sample(g->pack, row, i);
     kernels->frame_pairs(g->frame_key, index, PATH_DIRECTION, u, w);
     kernels->layers_gloss(g->from, &g->layers, u, w, &lobe);
     gloss_others(g, u, w, &lobe);
     for (int i = 0; i < LANES; i++) {
+        const uint32_t sample = field_pack_sample(g->pack, row, i);
         if (!g->on.on[i] || sample >= g->rays[i]) continue;
-        if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot, i, sums, pool);
+        if (lobe.on.on[i]) begin_path(g, &lobe, sample, slot + (uint32_t)i, i, sums, pool);
     }
 }
 
 /* Samples that are not finite count as black. Nothing is negative. */
-static void add_sample(const struct gloss *g, const struct path_radiance *h, size_t first,
-                       uint32_t sample, struct glossy_sums *sums)
+static void add_sample(const struct gloss *g, const struct field_sample *of, uint32_t sample,
+                       struct glossy_sums *sums)
 {
     uint64_t *rejected = &g->context->counters->value[COUNTER_REJECTED_NOT_FINITE];
     for (size_t i = 0; i < LANES; i++) {
-        const float r = h->indirect.r[first + i], y = h->indirect.g[first + i],
-                    b = h->indirect.b[first + i], t = h->distance[first + i];
+        const float r = of->radiance.x[i], y = of->radiance.y[i], b = of->radiance.z[i];
+        const float t = of->distance[i];
         const bool finite = (r < INFINITY) & (y < INFINITY) & (b < INFINITY);
         *rejected += !finite;
         const bool half = finite && is_half(g, sample, (int)i);
@@ -213,18 +217,23 @@ static void add_sample(const struct gloss *g, const struct path_radiance *h, siz
     }
 }
 
-/* Samples first .. first + count - 1. */
-static void trace_batch(const struct gloss *g, uint32_t first, uint32_t count,
-                        struct glossy_sums *sums, struct path_scratch *paths)
+/* Rows first .. first + count - 1 of `g`, whose lanes are those of `all` or some of them packed. */
+static void trace_batch(const struct gloss *g, const struct gloss *all, uint32_t first,
+                        uint32_t count, struct glossy_sums *sums, struct path_scratch *paths)
 {
+    const uint32_t replicas = field_pack_replicas(g->pack);
     struct path_pool *pool = &paths->pools[0];
+    struct field_sample sample;
     pool->count = 0;
     path_radiance_clear_field(&paths->radiance, count);
     if (g->context->mirrors) path_radiance_mirrors(&paths->radiance, count, g->from);
-    for (uint32_t k = 0; k < count; k++) begin_sample(g, first + k, k * LANES, sums, pool);
+    for (uint32_t k = 0; k < count; k++) begin_row(g, first + k, k * LANES, sums, pool);
     path_trace_field(g->context, paths);
     for (uint32_t k = 0; k < count; k++)
-        add_sample(g, &paths->radiance, (size_t)k * LANES, first + k, sums);
+        for (uint32_t part = 0; part < replicas; part++) {
+            field_pack_take(g->pack, &paths->radiance, k * LANES, part, &sample);
+            add_sample(all, &sample, (first + k) * replicas + part, sums);
+        }
 }
 
 /* Means over the pixels' halves. */
@@ -282,20 +291,90 @@ static void store_span(const struct gloss *g, const struct glossy_sums *sums,
     block_store_positive_half(g->block, far, 1.0f, samples_u16(samples, PLANE_GLOSSY_SPAN, 1));
 }
 
+/* Traces all samples of the lanes of `g`; false if the tile was stopped. */
+static bool trace_on(const struct gloss *g, const struct gloss *all, struct glossy_sums *sums,
+                     struct path_scratch *paths)
+{
+    const uint32_t rows = field_pack_rows(g->pack, g->most);
+    for (uint32_t done = 0; done < rows;) {
+        const uint32_t left = rows - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        if (done > 0 && !path_goes_on(g->context)) return false;
+        trace_batch(g, all, done, n, sums, paths);
+        done += n;
+    }
+    return true;
+}
+
+/* Nodes have a run of the sequence each, which follow each other; others have numbers far away. */
+static void deal_half(const struct block *block, struct gloss *g)
+{
+    for (int i = 0; i < LANES; i++) {
+        const int32_t x = block->x_px[i], y = block->y_px[i];
+        if (half_field_is_node(x, y))
+            g->first[i] = path_morton(x >> 1, y >> 1) * g->rays[i];
+        else
+            g->first[i] += UINT32_MAX / 2;
+        g->later.on[i] = g->rays[i] > 1 && half_field_part(x, y) ? -1 : 0;
+    }
+}
+
+/* Traces some lanes of a block side by side, as few as they may be. */
+static bool trace_packed(const struct gloss *all, const struct lanes_mask *lanes,
+                         struct glossy_scratch *s, struct path_scratch *paths)
+{
+    const struct path_context *c = all->context;
+    struct gloss g = {.context = c, .frame_key = all->frame_key, .pack = &s->pack};
+    if (lanes_count(lanes) == 0) return true;
+    field_pack_init(all->block, all->from, lanes, &s->pack);
+    g.block = &s->pack.block;
+    g.from = &s->pack.vertex;
+    g.on = s->pack.on;
+    g.most = c->strata * c->strata;
+    for (int v = 0; v < LANES; v++) {
+        const uint32_t i = s->pack.lane[v];
+        g.rays[v] = all->rays[i];
+        g.first_half[v] = all->first_half[i];
+        g.later.on[v] = all->later.on[i];
+        g.key[v] = all->key[i];
+        g.first[v] = all->first[i];
+        g.inverse.x[v] = all->inverse.x[i];
+        g.inverse.y[v] = all->inverse.y[i];
+        g.inverse.z[v] = all->inverse.z[i];
+        g.whole[v] = all->whole[i];
+    }
+    layers_see(c->kernels, g.from, &g.layers);
+    return trace_on(&g, all, &s->sums, paths);
+}
+
+/* Traces the lanes that nodes do not stand for. All others get no weight. */
+static bool trace_half(struct gloss *g, struct half_field *half, struct glossy_scratch *s,
+                       struct path_scratch *paths)
+{
+    const struct path_context *c = g->context;
+    struct lanes_mask more;
+    float nearness[LANES];
+    half_field_init(g->block, &g->from->surface, &s->lobes.on, half);
+    deal_half(g->block, g);
+    if (!trace_packed(g, &half->traced, s, paths)) return false;
+    for (int i = 0; i < LANES; i++)
+        nearness[i] = s->sums.traced[i] > 0.0f ? s->sums.nearness[i] / s->sums.traced[i] : 0.0f;
+    half_field_refine_lobes(&s->lobes, nearness, c->strata, half, &more, c->counters);
+    g->on = half->traced;
+    return trace_packed(g, &more, s, paths);
+}
+
 void glossy_trace(const struct path_context *c, const struct block *block,
-                  const struct path_vertex *from, struct glossy_scratch *scratch,
-                  struct path_scratch *paths, struct samples *samples)
+                  const struct path_vertex *from, struct half_field *half,
+                  struct glossy_scratch *scratch, struct path_scratch *paths,
+                  struct samples *samples)
 {
     struct gloss g;
     gloss_init(c, block, from, &scratch->lobes, &g);
     memset(&scratch->sums, 0, sizeof scratch->sums);
     for (int i = 0; i < LANES; i++) scratch->sums.nearest[i] = INFINITY;
-    for (uint32_t done = 0; done < g.most;) {
-        const uint32_t left = g.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        if (done > 0 && !path_goes_on(c)) return;
-        trace_batch(&g, done, n, &scratch->sums, paths);
-        done += n;
-    }
+    const bool done =
+        half ? trace_half(&g, half, scratch, paths) : trace_on(&g, &g, &scratch->sums, paths);
+    if (!done) return;
     store_lobes(c, block, &scratch->lobes, samples);
     store_axes(c, block, &scratch->lobes, samples);
     store(&g, &scratch->sums, samples);

@@ -13,6 +13,8 @@
  * times the albedo is the picture's radiance. Rays below the facet count as black. Under
  * plan_sky_in_fields, rays that miss bring the soft share of the sky, too. */
 #include "proto/samples.h"
+#include "worker/trace/field/field_pack.h"
+#include "worker/trace/field/half_field.h"
 #include "worker/trace/path/glossy_lobes.h"
 
 void glossy_store_sub(const struct path_context *c, const struct block *b, uint32_t sub,
@@ -29,12 +31,15 @@ struct glossy_sums {
 struct glossy_scratch {
     struct glossy_lobes lobes;
     struct glossy_sums sums;
+    struct field_pack pack;
 };
 
 /* Traces the kept lanes of scratch->lobes, which have a surface in *from, into the planes of glossy
  * lobes in `samples`. Each lane gets l^2 rays. In a second set it gets its own number of strata
  * squared, along a curve of its own for each number. c->field must hold; paths->radiance is
- * overwritten. */
+ * overwritten. With `half`, scratch for pixels of the image, only those trace that it chooses, and
+ * others have no weight. */
 void glossy_trace(const struct path_context *c, const struct block *block,
-                  const struct path_vertex *from, struct glossy_scratch *scratch,
-                  struct path_scratch *paths, struct samples *samples);
+                  const struct path_vertex *from, struct half_field *half,
+                  struct glossy_scratch *scratch, struct path_scratch *paths,
+                  struct samples *samples);

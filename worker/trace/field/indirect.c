@@ -11,9 +11,6 @@
 #include "worker/trace/path/diffuse_weight.h"
 #include "worker/trace/path/path_kernels.h"
 
-/* Half of what floats hold. */
-#define MOST 1e38f
-
 /* What one block's rays share. */
 struct bounce {
     struct lanes_mask lit, counted; /* lanes to trace; of these, the tile's own */
@@ -23,11 +20,12 @@ struct bounce {
     const struct path_vertex *from;
     float reach; /* of the first rays */
     uint32_t key[LANES];
-    uint32_t rays[LANES]; /* of each lane to trace */
-    uint32_t most;        /* of these */
-    bool sheared;         /* strata of the v-plane, not of the disc */
-    bool light;           /* rays go on as paths; else they only look how far they come */
-    struct layers layers; /* of the block, where it has surfaces with a bsdf */
+    uint32_t rays[LANES];          /* of each lane to trace */
+    uint32_t most;                 /* of these */
+    const struct field_pack *pack; /* of the lanes, which are its slots; or NULL */
+    bool sheared;                  /* strata of the v-plane, not of the disc */
+    bool light;                    /* rays go on as paths; else they only look how far they come */
+    struct layers layers;          /* of the block, where it has surfaces with a bsdf */
 };
 
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
@@ -50,12 +48,22 @@ void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *no
     }
 }
 
-/* Directions of sample i around +z. */
-static void sample_directions(const struct bounce *b, const struct indirect_scratch *s, uint32_t i,
-                              struct lanes3 *local)
+/* Directions of the samples of a row around +z. */
+static void sample_directions(const struct bounce *b, const struct indirect_scratch *s,
+                              uint32_t row, struct lanes3 *local)
 {
     _Alignas(LANES_ALIGN) float u[LANES], v[LANES];
-    if (s->strata.l == 0) {
+    const uint32_t l = s->strata.l, i = row;
+    if (b->pack) {
+        for (int k = 0; k < LANES; k++) {
+            const uint32_t sample = field_pack_sample(b->pack, row, k);
+            u[k] = s->strata.column[sample % l][k];
+            v[k] = s->strata.row[sample / l % l][k];
+        }
+        lambert_sample(u, v, local);
+        return;
+    }
+    if (l == 0) {
         strata_at(&s->strata, i, u, v);
         lambert_sample(u, v, local);
         return;
@@ -64,11 +72,11 @@ static void sample_directions(const struct bounce *b, const struct indirect_scra
         lambert_sample(strata_u(&s->strata, i), strata_v(&s->strata, i), local);
         return;
     }
-    const uint32_t column = i % s->strata.l, row = i / s->strata.l;
+    const uint32_t column = i % l, line = i / l;
     for (int k = 0; k < LANES; k++) {
         float d[3];
-        v_plane_direction(s->side[column][k], s->height[column][k], s->sine[row][k],
-                          s->cosine[row][k], d);
+        v_plane_direction(s->side[column][k], s->height[column][k], s->sine[line][k],
+                          s->cosine[line][k], d);
         local->x[k] = d[0];
         local->y[k] = d[1];
         local->z[k] = d[2];
@@ -95,7 +103,7 @@ static void turn_directions(const struct bounce *b, const struct lanes3 *local,
 }
 
 /* Makes a packet of all lanes of the block, as of Lambert surfaces, as path_pool_begin does. */
-static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
+static void begin_block(const struct bounce *b, uint32_t row, uint32_t slot,
                         const struct lanes3 *direction, struct path_packet *p)
 {
     const struct surface *s = &b->from->surface;
@@ -116,27 +124,28 @@ static void begin_block(const struct bounce *b, uint32_t sample, uint32_t slot,
     for (uint32_t i = 0; i < LANES; i++) {
         r->tfar[i] = b->reach;
         p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
-        p->sample[i] = sample;
+        p->sample[i] = field_pack_sample(b->pack, row, (int)i);
         p->slot[i] = slot + i;
     }
     p->count = LANES;
 }
 
-/* Begins the first rays of sample `sample`, in slots from `slot` on. */
-static void begin_sample(const struct bounce *b, const struct indirect_scratch *s, uint32_t sample,
-                         uint32_t slot, struct path_pool *pool)
+/* Begins the first rays of a row of samples, in slots from `slot` on. */
+static void begin_row(const struct bounce *b, const struct indirect_scratch *s, uint32_t row,
+                      uint32_t slot, struct path_pool *pool)
 {
     struct lanes_mask asked = b->counted, valid;
     struct lanes3 local, direction;
     _Alignas(LANES_ALIGN) float weight[LANES];
-    for (int i = 0; i < LANES; i++) asked.on[i] &= -(sample < b->rays[i]);
+    for (int i = 0; i < LANES; i++)
+        asked.on[i] &= -(field_pack_sample(b->pack, row, i) < b->rays[i]);
     valid = asked;
-    sample_directions(b, s, sample, &local);
+    sample_directions(b, s, row, &local);
     turn_directions(b, &local, &valid, &direction);
     b->context->counters->value[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] +=
         lanes_count(&asked) - lanes_count(&valid);
     if (!b->from->any_general && pool->count % LANES == 0 && lanes_count(&valid) == LANES) {
-        begin_block(b, sample, slot, &direction, &pool->packets[pool->count / LANES]);
+        begin_block(b, row, slot, &direction, &pool->packets[pool->count / LANES]);
         pool->count += LANES;
         return;
     }
@@ -149,7 +158,7 @@ static void begin_sample(const struct bounce *b, const struct indirect_scratch *
                                              .weight = {weight[i], weight[i], weight[i]},
                                              .reach = b->reach,
                                              .key = b->key[i],
-                                             .sample = sample,
+                                             .sample = field_pack_sample(b->pack, row, i),
                                              .slot = slot + (uint32_t)i},
                         i);
     }
@@ -172,19 +181,18 @@ static void look_around(const struct bounce *b, struct path_pool *pool, struct p
 }
 
 /* Samples that are not finite count as black. Nothing is negative. */
-static void reject(const struct lanes_mask *counted, size_t first, struct path_rgb *radiance,
-                   struct counters *counters)
+static void reject(struct lanes3 *radiance, struct counters *counters)
 {
-    int32_t rejected = 0;
-    float *r = radiance->r + first, *g = radiance->g + first, *b = radiance->b + first;
+    uint32_t rejected = 0;
+    float *r = radiance->x, *g = radiance->y, *b = radiance->z;
     for (int i = 0; i < LANES; i++) {
         int finite = (r[i] < INFINITY) & (g[i] < INFINITY) & (b[i] < INFINITY);
-        rejected -= -!finite & counted->on[i];
+        rejected += !finite;
         r[i] = finite ? r[i] : 0.0f;
         g[i] = finite ? g[i] : 0.0f;
         b[i] = finite ? b[i] : 0.0f;
     }
-    counters->value[COUNTER_REJECTED_NOT_FINITE] += (uint32_t)rejected;
+    counters->value[COUNTER_REJECTED_NOT_FINITE] += rejected;
 }
 
 /* Returns the half of a sample. Halves alternate over the strata like the fields of a chessboard,
@@ -194,80 +202,21 @@ static uint32_t field_of(uint32_t l, uint32_t sample)
     return l > 0 ? sample % l + sample / l : sample;
 }
 
-static void add_sample(const struct path_radiance *h, size_t first, float distance, uint32_t field,
-                       struct indirect_sums *sums)
-{
-    struct lanes3 *half = &sums->half[field & 1];
-    const struct path_rgb *radiance = &h->indirect;
-    for (size_t i = 0; i < LANES; i++) {
-        float met = h->distance[first + i];
-        half->x[i] += radiance->r[first + i];
-        half->y[i] += radiance->g[first + i];
-        half->z[i] += radiance->b[first + i];
-        sums->open[i] += met >= distance ? 1.0f : 0.0f;
-        sums->farthest[i] = (met < INFINITY) & (met > sums->farthest[i]) ? met : sums->farthest[i];
-        met = met > 0.0f ? met : INFINITY;
-        sums->nearest[i] = met < sums->nearest[i] ? met : sums->nearest[i];
-    }
-}
-
-static void store_sample(const struct bounce *b, const struct path_radiance *h, size_t first,
-                         uint32_t sample, struct samples *samples)
+static void store_sample(const struct bounce *b, const struct field_sample *from, uint32_t sample,
+                         struct samples *samples)
 {
     _Alignas(LANES_ALIGN) float distance[LANES];
     const struct plan *plan = b->context->plan;
-    const float *planes[3] = {h->indirect.r, h->indirect.g, h->indirect.b};
+    const float *planes[3] = {from->radiance.x, from->radiance.y, from->radiance.z};
     for (uint32_t c = 0; c < 3; c++)
-        block_store_half(b->block, planes[c] + first, plan->radiance_scale,
+        block_store_half(b->block, planes[c], plan->radiance_scale,
                          samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + c));
     for (int i = 0; i < LANES; i++) {
-        float met = h->distance[first + (size_t)i];
+        float met = from->distance[i];
         distance[i] = met < INFINITY ? met : 0.0f;
     }
     block_store_positive_half(b->block, distance, 1.0f / plan->length_unit,
                               samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + 3));
-}
-
-static void store_radiance(const struct bounce *b, const struct indirect_sums *sums,
-                           struct samples *samples)
-{
-    const float scale = b->context->plan->radiance_scale;
-    const float *e[3] = {sums->half[0].x, sums->half[0].y, sums->half[0].z};
-    const float *o[3] = {sums->half[1].x, sums->half[1].y, sums->half[1].z};
-    for (uint32_t c = 0; c < 3; c++) {
-        _Alignas(LANES_ALIGN) float mean[LANES], low[LANES], high[LANES];
-        for (int i = 0; i < LANES; i++) {
-            const uint32_t count = b->rays[i] > 0 ? b->rays[i] : 1, odd_count = count / 2;
-            const float even = (float)(count - odd_count), odd = (float)odd_count;
-            /* sums of finite samples may be infinite */
-            float e_sum = fminf(e[c][i], MOST), o_sum = fminf(o[c][i], MOST);
-            low[i] = e_sum / even;
-            high[i] = count > 1 ? o_sum / odd : low[i];
-            mean[i] = (e_sum + o_sum) / (even + odd);
-        }
-        block_store_half(b->block, mean, scale, samples_u16(samples, PLANE_INDIRECT_MEAN, c));
-        block_store_half(b->block, low, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c));
-        block_store_half(b->block, high, scale, samples_u16(samples, PLANE_INDIRECT_HALVES, c + 3));
-    }
-}
-
-static void store_distances(const struct bounce *b, const struct indirect_sums *sums,
-                            struct samples *samples)
-{
-    _Alignas(LANES_ALIGN) float bounce_distance_min[LANES], far[LANES], open[LANES];
-    const float scale = 1.0f / b->context->plan->length_unit;
-    for (int i = 0; i < LANES; i++) {
-        const bool met = sums->nearest[i] < INFINITY;
-        const float near = met ? block_distance(scale * sums->nearest[i]) : BOUNCE_DISTANCE_NONE;
-        bounce_distance_min[i] = b->lit.on[i] ? near : 0.0f;
-        far[i] = b->lit.on[i] && met ? block_distance(scale * sums->farthest[i]) : 0.0f;
-        open[i] = b->rays[i] > 0 ? sums->open[i] / (float)b->rays[i] : 0.0f;
-    }
-    block_store_positive_half(b->block, bounce_distance_min, 1.0f,
-                              samples_u16(samples, PLANE_BOUNCE_DISTANCE_MIN, 0));
-    block_store_positive_half(b->block, far, 1.0f,
-                              samples_u16(samples, PLANE_BOUNCE_DISTANCE_MAX, 0));
-    block_store_half(b->block, open, 1.0f, samples_u16(samples, PLANE_AMBIENT_VISIBILITY, 0));
 }
 
 static void strata_of_plane(struct indirect_scratch *s)
@@ -308,6 +257,7 @@ static void bounce_init(const struct path_context *c, const struct block *block,
     b->block = block;
     b->from = from;
     b->lit = *lit;
+    b->pack = NULL;
     for (int i = 0; i < LANES; i++) {
         b->counted.on[i] = lit->on[i] & block->kept.on[i];
         b->key[i] =
@@ -321,47 +271,117 @@ static void bounce_init(const struct path_context *c, const struct block *block,
     b->sheared =
         plan->indirect_filter == INDIRECT_FILTER_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
     if (b->sheared) strata_of_plane(s);
-    memset(&s->sums, 0, sizeof s->sums);
-    for (int i = 0; i < LANES; i++) s->sums.nearest[i] = INFINITY;
+    indirect_sums_clear(&s->sums);
 }
 
-/* Samples first .. first + count - 1. */
+/* Adds what sample `part` of a row has brought, whose slots begin at `first`. */
+static void add_sample(const struct bounce *b, const struct path_radiance *h, uint32_t row,
+                       uint32_t first, uint32_t part, struct indirect_scratch *s,
+                       struct samples *samples)
+{
+    const struct plan *plan = b->context->plan;
+    const uint32_t sample = row * field_pack_replicas(b->pack) + part;
+    struct field_sample brought;
+    field_pack_take(b->pack, h, first, part, &brought);
+    reject(&brought.radiance, b->context->counters);
+    indirect_sums_add(&brought, plan->occlusion_distance, field_of(s->strata.l, sample), &s->sums);
+    if (plan->planes >> PLANE_INDIRECT_STRATA & 1) store_sample(b, &brought, sample, samples);
+}
+
+/* Rows first .. first + count - 1. */
 static void trace_batch(const struct bounce *b, uint32_t first, uint32_t count,
                         struct indirect_scratch *s, struct path_scratch *paths,
                         struct samples *samples)
 {
-    const struct plan *plan = b->context->plan;
     struct path_radiance *h = &paths->radiance;
     struct path_pool *pool = &paths->pools[0];
-    const bool per_stratum = plan->planes >> PLANE_INDIRECT_STRATA & 1;
     pool->count = 0;
     path_radiance_clear_field(h, count);
     if (b->context->mirrors) path_radiance_mirrors(h, count, b->from);
-    for (uint32_t k = 0; k < count; k++) begin_sample(b, s, first + k, k * LANES, pool);
+    for (uint32_t k = 0; k < count; k++) begin_row(b, s, first + k, k * LANES, pool);
     if (b->light)
         path_trace_field(b->context, paths);
     else
         look_around(b, pool, h);
-    for (uint32_t k = 0; k < count; k++) {
-        reject(&b->counted, k * LANES, &h->indirect, b->context->counters);
-        add_sample(h, k * LANES, plan->occlusion_distance, field_of(s->strata.l, first + k),
-                   &s->sums);
-        if (per_stratum) store_sample(b, h, k * LANES, first + k, samples);
+    for (uint32_t k = 0; k < count; k++)
+        for (uint32_t part = 0; part < field_pack_replicas(b->pack); part++)
+            add_sample(b, h, first + k, k * LANES, part, s, samples);
+}
+
+/* Traces all samples of the counted lanes; false if the tile was stopped. */
+static bool trace_counted(const struct bounce *b, struct indirect_scratch *s,
+                          struct path_scratch *paths, struct samples *samples)
+{
+    const uint32_t rows = field_pack_rows(b->pack, b->most);
+    for (uint32_t done = 0; done < rows;) {
+        uint32_t left = rows - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
+        if (done > 0 && !path_goes_on(b->context)) return false;
+        trace_batch(b, done, n, s, paths, samples);
+        done += n;
     }
+    return true;
+}
+
+/* Jitters run as a lattice over nodes as they do over pixels at full resolution. */
+static void deal_half(const struct bounce *b, struct strata *strata)
+{
+    const struct path_context *c = b->context;
+    const struct pattern pattern = path_pass_pattern(c);
+    struct block nodes = *b->block;
+    for (int i = 0; i < LANES; i++) {
+        if (!half_field_is_node(nodes.x_px[i], nodes.y_px[i])) continue;
+        nodes.x_px[i] >>= 1;
+        nodes.y_px[i] >>= 1;
+    }
+    strata_init(strata, c->light_kernels, &pattern, NULL, &nodes, PATTERN_INDIRECT, c->strata);
+}
+
+/* Traces some lanes of a block side by side, as few as they may be. */
+static bool trace_packed(const struct bounce *b, const struct lanes_mask *lanes,
+                         struct indirect_scratch *s, struct path_scratch *paths,
+                         struct samples *samples)
+{
+    const struct path_context *c = b->context;
+    struct bounce packed = {.context = c, .reach = b->reach, .light = b->light};
+    if (lanes_count(lanes) == 0) return true;
+    field_pack_init(b->block, b->from, lanes, &s->pack);
+    packed.pack = &s->pack;
+    packed.block = &s->pack.block;
+    packed.from = &s->pack.vertex;
+    packed.counted = s->pack.on;
+    packed.most = c->strata * c->strata;
+    for (int i = 0; i < LANES; i++) {
+        packed.rays[i] = packed.most;
+        packed.key[i] = b->key[s->pack.lane[i]];
+    }
+    if (packed.from->any_general) layers_see(c->kernels, packed.from, &packed.layers);
+    indirect_tangents(&c->plan->camera, &packed.from->surface.normal, &packed.tangent,
+                      &packed.bitangent);
+    deal_half(&packed, &s->strata);
+    return trace_counted(&packed, s, paths, samples);
+}
+
+/* Traces the lanes that nodes do not stand for. All others are left as if nothing was there. */
+static bool trace_half(struct bounce *b, struct half_field *half, struct indirect_scratch *s,
+                       struct path_scratch *paths, struct samples *samples)
+{
+    const struct path_context *c = b->context;
+    struct lanes_mask more;
+    half_field_init(b->block, &b->from->surface, &b->lit, half);
+    if (!trace_packed(b, &half->traced, s, paths, samples)) return false;
+    half_field_refine(s->sums.nearest, c->strata, half, &more, c->counters);
+    b->lit = half->traced;
+    return trace_packed(b, &more, s, paths, samples);
 }
 
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
-                    struct indirect_scratch *s, struct path_scratch *paths, struct samples *samples)
+                    struct half_field *half, struct indirect_scratch *s, struct path_scratch *paths,
+                    struct samples *samples)
 {
     struct bounce b;
     bounce_init(c, block, from, lit, s, &b);
-    for (uint32_t done = 0; done < b.most;) {
-        uint32_t left = b.most - done, n = left < PATH_SAMPLES ? left : PATH_SAMPLES;
-        if (done > 0 && !path_goes_on(c)) return;
-        trace_batch(&b, done, n, s, paths, samples);
-        done += n;
-    }
-    store_radiance(&b, &s->sums, samples);
-    store_distances(&b, &s->sums, samples);
+    const bool done =
+        half ? trace_half(&b, half, s, paths, samples) : trace_counted(&b, s, paths, samples);
+    if (done) indirect_sums_store(c->plan, block, &b.lit, b.rays, &s->sums, samples);
 }

@@ -16,7 +16,8 @@
  * was scattered before, at least once and at most plan.bounces times. The mean of the samples times
  * the albedo is the picture's radiance. Rays below the facet are black and count as blocked. Under
  * plan_sky_in_fields, rays that miss bring the soft share of the sky, too. */
-#include "proto/samples.h"
+#include "worker/trace/field/half_field.h"
+#include "worker/trace/field/indirect_sums.h"
 #include "worker/trace/light/strata.h"
 #include "worker/trace/path/path.h"
 
@@ -24,15 +25,10 @@
 void indirect_tangents(const struct plan_camera *camera, const struct lanes3 *normal,
                        struct lanes3 *tangent, struct lanes3 *bitangent);
 
-struct indirect_sums {
-    struct lanes3 half[2];                                       /* of even samples, of odd ones */
-    _Alignas(LANES_ALIGN) float nearest[LANES], farthest[LANES]; /* INFINITY and 0: none */
-    _Alignas(LANES_ALIGN) float open[LANES]; /* rays that reach the plan's distance */
-};
-
 struct indirect_scratch {
     struct strata strata;
     struct indirect_sums sums;
+    struct field_pack pack;
     /* the v-plane's columns and rows */
     _Alignas(LANES_ALIGN) float side[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
     _Alignas(LANES_ALIGN) float height[LIMIT_PLANE_STRATA_PER_AXIS][LANES];
@@ -42,8 +38,9 @@ struct indirect_scratch {
 
 /* Traces the lanes of *lit, which have a surface in *from (path_resolve), into the planes of bounce
  * rays in `samples`. Without a plane of radiance, only the first rays are traced, up to the plan's
- * occlusion_distance. c->field must hold; paths->radiance is overwritten. */
+ * occlusion_distance. c->field must hold; paths->radiance is overwritten. With `half`, scratch for
+ * pixels of the image, only those trace that it chooses, and others look as if they had no rays. */
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct lanes_mask *lit,
-                    struct indirect_scratch *scratch, struct path_scratch *paths,
-                    struct samples *samples);
+                    struct half_field *half, struct indirect_scratch *scratch,
+                    struct path_scratch *paths, struct samples *samples);

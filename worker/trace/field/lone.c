@@ -97,7 +97,7 @@ static void trace_lobes(const struct shading *l)
     glossy_lobes_find(&s->vertex, &g->lobes);
     for (int i = 0; i < LANES; i++) g->lobes.on.on[i] &= s->block.kept.on[i];
     if (lanes_count(&g->lobes.on) > 0)
-        glossy_trace(&l->context, &s->block, &s->vertex, g, l->tools->paths, s->samples);
+        glossy_trace(&l->context, &s->block, &s->vertex, NULL, g, l->tools->paths, s->samples);
 }
 
 /* Traces the light of the block's lone lanes into the planes of s->samples, whose elements lanes
@@ -110,7 +110,7 @@ static void trace_light(const struct shading *l)
     find_diffuse(s, &lit);
     if (l->parts >> LONE_DIRECT & 1u) trace_lights(l, &lit);
     if ((l->parts >> LONE_INDIRECT & 1u) && lanes_count(&lit) > 0)
-        indirect_trace(&l->context, &s->block, &s->vertex, &lit, l->tools->indirect,
+        indirect_trace(&l->context, &s->block, &s->vertex, &lit, NULL, l->tools->indirect,
                        l->tools->paths, s->samples);
     if (l->parts >> LONE_GLOSSY & 1u) trace_lobes(l);
 }
@@ -336,6 +336,12 @@ static void count_rays(const struct counters *own, struct counters *all)
     all->value[COUNTER_REJECTED_NOT_FINITE] += v[COUNTER_REJECTED_NOT_FINITE];
 }
 
+/* Fields at half resolution have as many rays a pixel in the mean. */
+static uint32_t lone_strata(const struct path_context *c)
+{
+    return c->plan->field_halved ? (c->strata + 1) / 2 : c->strata;
+}
+
 int lone_trace(const struct path_context *c, const struct lone_tools *tools, struct rect tile,
                struct lone_scratch *scratch, struct samples *samples)
 {
@@ -352,6 +358,7 @@ int lone_trace(const struct path_context *c, const struct lone_tools *tools, str
     memset(&scratch->counters, 0, sizeof scratch->counters);
     scratch->count = scratch->held = 0;
     l.context.counters = &scratch->counters;
+    l.context.strata = lone_strata(c);
     struct path_context centres = l.context; /* with the frame's plan */
     l.context.plan = &scratch->plan;
     lone_finder_init(&scratch->finder, &centres, tile, samples);
