@@ -249,9 +249,8 @@ struct plan {
     uint32_t lens_strata_per_axis; /* l; 0 without planes of lens samples. lens_pattern.h says
                                       where sample row * l + column lies */
     uint32_t lens_relight;         /* enum lens_relight */
-    uint32_t lens_extra;   /* paths a pixel, in the mean at most, of second sets through the lens:
-                              PLAN_LENS_EXTRA_STRATA squared go to the pixels that need them most; 0:
-                              none */
+    uint32_t lens_extra;   /* most paths a pixel, in the mean, of second sets through the lens:
+                              PLAN_LENS_EXTRA_STRATA squared go where they are needed most */
     uint32_t lens_mirrors; /* most reflections at flat mirrors that pixel centres and lens samples
                               look through (path/mirrors.h); 0 .. PLAN_LENS_MIRRORS */
     uint32_t lens_lobes_only; /* 1: lens samples hold lobes' reflection alone, which reconstruction
