@@ -79,8 +79,9 @@
 #define LIMIT_NODE_DEPTH          256        /* nesting of a scene graph */
 #define LIMIT_POSES               65536u     /* poses of a sequence; each frame is sought in them */
 #define LIMIT_FUSION_BLOCKS       32768u     /* blocks of 512 voxels of 16 bytes: 270 MB */
-#define LIMIT_FUSION_FRAMES       64u        /* frames that one model is made of */
-#define LIMIT_DEPTH_PIXELS        4194304u   /* px of a depth image: each becomes two triangles */
+#define LIMIT_FUSION_FRAMES       64u        /* frames that one model is made of, */
+#define LIMIT_FUSION_PIXELS       33554432u /* and their pixels together, but one frame's at least */
+#define LIMIT_DEPTH_PIXELS        4194304u  /* px of a depth image: each becomes two triangles */
 
 /* The wire. */
 #define LIMIT_FRAME_BYTES   134217728u /* payload bytes of a wire frame */

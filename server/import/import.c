@@ -97,7 +97,7 @@ static int import_geometry(struct files *files, const char *name, const struct s
     if (rc == 0 && choice->time_count > 0 && choice->rgbd == NULL &&
         format_of(name, main) == FORMAT_GLTF)
         rc = sequence_import(files, name, choice, main, out, &b, stats, fault);
-    else if (rc == 0 && choice->time_count > 0 && choice->is_fused)
+    else if (rc == 0 && choice->time_count > 0 && choice->is_fused && choice->rgbd != NULL)
         rc = fused_import(files, name, choice, main, out, &b, stats, fault);
     else if (rc == 0)
         rc = import_still(files, name, choice, main, out, &b, stats, fault);

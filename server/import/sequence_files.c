@@ -65,7 +65,8 @@ static double cpu_s(void)
 
 int sequence_write_frames(struct sequence_files *s, struct import_stats *stats, struct fault *fault)
 {
-    const double until_s = cpu_s() + FRAMES_CPU_S;
+    const double spent_s = cpu_s(); /* on the base, which a further import makes anew */
+    const double until_s = spent_s + (spent_s > FRAMES_CPU_S ? spent_s : FRAMES_CPU_S);
     struct fault later;
     int rc = write_frame(s, 0, stats, fault);
     if (rc != 0) return rc;

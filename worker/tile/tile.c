@@ -193,7 +193,8 @@ static void prepare(struct tile_tracer *t, const struct tile_job *job,
 }
 
 /* Finds where lobes, or virtual objects, lie on the screen, if others need no paths. A lens or a
- * shutter blurs objects over the pixels around them, and of sub-samples zero is no miss. */
+ * shutter blurs objects over the pixels around them; of sub-samples zero is no miss, and what
+ * misses is open. */
 static void find_boxes(struct tile_tracer *t, const struct stages *stages,
                        const struct tile_job *job)
 {
@@ -201,7 +202,7 @@ static void find_boxes(struct tile_tracer *t, const struct stages *stages,
     const struct render_scene *scene = job->scene;
     t->objects_only = t->queries.view == query_view_of(PLAN_VIEW_OBJECTS) && scene->virtuals &&
                       plan->camera.aperture_radius == 0.0f && !plan_has_shutter(plan) &&
-                      !(plan->planes & PLANE_BIT(SUB_DEPTH));
+                      !(plan->planes & (PLANE_BIT(SUB_DEPTH) | PLANE_BIT(PATH_VISIBILITY)));
     if (t->objects_only || stages->skips_paths)
         lobe_view_init(t->objects_only ? scene->virtuals : scene->lobes, plan, job->rect,
                        &t->lobes);

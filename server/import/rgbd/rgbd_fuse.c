@@ -86,10 +86,21 @@ static int add_frame(struct fusing *k, uint32_t frame, struct fault *fault)
     return rc == ERR_MEMORY ? fault_set(fault, rc, "/rgbd", "no memory for a model") : rc;
 }
 
+/* Large frames are fewer, since the importer's time is bounded. */
+static uint32_t frames_used(const struct fusing *k)
+{
+    const uint32_t pixels = (uint32_t)k->out->width * (uint32_t)k->out->height;
+    const uint32_t most = pixels > 0 && LIMIT_FUSION_PIXELS / pixels < LIMIT_FUSION_FRAMES
+                              ? LIMIT_FUSION_PIXELS / pixels
+                              : LIMIT_FUSION_FRAMES;
+    const uint32_t least = most > 0 ? most : 1;
+    return k->d->frame_count < least ? k->d->frame_count : least;
+}
+
 static int add_frames(struct fusing *k, struct fault *fault)
 {
     const uint32_t count = k->d->frame_count;
-    const uint32_t used = count < LIMIT_FUSION_FRAMES ? count : LIMIT_FUSION_FRAMES;
+    const uint32_t used = frames_used(k);
     const struct warnings kept = *k->warnings; /* another voxel warns of the same */
     int rc = fusion_create(k->voxel_m, k->out->origin, &k->volume);
     if (rc != 0) return fault_set(fault, rc, "/rgbd", "no memory for a model");

@@ -66,6 +66,13 @@ static int gather(const struct block_task *t, struct rect *shown, struct patch *
     return film_gather(film, t->block, patch);
 }
 
+/* Returns how many pixels of the block are none of the patch's, and show no surface. */
+static uint64_t count_beside(const struct block_task *t, const struct rect *shown,
+                             const struct patch *patch)
+{
+    return (uint64_t)(rect_area(t->rect) - (patch ? rect_area(*shown) : 0));
+}
+
 static int reconstruct(struct block_task *t)
 {
     struct frame *f = t->frame;
@@ -86,6 +93,7 @@ static int reconstruct(struct block_task *t)
     t->measure.luminance = t->pixels + area * (measured ? channels + ERROR_SOURCE_COUNT : 0);
     struct rect shown;
     int error = gather(t, &shown, &patch);
+    if (!error) t->statistics.pixels_background += count_beside(t, &shown, patch);
     if (error || !patch) return error;
     if (f->plan.lens_extra > 0) patch->lens_levels = t->strata_maps;
     patch->lens_drawn = t->drawn;

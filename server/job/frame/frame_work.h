@@ -5,6 +5,7 @@
  * frame_rounds.c decides when there are passes after the schedule, frame_target.c and
  * frame_adaptive.c which; frame_glance.c looks ahead of the former for the time left. frame_files.c
  * turns the image into files. */
+#include <pthread.h>
 #include <stdatomic.h>
 #include <uv.h>
 
@@ -112,6 +113,8 @@ struct frame_denoise {
     struct oidn_picture left; /* owned; all NULL without, and when it is filtered */
     const struct oidn_library *library;
     bool is_shown;
+    pthread_t caller;
+    uint64_t beside_us; /* CPU time of the library's own thread, where it has one */
     struct fault fault;
     int error;
 };

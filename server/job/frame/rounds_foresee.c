@@ -13,14 +13,14 @@
 
 #include "server/job/frame/rounds_work.h"
 
-#define POWER_MEAN   0.95  /* tiles are chosen by errors that chance has raised or lowered */
-#define POWER_FILTER 0.75  /* before any is learnt, */
-#define LEARNT_FROM  8.0   /* which it is where pixels had so many samples, */
-#define LEARNT_AFTER 0.6   /* and outweighs what is usual after so much growth, a logarithm */
-#define FORGOTTEN    0.5   /* of what was learnt, with each round */
-#define SEEN_FEW     4.0   /* tiles, which count half beside what had been foreseen */
-#define SEEN_TRUST   4.0   /* a quarter of the picture tells of the rest */
-#define PLAYED_MAX   1024u /* tiles; of more, each plays for those behind it */
+#define POWER_MEAN   0.95 /* tiles are chosen by errors that chance has raised or lowered */
+#define POWER_FILTER 0.75 /* before any is learnt, */
+#define LEARNT_FROM  8.0  /* which it is where pixels had so many samples, */
+#define LEARNT_AFTER 0.6  /* and outweighs what is usual after so much growth, a logarithm */
+#define FORGOTTEN    0.5  /* of what was learnt, with each round */
+#define SEEN_FEW     4.0  /* tiles, which count half beside what had been foreseen */
+#define SEEN_TRUST   4.0  /* a quarter of the picture tells of the rest */
+#define PLAYED_MAX   256u /* tiles; of more, each plays for those behind it */
 
 static void forget(struct rounds_tile *t)
 {

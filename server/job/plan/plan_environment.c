@@ -116,6 +116,12 @@ bool plan_asks_for_sky(const struct job *job, const struct plan *plan)
            plan->environment.kind != ENVIRONMENT_NONE;
 }
 
+bool plan_sky_is_averaged(const struct job *job, const struct plan *plan)
+{
+    return plan_asks_for_sky(job, plan) && job->environment_filter == ENVIRONMENT_AVERAGE &&
+           !(plan->camera.aperture_radius > 0);
+}
+
 void plan_tell_sky(const struct job *job, const struct plan *plan, struct plan_report *report)
 {
     const uint32_t layers =
@@ -130,6 +136,12 @@ void plan_tell_sky(const struct job *job, const struct plan *plan, struct plan_r
                   "effects.indirect_bounces from 1 on, a box as pixel filter, no alpha blending, "
                   "shutter, photograph or filter.method none",
                   name);
+    else if (job->environment_filter == ENVIRONMENT_AXIS_ALIGNED &&
+             plan->indirect_filter == INDIRECT_FILTER_NONE)
+        plan_warn(report,
+                  "filter.environment is %s, but the field that has its light is not "
+                  "filtered: %s",
+                  name, report->indirect_filter_why);
     else if (report->layers & layers)
         plan_warn(report,
                   "filter.environment is %s: in layers the environment's soft light is indirect",

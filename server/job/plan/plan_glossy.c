@@ -86,6 +86,10 @@ static uint32_t choose(const struct job *job, const struct plan *plan,
         snprintf(why, n, "filter.%s is average", averaged ? "method" : "glossy");
         return GLOSSY_FILTER_NONE;
     }
+    if (job->glossy == GLOSSY_AUTO && plan_sky_is_averaged(job, plan)) {
+        snprintf(why, n, "filter.environment is average, and the field has the sky's light, too");
+        return GLOSSY_FILTER_NONE;
+    }
     if (job->glossy == GLOSSY_AUTO) {
         snprintf(why, n,
                  "%u ray%s a lobe: neighbours whose lobes see the same points need the fewest",

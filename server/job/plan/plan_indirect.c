@@ -88,8 +88,7 @@ uint32_t plan_choose_indirect_filter(const struct job *job, const struct plan *p
                  job->indirect == INDIRECT_AVERAGE ? "indirect" : "method");
         return INDIRECT_FILTER_NONE;
     }
-    if (plan_asks_for_sky(job, plan) && job->environment_filter == ENVIRONMENT_AVERAGE &&
-        !(plan->camera.aperture_radius > 0)) {
+    if (plan_sky_is_averaged(job, plan)) {
         snprintf(why, n, "filter.environment is average, and the field has the sky's light, too");
         return INDIRECT_FILTER_NONE;
     }

@@ -31,6 +31,8 @@ int plan_set_environment(const struct job *job, const struct plan_source *source
 /* Returns whether the job wants the environment's soft share from light fields, and there is one.
  */
 bool plan_asks_for_sky(const struct job *job, const struct plan *plan);
+/* Returns whether fields that bring it, without a lens, are to be left unfiltered. */
+bool plan_sky_is_averaged(const struct job *job, const struct plan *plan);
 /* Warns if fields that are asked for do not bring it. */
 void plan_tell_sky(const struct job *job, const struct plan *plan, struct plan_report *report);
 

@@ -19,8 +19,7 @@ int oidn_library_check(const struct oidn_library *library, void *device, struct 
                      message && *message ? message : "it tells no reason");
 }
 
-/* One thread a frame, as of all work on pictures: several frames run side by side, and the CPU time
- * is that of the thread that calls. */
+/* One thread a frame, as of all work on pictures: several frames run side by side. */
 void *oidn_library_device(const struct oidn_library *library, struct fault *fault)
 {
     void *device = library->NewDevice(DEVICE_TYPE_CPU);

@@ -2,6 +2,7 @@
  * server/reconstruct/oidn calls, by our own reading of its network (../unet). It filters as that
  * library does, with weights from the file that SHEARWATER_PEER_WEIGHTS names, and makes no device
  * without them. Pictures have all guides, and are of high dynamic range. */
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -190,20 +191,20 @@ static void copy_image(const struct filter *f, int i, const struct planes *plane
             }
 }
 
-void oidnExecuteFilter(void *filter)
+static void *execute(void *filter)
 {
     const struct filter *f = filter;
     struct planes planes;
     struct fault fault = {0};
     float exposure;
-    if (f->device->error) return;
+    if (f->device->error) return NULL;
     if (f->go_on && !f->go_on(f->ctx, 0.0)) {
         fail(f->device, OIDN_CANCELLED, "cancelled");
-        return;
+        return NULL;
     }
     if (!planes_create(f, &planes)) {
         fail(f->device, OIDN_OUT_OF_MEMORY, "no memory for a picture");
-        return;
+        return NULL;
     }
     for (int i = 0; i < IMAGES - 1; i++) copy_image(f, i, &planes, false);
     const struct denoise_input in = {planes.at[0], planes.at[1], planes.at[2]};
@@ -212,6 +213,18 @@ void oidnExecuteFilter(void *filter)
     else
         copy_image(f, IMAGES - 1, &planes, true);
     free(planes.memory);
+    if (f->go_on) f->go_on(f->ctx, 1.0);
+    return NULL;
+}
+
+/* On a thread of its own, as the library does from version 2.3 on. */
+void oidnExecuteFilter(void *filter)
+{
+    pthread_t thread;
+    if (pthread_create(&thread, NULL, execute, filter) != 0)
+        fail(((struct filter *)filter)->device, OIDN_OUT_OF_MEMORY, "no thread to run on");
+    else
+        pthread_join(thread, NULL);
 }
 
 void oidnReleaseFilter(void *filter)

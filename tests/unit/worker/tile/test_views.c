@@ -122,8 +122,11 @@ TEST(pixels_beside_objects_are_not_traced)
     struct plan p = views_plan(f, 2);
     struct traced t = {0};
     open_traced(f, &t);
-    for (int lens = 0; lens < 2; lens++) {
+    for (int kind = 0; kind < 3; kind++) {
+        const bool lens = kind == 1, open = kind == 2;
         p.camera.aperture_radius = lens ? 0.3f : 0.0f;
+        p.occlusion_distance = open ? 1.0f : 0.0f;
+        if (open) p.planes |= PLANE_BIT(PATH_VISIBILITY);
         p.camera.focus_distance = 1.0f;
         struct lobe_boxes *const boxes = t.scene->virtuals;
         assert_non_null(boxes);
@@ -136,7 +139,7 @@ TEST(pixels_beside_objects_are_not_traced)
         const uint64_t many = count(&t, COUNTER_PATHS) - before;
         t.scene->virtuals = boxes;
         assert_memory_equal(some->data, all->data, some->layout.total_bytes);
-        if (lens)
+        if (lens || open)
             assert_true(few == many);
         else
             assert_true(few > 0 && few < many / 2);

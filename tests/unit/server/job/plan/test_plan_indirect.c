@@ -238,6 +238,18 @@ TEST(fields_bring_the_sky_by_name)
                              k == 2 ? INDIRECT_FILTER_CONSTANT : INDIRECT_FILTER_NONE);
         assert_false(has_warning(s, "filter.environment"));
     }
+    s->material.specular = 1;
+    s->material.roughness = 0.5f;
+    for (int k = 1; k < 3; k++) { /* lobes' field has the sky's light, too */
+        s->job.environment_filter = methods[k];
+        must_make(s);
+        assert_int_equal(s->plan.glossy_filter,
+                         k == 2 ? GLOSSY_FILTER_VIRTUAL_HIT : GLOSSY_FILTER_NONE);
+    }
+    s->job.indirect = INDIRECT_AVERAGE;
+    must_make(s);
+    assert_true(has_warning(s, "the field that has its light is not filtered"));
+    s->job.indirect = INDIRECT_AUTO;
     s->job.layers |= LAYER_INDIRECT;
     must_make(s);
     assert_true(has_warning(s, "the environment's soft light is indirect"));
