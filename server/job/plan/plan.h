@@ -8,10 +8,9 @@
  * asked for or that auto chooses. Where some surface has other lobes besides, fields bring what
  * diffuse lobes send on, and paths what the others do. Elsewhere whole paths bring all the light.
  * The residual filter cleans what paths bring, or Open Image Denoise where a job asks for it. Only
- * where a job names a filter of indirect light or of lobes, has one path a pixel that the residual
- * filter cannot halve, or asks for occlusion do light fields of indirect light or occlusion stand
- * beside these. A lens has a light field of its own, paths sorted by where they pass the lens, and
- * filter.lens chooses its filter.
+ * where a job names a filter of indirect light or of lobes, wants no residual filter, or asks for
+ * occlusion do light fields of indirect light or occlusion stand beside these. A lens has a light
+ * field of its own, paths sorted by where they pass the lens, and filter.lens chooses its filter.
  *
  * The path tracer also takes what no light field can do. Without a lens that is a tent and surfaces
  * that let light through by their alpha. With one it is layers besides the picture, more samples
@@ -84,7 +83,7 @@ struct plan_source {
     const struct environment_header *map; /* of the job's map; NULL when it has none */
     const char *map_warnings;             /* its sentences, as its header counts them */
     struct digest map_blob;
-    struct plan_photograph photograph; /* of a composite */
+    struct plan_photograph photograph;       /* of a composite */
     const struct environment_header *studio; /* of the light where there is none; NULL: none */
     struct digest studio_blob;
 };

@@ -54,8 +54,7 @@ bool plan_divides(const struct job *job, const struct plan *plan, struct plan_re
     report->by_lobe = true;
     report->by_light = beside;
     /* The filter of paths makes more of indirect light than fields beside them do, by 1.6 and 1.9
-     * dB at 4 samples in two scenes. At one sample, which it does not filter, fields win by .4
-     * and 4. */
+     * dB at 4 samples in two scenes. */
     report->whole_paths = beside && plan_residual_possible(job, report);
     return true;
 }

@@ -9,8 +9,7 @@
 bool plan_residual_possible(const struct job *job, const struct plan_report *report)
 {
     if (job->residual == RESIDUAL_OIDN) return (report->layers & LAYER_BEAUTY) != 0;
-    return job->residual != RESIDUAL_NONE && (report->layers & LAYERS_FILTERED) != 0 &&
-           job_strata_per_axis(job->spp) > 1;
+    return job->residual != RESIDUAL_NONE && (report->layers & LAYERS_FILTERED) != 0;
 }
 
 static uint32_t choose_oidn(const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
@@ -22,8 +21,8 @@ static uint32_t choose_oidn(const struct plan_report *report, char why[PLAN_FILT
     return shown ? RESIDUAL_FILTER_OIDN : RESIDUAL_FILTER_NONE;
 }
 
-static uint32_t choose(const struct job *job, const struct plan *plan,
-                       const struct plan_report *report, char why[PLAN_FILTER_WHY_BYTES])
+static uint32_t choose(const struct job *job, const struct plan_report *report,
+                       char why[PLAN_FILTER_WHY_BYTES])
 {
     const size_t n = PLAN_FILTER_WHY_BYTES;
     if (job->residual == RESIDUAL_OIDN) return choose_oidn(report, why);
@@ -34,8 +33,6 @@ static uint32_t choose(const struct job *job, const struct plan *plan,
         snprintf(why, n, "filter.method is %s", filter_method_name(job->method));
     else if (!(report->layers & LAYERS_FILTERED))
         snprintf(why, n, "no layer shows what it filters");
-    else if (plan->paths.spp < 2)
-        snprintf(why, n, "one path a pixel has no halves");
     else {
         snprintf(why, n,
                  job->residual == RESIDUAL_AUTO
@@ -48,7 +45,7 @@ static uint32_t choose(const struct job *job, const struct plan *plan,
 
 void plan_residual(const struct job *job, struct plan *plan, struct plan_report *report)
 {
-    plan->residual_filter = choose(job, plan, report, report->residual_filter_why);
+    plan->residual_filter = choose(job, report, report->residual_filter_why);
     if (plan->residual_filter == RESIDUAL_FILTER_NONE) return;
     if (plan->residual_filter == RESIDUAL_FILTER_OIDN) {
         plan->planes |= PLANES_OIDN_READ;

@@ -17,6 +17,7 @@ static const char *obstacle_of(const struct job *job, const struct plan *plan)
     if (job->temporal == TEMPORAL_NONE) return "filter.temporal is none";
     if (plan->residual_filter == RESIDUAL_FILTER_NONE)
         return "the residual filter, which uses them, does not run";
+    if (plan->paths.spp < 2) return "one path a pixel has no halves of its own";
     if (plan->residual_filter == RESIDUAL_FILTER_OIDN) return "filter.residual is oidn";
     if (plan->lens_strata_per_axis > 0) return "samples of a lens are filtered by themselves";
     if (plan_has_rounds(plan)) return "the samples of tiles differ between frames";

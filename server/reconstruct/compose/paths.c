@@ -75,9 +75,9 @@ static int filter(const struct plan *plan, const struct patch *patch, struct rec
     const uint64_t begun_us = thread_cpu_us();
     const struct rect ring = rect_grow(block, mixed_paths_ring_px(plan));
     const struct residual_variance known = {block, variance->by_source[ERROR_SOURCE_PATHS]};
-    const int error =
-        residual_filter(patch, rect_intersect(ring, patch->core), variance->memory ? &known : NULL,
-                        &picture, &statistics->residual);
+    const int error = residual_filter(patch, rect_intersect(ring, patch->core),
+                                      variance->memory && plan->paths.spp > 1 ? &known : NULL,
+                                      &picture, &statistics->residual);
     if (error) return error;
     statistics->pixels_mixed += mixed_paths_apply(plan, patch, block, &picture);
     for (int c = 0; c < 3; c++) {

@@ -16,6 +16,7 @@ int32_t residual_halo_px(const struct plan *plan)
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
     if (halo < RESIDUAL_SPREAD_PX) halo = RESIDUAL_SPREAD_PX;
     halo += RESIDUAL_SMOOTH_REACH_PX + RESIDUAL_SPIKES_LIMIT_PX;
+    if (plan->paths.spp == 1) halo += 1; /* pixels beside lend halves */
     if (plan->temporal > 0) halo += RESIDUAL_WINDOW_REACH_PX;
     return halo + (plan->planes >> PLANE_PATH_M2 & 1u ? RESIDUAL_ERROR_REACH_PX : 0);
 }

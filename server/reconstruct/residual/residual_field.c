@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "server/reconstruct/residual/residual_single.h"
 #include "server/reconstruct/residual/residual_smooth.h"
 #include "server/reconstruct/residual/residual_window.h"
 
@@ -285,6 +286,7 @@ int residual_field_create(const struct patch *patch, struct residual_field *out)
     if (!error) error = read_all_features(patch, out);
     if (error) return error;
     read_all_light(patch, true, out);
+    residual_single_lend(patch, out);
     if (patch->window) error = residual_window_join(patch, out);
     for (int c = 0; c < RESIDUAL_COMPONENTS; c++)
         for (int h = 0; h < 2; h++) residual_pad(s, out->light[c].half[h], 3);

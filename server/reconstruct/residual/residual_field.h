@@ -113,8 +113,8 @@ static inline size_t residual_at(const struct residual_shape *s, int32_t x, int3
     return (size_t)((ptrdiff_t)s->origin + (ptrdiff_t)y * (ptrdiff_t)s->stride + x);
 }
 
-/* Returns whether a pixel is filtered. Pixels without a surface, and those of a single sample, keep
- * the plain mean. */
+/* Returns whether a pixel is filtered. Pixels without a surface, and those of a single sample
+ * beside which none shows, keep the plain mean. */
 static inline bool residual_is_filtered(const struct residual_features *f, size_t at)
 {
     return !(f->barred[at] > 0.0f) && f->share[at] > 0.0f;

@@ -86,8 +86,8 @@ TEST(whole_paths_do_without_light_fields)
     assert_int_equal(s->plan.planes & HALF_INDIRECT, HALF_INDIRECT);
     s->job.layers = LAYER_BEAUTY;
     s->job.spp = 1;
-    assert_int_equal(make(s), 0);
-    assert_true(s->plan.paths.without_diffuse_indirect);
+    expect_halves(s);
+    assert_false(s->plan.paths.without_diffuse_indirect);
 }
 
 static bool is_mixed(struct stage *s)
@@ -250,12 +250,16 @@ TEST(points_are_divided_for_few_samples)
 }
 
 /* What no filter of paths cleans, fields bring if they can. */
-TEST(one_sample_has_fields_of_indirect_light)
+TEST(unfiltered_paths_have_fields_of_indirect_light)
 {
     struct stage *s = *state;
     shine(s, true, false);
     s->job.indirect_bounces = 2;
     s->job.spp = 1;
+    assert_int_equal(make(s), 0);
+    assert_true(s->report.by_light);
+    assert_int_equal(s->plan.paths.without_diffuse_indirect, 0);
+    s->job.residual = RESIDUAL_NONE;
     assert_int_equal(make(s), 0);
     assert_true(s->report.by_light);
     assert_int_equal(s->plan.paths.without_diffuse_direct, DIRECT_LEFT_LISTED);
@@ -341,9 +345,6 @@ TEST(there_may_be_nothing_to_filter)
         s->job.spp = 9;
         expect(s, RESIDUAL_FILTER_NONE, "no light comes along paths");
         only_paths(s);
-        s->job.spp = 1;
-        expect(s, RESIDUAL_FILTER_NONE, "one path a pixel has no halves");
-        s->job.spp = 9;
         s->job.layers = LAYER_DIRECT | LAYER_ALBEDO | LAYER_ERROR;
         expect(s, RESIDUAL_FILTER_NONE, "no layer shows what it filters");
     }

@@ -69,7 +69,7 @@ TEST(what_cannot_have_them_says_why)
         expect(s, 0, "tiles differ");
         s->job.target_error = 0, s->job.max_spp = 0;
         s->job.spp = 1;
-        expect(s, 0, "residual filter");
+        expect(s, 0, "one path a pixel");
         s->job.spp = 9;
         s->material.alpha_mode = ALPHA_OPAQUE;
         expect(s, 0, "residual filter");
