@@ -2,10 +2,10 @@
 // per cent of the time on, how much is within a third of what was truly left (tests/system/eta.mjs).
 //   time_left.mjs BUILD [scene=NAME,...] [method=none,auto] [peers=DIR]
 // One JSON line a job. Other work on the machine changes what is right: let it rest. Status 1 when less than 0.8 is right.
-import { spawn, spawnSync } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { spawnSync } from "node:child_process";
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
+import { ownServer } from "../load/own_server.mjs";
 import { follow } from "../system/eta.mjs";
 import { peersFolder } from "./folders.mjs";
 import { peersScenes } from "./scenes/peers.mjs";
@@ -25,17 +25,7 @@ if (!build || !scenes) {
   process.exit(2);
 }
 
-const folder = mkdtempSync(join(tmpdir(), "eta-"));
-const server = spawn(join(build, "shearwater"), ["serve", "--listen", "127.0.0.1:0", "--data", join(folder, "data"), "--workers", "1", "--worker-threads", "1"], { stdio: ["ignore", "pipe", "ignore"] });
-process.on("exit", () => {
-  server.kill("SIGKILL");
-  rmSync(folder, { recursive: true, force: true });
-});
-let said = "";
-const url = await new Promise((done, failed) => {
-  server.stdout.on("data", (text) => { said += text; const found = /listening on (\S+)/.exec(said); if (found) done(found[1]); });
-  server.once("exit", (status) => failed(new Error(`the coordinator ended with status ${status}`)));
-});
+const { url, server, folder } = await ownServer(build, "eta");
 
 async function judge(scene, method, target) {
   const file = join(folder, "job.json");

@@ -10,12 +10,12 @@
 // scene: one of tests/bench/scenes/moving.mjs. Exit status 1 when the ratio is below `least`. The line of the sequence
 // says where the other seconds went, as shares of all: build (trees and scenes), other work of the threads, none. With few
 // samples filters take as much CPU time as tracing (coordinator_over_traced), and need as many cores.
-import { execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { execFileSync } from "node:child_process";
+import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { moving, movingJob } from "../bench/scenes/moving.mjs";
+import { ownServer } from "./own_server.mjs";
 
 const [build = "", ...words] = process.argv.slice(2);
 const option = { frames: 48, width: 640, spp: 9, scene: "object", temporal: "auto", threads: 1, least: 0.95 };
@@ -32,17 +32,7 @@ function usage(fault) {
     process.exit(2);
 }
 
-const folder = mkdtempSync(join(tmpdir(), "sequence-rate-"));
-const server = spawn(join(build, "shearwater"), ["serve", "--listen", "127.0.0.1:0", "--data", join(folder, "data"), "--workers", "1", "--worker-threads", String(option.threads)], { stdio: ["ignore", "pipe", "ignore"] });
-process.on("exit", () => {
-    server.kill("SIGKILL");
-    rmSync(folder, { recursive: true, force: true });
-});
-let said = "";
-const url = await new Promise((done, failed) => {
-    server.stdout.on("data", (text) => { said += text; const found = /listening on (\S+)/.exec(said); if (found) done(found[1]); });
-    server.once("exit", (status) => failed(new Error(`the coordinator ended with status ${status}`)));
-});
+const { url, server, folder } = await ownServer(build, "sequence-rate", option.threads);
 const get = async (path) => (await fetch(`${url}${path}`)).json();
 
 async function workerPid() {

@@ -334,22 +334,6 @@ TEST(lists_have_limits)
     free(text);
 }
 
-TEST(words_have_names)
-{
-    for (uint32_t bit = 1; bit <= LAYER_DIFFUSE_INDIRECT; bit <<= 1) {
-        assert_non_null(layer_name(bit));
-        assert_int_equal(layer_from_name(layer_name(bit)), bit);
-    }
-    assert_int_equal(layer_from_name("nothing"), 0);
-    assert_string_equal(filter_method_name(FILTER_AUTO), "auto");
-    assert_string_equal(indirect_method_name(INDIRECT_CONSTANT), "constant");
-    assert_string_equal(environment_method_name(ENVIRONMENT_AXIS_ALIGNED), "axis_aligned");
-    assert_int_equal(job_strata_per_axis(1), 1);
-    assert_int_equal(job_strata_per_axis(9), 3);
-    assert_int_equal(job_strata_per_axis(10), 4);
-    assert_int_equal(job_strata_per_axis(LIMIT_SPP), LIMIT_STRATA_PER_AXIS);
-}
-
 TEST(paths_stay_inside)
 {
     static const char *const good[] = {"a", "a/b", "..a", "...", "a b", ".a", "\xc3\xa4"};
