@@ -94,10 +94,15 @@ static void on_ask_for_part(void *ctx, const struct message_blob_get *m)
     link_put(s->link, MESSAGE_BLOB_GET, s->next_request++);
 }
 
+/* Embree cannot be trusted after an allocation of its own has failed: the next build may spin for
+ * ever. The tiles' faults are said first, since a scene that never fits must fail in the end. */
 static void on_blob_settled(void *ctx, struct cached_blob *blob)
 {
     struct session *s = ctx;
     leases_blob_settled(s->leases, blob);
+    if (blob->state != BLOB_FAILED || blob->fault.code != ERR_MEMORY) return;
+    s->lacks_memory = true;
+    if (s->state != SESSION_LEAVING) session_stop(s);
 }
 
 /* ---- the link ---- */

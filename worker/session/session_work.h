@@ -32,6 +32,7 @@ struct session {
     uint32_t beat_ms;
     uint32_t asked; /* tiles that were requested and have not come */
     bool was_told_offline;
+    bool lacks_memory; /* a blob could not be loaded for want of it: the worker ends */
     /* Progress of loading: its steps so far, and the beats since the last step. Beats in which the
      * process used CPU time are counted apart. */
     uint64_t load_steps, load_silent_ms, load_busy_ms, load_beats, cpu_us;

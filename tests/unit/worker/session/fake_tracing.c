@@ -8,6 +8,7 @@
 
 _Atomic bool hold, load_hangs, load_spins, traced_map;
 _Atomic unsigned tracing, loads, unloads;
+_Atomic int load_error;
 _Atomic uint32_t traced_pass, traced_strata, traced_lobes, load_steps;
 
 static const char *embree_version(void *ctx)
@@ -40,6 +41,7 @@ static int load(void *ctx, const char *path, const void *base, unsigned threads,
         if (!load_spins) usleep(1000 * LOAD_STEP_MS);
         if (!load_hangs) (*steps)++;
     }
+    if (load_error) return fault_set(fault, load_error, "scene", "the fake gives it up");
     struct stat st;
     char magic[8] = "";
     if (stat(path, &st) != 0) return fault_set(fault, ERR_IO, path, "is not there");

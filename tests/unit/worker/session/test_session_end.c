@@ -117,6 +117,38 @@ TEST(one_that_spins_ends_it_sooner)
     world_close(w);
 }
 
+TEST(one_that_lacks_memory_fails_its_tile_and_ends_the_worker)
+{
+    struct world *w = world_open(1, false);
+    struct wire_frame_view f;
+    struct message_tile_fault fault;
+    load_error = ERR_MEMORY;
+    start_tile(w, 1);
+    serve_blob(w);
+    expect(w, MESSAGE_FAULT, &f);
+    assert_int_equal(message_decode_tile_fault(f.payload, f.payload_bytes, &fault), 0);
+    assert_int_equal(fault.code, ERR_MEMORY);
+    expect(w, MESSAGE_BYE, &f);
+    assert_true(w->ended);
+    assert_int_equal(w->end, SESSION_END_FAILED);
+    load_error = 0;
+    world_close(w);
+}
+
+TEST(one_that_fails_otherwise_does_not)
+{
+    struct world *w = world_open(1, false);
+    struct wire_frame_view f;
+    load_error = ERR_LIMIT;
+    start_tile(w, 1);
+    serve_blob(w);
+    expect(w, MESSAGE_FAULT, &f);
+    expect_nothing(w);
+    assert_false(w->ended);
+    load_error = 0;
+    world_close(w);
+}
+
 TEST(a_long_load_that_makes_steps_does_not)
 {
     struct world *w = world_open(1, false);
