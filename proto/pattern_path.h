@@ -24,6 +24,7 @@ enum path_dimension {
     PATH_CHOICE = 2,    /* first: which lobe; second: which light */
     PATH_COLOR = 1024,  /* first: which colour dispersed volumes transmit; beyond all vertices */
     PATH_TIME = 1025,   /* first: when, while the shutter is open */
+    PATH_GUIDE = 1026,  /* and on, one a scattering: which light behind glass, which texel of it */
     PATH_ROULETTE = 3,  /* first: whether the path goes on; second: which texel or triangle */
 };
 

@@ -2,6 +2,10 @@
 /* Reads a placed mesh at a barycentric position. */
 #include "worker/scene/render_scene.h"
 
+/* Sets the view of a mesh of a scene, which stays borrowed, as do the materials. */
+void mesh_view_init(struct mesh_view *v, const struct scene *scene,
+                    const struct material_table *materials, uint32_t index);
+
 /* A point (1-u-v) v0 + u v1 + v v2 of a triangle. */
 struct mesh_point {
     const struct mesh_view *mesh;

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "worker/scene/glazing.h"
 #include "worker/scene/render_scene.h"
 #include "worker/shade/elementary.h"
 
@@ -20,12 +21,16 @@
 /* A cell that sees more of the sky than this counts as open: chance finds the sky often enough. */
 #define OPEN_SHARE 0.3f
 
+/* Cells that see less of the sky through glass than this part of it see none so. */
+#define GLAZED_MIN 0.2f
+
 struct openness {
     const struct render_scene *scene;
     struct openness_grid grid;
     uint32_t cells;   /* that count */
     float *open;      /* OPENNESS_BINS a cell of the grid, then of those that count */
     uint16_t *number; /* one a cell of the grid */
+    float *glazed;    /* the same */
     pthread_mutex_t lock;
     pthread_cond_t learned;
     _Atomic uint32_t next;
@@ -42,7 +47,8 @@ struct openness *openness_create(const struct render_scene *scene)
     openness_grid_init(&o->grid, scene);
     o->open = malloc((size_t)o->grid.cells * OPENNESS_BINS * sizeof *o->open);
     o->number = calloc(o->grid.cells, sizeof *o->number);
-    if (!o->open || !o->number) openness_destroy(&o);
+    o->glazed = calloc(o->grid.cells, sizeof *o->glazed);
+    if (!o->open || !o->number || !o->glazed) openness_destroy(&o);
     return o;
 }
 
@@ -55,6 +61,7 @@ void openness_destroy(struct openness **openness)
     pthread_mutex_destroy(&o->lock);
     free(o->open);
     free(o->number);
+    free(o->glazed);
     free(o);
 }
 
@@ -64,6 +71,7 @@ struct probe {
     const struct openness *openness;
     uint32_t cell, random;
     float place[3], near; /* rays begin so far from it: a flat scene lies where its cells do */
+    uint32_t seen, glazed; /* rays that reached the sky, and those of them that went through glass */
 };
 
 static float next_random(struct probe *p)
@@ -89,7 +97,7 @@ static void go(struct probe *p)
     p->near = isfinite(shortest) ? NEAR_SHARE * shortest : 0.0f;
 }
 
-/* Returns whether nothing is in the way in a random direction of a bin. */
+/* Returns whether nothing but glass is in the way in a random direction of a bin. */
 static bool sees(struct probe *p, uint32_t u, uint32_t v)
 {
     const float around = ((float)u + next_random(p)) / (float)OPENNESS_U;
@@ -97,8 +105,7 @@ static bool sees(struct probe *p, uint32_t u, uint32_t v)
     float around_sine, around_cosine, down_sine, down_cosine;
     elementary_sincos_turn(around, &around_sine, &around_cosine);
     elementary_sincos_turn(0.5f * down, &down_sine, &down_cosine);
-    struct RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
+    bool through;
     struct RTCRay ray = {.org_x = p->place[0],
                          .org_y = p->place[1],
                          .org_z = p->place[2],
@@ -108,8 +115,10 @@ static bool sees(struct probe *p, uint32_t u, uint32_t v)
                          .tnear = p->near,
                          .tfar = INFINITY,
                          .mask = UINT32_MAX};
-    rtcOccluded1(p->openness->scene->top, &context, &ray);
-    return ray.tfar > 0.0f;
+    const bool sees = glazing_sees(p->openness->scene, &ray, &through);
+    p->seen += sees;
+    p->glazed += sees && through;
+    return sees;
 }
 
 /* Traces some rays over the whole sphere from four places, to see if a closer look is needed. */
@@ -154,11 +163,12 @@ static void learn_cell(struct openness *o, uint32_t cell)
     float counts[OPENNESS_BINS] = {0};
     struct probe p = {.openness = o, .cell = cell, .random = path_mix(cell + 1)};
     o->number[cell] = is_open(&p) ? 0 : 1;
-    if (o->number[cell] == 0) return;
-    for (uint32_t k = 0; k < RAYS; k++)
+    for (uint32_t k = 0; o->number[cell] && k < RAYS; k++)
         for (uint32_t v = 0; v < OPENNESS_V; v += 4)
             for (uint32_t u = 0; u < OPENNESS_U; u += 4) look(&p, u, v, counts);
-    blur(counts, o->open + (size_t)cell * OPENNESS_BINS);
+    if (o->number[cell]) blur(counts, o->open + (size_t)cell * OPENNESS_BINS);
+    const float share = p.seen > 0 ? (float)p.glazed / (float)p.seen : 0.0f;
+    o->glazed[cell] = share < GLAZED_MIN ? 0.0f : share;
 }
 
 /* Numbers the cells that count and packs their bins. */
@@ -208,4 +218,9 @@ const struct openness_grid *openness_grid(const struct openness *o)
 const uint16_t *openness_numbers(const struct openness *o)
 {
     return o->number;
+}
+
+const float *openness_glazed(const struct openness *o)
+{
+    return o->glazed;
 }

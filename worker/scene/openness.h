@@ -1,5 +1,5 @@
 #pragma once
-/* Learns which parts of the sky are seen from where in a scene, as through windows. Rays from
+/* Learns which parts of the sky are seen from where in a scene, as through windows, glazed or not. Rays from
  * random places of a coarse grid's cells learn it, once per scene, and light samples of the sky
  * then go where the sky is (sky_guide.h). What is learned changes noise, never the mean.
  *
@@ -34,3 +34,7 @@ const struct openness_grid *openness_grid(const struct openness *o);
 /* Returns one number for each cell of the grid: 1 + its number among those that count, or 0 where
  * it is open. */
 const uint16_t *openness_numbers(const struct openness *o);
+
+/* Returns, for each cell of the grid, what part of the sky that it sees it sees through glass, where
+ * no shadow ray gets. */
+const float *openness_glazed(const struct openness *o);

@@ -5,11 +5,13 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "proto/runtime/build.h"
 #include "worker/scene/alpha.h"
 #include "worker/scene/emitters.h"
 #include "worker/scene/lobe_boxes.h"
+#include "worker/scene/mesh.h"
 #include "worker/scene/movers.h"
 #include "worker/scene/sky_guide.h"
 
@@ -91,55 +93,24 @@ static int device_status(const struct render_scene *s, const char *place, struct
     return fault_set(fault, code, place, "Embree reports error %d", (int)error);
 }
 
-static uint32_t traits_of(const struct mesh_view *v)
+static void find_kinds(struct render_scene *s)
 {
-    const struct material *m = v->material;
-    uint32_t traits = m->emissive ? MESH_SHINES : 0;
-    if (!m->lambert && !m->unlit) traits |= MESH_REFLECTS;
-    if (m->lambert) traits |= MESH_LAMBERT;
-    if (v->normals || v->tangents) traits |= MESH_BENT;
-    /* Lamps' densities are their facets', and rays through glass start at the facet's far side. */
-    if (v->normals && !m->emissive && !m->transmissive && !m->translucent) traits |= MESH_ROUND;
-    if (v->tangents && m->normal_texture.texels) traits |= MESH_BUMPY;
-    return m->textured ? traits | MESH_TEXTURED : traits;
-}
-
-static void mesh_view_init(struct mesh_view *v, const struct render_scene *s, uint32_t index)
-{
-    const struct scene_mesh *mesh = &s->blob->meshes[index];
-    const struct scene *blob = scene_mesh_home(s->blob, mesh);
-    v->positions = blob->positions + (size_t)3 * mesh->first_vertex;
-    v->triangles = blob->triangles + (size_t)3 * mesh->first_triangle;
-    v->normals =
-        mesh->flags & MESH_HAS_NORMALS ? blob->normals + (size_t)3 * mesh->first_normal : NULL;
-    v->material = &s->materials->materials[mesh->material];
-    bool turned =
-        v->material->normal_texture.texels || v->material->coat_bent || v->material->anisotropic;
-    bool has_tangents = mesh->flags & MESH_HAS_TANGENTS && v->normals;
-    v->tangents = has_tangents && turned ? blob->tangents + (size_t)4 * mesh->first_tangent : NULL;
-    for (int set = 0; set < 2; set++)
-        v->uvs[set] =
-            mesh->first_uv[set] == SCENE_NONE ? NULL : blob->uvs + (size_t)2 * mesh->first_uv[set];
-    v->colors = mesh->flags & MESH_HAS_COLORS ? blob->colors + (size_t)4 * mesh->first_color : NULL;
-    v->triangle_count = mesh->triangle_count;
-    v->flags = mesh->flags;
-    v->traits = traits_of(v);
-}
-
-static bool has_culled(const struct render_scene *s)
-{
-    for (uint64_t i = 0; i < s->blob->count[SCENE_MESHES]; i++)
-        if (s->meshes[i].material->culled) return true;
-    return false;
+    for (uint64_t i = 0; i < s->blob->count[SCENE_MESHES]; i++) {
+        const struct material *m = s->meshes[i].material;
+        s->has_culled |= m->culled;
+        s->has_glass |= m->transmissive || m->translucent;
+    }
 }
 
 static RTCScene scene_new(const struct render_scene *s)
 {
     RTCScene scene = rtcNewScene(s->device);
     if (!scene) return NULL;
-    /* The filter is of camera rays (trace/hit/back_faces.h). */
+    /* The filters are of camera rays (trace/hit/back_faces.h) and of those through glass
+     * (glazing.h). Frames that stand on a base may have either. */
+    const bool filters = s->has_culled || s->has_glass || is_base(s);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST |
-                                (s->has_culled ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0));
+                                (filters ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : 0));
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM); /* same tree for any thread count */
     if (s->progress) rtcSetSceneProgressMonitorFunction(scene, on_built, (void *)s->progress);
     return scene;
@@ -337,8 +308,9 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
                            uint32_t threads, _Atomic uint64_t *steps, struct render_scene **out,
                            struct fault *fault)
 {
-    struct render_scene *s = calloc(1, sizeof *s);
+    struct render_scene *s = aligned_alloc(_Alignof(struct render_scene), sizeof *s);
     if (!s) return fault_set(fault, ERR_MEMORY, "scene", "no memory for the scene");
+    memset(s, 0, sizeof *s);
     int rc = ERR_MEMORY;
     size_t meshes = (size_t)blob->count[SCENE_MESHES];
     s->blob = blob;
@@ -351,8 +323,8 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
         fault_set(fault, rc, "meshes", "no memory for the tables of %zu meshes", meshes);
         goto fail;
     }
-    for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], s, i);
-    s->has_culled = has_culled(s);
+    for (uint32_t i = 0; i < meshes; i++) mesh_view_init(&s->meshes[i], blob, s->materials, i);
+    find_kinds(s);
     if (movers_find(blob, &s->steps) != 0) {
         fault_set(fault, rc, "movers", "no memory for their steps");
         goto fail;
@@ -365,7 +337,10 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
     step(steps);
     rc = build(s, fault);
     if (rc) goto fail;
-    if (!is_base(s)) s->guides = sky_guides_create(s);
+    if (!is_base(s)) {
+        glazing_learn(s, &s->glazing);
+        s->guides = sky_guides_create(s);
+    }
     if (!s->guides && !is_base(s)) {
         rc = fault_set(fault, ERR_MEMORY, "scene", "no memory for what it sees of the sky");
         goto fail;

@@ -13,6 +13,7 @@
 
 #include "proto/error.h"
 #include "proto/scene/scene.h"
+#include "worker/scene/glazing.h"
 #include "worker/scene/material.h"
 
 /* Traits that the shading of sixteen surfaces asks of all of them first. */
@@ -75,6 +76,8 @@ struct render_scene {
     const char *isa;            /* what build_isa() said */
     uint32_t packet_width;      /* rays that this CPU traces at once: 16, 8 or 4 */
     bool has_culled;            /* some mesh has a back that cameras do not see */
+    bool has_glass;             /* some mesh lets light through */
+    struct glazing glazing;     /* lamps behind that */
     bool has_instances;         /* whether `top` holds Embree instances, not just geometries */
     const struct render_scene *base; /* borrowed; NULL: none */
     uint32_t ground; /* instID of the base's top scene; RTC_INVALID_GEOMETRY_ID without one */

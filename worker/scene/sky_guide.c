@@ -11,6 +11,7 @@
 static const struct openness_grid everywhere = {
     {.size = {1, 1, 1}}, {.size = {1, 1, 1}}, .cells = 1};
 static const uint16_t open_number = 0;
+static const float not_glazed = 0.0f;
 
 static void fill(const struct sky_tables *t, const struct openness *o, struct sky_table *tables)
 {
@@ -32,6 +33,7 @@ struct sky_guide *sky_guide_create(const struct environment *map,
         g->sine = elementary_sin(plan->rotation_rad);
         g->grid = o ? openness_grid(o) : &everywhere;
         g->number = o ? openness_numbers(o) : &open_number;
+        g->glazed = o ? openness_glazed(o) : &not_glazed;
         g->tables = tables;
         fill(t, o, tables);
     } else {

@@ -11,7 +11,8 @@
 struct sky_guide {
     float cosine, sine; /* of the map's rotation, from the world to the map */
     const struct openness_grid *grid;
-    const uint16_t *number;         /* one a cell; both the openness's */
+    const uint16_t *number;         /* one a cell; these are the openness's */
+    const float *glazed;            /* openness_glazed */
     const struct sky_table *tables; /* SKY_TABLE_NORMALS a number */
 };
 
@@ -36,6 +37,12 @@ uint32_t sky_guides_count(struct sky_guides *guides);
 struct sky_guide *sky_guide_create(const struct environment *map,
                                    const struct plan_environment *plan, const struct openness *o);
 void sky_guide_destroy(struct sky_guide **guide);
+
+/* Returns what part of the sky a place sees through glass alone. */
+static inline float sky_guide_glazed(const struct sky_guide *g, const float place[3])
+{
+    return g->glazed[openness_grid_cell(g->grid, place)];
+}
 
 /* Returns the number of a surface's table and prefetches the table. */
 static inline uint32_t sky_guide_table(const struct sky_guide *g, float x, float y, float z,

@@ -1,6 +1,7 @@
 #include "worker/tile/stages.h"
 
 #include "proto/samples.h"
+#include "worker/trace/path/path_guide.h"
 
 static bool has_rectangles(const struct plan *plan)
 {
@@ -79,6 +80,7 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
     *out = *parts;
     out->demodulate = (plan->planes & (PLANES_DEMODULATED | PLANES_RESIDUAL)) != 0;
     out->features = (plan->planes & PLANES_RESIDUAL) != 0;
+    out->guided = path_guide_is_needed(out);
     out->blended = has_blended(scene->materials);
     out->has_emission = out->has_other_emission =
         plan->environment.kind != ENVIRONMENT_NONE || has_other_emission(scene, plan);

@@ -197,37 +197,55 @@ static void choose_directions(const struct path_vertex *restrict v, const float 
     }
 }
 
+/* Sends lane i on along wi, of the shading frame, if `goes`, and leaves other lanes as they are. */
+LANE_INLINE void send_lane(const struct path_vertex *restrict v, int i, struct vector wi,
+                           struct vector d, int on, int goes, struct path_scattering *restrict s)
+{
+    const struct layers *l = &v->layers;
+    const struct vector wo = lane_get(&v->back, i), a = lane_get(&l->albedo, i);
+    const struct layer_value f = layer_evaluate(l, i, wo, wi);
+    const int dense = f.pdf > BSDF_PDF_MIN;
+    const float scale = wi.z / (dense ? f.pdf : 1.0f), diffuse = f.diffuse * scale;
+    const struct vector rest = {f.specular.x * scale, f.specular.y * scale, f.specular.z * scale};
+    const float lit = f.diffuse > 0.0f ? vector_max(a) : 0.0f, most = vector_max(rest);
+    const int bright = (most > lit ? most : lit) > 0.0f;
+    const int leaves = dot(d, lane_get(&v->surface.facet, i)) > 0.0f;
+    const int above = wi.z >= DIRECTION_GRAZING;
+    const int sent = goes & -(above & dense & bright & leaves);
+    s->on.on[i] = on ? sent : s->on.on[i];
+    s->through.on[i] &= ~on;
+    s->pdf[i] = on ? f.pdf : s->pdf[i];
+    s->diffuse[i] = on ? diffuse : s->diffuse[i];
+    keep_lane(on, i, rest, &s->specular);
+    keep_lane(on, i, d, &s->direction);
+    keep_lane(
+        on, i,
+        (struct vector){a.x * diffuse + rest.x, a.y * diffuse + rest.y, a.z * diffuse + rest.z},
+        &s->weight);
+}
+
 static void kernel_layers_scatter(const struct path_vertex *restrict v,
                                   const float *restrict choice, const float *restrict u,
                                   const float *restrict w, struct path_scattering *restrict s)
 {
-    const struct layers *l = &v->layers;
     struct lanes_mask up;
     struct lanes3 local;
     choose_directions(v, choice, u, w, &up, &local);
     for (int i = 0; i < LANES; i++) {
-        const struct vector wi = lane_get(&local, i), wo = lane_get(&v->back, i);
-        const struct vector a = lane_get(&l->albedo, i), d = from_frame(v, i, wi);
-        const struct layer_value f = layer_evaluate(l, i, wo, wi);
-        const int dense = f.pdf > BSDF_PDF_MIN;
-        const float scale = wi.z / (dense ? f.pdf : 1.0f), diffuse = f.diffuse * scale;
-        const struct vector rest = {f.specular.x * scale, f.specular.y * scale,
-                                    f.specular.z * scale};
-        const float lit = f.diffuse > 0.0f ? vector_max(a) : 0.0f, most = vector_max(rest);
-        const int bright = (most > lit ? most : lit) > 0.0f;
-        const int leaves = dot(d, lane_get(&v->surface.facet, i)) > 0.0f;
-        const int above = wi.z >= DIRECTION_GRAZING, on = l->on.on[i];
-        const int goes = up.on[i] & -(above & dense & bright & leaves);
-        s->on.on[i] = on ? goes : s->on.on[i];
-        s->through.on[i] &= ~on;
-        s->pdf[i] = on ? f.pdf : s->pdf[i];
-        s->diffuse[i] = on ? diffuse : s->diffuse[i];
-        keep_lane(on, i, rest, &s->specular);
-        keep_lane(on, i, d, &s->direction);
-        keep_lane(
-            on, i,
-            (struct vector){a.x * diffuse + rest.x, a.y * diffuse + rest.y, a.z * diffuse + rest.z},
-            &s->weight);
+        const struct vector wi = lane_get(&local, i);
+        send_lane(v, i, wi, from_frame(v, i, wi), v->layers.on.on[i], up.on[i], s);
+    }
+}
+
+static void kernel_layers_turn(const struct path_vertex *restrict v,
+                               const struct lanes_mask *restrict turned,
+                               const struct lanes3 *restrict way,
+                               struct path_scattering *restrict s)
+{
+    for (int i = 0; i < LANES; i++) {
+        const struct vector d = lane_get(way, i), wi = to_frame(v, i, d);
+        const int on = v->layers.on.on[i] & turned->on[i];
+        send_lane(v, i, wi, d, on, -(v->back.z[i] >= DIRECTION_GRAZING), s);
     }
 }
 

@@ -22,7 +22,7 @@
 #include "worker/trace/path/layers.h"
 #include "worker/trace/path/mirrors.h"
 #include "worker/trace/path/path_pool.h"
-#include "worker/trace/path/sky.h"
+#include "worker/trace/light/sky.h"
 
 struct centre_gbuffer;
 struct light_kernels;
@@ -53,6 +53,7 @@ struct path_context {
     const struct photograph *photograph; /* that objects see; NULL: none */
     struct counters *counters;
     bool demodulate;         /* the plan wants the diffuse planes */
+    bool guided;             /* some light shines through glass (path_guide.h) */
     bool blended;            /* some surface is there by chance: rays need keys */
     bool has_emission;       /* rays can meet emission: of surfaces, rectangles or the sky */
     bool has_other_emission; /* rays from surfaces that fields light can meet emission that fields
@@ -142,7 +143,8 @@ struct path_scattering {
     struct lanes3 direction;
     struct lanes3 weight;
     struct lanes_mask through; /* to the other side of the surface */
-    _Alignas(LANES_ALIGN) float pdf[LANES];
+    _Alignas(LANES_ALIGN) float pdf[LANES];     /* of the surface's lobes alone */
+    _Alignas(LANES_ALIGN) float promise[LANES]; /* path_packet's */
     /* Of lanes with a bsdf, what their weight is made of: struct bsdf_sample's. */
     _Alignas(LANES_ALIGN) float diffuse[LANES];
     struct lanes3 specular;

@@ -25,6 +25,7 @@ void path_begin(uint32_t key, uint32_t sample, uint32_t slot, struct path_pool *
     p->from_object[i] = 0;
     p->colored[i] = 0;
     p->pdf[i] = 0.0f;
+    p->promise[i] = 1.0f;
     p->rays.ray.time[i] = SHUTTER_MIDDLE_TIME;
     p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
 }

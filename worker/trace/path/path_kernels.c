@@ -3,7 +3,7 @@
 #include "worker/trace/path/layer_lanes.h"
 #include "worker/trace/path/light_weight_lanes.h"
 #include "worker/trace/path/path_lanes.h"
-#include "worker/trace/path/sky_lanes.h"
+#include "worker/trace/light/sky_lanes.h"
 
 const struct path_kernels KERNELS(path_kernels) = {
     .path_pairs = kernel_path_pairs,
@@ -19,6 +19,7 @@ const struct path_kernels KERNELS(path_kernels) = {
     .layers_see = kernel_layers_see,
     .layers_light = kernel_layers_light,
     .layers_scatter = kernel_layers_scatter,
+    .layers_turn = kernel_layers_turn,
     .layers_diffuse = kernel_layers_diffuse,
     .layers_gloss = kernel_layers_gloss,
     .find_sky = kernel_find_sky,

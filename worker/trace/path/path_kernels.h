@@ -36,6 +36,10 @@ struct path_kernels {
     /* Scatters paths at layers; `choice` picks the lobe. */
     void (*layers_scatter)(const struct path_vertex *v, const float *choice, const float *u,
                            const float *w, struct path_scattering *s);
+    /* Sends the paths of turned lanes that have layers into given directions of the world instead.
+     */
+    void (*layers_turn)(const struct path_vertex *v, const struct lanes_mask *turned,
+                        const struct lanes3 *way, struct path_scattering *s);
     /* Compute pi times the layers' diffuse lobes over white albedo, in directions of the world, and
      * samples (u, w) of the glossy lobes of layers. */
     void (*layers_diffuse)(const struct path_vertex *v, const struct layers *layers,

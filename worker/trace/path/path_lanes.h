@@ -97,10 +97,11 @@ static void kernel_lambert_scatter(const struct surface *restrict s, const float
     }
 }
 
-LANE_INLINE void play_roulette(float chance, int i, struct lanes3 *t, struct lanes_mask *stays)
+LANE_INLINE void play_roulette(float chance, float promise, int i, struct lanes3 *t,
+                               struct lanes_mask *stays)
 {
     float most = t->x[i] > t->y[i] ? t->x[i] : t->y[i];
-    most = most > t->z[i] ? most : t->z[i];
+    most = promise * (most > t->z[i] ? most : t->z[i]);
     const float stay = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
     const float over = stay > 0.0f ? stay : 1.0f; /* else none stays */
     stays->on[i] = -!(chance >= stay);
@@ -120,7 +121,7 @@ static void kernel_weigh_segments(const struct path_packet *restrict p,
         throughput->z[i] = p->throughput.z[i] * s->weight.z[i];
     }
     for (int i = 0; !chance && i < LANES; i++) stays->on[i] = -1;
-    for (int i = 0; chance && i < LANES; i++) play_roulette(chance[i], i, throughput, stays);
+    for (int i = 0; chance && i < LANES; i++) play_roulette(chance[i], s->promise[i], i, throughput, stays);
 }
 
 /* Computes the radiance that Lambert surfaces of albedo 1 reflect of visible light samples. The

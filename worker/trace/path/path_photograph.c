@@ -168,6 +168,7 @@ static void begin_real(const struct path_packet *p, uint32_t i, struct path_pool
     r->time[lane] = from->time[i];
     to->throughput.x[lane] = to->throughput.y[lane] = to->throughput.z[lane] = 1.0f;
     to->pdf[lane] = to->sky_share[lane] = to->lights[lane] = 0.0f;
+    to->promise[lane] = 1.0f;
     to->sky_table[lane] = 0;
     to->from.x[lane] = p->from.x[i], to->from.y[lane] = p->from.y[i];
     to->from.z[lane] = p->from.z[i];

@@ -27,6 +27,10 @@ struct path_packet {
     struct lanes3 throughput;
     _Alignas(LANES_ALIGN) float pdf[LANES]; /* of the direction, per solid angle, where a light
                                                sample could have found it too; 0: it could not */
+    /* How many times as often the path went this way as its surface's lobes would have sent it: a
+     * path that was sent to a light (path_guide.h) is worth so much more than its throughput until
+     * it comes out of the glass. */
+    _Alignas(LANES_ALIGN) float promise[LANES];
     _Alignas(LANES_ALIGN) uint32_t sky_table[LANES]; /* that such a sample of the sky is from */
     _Alignas(LANES_ALIGN) float sky_share[LANES];    /* the probability of such a sample */
     _Alignas(LANES_ALIGN) float lights[LANES]; /* the weight of all lights in the choice of one */
@@ -138,6 +142,7 @@ static inline void path_pool_begin(struct path_pool *pool, const struct path_sta
     p->throughput.y[lane] = s->weight[1];
     p->throughput.z[lane] = s->weight[2];
     p->pdf[lane] = 0.0f;
+    p->promise[lane] = 1.0f;
     p->sky_table[lane] = 0;
     p->sky_share[lane] = p->lights[lane] = 0.0f;
     p->key[lane] = s->key;

@@ -5,6 +5,7 @@
 #include "proto/pattern_path.h"
 #include "worker/shade/glossy.h"
 #include "worker/trace/path/chains.h"
+#include "worker/trace/path/path_guide.h"
 #include "worker/trace/path/path_kernels.h"
 #include "worker/trace/path/path_record.h"
 
@@ -151,6 +152,7 @@ static void start_segment(const struct path_packet *p, const struct path_vertex 
     next->slot[lane] = p->slot[i];
     next->colored[lane] = p->colored[i] | (through && path_is_dispersed(v, (int)i));
     next->pdf[lane] = s->pdf[i];
+    next->promise[lane] = s->promise[i];
     next->sky_table[lane] = sampled->sky_table[i];
     next->sky_share[lane] = sampled->sky_share[i];
     next->lights[lane] = sampled->weights.total[i];
@@ -283,18 +285,39 @@ static void scatter_generals(const struct path_context *c, const struct path_pac
     }
 }
 
-void path_scatter(const struct path_context *c, const struct path_packet *p,
-                  const struct path_vertex *v, struct path_radiance *h, struct path_pool *next)
+/* Keeps what paths promise that are still on their way through glass. */
+static void keep_promises(const struct path_context *c, const struct path_packet *p,
+                          const struct path_vertex *v, struct path_scattering *s)
+{
+    for (int i = 0; i < LANES; i++) s->promise[i] = 1.0f;
+    for (int i = 0; c->guided && v->any_general && i < LANES; i++)
+        if (v->active.on[i] && !v->lambert.on[i] && v->bsdf[i].transmission > 0.0f)
+            s->promise[i] = p->promise[i];
+}
+
+static void choose_directions(const struct path_context *c, const struct path_packet *p,
+                              const struct path_vertex *v, struct path_scattering *s)
 {
     const uint32_t dimension = PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_DIRECTION;
     _Alignas(LANES_ALIGN) float u[LANES], w[LANES];
+    struct path_guide guide;
+    if (!v->any_lambert) memset(s, 0, sizeof *s);
+    keep_promises(c, p, v, s);
+    c->kernels->path_pairs(p, dimension, u, w);
+    const bool guided = c->guided && path_guide_find(c, v, &guide);
+    if (guided) path_guide_aim(c, p, v, &guide, u, w);
+    if (v->any_lambert) scatter_lambert(c, v, u, w, s);
+    if (v->any_general) scatter_generals(c, p, v, u, w, s);
+    if (guided) path_guide_turn(c, v, &guide, s);
+}
+
+void path_scatter(const struct path_context *c, const struct path_packet *p,
+                  const struct path_vertex *v, struct path_radiance *h, struct path_pool *next)
+{
     const bool first = v->depth == 0;
     struct path_scattering s;
-    if (!v->any_lambert) memset(&s, 0, sizeof s);
-    c->kernels->path_pairs(p, dimension, u, w);
-    if (v->any_lambert) scatter_lambert(c, v, u, w, &s);
+    choose_directions(c, p, v, &s);
     if (v->any_lambert && c->demodulate && first) keep_lambert_shares(p, v, h);
-    if (v->any_general) scatter_generals(c, p, v, u, w, &s);
     if (v->any_general && c->demodulate && first) keep_shares(p, v, &s, h);
     const bool leaves = (c->skip & (SKIP_DIFFUSE_INDIRECT | SKIP_LISTED)) != 0;
     if (v->any_general && leaves && first) keep_rest(c, p, v, &s, h);

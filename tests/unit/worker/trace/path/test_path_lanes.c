@@ -32,6 +32,7 @@ TEST(segments_make_up_for_those_that_end)
         _Alignas(64) float chance[LANES];
         random_lanes(&seed, &p.throughput), random_lanes(&seed, &s.weight);
         for (int i = 0; i < LANES; i++) chance[i] = random_unit(&seed);
+        for (int i = 0; i < LANES; i++) s.promise[i] = i % 4 ? 1.0f : 1.5f;
         chance[3] = 0.0f, p.throughput.x[3] = p.throughput.y[3] = p.throughput.z[3] = 0.0f;
         p.throughput.x[5] = s.weight.x[5] = 1.0f, chance[5] = round & 1 ? 0.98f : 0.97f;
         for (int k = 0; k < isa_count(); k++) {
@@ -49,7 +50,7 @@ TEST(segments_make_up_for_those_that_end)
                 const float whole[3] = {p.throughput.x[i] * s.weight.x[i],
                                         p.throughput.y[i] * s.weight.y[i],
                                         p.throughput.z[i] * s.weight.z[i]};
-                const float stay = fminf(most_of(whole), 0.98f);
+                const float stay = fminf(s.promise[i] * most_of(whole), 0.98f);
                 assert_int_equal(stays.on[i], chance[i] < stay ? -1 : 0);
                 if (!stays.on[i]) continue;
                 stayed++;

@@ -1,4 +1,4 @@
-#include "worker/trace/path/sky.h"
+#include "worker/trace/light/sky.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 #pragma once
 /* The inner loops of path_kernels over an environment: directions to places of a map, and back. */
-#include "worker/trace/path/sky.h"
+#include "worker/trace/light/sky.h"
 
 /* Finds the places of the world's directions on the map. */
 static void kernel_find_sky(const struct sky *restrict sky, const float *restrict x,
