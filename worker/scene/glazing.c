@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "proto/plan.h"
 #include "worker/scene/emitters.h"
 #include "worker/scene/render_scene.h"
 #include "worker/shade/direction.h"
@@ -14,11 +15,14 @@
 #define RAYS 128u
 
 /* Lamps of which a smaller share shines through glass are left to chance. */
-#define SHARE_MIN 0.05f
+#define SHARE_MIN 0.2f
 
 /* Glass up to this many times as far from a lamp's middle as the lamp itself belongs to it: paths
  * are sent to all of it, since it may be frosted. Through other panes they aim at the lamp. */
 #define BULB_TIMES 3.0f
+
+/* Rays start this part of a rectangle's sides in front of it, and so of what it stands for. */
+#define CLEARANCE 1e-3f
 
 /* ---- rays through glass ---- */
 
@@ -109,16 +113,46 @@ static uint32_t descend(const struct emitter_tree *t, uint32_t at, uint32_t *ran
     return at & ~EMITTER_LEAF;
 }
 
-/* Samples a ray that leaves a group. */
-static struct RTCRay leave(const struct emitters *e, uint32_t below, uint32_t *random)
+/* Where rays leave: a group of emitters, or a rectangle that stands for some. */
+struct source {
+    const struct emitters *emitters;
+    uint32_t below;
+    const struct scene_light *rectangle; /* NULL: none */
+};
+
+static void sample_rectangle(const struct scene_light *l, const float u[2],
+                             struct emitter_point *out)
 {
-    const uint32_t leaf = descend(emitters_tree(e), below, random);
-    const float choice = next_random(random);
+    float sides = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        out->position[k] = l->position[k] + (2.0f * u[0] - 1.0f) * l->half_u[k] +
+                           (2.0f * u[1] - 1.0f) * l->half_v[k];
+        out->normal[k] = l->direction[k];
+        sides += fabsf(l->half_u[k]) + fabsf(l->half_v[k]);
+    }
+    out->double_sided = false;
+    out->offset = CLEARANCE * sides;
+}
+
+static void sample_point(const struct source *s, uint32_t *random, struct emitter_point *out)
+{
     const float u[2] = {next_random(random), next_random(random)};
+    const float choice = next_random(random);
+    if (s->rectangle) {
+        sample_rectangle(s->rectangle, u, out);
+        return;
+    }
+    const uint32_t leaf = descend(emitters_tree(s->emitters), s->below, random);
+    emitters_sample(s->emitters, leaf, emitters_choose(s->emitters, leaf, choice, u), u, out);
+}
+
+/* Samples a ray that leaves a lamp. */
+static struct RTCRay leave(const struct source *source, uint32_t *random)
+{
     const float turn[2] = {next_random(random), next_random(random)};
     struct emitter_point p;
     float t[3], b[3], d[3], way[3];
-    emitters_sample(e, leaf, emitters_choose(e, leaf, choice, u), u, &p);
+    sample_point(source, random, &p);
     const float side = p.double_sided && next_random(random) < 0.5f ? -1.0f : 1.0f;
     for (int k = 0; k < 3; k++) p.normal[k] *= side;
     direction_frame(p.normal, t, b);
@@ -151,12 +185,12 @@ static float reach_of(const struct emitter_groups *g, uint32_t k, const struct R
     return sqrtf(x * x + y * y + z * z);
 }
 
-static struct lamp look(const struct render_scene *s, const struct emitter_groups *g, uint32_t k,
-                        uint32_t number)
+static struct lamp look(const struct render_scene *s, const struct source *source,
+                        const struct emitter_groups *g, uint32_t k)
 {
-    struct lamp lamp = {.random = path_mix(number + 1)};
+    struct lamp lamp = {.random = 1};
     for (uint32_t i = 0; i < RAYS; i++) {
-        struct RTCRay ray = leave(s->emitters, g->below[k], &lamp.random);
+        struct RTCRay ray = leave(source, &lamp.random);
         struct met met;
         float first = INFINITY;
         trace(s, &ray, &met);
@@ -185,7 +219,7 @@ static void keep(const struct emitter_groups *g, uint32_t k, const struct lamp *
     const float power = lamp->share * g->power[k];
     const uint32_t at = place_for(lamps, power);
     const bool is_bulb = lamp->reach <= BULB_TIMES * g->radius[k];
-    if (at == EMITTER_GROUPS) return;
+    if (lamp->share < SHARE_MIN || at == EMITTER_GROUPS) return;
     if (at == lamps->count) lamps->count++;
     lamps->power[at] = power;
     lamps->x[at] = g->x[k];
@@ -199,13 +233,52 @@ static void keep(const struct emitter_groups *g, uint32_t k, const struct lamp *
     lamps->sine[at] = is_bulb ? 0.0f : g->sine[k];
 }
 
-void glazing_learn(const struct render_scene *scene, struct glazing *out)
+/* Sets what bounds a rectangle. */
+static void bound(const struct scene_light *l, struct emitter_groups *out)
+{
+    const float *u = l->half_u, *v = l->half_v, *c = l->color;
+    const float u2 = direction_dot(u, u), v2 = direction_dot(v, v);
+    const float area = 4.0f * sqrtf(u2 * v2); /* its sides are perpendicular */
+    out->power[0] = area * (0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]);
+    out->x[0] = l->position[0];
+    out->y[0] = l->position[1];
+    out->z[0] = l->position[2];
+    out->radius[0] = sqrtf(u2 + v2);
+    out->axis_x[0] = l->direction[0];
+    out->axis_y[0] = l->direction[1];
+    out->axis_z[0] = l->direction[2];
+    out->cosine[0] = 1.0f;
+    out->sine[0] = 0.0f;
+}
+
+static void learn_rectangles(const struct render_scene *scene, struct emitter_groups *lamps)
+{
+    for (uint64_t i = 0; i < scene->blob->count[SCENE_LIGHTS]; i++) {
+        const struct source source = {.rectangle = &scene->blob->lights[i]};
+        struct emitter_groups g;
+        if (source.rectangle->type != LIGHT_RECTANGLE) continue;
+        bound(source.rectangle, &g);
+        const struct lamp lamp = look(scene, &source, &g, 0);
+        keep(&g, 0, &lamp, lamps);
+    }
+}
+
+static void learn_emitters(const struct render_scene *scene, struct emitter_groups *lamps)
 {
     const struct emitter_tree *t = emitters_tree(scene->emitters);
-    memset(out, 0, sizeof *out);
-    for (uint32_t i = 0; t && scene->has_glass && i < t->root_groups; i++) {
+    for (uint32_t i = 0; t && i < t->root_groups; i++) {
         const struct emitter_groups *g = &t->nodes[i / EMITTER_GROUPS].groups;
-        const struct lamp lamp = look(scene, g, i % EMITTER_GROUPS, i);
-        if (lamp.share >= SHARE_MIN) keep(g, i % EMITTER_GROUPS, &lamp, &out->lamps);
+        const uint32_t k = i % EMITTER_GROUPS;
+        const struct lamp lamp =
+            look(scene, &(struct source){scene->emitters, g->below[k], NULL}, g, k);
+        keep(g, k, &lamp, lamps);
     }
+}
+
+void glazing_learn(const struct render_scene *scene, struct glazing *out)
+{
+    memset(out, 0, sizeof *out);
+    if (!scene->has_glass) return;
+    learn_emitters(scene, &out->lamps);
+    learn_rectangles(scene, &out->lamps);
 }

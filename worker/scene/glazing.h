@@ -16,8 +16,9 @@ struct glazing {
                                     a lamp that shines through glass. `below` is not set */
 };
 
-/* Learns from a scene that is built. Without emitters there are no lamps. */
+/* Learns from a scene that is built. */
 void glazing_learn(const struct render_scene *scene, struct glazing *out);
 
-/* Returns whether a ray reaches its end, if need be through glass and shades, which sets *through. */
+/* Returns whether a ray reaches its end, if need be through glass and shades, which sets *through.
+ */
 bool glazing_sees(const struct render_scene *scene, struct RTCRay *ray, bool *through);

@@ -22,7 +22,7 @@ static const struct emitter_groups *lamps_of(const struct path_context *c)
 
 static bool has_lamps(const struct path_context *c)
 {
-    return c->lights->emitters && lamps_of(c)->count > 0;
+    return (c->lights->emitters || c->lights->count > 0) && lamps_of(c)->count > 0;
 }
 
 bool path_guide_is_needed(const struct path_context *c)
@@ -64,7 +64,7 @@ static float share_lamps(const struct path_context *c, const struct path_vertex 
     _Alignas(LANES_ALIGN) float weight[EMITTER_GROUPS];
     const struct surface *s = &v->surface;
     const uint32_t count = lamps_of(c)->count;
-    const float all = v->weights.total[i];
+    const float all = light_table_is_single(c->lights) ? 0.0f : v->weights.total[i];
     float sum = 0.0f;
     c->kernels->weigh_node(lamps_of(c), &s->origin, &s->normal, i, weight);
     for (uint32_t k = 0; k < count; k++) {

@@ -1,6 +1,7 @@
 /* Which lamps shine through glass, and how large what they shine through is. */
 #include <math.h>
 
+#include "proto/plan.h"
 #include "tests/unit/worker/scene/room_fixture.h"
 #include "worker/scene/openness.h"
 
@@ -103,6 +104,30 @@ TEST(of_many_lamps_the_brightest_are_kept)
     assert_true(g->count > 1 && g->count <= EMITTER_GROUPS);
     for (uint32_t k = 0; k < g->count; k++) assert_true(g->power[k] > 0.0f && g->radius[k] > 0.0f);
     room_fixture_close(&r);
+}
+
+/* Rectangles are lights of the scene, not emitters. */
+TEST(a_rectangle_over_a_pane_is_a_lamp)
+{
+    static const struct scene_light light = {.type = LIGHT_RECTANGLE,
+                                             .position = {0, 2, 0},
+                                             .direction = {0, -1, 0},
+                                             .half_u = {0.5f, 0, 0},
+                                             .half_v = {0, 0, 0.2f},
+                                             .color = {1, 1, 1}};
+    for (uint32_t glazed = 0; glazed < 2; glazed++) {
+        struct glazing found;
+        begin();
+        fixture_panel(r.parts, glass, (float[]){0, glazed ? 1.9f : 2.1f, 0}, (float[]){1, 0, 0},
+                      (float[]){0, 0, 1});
+        room_fixture_build(&r);
+        r.parts->scene.lights = &light;
+        r.parts->scene.count[SCENE_LIGHTS] = 1;
+        glazing_learn(r.scene, &found);
+        assert_int_equal(found.lamps.count, glazed);
+        if (glazed) assert_true(found.lamps.radius[0] > 0.5f && found.lamps.power[0] > 0.3f);
+        room_fixture_close(&r);
+    }
 }
 
 TEST(a_pane_in_a_window_lets_the_sky_in)

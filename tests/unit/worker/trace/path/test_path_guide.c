@@ -20,8 +20,7 @@ static struct plan floors(struct scene_fixture *f)
 {
     struct plan p = floor_plan(f, 3.0f, SIDE_PX);
     const uint32_t glossy = fixture_glossy(f, (float[]){0.2f, 0.6f, 0.2f}, 0.3f, 0.0f);
-    fixture_panel(f, glossy, (float[]){-1, 0.1f, 0}, (float[]){0.8f, 0, 0},
-                  (float[]){0, 0, -0.8f});
+    fixture_panel(f, glossy, (float[]){-1, 0.1f, 0}, (float[]){0.8f, 0, 0}, (float[]){0, 0, -0.8f});
     p.planes = PLANES_PATH & ~PATH_BIT(VISIBILITY);
     p.light_planes = 0;
     p.bounces = 1;
@@ -36,8 +35,7 @@ static struct plan lit_floors(struct scene_fixture *f)
     const uint32_t lamp = fixture_material(f, 0, 0, 0);
     f->materials[lamp].emission[0] = 40.0f;
     f->materials[lamp].emission[1] = 20.0f;
-    fixture_panel(f, lamp, (float[]){1.8f, 2.0f, 0}, (float[]){0.1f, 0, 0},
-                  (float[]){0, 0, 0.1f});
+    fixture_panel(f, lamp, (float[]){1.8f, 2.0f, 0}, (float[]){0.1f, 0, 0}, (float[]){0, 0, 0.1f});
     p.paths.emitter_power = 1.0f;
     return p;
 }
@@ -66,8 +64,7 @@ static struct traced trace_under(struct scene_fixture *f, const struct plan *p,
                                  const struct environment *map, bool guided)
 {
     struct traced t = {0};
-    const struct tile_job job = {
-        .plan = p, .environment = map, .rect = {0, 0, SIDE_PX, SIDE_PX}};
+    const struct tile_job job = {.plan = p, .environment = map, .rect = {0, 0, SIDE_PX, SIDE_PX}};
     open_traced(f, &t);
     t.scene->has_glass &= guided;
     assert_int_equal(trace_tile(&t, job, 0, &t.samples), 0);
