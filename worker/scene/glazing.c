@@ -21,6 +21,9 @@
  * are sent to all of it, since it may be frosted. Through other panes they aim at the lamp. */
 #define BULB_TIMES 3.0f
 
+/* Glass up to this roughness sends paths on nearly as they came. */
+#define CLEAR_ROUGHNESS 0.1f
+
 /* Rays start this part of a rectangle's sides in front of it, and so of what it stands for. */
 #define CLEARANCE 1e-3f
 
@@ -33,12 +36,14 @@
 struct met {
     uint32_t count; /* of all, which may be more than are noted */
     float distance[SURFACES];
+    bool frosted[SURFACES]; /* it scatters what comes through */
 };
 
 /* Embree hands the context on to the filter. */
 struct probe {
     struct RTCIntersectContext context;
     struct met *met;
+    bool clear_only; /* frosted glass stops the ray */
 };
 
 enum { RAY_FAR = 8 }; /* of one ray: the fields of struct RTCRay in order */
@@ -47,9 +52,16 @@ static void pass_glass(const struct RTCFilterFunctionNArguments *args)
 {
     const struct mesh_view *mesh = args->geometryUserPtr;
     const float *ray = (const float *)args->ray;
-    struct met *met = ((struct probe *)(void *)args->context)->met;
-    if (!mesh->material->transmissive && !mesh->material->translucent) return;
-    if (met->count < SURFACES) met->distance[met->count] = ray[RAY_FAR];
+    const struct probe *probe = (const struct probe *)(const void *)args->context;
+    const struct material *m = mesh->material;
+    struct met *met = probe->met;
+    if (!m->transmissive && !m->translucent) return;
+    const bool frosted = m->translucent || m->roughness > CLEAR_ROUGHNESS;
+    if (frosted && probe->clear_only) return;
+    if (met->count < SURFACES) {
+        met->distance[met->count] = ray[RAY_FAR];
+        met->frosted[met->count] = frosted;
+    }
     met->count++;
     args->valid[0] = 0;
 }
@@ -57,7 +69,7 @@ static void pass_glass(const struct RTCFilterFunctionNArguments *args)
 static void begin(const struct render_scene *scene, struct met *met, struct probe *out)
 {
     met->count = 0;
-    out->met = met;
+    *out = (struct probe){.met = met};
     rtcInitIntersectContext(&out->context);
     if (scene->has_glass) out->context.filter = pass_glass;
 }
@@ -67,6 +79,7 @@ bool glazing_sees(const struct render_scene *scene, struct RTCRay *ray, bool *th
     struct met met;
     struct probe probe;
     begin(scene, &met, &probe);
+    probe.clear_only = true;
     rtcOccluded1(scene->top, &probe.context, ray);
     *through = met.count > 0;
     return ray->tfar > 0.0f;
@@ -85,7 +98,8 @@ static void trace(const struct render_scene *scene, struct RTCRay *ray, struct m
 /* ---- lamps ---- */
 
 struct lamp {
-    float share, reach; /* of its rays that met glass, and how far from its middle they did */
+    float share, clear; /* of its rays that met glass, and clear glass alone */
+    float reach;        /* how far from its middle they did */
     uint32_t random;
 };
 
@@ -169,15 +183,32 @@ static struct RTCRay leave(const struct source *source, uint32_t *random)
                            .mask = UINT32_MAX};
 }
 
+static uint32_t noted(const struct met *met)
+{
+    return met->count < SURFACES ? met->count : SURFACES;
+}
+
+static float first_of(const struct met *met)
+{
+    float first = INFINITY;
+    for (uint32_t i = 0; i < noted(met); i++) first = fminf(first, met->distance[i]);
+    return first;
+}
+
+static bool is_clear(const struct met *met, float end)
+{
+    bool clear = true;
+    for (uint32_t i = 0; i < noted(met); i++) clear &= !(met->frosted[i] && met->distance[i] < end);
+    return clear;
+}
+
 /* Returns how far from the lamp's middle the glass around it ends, which the ray met first. */
 static float reach_of(const struct emitter_groups *g, uint32_t k, const struct RTCRay *ray,
                       const struct met *met)
 {
-    const uint32_t noted = met->count < SURFACES ? met->count : SURFACES;
-    float first = INFINITY, last = 0.0f;
-    for (uint32_t i = 0; i < noted; i++) first = fminf(first, met->distance[i]);
-    const float most = fminf(2.0f * first + g->radius[k], ray->tfar);
-    for (uint32_t i = 0; i < noted; i++)
+    const float most = fminf(2.0f * first_of(met) + g->radius[k], ray->tfar);
+    float last = 0.0f;
+    for (uint32_t i = 0; i < noted(met); i++)
         if (met->distance[i] <= most) last = fmaxf(last, met->distance[i]);
     const float x = ray->org_x + last * ray->dir_x - g->x[k];
     const float y = ray->org_y + last * ray->dir_y - g->y[k];
@@ -192,12 +223,11 @@ static struct lamp look(const struct render_scene *s, const struct source *sourc
     for (uint32_t i = 0; i < RAYS; i++) {
         struct RTCRay ray = leave(source, &lamp.random);
         struct met met;
-        float first = INFINITY;
         trace(s, &ray, &met);
-        for (uint32_t j = 0; j < met.count && j < SURFACES; j++)
-            first = fminf(first, met.distance[j]);
-        if (!(first < ray.tfar)) continue;
+        const bool clear = is_clear(&met, ray.tfar);
+        if (!(first_of(&met) < ray.tfar)) continue;
         lamp.share += 1.0f / (float)RAYS;
+        lamp.clear += clear ? 1.0f / (float)RAYS : 0.0f;
         lamp.reach = fmaxf(lamp.reach, reach_of(g, k, &ray, &met));
     }
     return lamp;
@@ -216,10 +246,10 @@ static uint32_t place_for(const struct emitter_groups *lamps, float power)
 static void keep(const struct emitter_groups *g, uint32_t k, const struct lamp *lamp,
                  struct emitter_groups *lamps)
 {
-    const float power = lamp->share * g->power[k];
-    const uint32_t at = place_for(lamps, power);
     const bool is_bulb = lamp->reach <= BULB_TIMES * g->radius[k];
-    if (lamp->share < SHARE_MIN || at == EMITTER_GROUPS) return;
+    const float share = is_bulb ? lamp->share : lamp->clear, power = share * g->power[k];
+    const uint32_t at = place_for(lamps, power);
+    if (share < SHARE_MIN || at == EMITTER_GROUPS) return;
     if (at == lamps->count) lamps->count++;
     lamps->power[at] = power;
     lamps->x[at] = g->x[k];
