@@ -176,6 +176,7 @@ static int open_jobs(struct coordinator *c, const struct coordinator_options *op
                                 .objects = &c->objects,
                                 .spools = options->ephemeral ? NULL : c->spools,
                                 .streams = c->streams,
+                                .unwatched = options->unwatched,
                                 .pool = c->pool,
                                 .import_program = options->directories->import};
     if (!error) error = jobs_create(&jobs, &c->jobs);

@@ -31,6 +31,7 @@ struct coordinator_options {
     unsigned pool_threads;     /* reconstruction and encoding */
     bool ephemeral; /* the data folder is removed when it ends: nothing waits for the disk, no tile
                        is kept for a restart */
+    bool unwatched; /* nobody looks at pictures in work (frame.h) */
 };
 
 /* Takes up unfinished jobs and listens. On failure nothing is left; *fault says what and why. */

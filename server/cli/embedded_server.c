@@ -40,9 +40,10 @@ _Noreturn static void become_server(const struct embedded_server *s, unsigned wo
     char worker_text[16], thread_text[16];
     snprintf(worker_text, sizeof worker_text, "%u", workers == EMBEDDED_SERVER_ALONE ? 0 : workers);
     snprintf(thread_text, sizeof thread_text, "%u", threads);
-    char *argv[14] = {"serve",       "--listen", "127.0.0.1:0",       "--data", (char *)s->data_dir,
-                      "--ephemeral", "--quiet",  "--exit-with-parent"};
-    int n_args = 8;
+    char *argv[14] = {"serve",       "--listen",          "127.0.0.1:0",
+                      "--data",      (char *)s->data_dir, "--ephemeral",
+                      "--unwatched", "--quiet",           "--exit-with-parent"};
+    int n_args = 9;
     if (workers > 0) {
         argv[n_args++] = "--workers";
         argv[n_args++] = worker_text;

@@ -80,7 +80,7 @@ static int serve(const struct coordinator_options *options)
 struct serve_choices {
     const char *listen, *data, *worker_listen, *web, *tokens, *cert, *key, *worker_key, *format,
         *webhook_hosts, *webhook_key;
-    bool with_parent, ephemeral, quiet;
+    bool with_parent, ephemeral, unwatched, quiet;
     long tenant_jobs, tenant_assets_mib, threads, workers, feed_mb_per_s, stream_share;
 };
 
@@ -142,6 +142,9 @@ static int parse(struct serve_choices *o, int argc, char **argv)
         {"quiet", 'q', OPTION_FLAG, NULL, "log errors only", 0, 0, &o->quiet},
         {"ephemeral", 0, OPTION_FLAG, NULL,
          "temporary data directory: skip fsync, keep no tiles for a restart", 0, 0, &o->ephemeral},
+        {"unwatched", 0, OPTION_FLAG, NULL,
+         "nobody looks at pictures in work: draw each part once, with all its samples", 0, 0,
+         &o->unwatched},
         {"exit-with-parent", 0, OPTION_FLAG, NULL, "stop when the parent process ends", 0, 0,
          &o->with_parent},
     };
@@ -214,7 +217,8 @@ int cli_serve(int argc, char **argv)
                                                 .workers = (unsigned)o.workers,
                                                 .worker_threads = (unsigned)o.threads,
                                                 .pool_threads = (unsigned)cores,
-                                                .ephemeral = o.ephemeral};
+                                                .ephemeral = o.ephemeral,
+                                                .unwatched = o.unwatched};
     status = serve(&options);
     directories_leave(&directories);
     log_end(&server_log);

@@ -268,14 +268,36 @@ void film_hold(struct film *film, bool held)
     film->held = held;
 }
 
+void film_tell_time(struct film *film, uint64_t now_us)
+{
+    film->now_us = now_us;
+}
+
+void film_rest(struct film *film, uint32_t block, uint64_t until_us)
+{
+    assert(block < film->block_count);
+    film->blocks[block].rests_until = until_us;
+}
+
+/* Returns whether a block has all samples of this round. */
+static bool is_last_time(const struct film *film, const struct film_block *b)
+{
+    return film->more || b->round == film->pass_count;
+}
+
 bool film_next_ready(struct film *film, uint32_t *block)
 {
     while (film->ready_held > 0 && !film->held) {
         *block = film->ready[film->ready_first];
         film->ready_first = (film->ready_first + 1) % film->block_count;
         film->ready_held--;
+        struct film_block *b = &film->blocks[*block];
+        if (film->now_us < b->rests_until && !is_last_time(film, b)) {
+            b->state = BLOCK_IDLE;
+            continue;
+        }
         const bool held = has_pending(film, *block);
-        film->blocks[*block].state = held ? BLOCK_HELD : BLOCK_OUT;
+        b->state = held ? BLOCK_HELD : BLOCK_OUT;
         if (held) continue;
         each_tile(film, *block, begin_reading);
         return true;
@@ -315,7 +337,7 @@ bool film_block_done(struct film *film, uint32_t block)
 {
     struct film_block *b = &film->blocks[block];
     assert(block < film->block_count && b->state == BLOCK_OUT);
-    const bool last = film->more || b->round == film->pass_count;
+    const bool last = is_last_time(film, b);
     b->state = last ? BLOCK_DONE : BLOCK_IDLE;
     each_tile(film, block, end_reading);
     if (!last) return false;

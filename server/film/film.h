@@ -14,6 +14,10 @@
  * tiles a block is reconstructed a last time, with all samples. Then it releases its tiles, and a
  * tile without a reading block is freed.
  *
+ * A picture that forms costs a filter's time for each time that a block is drawn. So a block may
+ * rest: times before its last that would come while it does are left out, and the next pass brings
+ * it again. What the last time reads does not depend on that.
+ *
  * Under a plan with rounds the schedule is the first round: blocks keep their tiles, and when all
  * blocks are settled, tiles may be asked for further passes. A block is then reconstructed once a
  * round, when all its tiles have the passes asked for; blocks without such tiles are settled as
@@ -55,7 +59,13 @@ void film_release(struct film *film);
 /* Holds all blocks back, or hands them out from now on. Held blocks keep their tiles. */
 void film_hold(struct film *film, bool held);
 
-/* Takes the next ready block. Returns false if there is none. It is out until film_block_done. */
+/* Tells the film the time, of any clock. It is 0 until then. */
+void film_tell_time(struct film *film, uint64_t now_us);
+/* Lets a block rest until then on this clock. Its last time, in each round, is never left out. */
+void film_rest(struct film *film, uint32_t block, uint64_t until_us);
+
+/* Takes the next ready block that does not rest. Returns false if there is none. It is out until
+ * film_block_done. */
 bool film_next_ready(struct film *film, uint32_t *block);
 struct rect film_block_rect(const struct film *film, uint32_t block);
 uint32_t film_block_count(const struct film *film);

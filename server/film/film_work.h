@@ -23,7 +23,8 @@ struct film_tile {
 };
 
 /* idle -> queued -> out -> idle, until its last time. A held block was to go out, but one of its
- * tiles has a pending pass; it is queued again when that is merged. */
+ * tiles has a pending pass; it is queued again when that is merged. One that rests goes from queued
+ * to idle. */
 enum block_state { BLOCK_IDLE, BLOCK_QUEUED, BLOCK_HELD, BLOCK_OUT, BLOCK_DONE };
 
 struct film_block {
@@ -31,6 +32,7 @@ struct film_block {
     uint32_t round;         /* passes of the schedule that all its tiles have */
     uint32_t tiles_missing; /* tiles that have no more than these; after the schedule: that are
                                short of their goals */
+    uint64_t rests_until;   /* on the film's clock, but for its last time */
 };
 
 struct film {
@@ -50,6 +52,7 @@ struct film {
     uint32_t *ready;                  /* owned; a ring: blocks in the order of becoming ready */
     uint32_t ready_first, ready_held; /* at most block_count: each block is in it once */
     uint64_t bytes, pending;
+    uint64_t now_us;
 };
 
 /* Returns the half-open range of columns and rows, of tiles or blocks, that an area touches. */

@@ -61,6 +61,7 @@ static int start_work(struct active_job *job, struct active_frame *frame, struct
         .scratch = jobs->scratch,
         .objects = jobs->options.objects,
         .spools = job->view ? NULL : jobs->options.spools, /* views come and go */
+        .unwatched = jobs->options.unwatched,
         .kept = job->view != NULL,
         .counted = frame->shelved ? frame->shelved->passes : NULL,
         .recalled = frame->recalled,

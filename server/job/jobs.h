@@ -37,6 +37,7 @@ struct jobs_options {
     struct thread_pool *pool;   /* reconstruction and encoding */
     const char *import_program; /* path of shearwater-import */
     struct webhooks *webhooks;  /* tells of the ends of jobs; NULL: nobody */
+    bool unwatched;             /* nobody looks at pictures in work (frame.h) */
     size_t tenant_jobs_max;     /* of active jobs, of each tenant; 0: no quota */
     uint64_t live_idle_ms;      /* without a move, until a resting live job ends */
 };

@@ -60,7 +60,8 @@ struct frame_options {
     const struct objects *objects;
     struct spools *spools;  /* where its tiles are kept until it has its files; NULL: nowhere */
     char job[JOB_ID_BYTES]; /* its name there, with the number */
-    bool kept;              /* its files are not made when it is complete, but by frame_store */
+    bool unwatched; /* nobody looks while it forms: blocks are drawn when they have all samples */
+    bool kept;      /* its files are not made when it is complete, but by frame_store */
     /* How many passes of each tile count already when the spool has them (shelved_frame.h). It is
      * borrowed until the frame is dropped; NULL: none. */
     const uint32_t *counted;

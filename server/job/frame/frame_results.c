@@ -151,10 +151,13 @@ int frame_submit_ready(struct frame *f)
     uint32_t block;
     int error = 0;
     /* A frame that waited for others has all blocks at once: some at a time spare the pool. */
-    for (uint32_t view = 0; view < plan_views(&f->plan); view++)
+    for (uint32_t view = 0; view < plan_views(&f->plan); view++) {
+        struct film *film = f->views[view].film;
+        film_tell_time(film, frame_clock_us());
         while (!error && !(frame_has_neighbours(f) && f->blocks_out > frame_blocks_out_max(f)) &&
-               film_next_ready(f->views[view].film, &block))
+               film_next_ready(film, &block))
             error = submit_block(f, view, block);
+    }
     return error;
 }
 
@@ -184,7 +187,7 @@ static void block_over(struct frame *f, const struct block_task *t)
         return;
     }
     copy_pixels(t, f->views[t->view].image);
-    frame_views_drawn(f, t->view, t->block);
+    frame_views_drawn(f, t->view, t->block, t->task.cpu_us);
     f->blocks_drawn++;
     if (frame_has_target(f)) frame_target_keep(f, t->rect, &t->measure);
     if (t->strata_maps) frame_adaptive_keep(f, t->block, t->strata_maps, t->measured);

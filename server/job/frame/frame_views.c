@@ -5,6 +5,24 @@
 #include "server/job/frame/frame_work.h"
 #include "server/reconstruct/compose/catcher.h"
 
+/* A block is not drawn again sooner, but for its last time, nor while the pool could draw all
+ * blocks as often: so what forms is seen soon, and takes a tenth of the pool's time at most. */
+#define REST_US    1000000
+#define REST_TIMES 10
+
+static uint64_t rest_us(const struct frame *f, uint64_t cpu_us)
+{
+    const uint64_t blocks = (uint64_t)film_block_count(f->film) * plan_views(&f->plan);
+    const uint64_t us = REST_TIMES * cpu_us * blocks / thread_pool_threads(f->options.pool);
+    return us > REST_US ? us : REST_US;
+}
+
+/* Of a frame that nobody watches, no block is drawn before its last time. */
+static void rest_all(struct film *film)
+{
+    for (uint32_t i = 0; i < film_block_count(film); i++) film_rest(film, i, UINT64_MAX);
+}
+
 int frame_views_create(struct frame *f)
 {
     const int32_t width = f->plan.width_px, height = f->plan.height_px;
@@ -16,6 +34,7 @@ int frame_views_create(struct frame *f)
         error = film_create(&f->view_plan, f->block_px, block_core_px(&f->view_plan),
                             block_halo_px(&f->view_plan), &view->film);
         if (!error) film_gather_in(view->film, f->scratch);
+        if (!error && f->options.unwatched) rest_all(view->film);
         if (!error) error = image_create(layers, width, height, &view->image);
     }
     f->film = f->views[0].film;
@@ -85,10 +104,12 @@ void frame_views_compose(struct frame *f, struct rect rect)
 }
 
 /* Until a block has both, one of them alone would tell of no change. */
-void frame_views_drawn(struct frame *f, uint32_t view, uint32_t block)
+void frame_views_drawn(struct frame *f, uint32_t view, uint32_t block, uint64_t cpu_us)
 {
     static const uint8_t both = 1u << PLAN_VIEW_WITH | 1u << PLAN_VIEW_WITHOUT;
     const struct rect rect = film_block_rect(f->film, block);
+    if (!f->options.unwatched)
+        film_rest(f->views[view].film, block, frame_clock_us() + rest_us(f, cpu_us));
     if (!f->plan.composite) return;
     f->block_views[block] |= (uint8_t)(1u << view);
     if (view == PLAN_VIEW_OBJECTS || (f->block_views[block] & both) == both)

@@ -207,8 +207,9 @@ bool frame_films_complete(const struct frame *f);
 bool frame_view_is_of_surfaces(const struct frame *f, uint32_t view);
 /* Composes what the views show (catcher.h). */
 void frame_views_compose(struct frame *f, struct rect rect);
-/* Notes that a block was drawn of a view, and composes it. */
-void frame_views_drawn(struct frame *f, uint32_t view, uint32_t block);
+/* Notes that a block was drawn of a view, and composes it. Then the block rests, as its task took
+ * cpu_us. */
+void frame_views_drawn(struct frame *f, uint32_t view, uint32_t block, uint64_t cpu_us);
 
 /* -- frame_neighbours.c: frames that are drawn with samples of others -- */
 

@@ -64,6 +64,7 @@ struct story {
     uint32_t next[256];  /* pass of each tile */
     uint32_t drawn[256]; /* times, of each block */
     uint32_t out[8], out_count;
+    uint64_t now_us;
 };
 
 static void land_any(struct story *s)
@@ -89,6 +90,8 @@ static void finish_any(struct story *s)
     s->drawn[block]++;
     s->out[at] = s->out[--s->out_count];
     assert_int_equal(film_block_done(s->film, block), least == s->passes);
+    film_rest(s->film, block,
+              s->now_us + next_random(40)); /* some until a later pass, or the last */
 }
 
 static void tell_story(int32_t width, int32_t height, int32_t tile_px, int32_t block_px,
@@ -105,6 +108,7 @@ static void tell_story(int32_t width, int32_t height, int32_t tile_px, int32_t b
     while (!film_complete(s.film)) {
         const uint32_t what = next_random(8);
         uint32_t block;
+        film_tell_time(s.film, s.now_us++);
         if (what < 4)
             land_any(&s);
         else if (what < 6 && s.out_count < 8 && film_next_ready(s.film, &block))
@@ -196,6 +200,42 @@ TEST(waiting_passes_come_soon)
     land(film, &plan, 0, 0);
     assert_true(film_next_ready(film, &first));
     land(film, &plan, 0, 1);
+    film_destroy(&film);
+}
+
+/* Draws while a block rests are left out, its last one never. */
+TEST(blocks_rest_until_their_last_time)
+{
+    struct plan plan;
+    struct film *film;
+    struct patch *patch;
+    uint32_t block;
+    synthetic_paths_plan(&plan, 8, 8, 8, 150);
+    const uint32_t passes = plan_pass_count(&plan);
+    assert_int_equal(passes, 5);
+    assert_int_equal(film_create(&plan, 8, 0, 0, &film), 0);
+    land(film, &plan, 0, 0);
+    assert_true(film_next_ready(film, &block)); /* the first comes at once */
+    assert_false(film_block_done(film, block));
+    film_rest(film, block, 1000);
+    film_tell_time(film, 999);
+    land(film, &plan, 0, 1);
+    assert_false(film_next_ready(film, &block));
+    film_tell_time(film, 1000);
+    assert_false(film_next_ready(film, &block)); /* it waits for a further pass */
+    land(film, &plan, 0, 2);
+    assert_true(film_next_ready(film, &block));
+    film_rest(film, block, UINT64_MAX);
+    land(film, &plan, 0, 3); /* pending */
+    assert_false(film_block_done(film, block));
+    assert_false(film_next_ready(film, &block));
+    assert_false(film_complete(film));
+    land(film, &plan, 0, 4);
+    assert_true(film_next_ready(film, &block));
+    assert_int_equal(film_gather(film, block, &patch), 0);
+    assert_int_equal(check_patch(&plan, patch), passes);
+    patch_destroy(&patch);
+    assert_true(film_block_done(film, block) && film_complete(film));
     film_destroy(&film);
 }
 

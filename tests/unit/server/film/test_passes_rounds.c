@@ -95,6 +95,8 @@ TEST(rounds_settle_blocks_again)
     more[0] = 0;
     more[5] = 1; /* all four read it */
     film_begin_round(film, more);
+    for (block = 0; block < 4; block++)
+        film_rest(film, block, UINT64_MAX); /* each is drawn once a round */
     const struct plan_pass d = {1, 9, 4, 2, NULL, NULL};
     land_pass(film, &plan, 5, &d);
     assert_int_equal(settle(film), 4);
