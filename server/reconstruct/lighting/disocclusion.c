@@ -76,13 +76,19 @@ struct relation {
     float cosine, from, own;
 };
 
+static float cosine_of(const float normal[3], const float facing[3])
+{
+    float cosine = 0.0f;
+    for (int c = 0; c < 3; c++) cosine += facing[c] * normal[c];
+    return cosine;
+}
+
 static struct relation relate(const float point[3], const float normal[3], const float at[3],
                               const float facing[3])
 {
-    struct relation r = {0};
+    struct relation r = {.cosine = cosine_of(normal, facing)};
     for (int c = 0; c < 3; c++) {
         const float away = at[c] - point[c];
-        r.cosine += facing[c] * normal[c];
         r.from += away * normal[c];
         r.own += away * facing[c];
     }
@@ -175,6 +181,7 @@ static void add_cell(const struct disocclusion *d, const struct disocclusion_spo
 {
     for (uint32_t k = d->first[cell]; k != NOWHERE; k = d->spots[k].next) {
         const struct disocclusion_spot *s = &d->spots[k];
+        if (s != own && cosine_of(own->normal, s->normal) <= COSINE_ABOUT) continue;
         const struct relation r = relate(own->point, own->normal, s->point, s->normal);
         const bool same = s == own || is_same(r, own->off);
         const float alike = same ? 1.0f : about(r, own->off);
