@@ -4,10 +4,12 @@
 
 #include "proto/samples.h"
 
-/* Of lights' strata and of bounce rays. What a layer beside paths has of them changes nothing. */
+/* Of lights' strata and of bounce rays that bring light: what layers have of them changes nothing.
+ */
 static uint32_t most_strata(const struct plan *plan)
 {
-    const uint32_t bounces = plan->indirect_strata_per_axis;
+    const bool lit = plan->planes & PLANES_BOUNCE_LIGHT;
+    const uint32_t bounces = lit ? plan->indirect_strata_per_axis : 0;
     uint32_t l = plan->field_halved ? (bounces + 1) / 2 : bounces; /* a quarter have rays */
     if (plan->paths.spp > 0) return MIXED_SAMPLES_A_PATH * plan->paths.spp;
     for (uint32_t k = 0; k < plan->light_count; k++)

@@ -147,7 +147,7 @@ uint32_t samples_type_bytes(enum samples_type type);
     (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(INDIRECT_STRATA))
 #define PLANES_BOUNCE_RAYS                                                                         \
     (PLANES_BOUNCE_LIGHT | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY) |        \
-     PLANE_BIT(BOUNCE_DISTANCE_MAX))
+     PLANE_BIT(BOUNCE_DISTANCE_MAX) | PLANE_BIT(AMBIENT_DISTANCE_MIN))
 
 /* Planes of glossy lobes: what their rays bring, and all. */
 #define PLANES_GLOSSY_LIGHT                                                                        \

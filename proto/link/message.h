@@ -11,7 +11,7 @@
 #include "proto/plan.h"
 #include "proto/tile.h"
 
-#define PROTOCOL_VERSION 23u
+#define PROTOCOL_VERSION 24u
 
 enum message_type {
 #define MESSAGE(name, number, type, sender, text) MESSAGE_##name = (number),

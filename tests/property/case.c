@@ -12,6 +12,8 @@ const char *const case_indirects[] = {"auto",  "average", "constant", "linear",
 const char *const case_glossies[] = {"auto", "average",    "virtual_hit", "bandlimit",
                                      "sg",   "sg_mixture", "asg",         NULL};
 const char *const case_lenses[] = {"auto", "average", "axis_aligned", "sheared", NULL};
+const char *const case_environments[] = {"auto", "average", "axis_aligned", NULL};
+const char *const case_residuals[] = {"auto", "none", "halves", NULL};
 
 static double on_grid(double v)
 {
@@ -162,6 +164,14 @@ static void draw_rounds(struct random *r, struct property_case *c)
     }
 }
 
+/* Where light comes along paths and not by fields, or the other way round, or by fewer rays. */
+static void draw_division(struct random *r, struct property_case *c)
+{
+    if (one_in(r, 3)) c->environment_filter = below(r, names(case_environments));
+    if (one_in(r, 3)) c->residual = below(r, names(case_residuals));
+    c->halved = one_in(r, 3);
+}
+
 void case_draw(uint64_t seed, struct property_case *out)
 {
     /* Streams of seeds that follow one another must not be one stream, shifted. */
@@ -194,4 +204,5 @@ void case_draw(uint64_t seed, struct property_case *out)
     draw_dresses(&r, out);
     out->orthographic = one_in(&r, 6);
     out->tent = one_in(&r, 10);
+    draw_division(&r, out);
 }

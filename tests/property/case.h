@@ -82,6 +82,8 @@ struct case_light {
 struct property_case {
     int width, height, tile, block; /* pixels; block a multiple of 32 */
     int spp, bounces, method, indirect, glossy, lens_filter;
+    int environment_filter, residual;
+    int halved;          /* 1: light fields at half resolution */
     double mu;           /* of adaptive sampling, among others; 0: 1 */
     double error;        /* the target that sampling goes on to; 0: none */
     int most;            /* samples of a pixel, under a target and adaptive sampling; 0: not said */
@@ -106,7 +108,7 @@ enum { CASE_AVERAGE = 3, CASE_INDIRECT_SHEARED = 5, CASE_ADAPTIVE = 6, CASE_LENS
 
 /* Names of job documents, by the numbers in a case; ended by NULL. */
 extern const char *const case_methods[], *const case_indirects[], *const case_glossies[],
-                                                                      *const case_lenses[];
+    *const case_lenses[], *const case_environments[], *const case_residuals[];
 
 void case_draw(uint64_t seed, struct property_case *out);
 

@@ -68,6 +68,18 @@ static void lens_auto(struct property_case *c)
 {
     c->lens_filter = 0;
 }
+static void sky_auto(struct property_case *c)
+{
+    c->environment_filter = 0;
+}
+static void residual_auto(struct property_case *c)
+{
+    c->residual = 0;
+}
+static void whole_fields(struct property_case *c)
+{
+    c->halved = 0;
+}
 static void no_rounds(struct property_case *c)
 {
     c->mu = c->error = 0, c->most = c->lens_second_set = 0;
@@ -130,7 +142,8 @@ static change *const changes[] = {
     no_blades,  no_environment, no_occlusion,   no_bounce,     one_bounce,   no_filter,
     average,    indirect_auto,  glossy_auto,    picture_alone, lens_auto,    plain_cut,
     one_pixel,  half_width,     half_height,    one_sample,    four_samples, first_seed,
-    plain_view, no_map,         no_tent,        perspective};
+    plain_view, no_map,         no_tent,        perspective,   sky_auto,
+    residual_auto, whole_fields};
 enum { CHANGES = sizeof changes / sizeof changes[0], OF_BODY = 9, OF_LIGHT = 5 };
 
 /* Coarser by a factor of eight at a time. */

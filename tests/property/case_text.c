@@ -31,6 +31,9 @@ void case_write(const struct property_case *c, FILE *out)
             c->occlusion);
     fprintf(out, "filter %s %s %s %s\n", case_methods[c->method], case_indirects[c->indirect],
             case_glossies[c->glossy], case_lenses[c->lens_filter]);
+    if (c->environment_filter || c->residual || c->halved)
+        fprintf(out, "division environment %s residual %s halved %d\n",
+                case_environments[c->environment_filter], case_residuals[c->residual], c->halved);
     fprintf(out, "rounds mu %.17g target %.17g most %d lens %d\n", c->mu, c->error, c->most,
             c->lens_second_set);
     fprintf(out, "camera %.17g %.17g %.17g to %.17g %.17g %.17g fov %.17g\n", c->eye[0], c->eye[1],
@@ -70,6 +73,17 @@ static bool read_filter(const char *line, struct property_case *c)
     c->glossy = number_of(case_glossies, name[2]);
     c->lens_filter = number_of(case_lenses, name[3]);
     return c->method >= 0 && c->indirect >= 0 && c->glossy >= 0 && c->lens_filter >= 0;
+}
+
+static bool read_division(const char *line, struct property_case *c)
+{
+    char environment[24], residual[24];
+    if (sscanf(line, "division environment %23s residual %23s halved %d", environment, residual,
+               &c->halved) != 3)
+        return false;
+    c->environment_filter = number_of(case_environments, environment);
+    c->residual = number_of(case_residuals, residual);
+    return c->environment_filter >= 0 && c->residual >= 0;
 }
 
 static bool read_body(const char *line, struct property_case *c)
@@ -127,7 +141,7 @@ static bool read_line(const char *line, struct property_case *c)
                   &c->block, &c->layers) == 5 ||
            sscanf(line, "samples %d seed %u bounces %d occlusion %lf", &c->spp, &c->seed,
                   &c->bounces, &c->occlusion) == 4 ||
-           read_filter(line, c) ||
+           read_filter(line, c) || read_division(line, c) ||
            sscanf(line, "rounds mu %lf target %lf most %d lens %d", &c->mu, &c->error, &c->most,
                   &c->lens_second_set) == 4 ||
            sscanf(line, "camera %lf %lf %lf to %lf %lf %lf fov %lf", &c->eye[0], &c->eye[1],

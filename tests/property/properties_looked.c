@@ -64,12 +64,11 @@ static enum property_result look(const struct property_case *c, const char *laye
 }
 
 /* The sheared filter of indirect light and averages of area lights know no errors; plans say what
- * they take in their place. Surfaces that reflect nothing have bounce rays for the sake of
- * occlusion, which filters of light read, too. */
+ * they take in their place. */
 static bool is_exempt(const struct property_case *c, const char *layer)
 {
     const bool unknown = c->indirect == CASE_INDIRECT_SHEARED || c->method == CASE_AVERAGE;
-    return (!strcmp(layer, "error") && unknown) || !strcmp(layer, "occlusion");
+    return !strcmp(layer, "error") && unknown;
 }
 
 /* Through a lens paths alone give some layers, and then make the picture, too. */

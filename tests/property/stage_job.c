@@ -132,6 +132,22 @@ static const char *filter_name(const struct change *change, const char *const *n
     return change->unfiltered ? "average" : names[number];
 }
 
+/* Averages have neither a residual filter nor one of the sky; nor has what further rounds are
+ * compared with. */
+static void set_division(const struct property_case *c, const struct change *change, json_t *job)
+{
+    json_t *sampling = json_object_get(job, "sampling"), *filter = json_object_get(job, "filter");
+    const bool averaged = change->unfiltered || change->one_round;
+    if (c->residual)
+        json_object_set_new(filter, "residual",
+                            json_string(averaged ? "none" : case_residuals[c->residual]));
+    if (c->environment_filter)
+        json_object_set_new(
+            filter, "environment",
+            json_string(averaged ? "average" : case_environments[c->environment_filter]));
+    if (c->halved && !averaged) json_object_set_new(sampling, "field_scale", json_real(0.5));
+}
+
 /* What further samples are dealt by. */
 static void set_rounds(const struct property_case *c, const struct change *change, json_t *job)
 {
@@ -164,6 +180,7 @@ char *stage_job(const struct property_case *c, const struct change *change)
         "tile_px", c->tile, "filter", "method", method_name(c, change), "indirect",
         indirect_name(c, change), "glossy", filter_name(change, case_glossies, c->glossy), "lens",
         filter_name(change, case_lenses, c->lens_filter), "layers", layers_of(c, change));
+    set_division(c, change, job);
     set_rounds(c, change, job);
     if (c->focus > 0)
         json_object_set_new(job, "lens",

@@ -214,16 +214,22 @@ static void trace_lights(struct tile_tracer *t, const struct plan *plan, struct 
 }
 
 /* The field of indirect light. How open the surroundings are does not depend on a surface's colour:
- * where that is asked for, rays leave black ones too, and filters need not mind the difference. */
+ * where that is asked for, rays leave black ones too, but bring these no light, so that the picture
+ * stays as it is. */
 static void trace_bounces(struct tile_tracer *t, const struct stages *stages,
                           const struct plan *plan, struct samples *samples,
                           struct counters *counters)
 {
     const uint64_t l = stages->field.strata;
-    if (plan->planes >> PLANE_AMBIENT_VISIBILITY & 1) t->bouncing = t->centre.surface.hit;
-    choose(t, l * l, &t->bouncing, counters);
-    if (lanes_count(&t->bouncing) > 0)
-        indirect_trace(&stages->field, &t->block, &t->centre, &t->bouncing,
+    const bool looks = plan->planes >> PLANE_AMBIENT_VISIBILITY & 1;
+    const bool lights = plan->planes & PLANES_BOUNCE_LIGHT;
+    struct bounce_lanes lanes = {.lit = t->bouncing};
+    if (looks && !lights) lanes.lit = t->centre.surface.hit;
+    for (int i = 0; i < LANES && looks && lights; i++)
+        lanes.looking.on[i] = t->centre.surface.hit.on[i] & t->block.kept.on[i] & ~lanes.lit.on[i];
+    choose(t, looks ? 0 : l * l, &lanes.lit, counters);
+    if (lanes_count(&lanes.lit) + lanes_count(&lanes.looking) > 0)
+        indirect_trace(&stages->field, &t->block, &t->centre, &lanes,
                        plan->field_halved ? &t->half : NULL, &t->indirect, &t->path, samples);
 }
 
@@ -263,9 +269,10 @@ static void trace_second_set(struct tile_tracer *t, const struct stages *stages,
     primary_trace(&t->queries, plan, b, t->seen, &t->centre.surface);
     resolve_centre(t, stages);
     counters->value[COUNTER_RAYS_PRIMARY] += lanes_count(&b->kept);
-    for (int i = 0; i < LANES; i++) t->bouncing.on[i] = asked.on[i] & t->centre.surface.hit.on[i];
-    if (lanes_count(&t->bouncing) > 0)
-        indirect_trace(&stages->field, b, &t->centre, &t->bouncing, NULL, &t->indirect, &t->path,
+    struct bounce_lanes lanes = {.lit = asked};
+    for (int i = 0; i < LANES; i++) lanes.lit.on[i] &= t->centre.surface.hit.on[i];
+    if (lanes_count(&lanes.lit) > 0)
+        indirect_trace(&stages->field, b, &t->centre, &lanes, NULL, &t->indirect, &t->path,
                        samples);
     if (lanes_count(&lobed) > 0) trace_glossy(t, stages, &lobed, NULL, samples);
 }

@@ -181,7 +181,7 @@ static void choose_beside(const struct job *job, const struct plan *plan, const 
         choose_paths(job, enough_paths, enough_paths, enough_paths, report);
         return;
     }
-    report->whole_paths = does_without_fields(job, plan, report, enough_paths);
+    report->whole_paths = !indirect || does_without_fields(job, plan, report, enough_paths);
     if (report->whole_paths && !occlusion) {
         plan_skip(report, "light fields of lights", "%s", why);
         choose_paths(job, enough_paths, enough_paths, enough_paths, report);

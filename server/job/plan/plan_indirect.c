@@ -144,6 +144,16 @@ static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_
             first);
 }
 
+/* Occlusion has rays where indirect light has none, and looking at it must not change the light. */
+static void plan_ambient_distance(struct plan *plan, struct plan_report *report)
+{
+    const uint64_t both = PLANE_BIT(AMBIENT_VISIBILITY) | PLANE_BIT(BOUNCE_DISTANCE_MIN);
+    if ((plan->planes & both) == both && (plan->planes & PLANES_BOUNCE_LIGHT))
+        plan->planes |= PLANE_BIT(AMBIENT_DISTANCE_MIN);
+    else
+        plan_skip(report, "plane ambient_distance_min", "no filter of this plan reads it");
+}
+
 static void plan_filter_planes(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     plan->indirect_filter = plan_choose_indirect_filter(job, plan, report->indirect_filter_why);
@@ -171,6 +181,7 @@ static void plan_filter_planes(const struct job *job, struct plan *plan, struct 
         plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MIN);
     else
         plan_skip(report, "plane bounce_distance_min", "no filter of this plan reads it");
+    plan_ambient_distance(plan, report);
 }
 
 /* Single rays for the filter that reads them, else means, and halves that tell of their error. What

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/runtime/clock.h"
+#include "server/reconstruct/indirect/occlusion.h"
 #include "server/reconstruct/indirect/v_plane_filter.h"
 #include "server/reconstruct/shadow/shadow_error.h"
 
@@ -194,7 +195,6 @@ static void measure(const struct plan *plan, const struct patch *patch, const st
     }
     for (int c = 0; c < 3 && (patch->indirect[0] || in_parts); c++)
         add_channel(m, patch->indirect[0] ? patch->indirect[c] : mean[c], out->indirect[c]);
-    if (patch->ambient_visibility) add_channel(m, patch->ambient_visibility, out->visibility);
 }
 
 /* Takes one half of each pixel's samples, alternating like a chessboard. The bias of the split
@@ -257,16 +257,17 @@ static int filter_indirect(const struct plan *plan, const struct patch *patch, s
     float *width_px = memory + 3 * area;
     measure(plan, patch, out, memory, &m);
     const bool sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED && patch->indirect_strata;
-    if (sheared) {
-        error = v_plane_filter(plan, patch, lit, out->indirect, width_px, statistics);
-        if (!error) widen_rows(patch, lit, width_px, out->width_px);
-    }
+    const bool light = sheared || m.count > 0;
+    if (sheared) error = v_plane_filter(plan, patch, lit, out->indirect, width_px, statistics);
     if (!error && halves)
         error = filter_halves(plan, patch, lit, &m, memory + 4 * area, width_px, out, statistics);
     else if (!error && m.count > 0)
-        error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px,
-                                sheared ? &again : statistics);
-    if (!error && m.count > 0) widen_rows(patch, lit, width_px, out->width_px);
+        error = indirect_filter(plan, patch, lit, m.count, m.in, m.out, width_px, statistics);
+    if (!error && patch->ambient_visibility)
+        error = occlusion_filter(plan, patch, lit, out->visibility, light ? NULL : width_px,
+                                 light ? &again : statistics);
+    if (!error && (light || patch->ambient_visibility))
+        widen_rows(patch, lit, width_px, out->width_px);
     scratch_give(patch->scratch, memory);
     return error;
 }

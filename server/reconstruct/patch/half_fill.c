@@ -80,6 +80,16 @@ static void take_half(struct patch *p, int32_t x, int32_t y)
     }
 }
 
+/* Black pixels have rays of their own that look around. */
+static void fill_occlusion(struct patch *p, size_t i, const struct nodes *n)
+{
+    if (p->ambient_distance_min) {
+        if (p->ambient_distance_min[i] > 0.0f) return;
+        p->ambient_distance_min[i] = p->bounce_distance_min[i];
+    }
+    if (p->ambient_visibility) p->ambient_visibility[i] = mean(n, p->ambient_visibility);
+}
+
 static void fill_bounces(const struct filling *f, size_t i, const struct nodes *n)
 {
     struct patch *p = f->patch;
@@ -91,7 +101,7 @@ static void fill_bounces(const struct filling *f, size_t i, const struct nodes *
     for (int c = 0; c < 3 && p->indirect[c]; c++) p->indirect[c][i] = mean(n, p->indirect[c]);
     for (int c = 0; c < 3 && p->indirect_even[c]; c++)
         p->indirect_even[c][i] = p->indirect_odd[c][i] = mean(n, p->indirect_even[c]);
-    if (p->ambient_visibility) p->ambient_visibility[i] = mean(n, p->ambient_visibility);
+    fill_occlusion(p, i, n);
 }
 
 /* -- glossy lobes -- */

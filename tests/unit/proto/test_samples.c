@@ -28,7 +28,7 @@ TEST(sizes_follow_the_formula)
 {
     const uint64_t spare = BIT(EMISSION) | BIT(INDIRECT_MEAN) | BIT(AMBIENT_VISIBILITY) |
                            BIT(BOUNCE_DISTANCE_MAX) | PLANES_GLOSSY | PLANES_LENS |
-                           BIT(GLOSSY_SPAN) | PLANES_MATTE;
+                           BIT(GLOSSY_SPAN) | PLANES_MATTE | BIT(AMBIENT_DISTANCE_MIN);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)), 76);
     assert_int_equal(bytes_per_pixel(spare | BIT(INDIRECT_HALVES)), 136);
     assert_true(bytes_per_pixel(spare | BIT(INDIRECT_STRATA)) < 80);

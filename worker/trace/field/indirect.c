@@ -13,7 +13,8 @@
 
 /* What one block's rays share. */
 struct bounce {
-    struct lanes_mask lit, counted; /* lanes to trace; of these, the tile's own */
+    struct bounce_lanes lanes;
+    struct lanes_mask counted; /* of the lanes to trace, the tile's own */
     struct lanes3 tangent, bitangent;
     const struct path_context *context;
     const struct block *block;
@@ -211,10 +212,8 @@ static void store_sample(const struct bounce *b, const struct field_sample *from
     for (uint32_t c = 0; c < 3; c++)
         block_store_half(b->block, planes[c], plan->radiance_scale,
                          samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + c));
-    for (int i = 0; i < LANES; i++) {
-        float met = from->distance[i];
-        distance[i] = met < INFINITY ? met : 0.0f;
-    }
+    for (int i = 0; i < LANES; i++)
+        distance[i] = from->distance[i] < INFINITY ? from->distance[i] : 0.0f;
     block_store_positive_half(b->block, distance, 1.0f / plan->length_unit,
                               samples_u16(samples, PLANE_INDIRECT_STRATA, 4 * sample + 3));
 }
@@ -247,19 +246,18 @@ static void deal_rays(struct bounce *b, const struct pattern *pattern, struct st
 }
 
 static void bounce_init(const struct path_context *c, const struct block *block,
-                        const struct path_vertex *from, const struct lanes_mask *lit,
+                        const struct path_vertex *from, const struct bounce_lanes *lanes,
                         struct indirect_scratch *s, struct bounce *b)
 {
     const struct plan *plan = c->plan;
     const struct pattern pattern = path_pass_pattern(c);
-    const uint32_t l = c->strata;
     b->context = c;
     b->block = block;
     b->from = from;
-    b->lit = *lit;
+    b->lanes = *lanes;
     b->pack = NULL;
     for (int i = 0; i < LANES; i++) {
-        b->counted.on[i] = lit->on[i] & block->kept.on[i];
+        b->counted.on[i] = lanes->lit.on[i] & block->kept.on[i];
         b->key[i] =
             path_field_key(path_key(pattern.seed, pattern.frame, block->x_px[i], block->y_px[i]));
     }
@@ -268,8 +266,8 @@ static void bounce_init(const struct path_context *c, const struct block *block,
     b->reach = b->light || !(plan->occlusion_distance > 0.0f) ? INFINITY : plan->occlusion_distance;
     indirect_tangents(&plan->camera, &from->surface.normal, &b->tangent, &b->bitangent);
     deal_rays(b, &pattern, &s->strata);
-    b->sheared =
-        plan->indirect_filter == INDIRECT_FILTER_SHEARED && l <= LIMIT_PLANE_STRATA_PER_AXIS;
+    b->sheared = plan->indirect_filter == INDIRECT_FILTER_SHEARED &&
+                 c->strata <= LIMIT_PLANE_STRATA_PER_AXIS;
     if (b->sheared) strata_of_plane(s);
     indirect_sums_clear(&s->sums);
 }
@@ -285,7 +283,8 @@ static void add_sample(const struct bounce *b, const struct path_radiance *h, ui
     field_pack_take(b->pack, h, first, part, &brought);
     reject(&brought.radiance, b->context->counters);
     indirect_sums_add(&brought, plan->occlusion_distance, field_of(s->strata.l, sample), &s->sums);
-    if (plan->planes >> PLANE_INDIRECT_STRATA & 1) store_sample(b, &brought, sample, samples);
+    if (b->light && (plan->planes >> PLANE_INDIRECT_STRATA & 1))
+        store_sample(b, &brought, sample, samples);
 }
 
 /* Rows first .. first + count - 1. */
@@ -367,21 +366,34 @@ static bool trace_half(struct bounce *b, struct half_field *half, struct indirec
 {
     const struct path_context *c = b->context;
     struct lanes_mask more;
-    half_field_init(b->block, &b->from->surface, &b->lit, half);
+    half_field_init(b->block, &b->from->surface, &b->lanes.lit, half);
     if (!trace_packed(b, &half->traced, s, paths, samples)) return false;
     half_field_refine(s->sums.nearest, c->strata, half, &more, c->counters);
-    b->lit = half->traced;
+    b->lanes.lit = half->traced;
     return trace_packed(b, &more, s, paths, samples);
 }
 
+/* Traces the lanes that only look around, nodes or not. */
+static bool look(const struct bounce *b, bool halved, struct indirect_scratch *s,
+                 struct path_scratch *paths, struct samples *samples)
+{
+    struct bounce looking = *b;
+    looking.counted = b->lanes.looking;
+    looking.light = false;
+    looking.most = b->context->strata * b->context->strata;
+    if (halved) return trace_packed(&looking, &looking.counted, s, paths, samples);
+    return lanes_count(&looking.counted) == 0 || trace_counted(&looking, s, paths, samples);
+}
+
 void indirect_trace(const struct path_context *c, const struct block *block,
-                    const struct path_vertex *from, const struct lanes_mask *lit,
+                    const struct path_vertex *from, const struct bounce_lanes *lanes,
                     struct half_field *half, struct indirect_scratch *s, struct path_scratch *paths,
                     struct samples *samples)
 {
     struct bounce b;
-    bounce_init(c, block, from, lit, s, &b);
+    bounce_init(c, block, from, lanes, s, &b);
     const bool done =
         half ? trace_half(&b, half, s, paths, samples) : trace_counted(&b, s, paths, samples);
-    if (done) indirect_sums_store(c->plan, block, &b.lit, b.rays, &s->sums, samples);
+    if (done && look(&b, half != NULL, s, paths, samples))
+        indirect_sums_store(c->plan, block, &b.lanes, b.rays, &s->sums, samples);
 }

@@ -56,15 +56,17 @@ static void store_radiance(const struct plan *plan, const struct block *block,
 }
 
 static void store_distances(const struct plan *plan, const struct block *block,
-                            const struct lanes_mask *lit, const uint32_t rays[LANES],
+                            const struct bounce_lanes *lanes, const uint32_t rays[LANES],
                             const struct indirect_sums *sums, struct samples *samples)
 {
-    _Alignas(LANES_ALIGN) float bounce_distance_min[LANES], far[LANES], open[LANES];
+    _Alignas(LANES_ALIGN) float bounce_distance_min[LANES], ambient[LANES], far[LANES], open[LANES];
+    const struct lanes_mask *lit = &lanes->lit, *looking = &lanes->looking;
     const float scale = 1.0f / plan->length_unit;
     for (int i = 0; i < LANES; i++) {
         const bool met = sums->nearest[i] < INFINITY;
         const float near = met ? block_distance(scale * sums->nearest[i]) : BOUNCE_DISTANCE_NONE;
         bounce_distance_min[i] = lit->on[i] ? near : 0.0f;
+        ambient[i] = lit->on[i] | looking->on[i] ? near : 0.0f;
         far[i] = lit->on[i] && met ? block_distance(scale * sums->farthest[i]) : 0.0f;
         open[i] = rays[i] > 0 ? sums->open[i] / (float)rays[i] : 0.0f;
     }
@@ -72,12 +74,14 @@ static void store_distances(const struct plan *plan, const struct block *block,
                               samples_u16(samples, PLANE_BOUNCE_DISTANCE_MIN, 0));
     block_store_positive_half(block, far, 1.0f, samples_u16(samples, PLANE_BOUNCE_DISTANCE_MAX, 0));
     block_store_half(block, open, 1.0f, samples_u16(samples, PLANE_AMBIENT_VISIBILITY, 0));
+    block_store_positive_half(block, ambient, 1.0f,
+                              samples_u16(samples, PLANE_AMBIENT_DISTANCE_MIN, 0));
 }
 
 void indirect_sums_store(const struct plan *plan, const struct block *block,
-                         const struct lanes_mask *lit, const uint32_t rays[LANES],
+                         const struct bounce_lanes *lanes, const uint32_t rays[LANES],
                          const struct indirect_sums *sums, struct samples *samples)
 {
     store_radiance(plan, block, rays, sums, samples);
-    store_distances(plan, block, lit, rays, sums, samples);
+    store_distances(plan, block, lanes, rays, sums, samples);
 }

@@ -105,12 +105,12 @@ static void trace_lobes(const struct shading *l)
 static void trace_light(const struct shading *l)
 {
     struct lone_scratch *s = l->scratch;
-    struct lanes_mask lit;
+    struct bounce_lanes lanes = {0};
     memset(s->samples->data, 0, s->samples->layout.total_bytes);
-    find_diffuse(s, &lit);
-    if (l->parts >> LONE_DIRECT & 1u) trace_lights(l, &lit);
-    if ((l->parts >> LONE_INDIRECT & 1u) && lanes_count(&lit) > 0)
-        indirect_trace(&l->context, &s->block, &s->vertex, &lit, NULL, l->tools->indirect,
+    find_diffuse(s, &lanes.lit);
+    if (l->parts >> LONE_DIRECT & 1u) trace_lights(l, &lanes.lit);
+    if ((l->parts >> LONE_INDIRECT & 1u) && lanes_count(&lanes.lit) > 0)
+        indirect_trace(&l->context, &s->block, &s->vertex, &lanes, NULL, l->tools->indirect,
                        l->tools->paths, s->samples);
     if (l->parts >> LONE_GLOSSY & 1u) trace_lobes(l);
 }

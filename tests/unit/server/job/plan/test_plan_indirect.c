@@ -150,7 +150,8 @@ TEST(shadows_beside_paths_are_not_filtered)
 TEST(layers_beside_paths_come_from_either)
 {
     static const struct {
-        uint32_t layer, planes;
+        uint32_t layer;
+        uint64_t planes;
     } cases[] = {
         {LAYER_DIRECT, BIT(PATH_DIRECT)},
         {LAYER_INDIRECT, BIT(PATH_INDIRECT)},
@@ -158,7 +159,7 @@ TEST(layers_beside_paths_come_from_either)
         {LAYER_ALBEDO, BIT(PATH_ALBEDO)},
         {LAYER_DIFFUSE_DIRECT, BIT(PATH_DIFFUSE_DIRECT)},
         {LAYER_DIFFUSE_INDIRECT, 0},
-        {LAYER_OCCLUSION, BIT(AMBIENT_VISIBILITY)},
+        {LAYER_OCCLUSION, BIT(AMBIENT_VISIBILITY) | BIT(AMBIENT_DISTANCE_MIN)},
         {LAYER_SAMPLES | LAYER_DEPTH | LAYER_NORMAL | LAYER_ID | LAYER_FILTER_WIDTH, 0},
     };
     struct stage *s = *state;

@@ -205,7 +205,9 @@ TEST(reports_filters_as_json)
     assert_int_equal(json_integer_value(json_object_get(samples, "antialias")), 3);
     assert_int_equal(json_integer_value(json_object_get(samples, "paths")), 9);
     const json_t *planes = json_object_get(json, "planes");
-    assert_string_equal(json_string_value(json_array_get(planes, json_array_size(planes) - 2)),
-                        "ambient_visibility");
+    const size_t count = json_array_size(planes);
+    assert_string_equal(json_string_value(json_array_get(planes, count - 3)), "ambient_visibility");
+    assert_string_equal(json_string_value(json_array_get(planes, count - 2)),
+                        "ambient_distance_min");
     json_decref(json);
 }

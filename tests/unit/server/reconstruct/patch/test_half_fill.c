@@ -137,6 +137,25 @@ TEST(what_is_known_stays)
     close_wall(&w);
 }
 
+/* A black pixel takes its neighbours' light, which it reflects nothing of, but not how open they
+ * are. */
+TEST(black_pixels_are_as_open_as_they_are)
+{
+    struct wall w;
+    open_wall(&w, 0, 0);
+    struct patch *p = w.patch;
+    float distance[SIDE * SIDE] = {0};
+    const size_t black = patch_pixel(p, 4, 5), other = patch_pixel(p, 8, 5);
+    p->ambient_distance_min = distance;
+    distance[black] = 3.0f;
+    p->ambient_visibility[black] = 0.25f;
+    half_fill(&w.plan, p);
+    assert_true(p->ambient_visibility[black] == 0.25f && distance[black] == 3.0f);
+    assert_true(p->ambient_visibility[other] == 0.5f && distance[other] == 5.0f);
+    assert_true(p->indirect[0][black] == 1.0f && p->bounce_distance_min[black] == 5.0f);
+    close_wall(&w);
+}
+
 TEST(full_resolution_is_left_alone)
 {
     struct wall w;

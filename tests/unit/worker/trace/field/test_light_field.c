@@ -122,7 +122,7 @@ TEST(strata_do_not_matter)
 TEST(distances_are_the_first_hits)
 {
     struct scene_fixture *f = fixture_new();
-    struct plan p = room(f, METAL, SHINES_RECT);
+    struct plan p = room(f, COATED, SHINES_RECT);
     p.bounces = 1;
     p.paths.spp = 0;
     p.planes = 0;
@@ -225,6 +225,18 @@ TEST(diffuse_albedo_decides)
         mixed += any && !centre && half_at(t.samples, PLANE_INDIRECT_MEAN, 0, i) > 0;
     }
     assert_true(dark > 0 && mixed > 0 && bright > 0);
+    /* Occlusion is of all, and rays for its sake alone bring no light. */
+    p.planes |= BIT(AMBIENT_VISIBILITY) | BIT(AMBIENT_DISTANCE_MIN);
+    p.occlusion_distance = 1e6f;
+    struct traced open = trace_all(f, &p);
+    assert_memory_equal(samples_u16(t.samples, PLANE_BOUNCE_DISTANCE_MIN, 0),
+                        samples_u16(open.samples, PLANE_BOUNCE_DISTANCE_MIN, 0), 2 * AREA);
+    for (uint32_t c = 0; c < 3; c++)
+        assert_memory_equal(samples_u16(t.samples, PLANE_INDIRECT_MEAN, c),
+                            samples_u16(open.samples, PLANE_INDIRECT_MEAN, c), 2 * AREA);
+    for (int i = 0; i < AREA; i++)
+        assert_true(samples_u16(open.samples, PLANE_AMBIENT_DISTANCE_MIN, 0)[i] != 0);
+    traced_fini(&open);
     traced_fini(&t);
     free(f);
 }

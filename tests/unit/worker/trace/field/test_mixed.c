@@ -28,7 +28,8 @@ static struct plan panel_plan(struct scene_fixture *f, uint32_t l)
     struct plan p = floor_plan(f, 4, SIDE);
     add_panel(f, fixture_material(f, 0.75f, 0.25f, 0.5f), EDGE_PX, LEAN);
     p.sub_samples = 3;
-    p.planes = PLANES_COMPARED | PLANE_BIT(ALBEDO) | PLANE_BIT(MIXED);
+    p.planes = PLANES_COMPARED | PLANE_BIT(ALBEDO) | PLANE_BIT(MIXED) | PLANE_BIT(INDIRECT_MEAN);
+    p.bounces = 1;
     p.indirect_strata_per_axis = l;
     return p;
 }
