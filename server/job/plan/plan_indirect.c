@@ -128,12 +128,11 @@ void plan_indirect_none(const struct job *job, const char *why, struct plan_repo
     tell_none(job, report);
 }
 
-/* mu raises the number of rays and narrows the filters of indirect light; shadows keep theirs. */
+/* mu raises the number of rays and narrows the filters of indirect light. */
 static void plan_adaptive(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     const uint32_t first = ADAPTIVE_FIRST * ADAPTIVE_FIRST;
     plan->adaptive = (struct plan_adaptive){.mu = job->mu, .rays_max = adaptive_max(job)};
-    plan->mu = 1.0f;
     plan->planes |= PLANE_BIT(BOUNCE_DISTANCE_MAX);
     plan->capabilities |= CAPABILITY_STRATA_MAPS;
     if (job->indirect_spp > 0 && job->indirect_spp < first)
@@ -231,6 +230,8 @@ void plan_indirect(const struct job *job, struct plan *plan, struct plan_report 
     const uint32_t l = job->indirect == INDIRECT_ADAPTIVE
                            ? ADAPTIVE_FIRST
                            : job_strata_per_axis(job->indirect_spp ? job->indirect_spp : job->spp);
+    /* Shadows keep their widths, also where nothing bounces but a layer's rays. */
+    if (job->indirect == INDIRECT_ADAPTIVE) plan->mu = 1.0f;
     plan_light(job, l, plan, report);
     plan_occlusion(job, plan, report);
     if (plan->planes & PLANES_BOUNCE) {
