@@ -7,7 +7,8 @@
  * that seem to have most of the error are not left out, since they mostly have it.
  *
  * What has been drawn in this round is taken as it is. The rest of the picture is taken to be like
- * it: in the first round altogether, later in how its errors fall short of what was foreseen. */
+ * it: in the first round altogether, where glances tell more of it than blocks that were drawn, later
+ * in how its errors fall short of what was foreseen. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -196,23 +197,44 @@ static void play(struct rounds *r, double wanted)
 
 /* What is known of the picture when a round is not over. */
 struct known {
-    uint32_t *tiles; /* owned; with a known error */
-    uint32_t count;
-    double pixels, luminance, fixed; /* of these */
+    uint32_t *tiles; /* owned; of each tile one with a known error: itself, or what it is like */
+    uint32_t count;  /* of tiles; 0: nothing is known */
+    double share;    /* of the picture that was seen */
+    double pixels, luminance, fixed; /* of these tiles */
     double by[KINDS];                /* surprise_of */
 };
 
-static void find_known(const struct rounds *r, struct known *out)
+/* Lets tiles that were not seen be like those that were glanced at, in turn: these lie all over the
+ * picture, while blocks are drawn from the top and tell of what is there. Without a glance any will
+ * do. */
+static void spread(const struct rounds *r, struct known *known, uint32_t *like)
 {
-    const bool first = r->report.rounds == 0;
-    for (uint32_t i = 0; i < r->count; i++) {
-        const struct rounds_tile *t = &r->tiles[i];
-        if (first && !is_seen(t)) continue;
-        out->tiles[out->count++] = i;
+    uint32_t seen = 0, glanced = 0, next = 0;
+    for (uint32_t i = 0; i < r->count; i++) glanced += r->tiles[i].glanced;
+    for (uint32_t i = 0; i < r->count; i++)
+        if (is_seen(&r->tiles[i]) && (glanced == 0 || r->tiles[i].glanced)) like[seen++] = i;
+    for (uint32_t i = 0; i < r->count && seen > 0; i++)
+        known->tiles[i] = is_seen(&r->tiles[i]) ? i : like[next++ % seen];
+    known->count = seen > 0 ? r->count : 0;
+}
+
+static void find_known(const struct rounds *r, struct known *out, uint32_t *like)
+{
+    double seen_px = 0.0;
+    if (r->report.rounds == 0) {
+        spread(r, out, like);
+    } else {
+        for (uint32_t i = 0; i < r->count; i++) out->tiles[i] = i;
+        out->count = r->count;
+    }
+    for (uint32_t i = 0; i < out->count; i++) {
+        const struct rounds_tile *t = &r->tiles[out->tiles[i]];
         out->pixels += t->area;
         out->luminance += t->seen.luminance;
         out->fixed += t->seen.variance[ERROR_SOURCE_CENTRES];
+        seen_px += is_seen(&r->tiles[i]) ? r->tiles[i].area : 0.0;
     }
+    out->share = seen_px / r->pixels;
     for (int kind = 0; kind < KINDS; kind++) out->by[kind] = surprise_of(r, kind);
 }
 
@@ -249,7 +271,7 @@ static double told_of(const struct rounds *r, const struct known *known,
 static void tell(struct rounds *r, const struct known *known, const struct rounds *played,
                  uint32_t step)
 {
-    const double trust = fmin(1.0, SEEN_TRUST * known->pixels / r->pixels);
+    const double trust = fmin(1.0, SEEN_TRUST * known->share);
     double sum = 0.0;
     for (uint32_t i = 0; i < known->count; i++) {
         const double told = told_of(r, known, played, i, step);
@@ -292,11 +314,13 @@ void rounds_foresee(struct rounds *r)
 {
     struct known known = {.tiles = malloc(r->count * sizeof *known.tiles)};
     struct rounds_tile *tiles = malloc(r->count * sizeof *tiles);
-    if (known.tiles && tiles) find_known(r, &known);
+    uint32_t *like = malloc(r->count * sizeof *like);
+    if (known.tiles && tiles && like) find_known(r, &known, like);
     /* Without memory, or before anything was seen, what was foreseen stays. */
     if (known.count > 0) foresee(r, &known, tiles);
     free(known.tiles);
     free(tiles);
+    free(like);
 }
 
 double rounds_due(const struct rounds *r, uint32_t tile)

@@ -89,6 +89,27 @@ TEST(half_a_picture_foresees)
     }
 }
 
+/* Blocks are drawn from the top, where errors are great here: a few glances elsewhere tell more of
+ * the rest than they do. */
+TEST(the_first_blocks_do_not_stand_for_all)
+{
+    struct world w;
+    begin(&w, 0.04f, 4096);
+    for (uint32_t t = 0; t < TILES / 4; t++) w.paths[t] *= 32.0;
+    measure(&w);
+    for (uint32_t t = 3; t < TILES; t += 7) rounds_glance(w.rounds, t, &w.errors[t]);
+    for (uint32_t t = 0; t < TILES / 4; t++) rounds_see(w.rounds, t, &w.errors[t], 1024);
+    rounds_foresee(w.rounds);
+    const double told = rounds_report(w.rounds).expected;
+    while (rounds_decide(w.rounds, w.errors, w.more)) {
+        trace(&w);
+        measure(&w);
+    }
+    const double ratio = told / samples_of(&w);
+    if (fabs(ratio - 1.0) > 1.0 / 3.0) fail_msg("%.2f times what it took", ratio);
+    rounds_destroy(&w.rounds);
+}
+
 /* Errors that the second round finds four times as high raise what is foreseen at once. */
 TEST(a_round_tells_before_its_end)
 {
