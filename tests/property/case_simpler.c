@@ -138,12 +138,12 @@ static void plain_view(struct property_case *c)
 }
 
 static change *const changes[] = {
-    no_rounds,  no_target,      no_second_lens, plain_mu,      fewer_at_max, no_lens,
-    no_blades,  no_environment, no_occlusion,   no_bounce,     one_bounce,   no_filter,
-    average,    indirect_auto,  glossy_auto,    picture_alone, lens_auto,    plain_cut,
-    one_pixel,  half_width,     half_height,    one_sample,    four_samples, first_seed,
-    plain_view, no_map,         no_tent,        perspective,   sky_auto,
-    residual_auto, whole_fields};
+    no_rounds,   no_target,      no_second_lens, plain_mu,      fewer_at_max, no_lens,
+    no_blades,   no_environment, no_occlusion,   no_bounce,     one_bounce,   no_filter,
+    average,     indirect_auto,  glossy_auto,    picture_alone, lens_auto,    plain_cut,
+    one_pixel,   half_width,     half_height,    one_sample,    four_samples, first_seed,
+    plain_view,  no_map,         no_tent,        perspective,   sky_auto,     residual_auto,
+    whole_fields};
 enum { CHANGES = sizeof changes / sizeof changes[0], OF_BODY = 9, OF_LIGHT = 5 };
 
 /* Coarser by a factor of eight at a time. */

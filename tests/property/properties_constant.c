@@ -11,6 +11,7 @@
 #define MANY_SAMPLES        1024
 #define UNOCCLUDED_MAX      0.01
 #define UNOCCLUDED_STEP_DEG 4.0 /* a pixel, at most */
+#define UNOCCLUDED_SPARED   0.1 /* of the pixels: few samples at the edge of the floor */
 
 /* The case with one body and no light. */
 static struct property_case emptied(const struct property_case *c)
@@ -99,7 +100,7 @@ enum property_result property_unoccluded(const struct property_case *c,
         image_destroy(&a);
         return PROPERTY_DOES_NOT_APPLY;
     }
-    const double apart = property_apart(a, b, 1, 0);
+    const double apart = property_apart(a, b, 1, UNOCCLUDED_SPARED);
     snprintf(says, PROPERTY_SAYS_BYTES, "%.3g apart", apart);
     image_destroy(&a);
     image_destroy(&b);

@@ -7,8 +7,8 @@
  * that seem to have most of the error are not left out, since they mostly have it.
  *
  * What has been drawn in this round is taken as it is. The rest of the picture is taken to be like
- * it: in the first round altogether, where glances tell more of it than blocks that were drawn, later
- * in how its errors fall short of what was foreseen. */
+ * it: in the first round altogether, where glances tell more of it than blocks that were drawn,
+ * later in how its errors fall short of what was foreseen. */
 #include <math.h>
 #include <stdlib.h>
 
