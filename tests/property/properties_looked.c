@@ -63,12 +63,23 @@ static enum property_result look(const struct property_case *c, const char *laye
     return same ? PROPERTY_HOLDS : PROPERTY_FAILS;
 }
 
+static bool has_mirror(const struct property_case *c)
+{
+    bool any = false;
+    for (int i = 0; i < c->body_count; i++)
+        any |= c->bodies[i].surface == SURFACE_MIRROR ||
+               (c->bodies[i].surface == SURFACE_METAL && c->bodies[i].sharpness >= 1);
+    return any;
+}
+
 /* The sheared filter of indirect light and averages of area lights know no errors; plans say what
- * they take in their place. */
+ * they take in their place. Through a lens images in mirrors are not filtered where a layer shows
+ * the mirrors' own surfaces. */
 static bool is_exempt(const struct property_case *c, const char *layer)
 {
+    const bool own = !strcmp(layer, "depth") || !strcmp(layer, "normal") || !strcmp(layer, "id");
     const bool unknown = c->indirect == CASE_INDIRECT_SHEARED || c->method == CASE_AVERAGE;
-    return !strcmp(layer, "error") && unknown;
+    return (!strcmp(layer, "error") && unknown) || (own && c->focus > 0 && has_mirror(c));
 }
 
 /* Through a lens paths alone give some layers, and then make the picture, too. */
