@@ -103,6 +103,7 @@ static inline void glossy_case_init(struct glossy_case *out, int32_t width, int3
     out->rule = (struct glossy_rule){.similarity = 11.3f,
                                      .distance = 0.02f,
                                      .footprint = wild ? 1.02f : 1e6f,
+                                     .taper = wild ? 0.4f : 0.0f,
                                      .reach = GLOSSY_CASE_REACH};
     glossy_case_show(out, stride);
     if (seed % 2) { /* pixels' own rules */

@@ -28,6 +28,7 @@ struct glossy_receivers {
     struct simd round;                           /* variance of the round lobe */
     struct simd sharpness, nearness, off;        /* of the tangent plane */
     struct simd similarity, distance, footprint; /* of the rule */
+    float taper, cut;
     struct simd_whole object, receives;
 };
 
@@ -51,6 +52,8 @@ SIMD_INLINE void glossy_load_receivers(const struct glossy_field *f, enum glossy
                                        struct glossy_receivers *a)
 {
     const bool own = f->similarity != NULL;
+    a->taper = rule->taper;
+    a->cut = rule->taper * GLOSSY_CUT > 1.0f ? 1.0f / rule->taper : GLOSSY_CUT;
     a->similarity = own ? simd_load(f->similarity + p) : simd_all(rule->similarity);
     a->distance = own ? simd_load(f->distance + p) : simd_all(rule->distance);
     a->footprint = own ? simd_load(f->footprint + p) : simd_all(rule->footprint);

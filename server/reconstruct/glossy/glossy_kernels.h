@@ -39,6 +39,7 @@ struct glossy_rule {
     float similarity; /* weight of the log of two lobes' similarity */
     float distance;   /* weight of a pixel's squared distance */
     float footprint;  /* bound on the weight of parallax, times that distance */
+    float taper;      /* weights are exp(-x) (1 - taper x) up to x = 1 / taper; 0: exp(-x) */
     int32_t reach;    /* pixels to both sides, at most GLOSSY_REACH_MAX_PX */
 };
 

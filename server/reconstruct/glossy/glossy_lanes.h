@@ -69,7 +69,8 @@ static inline simd_vector glossy_weight(const struct glossy_receivers *a,
     const simd_vector most = square * a->footprint.v[v];
     const simd_vector own = simd_fused(a->similarity.v[v], shape, simd_min(view, most));
     const simd_vector x = simd_fused(a->distance.v[v], square, simd_where(own > 0.0f, own));
-    return simd_where(may & (x <= GLOSSY_CUT), glossy_exp_minus(x));
+    const simd_vector tapered = simd_fused(x, simd_same(-a->taper), simd_same(1.0f));
+    return simd_where(may & (x < a->cut), glossy_exp_minus(x) * tapered);
 }
 
 static inline void glossy_weigh(const struct glossy_receivers *a, struct glossy_met *met)

@@ -363,11 +363,11 @@ TEST(halos_follow_the_plan)
 {
     struct plan plan;
     floor_plan(&plan, 512, GLOSSY_FILTER_VIRTUAL_HIT, 4);
-    assert_int_equal(glossy_halo_px(&plan), 13);
+    assert_int_equal(glossy_halo_px(&plan), 12);
     plan.indirect_strata_per_axis = 16;
-    assert_true(glossy_halo_px(&plan) < 13);
+    assert_true(glossy_halo_px(&plan) < 12);
     plan.indirect_strata_per_axis = 2;
-    assert_true(glossy_halo_px(&plan) > 13);
+    assert_true(glossy_halo_px(&plan) > 12);
     plan.height_px = 16384;
     plan.mu = LIMIT_FILTER_MU;
     assert_int_equal(glossy_halo_px(&plan), 64);
