@@ -214,7 +214,8 @@ struct plan_pass plan_scheduled_pass(const struct plan *plan, uint32_t number)
 
 #define PLANES_BOUNCE_MORE                                                                         \
     (PLANE_BIT(INDIRECT_HALVES) | PLANE_BIT(BOUNCE_DISTANCE_MIN) | PLANE_BIT(AMBIENT_VISIBILITY) | \
-     PLANE_BIT(AMBIENT_DISTANCE_MIN) | PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_HALF) | PLANE_BIT(GLOSSY_NEARNESS))
+     PLANE_BIT(AMBIENT_DISTANCE_MIN) | PLANE_BIT(GLOSSY_MEAN) | PLANE_BIT(GLOSSY_HALF) |           \
+     PLANE_BIT(GLOSSY_NEARNESS))
 /* Distances, and what they ask for, are the first set's. */
 #define PLANES_SECOND_SET (PLANE_BIT(INDIRECT_MEAN) | PLANE_BIT(AMBIENT_VISIBILITY))
 

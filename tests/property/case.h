@@ -107,8 +107,10 @@ struct property_case {
 enum { CASE_AVERAGE = 3, CASE_INDIRECT_SHEARED = 5, CASE_ADAPTIVE = 6, CASE_LENS_SHEARED = 3 };
 
 /* Names of job documents, by the numbers in a case; ended by NULL. */
-extern const char *const case_methods[], *const case_indirects[], *const case_glossies[],
-    *const case_lenses[], *const case_environments[], *const case_residuals[];
+extern const char *const case_methods[],
+    *const case_indirects[], *const case_glossies[], *const case_lenses[],
+                                                         *const case_environments[],
+                                                             *const case_residuals[];
 
 void case_draw(uint64_t seed, struct property_case *out);
 

@@ -55,7 +55,7 @@ static void pass_glass(const struct RTCFilterFunctionNArguments *args)
     const struct probe *probe = (const struct probe *)(const void *)args->context;
     const struct material *m = mesh->material;
     struct met *met = probe->met;
-    if (!m->transmissive && !m->translucent) return;
+    if (m->emissive || (!m->transmissive && !m->translucent)) return; /* it shines itself */
     const bool frosted = m->translucent || m->roughness > CLEAR_ROUGHNESS;
     if (frosted && probe->clear_only) return;
     if (met->count < SURFACES) {

@@ -24,18 +24,36 @@
 /* Cells that see less of the sky through glass than this part of it see none so. */
 #define GLAZED_MIN 0.2f
 
+/* What is learned of one kind of way to the sky. */
+struct part {
+    uint32_t cells;   /* that count */
+    float *bins;      /* OPENNESS_BINS a cell of the grid, then of those that count */
+    uint16_t *number; /* one a cell of the grid */
+};
+
 struct openness {
     const struct render_scene *scene;
     struct openness_grid grid;
-    uint32_t cells;   /* that count */
-    float *open;      /* OPENNESS_BINS a cell of the grid, then of those that count */
-    uint16_t *number; /* one a cell of the grid */
-    float *glazed;    /* the same */
+    struct part open, through; /* without glass, and through it alone */
+    float *glazed;             /* one a cell of the grid */
     pthread_mutex_t lock;
     pthread_cond_t learned;
     _Atomic uint32_t next;
     uint32_t done;
 };
+
+static bool part_create(struct part *p, uint32_t cells)
+{
+    p->bins = malloc((size_t)cells * OPENNESS_BINS * sizeof *p->bins);
+    p->number = calloc(cells, sizeof *p->number);
+    return p->bins && p->number;
+}
+
+static void part_destroy(struct part *p)
+{
+    free(p->bins);
+    free(p->number);
+}
 
 struct openness *openness_create(const struct render_scene *scene)
 {
@@ -45,10 +63,10 @@ struct openness *openness_create(const struct render_scene *scene)
     pthread_cond_init(&o->learned, NULL);
     o->scene = scene;
     openness_grid_init(&o->grid, scene);
-    o->open = malloc((size_t)o->grid.cells * OPENNESS_BINS * sizeof *o->open);
-    o->number = calloc(o->grid.cells, sizeof *o->number);
     o->glazed = calloc(o->grid.cells, sizeof *o->glazed);
-    if (!o->open || !o->number || !o->glazed) openness_destroy(&o);
+    if (!part_create(&o->open, o->grid.cells) || !part_create(&o->through, o->grid.cells) ||
+        !o->glazed)
+        openness_destroy(&o);
     return o;
 }
 
@@ -59,8 +77,8 @@ void openness_destroy(struct openness **openness)
     if (!o) return;
     pthread_cond_destroy(&o->learned);
     pthread_mutex_destroy(&o->lock);
-    free(o->open);
-    free(o->number);
+    part_destroy(&o->open);
+    part_destroy(&o->through);
     free(o->glazed);
     free(o);
 }
@@ -98,8 +116,11 @@ static void go(struct probe *p)
     p->near = isfinite(shortest) ? NEAR_SHARE * shortest : 0.0f;
 }
 
-/* Returns whether nothing but glass is in the way in a random direction of a bin. */
-static bool sees(struct probe *p, uint32_t u, uint32_t v)
+/* What is in the way. */
+enum way { WAY_BLOCKED, WAY_OPEN, WAY_GLAZED };
+
+/* Finds out in a random direction of a bin. */
+static enum way look_along(struct probe *p, uint32_t u, uint32_t v)
 {
     const float around = ((float)u + next_random(p)) / (float)OPENNESS_U;
     const float down = ((float)v + next_random(p)) / (float)OPENNESS_V;
@@ -116,10 +137,10 @@ static bool sees(struct probe *p, uint32_t u, uint32_t v)
                          .tnear = p->near,
                          .tfar = INFINITY,
                          .mask = UINT32_MAX};
-    const bool sees = glazing_sees(p->openness->scene, &ray, &through);
-    p->seen += sees;
-    p->glazed += sees && through;
-    return sees;
+    if (!glazing_sees(p->openness->scene, &ray, &through)) return WAY_BLOCKED;
+    p->seen++;
+    p->glazed += through;
+    return through ? WAY_GLAZED : WAY_OPEN;
 }
 
 /* Traces some rays over the whole sphere from four places, to see if a closer look is needed. */
@@ -129,17 +150,22 @@ static bool is_open(struct probe *p)
     for (uint32_t k = 0; k < 4; k++) {
         go(p);
         for (uint32_t i = 0; i < 16; i++)
-            open += sees(p, (i * 2 + k) * 5 % OPENNESS_U, (i + 4 * k) % OPENNESS_V);
+            open +=
+                look_along(p, (i * 2 + k) * 5 % OPENNESS_U, (i + 4 * k) % OPENNESS_V) == WAY_OPEN;
     }
     return (float)open > OPEN_SHARE * 4 * 16;
 }
 
 /* Traces rays from one place into 4 x 4 bins. */
-static void look(struct probe *p, uint32_t u, uint32_t v, float *counts)
+static void look(struct probe *p, uint32_t u, uint32_t v, float *open, float *through)
 {
     go(p);
-    for (uint32_t i = 0; i < 16; i++)
-        if (sees(p, u + i % 4, v + i / 4)) counts[(v + i / 4) * OPENNESS_U + u + i % 4] += 1.0f;
+    for (uint32_t i = 0; i < 16; i++) {
+        const uint32_t bin = (v + i / 4) * OPENNESS_U + u + i % 4;
+        const enum way way = look_along(p, u + i % 4, v + i / 4);
+        open[bin] += way == WAY_OPEN ? 1.0f : 0.0f;
+        through[bin] += way == WAY_GLAZED ? 1.0f : 0.0f;
+    }
 }
 
 /* Smooths the bins with weights 1 2 1 both ways, since neighbours see much the same. */
@@ -161,25 +187,28 @@ static void blur(const float *counts, float *open)
 
 static void learn_cell(struct openness *o, uint32_t cell)
 {
-    float counts[OPENNESS_BINS] = {0};
+    float open[OPENNESS_BINS] = {0}, through[OPENNESS_BINS] = {0};
     struct probe p = {.openness = o, .cell = cell, .random = path_mix(cell + 1)};
-    o->number[cell] = is_open(&p) ? 0 : 1;
-    for (uint32_t k = 0; o->number[cell] && k < RAYS; k++)
+    o->open.number[cell] = is_open(&p) ? 0 : 1;
+    if (o->open.number[cell] == 0 && p.glazed == 0) return;
+    for (uint32_t k = 0; k < RAYS; k++)
         for (uint32_t v = 0; v < OPENNESS_V; v += 4)
-            for (uint32_t u = 0; u < OPENNESS_U; u += 4) look(&p, u, v, counts);
-    if (o->number[cell]) blur(counts, o->open + (size_t)cell * OPENNESS_BINS);
+            for (uint32_t u = 0; u < OPENNESS_U; u += 4) look(&p, u, v, open, through);
     const float share = p.seen > 0 ? (float)p.glazed / (float)p.seen : 0.0f;
     o->glazed[cell] = share < GLAZED_MIN ? 0.0f : share;
+    o->through.number[cell] = o->glazed[cell] > 0.0f ? 1 : 0;
+    if (o->open.number[cell]) blur(open, o->open.bins + (size_t)cell * OPENNESS_BINS);
+    if (o->through.number[cell]) blur(through, o->through.bins + (size_t)cell * OPENNESS_BINS);
 }
 
 /* Numbers the cells that count and packs their bins. */
-static void number_cells(struct openness *o)
+static void number_cells(struct part *p, uint32_t cells)
 {
-    for (uint32_t k = 0; k < o->grid.cells; k++) {
-        if (o->number[k] == 0) continue;
-        memmove(o->open + (size_t)o->cells * OPENNESS_BINS, o->open + (size_t)k * OPENNESS_BINS,
-                OPENNESS_BINS * sizeof *o->open);
-        o->number[k] = (uint16_t)++o->cells;
+    for (uint32_t k = 0; k < cells; k++) {
+        if (p->number[k] == 0) continue;
+        memmove(p->bins + (size_t)p->cells * OPENNESS_BINS, p->bins + (size_t)k * OPENNESS_BINS,
+                OPENNESS_BINS * sizeof *p->bins);
+        p->number[k] = (uint16_t)++p->cells;
     }
 }
 
@@ -194,7 +223,8 @@ void openness_learn(struct openness *o)
     pthread_mutex_lock(&o->lock);
     o->done += mine;
     if (mine > 0 && o->done == o->grid.cells) {
-        number_cells(o);
+        number_cells(&o->open, o->grid.cells);
+        number_cells(&o->through, o->grid.cells);
         pthread_cond_broadcast(&o->learned);
     }
     while (o->done < o->grid.cells) pthread_cond_wait(&o->learned, &o->lock);
@@ -203,12 +233,12 @@ void openness_learn(struct openness *o)
 
 uint32_t openness_cells(const struct openness *o)
 {
-    return o->cells;
+    return o->open.cells;
 }
 
 const float *openness_of(const struct openness *o, uint32_t cell)
 {
-    return o->open + (size_t)cell * OPENNESS_BINS;
+    return o->open.bins + (size_t)cell * OPENNESS_BINS;
 }
 
 const struct openness_grid *openness_grid(const struct openness *o)
@@ -218,10 +248,25 @@ const struct openness_grid *openness_grid(const struct openness *o)
 
 const uint16_t *openness_numbers(const struct openness *o)
 {
-    return o->number;
+    return o->open.number;
 }
 
 const float *openness_glazed(const struct openness *o)
 {
     return o->glazed;
+}
+
+uint32_t openness_panes(const struct openness *o)
+{
+    return o->through.cells;
+}
+
+const float *openness_through(const struct openness *o, uint32_t pane)
+{
+    return o->through.bins + (size_t)pane * OPENNESS_BINS;
+}
+
+const uint16_t *openness_pane_numbers(const struct openness *o)
+{
+    return o->through.number;
 }

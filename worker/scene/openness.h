@@ -1,5 +1,5 @@
 #pragma once
-/* Learns which parts of the sky are seen from where in a scene, as through windows, glazed or not. Rays from
+/* Learns which parts of the sky are seen from where in a scene, as through windows. Rays from
  * random places of a coarse grid's cells learn it, once per scene, and light samples of the sky
  * then go where the sky is (sky_guide.h). What is learned changes noise, never the mean.
  *
@@ -35,6 +35,12 @@ const struct openness_grid *openness_grid(const struct openness *o);
  * it is open. */
 const uint16_t *openness_numbers(const struct openness *o);
 
-/* Returns, for each cell of the grid, what part of the sky that it sees it sees through glass, where
- * no shadow ray gets. */
+/* Where the sky is seen through clear glass, which stops shadow rays: the same as the three
+ * functions above, of cells that see enough of it so. Their bins are open through glass alone. */
+uint32_t openness_panes(const struct openness *o);
+const float *openness_through(const struct openness *o, uint32_t pane);
+const uint16_t *openness_pane_numbers(const struct openness *o);
+
+/* Returns, for each cell of the grid, what part of the sky that it sees it sees through glass; 0
+ * where that is little. */
 const float *openness_glazed(const struct openness *o);

@@ -18,12 +18,16 @@ static void fill(const struct sky_tables *t, const struct openness *o, struct sk
     sky_tables_fill(t, NULL, tables);
     for (uint32_t k = 0; o && k < openness_cells(o); k++)
         sky_tables_fill(t, openness_of(o, k), tables + (size_t)(k + 1) * SKY_TABLE_NORMALS);
+    tables += (size_t)(1 + (o ? openness_cells(o) : 0)) * SKY_TABLE_NORMALS;
+    for (uint32_t k = 0; o && k < openness_panes(o); k++)
+        sky_tables_fill(t, openness_through(o, k), tables + (size_t)k * SKY_TABLE_NORMALS);
 }
 
 struct sky_guide *sky_guide_create(const struct environment *map,
                                    const struct plan_environment *plan, const struct openness *o)
 {
-    const size_t count = (size_t)SKY_TABLE_NORMALS * (1 + (o ? openness_cells(o) : 0));
+    const size_t learned = o ? (size_t)openness_cells(o) + openness_panes(o) : 0;
+    const size_t count = SKY_TABLE_NORMALS * (1 + learned);
     struct sky_guide *g = calloc(1, sizeof *g);
     struct sky_tables *t = sky_tables_create(map, plan->rotation_rad);
     struct sky_table *tables = aligned_alloc(_Alignof(struct sky_table), count * sizeof *tables);
@@ -33,7 +37,9 @@ struct sky_guide *sky_guide_create(const struct environment *map,
         g->sine = elementary_sin(plan->rotation_rad);
         g->grid = o ? openness_grid(o) : &everywhere;
         g->number = o ? openness_numbers(o) : &open_number;
+        g->pane = o ? openness_pane_numbers(o) : &open_number;
         g->glazed = o ? openness_glazed(o) : &not_glazed;
+        g->first_pane = o ? openness_cells(o) : 0;
         g->tables = tables;
         fill(t, o, tables);
     } else {

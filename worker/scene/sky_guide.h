@@ -11,9 +11,10 @@
 struct sky_guide {
     float cosine, sine; /* of the map's rotation, from the world to the map */
     const struct openness_grid *grid;
-    const uint16_t *number;         /* one a cell; these are the openness's */
+    const uint16_t *number, *pane;  /* one a cell; these are the openness's */
     const float *glazed;            /* openness_glazed */
-    const struct sky_table *tables; /* SKY_TABLE_NORMALS a number */
+    uint32_t first_pane;            /* the number before the first pane's */
+    const struct sky_table *tables; /* SKY_TABLE_NORMALS a number, then a pane */
 };
 
 /* The guides of a scene's skies. Threads share them. */
@@ -38,20 +39,31 @@ struct sky_guide *sky_guide_create(const struct environment *map,
                                    const struct plan_environment *plan, const struct openness *o);
 void sky_guide_destroy(struct sky_guide **guide);
 
-/* Returns what part of the sky a place sees through glass alone. */
-static inline float sky_guide_glazed(const struct sky_guide *g, const float place[3])
+static inline uint32_t sky_guide_numbered(const struct sky_guide *g, uint32_t number,
+                                          const float normal[3])
 {
-    return g->glazed[openness_grid_cell(g->grid, place)];
+    const float n[3] = {g->cosine * normal[0] + g->sine * normal[2], normal[1],
+                        g->cosine * normal[2] - g->sine * normal[0]};
+    const uint32_t table = number * SKY_TABLE_NORMALS + sky_table_of(n);
+    __builtin_prefetch(g->tables[table].heads);
+    return table;
 }
 
 /* Returns the number of a surface's table and prefetches the table. */
 static inline uint32_t sky_guide_table(const struct sky_guide *g, float x, float y, float z,
                                        const float normal[3])
 {
-    const float n[3] = {g->cosine * normal[0] + g->sine * normal[2], normal[1],
-                        g->cosine * normal[2] - g->sine * normal[0]};
-    const uint32_t number = g->number[openness_grid_cell(g->grid, (const float[3]){x, y, z})];
-    const uint32_t table = number * SKY_TABLE_NORMALS + sky_table_of(n);
-    __builtin_prefetch(g->tables[table].heads);
-    return table;
+    const uint32_t cell = openness_grid_cell(g->grid, (const float[3]){x, y, z});
+    return sky_guide_numbered(g, g->number[cell], normal);
+}
+
+/* Returns what part of the sky a surface sees through glass, and if that is above 0 sets *table to
+ * the number of its table there. */
+static inline float sky_guide_glazed(const struct sky_guide *g, const float place[3],
+                                     const float normal[3], uint32_t *table)
+{
+    const uint32_t cell = openness_grid_cell(g->grid, place);
+    if (g->glazed[cell] > 0.0f)
+        *table = sky_guide_numbered(g, g->first_pane + g->pane[cell], normal);
+    return g->glazed[cell];
 }

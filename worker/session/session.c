@@ -35,6 +35,10 @@ enum session_state session_state(const struct session *s)
 void session_end(struct session *s, enum session_end how, const char *text)
 {
     if (s->state == SESSION_ENDED) return;
+    if (s->lacks_memory && how == SESSION_END_TOLD) {
+        how = SESSION_END_FAILED;
+        text = "memory ran out while a scene was loaded";
+    }
     session_enter(s, SESSION_ENDED);
     uv_timer_stop(&s->beat);
     uv_timer_stop(&s->patience);
@@ -94,15 +98,12 @@ static void on_ask_for_part(void *ctx, const struct message_blob_get *m)
     link_put(s->link, MESSAGE_BLOB_GET, s->next_request++);
 }
 
-/* Embree cannot be trusted after an allocation of its own has failed: the next build may spin for
- * ever. The tiles' faults are said first, since a scene that never fits must fail in the end. */
 static void on_blob_settled(void *ctx, struct cached_blob *blob)
 {
     struct session *s = ctx;
     leases_blob_settled(s->leases, blob);
-    if (blob->state != BLOB_FAILED || blob->fault.code != ERR_MEMORY) return;
-    s->lacks_memory = true;
-    if (s->state != SESSION_LEAVING) session_stop(s);
+    if (blob->state == BLOB_FAILED && blob->fault.code == ERR_MEMORY)
+        session_deadlines_lack_memory(s);
 }
 
 /* ---- the link ---- */

@@ -1,5 +1,5 @@
-/* When a worker leaves by itself: it was never answered, it idles, or its lifetime ends. All of it
- * is counted on the monotonic clock of this machine, so clocks may differ. */
+/* When a worker leaves by itself: it was never answered, it idles, its lifetime ends, or memory ran
+ * out. All of it is counted on the monotonic clock of this machine, so clocks may differ. */
 #include <stdio.h>
 
 #include "worker/session/session_work.h"
@@ -47,6 +47,21 @@ static void on_lifetime_ends(uv_timer_t *timer)
     if (is_leaving(s)) return;
     session_note(s, LOG_INFO, "lifetime ends", "no more tiles are taken");
     session_stop(s);
+}
+
+/* Embree cannot be trusted after an allocation of its own has failed: the next build may spin for
+ * ever. */
+static void on_memory_lacks(uv_timer_t *timer)
+{
+    struct session *s = timer->data;
+    if (!is_leaving(s)) session_stop(s);
+}
+
+/* The faults of tiles are told first, since a scene that never fits must fail in the end. */
+void session_deadlines_lack_memory(struct session *s)
+{
+    s->lacks_memory = true;
+    uv_timer_start(&s->deadlines[SESSION_DEADLINE_MEMORY], on_memory_lacks, 0, 0);
 }
 
 void session_deadlines_init(struct session *s, uv_loop_t *loop)

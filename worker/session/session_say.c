@@ -52,10 +52,7 @@ static void say_bye(struct session *s)
 void session_say_goodbye(struct session *s)
 {
     say_bye(s);
-    if (s->lacks_memory)
-        session_end(s, SESSION_END_FAILED, "memory ran out while a scene was loaded");
-    else
-        session_end(s, SESSION_END_TOLD, "");
+    session_end(s, SESSION_END_TOLD, "");
 }
 
 void session_say_returned(struct session *s, uint64_t request_id, const struct message_returned *m)

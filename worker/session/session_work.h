@@ -13,6 +13,7 @@ enum session_deadline {
     SESSION_DEADLINE_CONNECT, /* until the first WELCOME */
     SESSION_DEADLINE_IDLE,    /* runs while no tile is held */
     SESSION_DEADLINE_LIFETIME,
+    SESSION_DEADLINE_MEMORY, /* at once */
     SESSION_DEADLINE_COUNT
 };
 
@@ -73,6 +74,8 @@ void session_deadlines_init(struct session *s, uv_loop_t *loop);
 void session_deadlines_start(struct session *s);
 /* Tells that the coordinator has welcomed the worker. */
 void session_deadlines_welcome(struct session *s);
+/* Ends the session once all that waits for a blob which memory was lacking for is told of it. */
+void session_deadlines_lack_memory(struct session *s);
 /* Tells that the number of held tiles may have changed. */
 void session_deadlines_moved(struct session *s);
 void session_deadlines_stop(struct session *s);

@@ -49,7 +49,7 @@ struct bsdf {
     float sheen[3], sheen_alpha; /* KHR_materials_sheen: colour, roughness of its fibres; [0, 1] */
     bool coat_bent;              /* the coat has a normal of its own */
     bool thin;                   /* thin-walled: what is transmitted is not bent */
-    bool seen;   /* by the camera, to which sharp lobes matter more (lobe.h) */
+    bool seen;                   /* by the camera, to which sharp lobes matter more (lobe.h) */
     bool inside; /* the path is inside the volume and meets its surface from behind */
     /* others */
     float model_specular[3];                            /* [0, 1] */

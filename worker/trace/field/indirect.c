@@ -127,6 +127,9 @@ static void begin_block(const struct bounce *b, uint32_t row, uint32_t slot,
         p->throughput.x[i] = p->throughput.y[i] = p->throughput.z[i] = 1.0f;
         p->sample[i] = field_pack_sample(b->pack, row, (int)i);
         p->slot[i] = slot + i;
+        p->promise[i] = 1.0f;
+        p->colored[i] = p->from_object[i] = 0;
+        p->part[i] = PATH_PART_NONE;
     }
     p->count = LANES;
 }

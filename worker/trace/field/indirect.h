@@ -37,10 +37,10 @@ struct indirect_scratch {
 };
 
 /* Traces *lanes, which have a surface in *from (path_resolve), into the planes of bounce rays in
- * `samples`; those that look around are the tile's own. Without a plane of radiance, only the first rays are traced, up to the plan's
- * occlusion_distance. c->field must hold; paths->radiance is overwritten. With `half`, scratch for
- * pixels of the image, only those of lanes->lit trace that it chooses, and others look as if they
- * had no rays. */
+ * `samples`; those that look around are the tile's own. Without a plane of radiance, only the first
+ * rays are traced, up to the plan's occlusion_distance. c->field must hold; paths->radiance is
+ * overwritten. With `half`, scratch for pixels of the image, only those of lanes->lit trace that it
+ * chooses, and others look as if they had no rays. */
 void indirect_trace(const struct path_context *c, const struct block *block,
                     const struct path_vertex *from, const struct bounce_lanes *lanes,
                     struct half_field *half, struct indirect_scratch *scratch,

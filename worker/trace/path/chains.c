@@ -62,11 +62,10 @@ static float over(float part, float all)
     return all > 0.0f ? part / all : 0.0f;
 }
 
-/* Of Lambert surfaces all is diffuse. */
-static void keep_share(const struct path_packet *p, const struct path_vertex *v,
-                       const struct path_scattering *s, uint32_t i, struct path_radiance *h)
+static void keep_share(const struct path_packet *p, const struct path_scattering *s, uint32_t i,
+                       struct path_radiance *h)
 {
-    const float diffuse = v->lambert.on[i] ? 1.0f : s->diffuse[i];
+    const float diffuse = s->diffuse[i];
     float t[3];
     throughput_of(p, i, t);
     set(&h->share, p->slot[i],
@@ -100,6 +99,6 @@ void chains_scatter(const struct path_context *c, const struct path_packet *p,
         if (!v->lambert.on[i] && bsdf_is_dirac(&v->bsdf[i]) && !v->bsdf[i].dispersed)
             go_on(v, s, i, slot, h);
         else if (v->depth > 0)
-            keep_share(p, v, s, i, h);
+            keep_share(p, s, i, h);
     }
 }

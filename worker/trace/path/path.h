@@ -19,10 +19,10 @@
 #include "worker/shade/bsdf.h"
 #include "worker/trace/hit/hit.h"
 #include "worker/trace/light/light.h"
+#include "worker/trace/light/sky.h"
 #include "worker/trace/path/layers.h"
 #include "worker/trace/path/mirrors.h"
 #include "worker/trace/path/path_pool.h"
-#include "worker/trace/light/sky.h"
 
 struct centre_gbuffer;
 struct light_kernels;
@@ -142,10 +142,10 @@ struct path_scattering {
     struct lanes_mask on;
     struct lanes3 direction;
     struct lanes3 weight;
-    struct lanes_mask through; /* to the other side of the surface */
+    struct lanes_mask through;                  /* to the other side of the surface */
     _Alignas(LANES_ALIGN) float pdf[LANES];     /* of the surface's lobes alone */
     _Alignas(LANES_ALIGN) float promise[LANES]; /* path_packet's */
-    /* Of lanes with a bsdf, what their weight is made of: struct bsdf_sample's. */
+    /* What weights are made of: struct bsdf_sample's. */
     _Alignas(LANES_ALIGN) float diffuse[LANES];
     struct lanes3 specular;
 };

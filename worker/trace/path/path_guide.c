@@ -77,17 +77,23 @@ static float share_lamps(const struct path_context *c, const struct path_vertex 
     return share;
 }
 
+/* Layers of packets without other surfaces are those of an earlier packet. */
+static bool has_layers(const struct path_vertex *v)
+{
+    return v->any_general && v->layers.any;
+}
+
 /* Paths are sent from surfaces that light samples light well, lobes of mirrors excepted. */
 static bool may_send(const struct path_vertex *v, int i)
 {
-    return v->active.on[i] && (v->lambert.on[i] || (v->layers.any && v->layers.on.on[i]));
+    return v->active.on[i] && (v->lambert.on[i] || (has_layers(v) && v->layers.on.on[i]));
 }
 
 bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
                      struct path_guide *g)
 {
     const struct sky_guide *guide = c->sky->guide;
-    const struct lanes3 *at = &v->surface.position;
+    const struct lanes3 *at = &v->surface.position, *n = &v->surface.normal;
     bool any = false;
     for (int i = 0; i < LANES; i++) {
         g->share[i] = g->sky[i] = 0.0f;
@@ -95,7 +101,10 @@ bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
         if (!may_send(v, i)) continue;
         const float sky = guide ? v->sky_share[i] : 0.0f;
         const float place[3] = {at->x[i], at->y[i], at->z[i]};
-        if (sky > 0.0f) g->sky[i] = GUIDE_SHARE_MAX * sky * sky_guide_glazed(guide, place);
+        const float normal[3] = {n->x[i], n->y[i], n->z[i]};
+        if (sky > 0.0f)
+            g->sky[i] =
+                GUIDE_SHARE_MAX * sky * sky_guide_glazed(guide, place, normal, &g->table[i]);
         g->share[i] = g->sky[i];
         if (has_lamps(c)) g->share[i] += share_lamps(c, v, i, GUIDE_SHARE_MAX * (1.0f - sky), g);
         any |= g->share[i] > 0.0f;
@@ -133,7 +142,7 @@ static uint32_t take_lamp(const struct path_guide *g, int i, uint32_t count, flo
 }
 
 /* Samples the sky in the lanes of *to_sky. A direction from which nothing comes is of no length. */
-static void aim_at_sky(const struct path_context *c, const struct path_vertex *v,
+static void aim_at_sky(const struct path_context *c, const struct path_guide *g,
                        const struct lanes_mask *to_sky, const float pick[LANES],
                        const float u[LANES], const float w[LANES], struct lanes3 *out)
 {
@@ -143,7 +152,7 @@ static void aim_at_sky(const struct path_context *c, const struct path_vertex *v
     for (int i = 0; i < LANES; i++) {
         if (!to_sky->on[i]) continue;
         const float at[2] = {u[i], w[i]};
-        const struct sky_choice choice = sky_expect(c->sky, v->sky_table[i], pick[i], at);
+        const struct sky_choice choice = sky_expect(c->sky, g->table[i], pick[i], at);
         sky_look(c->sky, &choice, sky_choose(c->sky, &choice, at), i, &texels);
     }
     c->kernels->place_sky(c->sky, &texels, u, w, &direction);
@@ -178,7 +187,7 @@ void path_guide_aim(const struct path_context *c, const struct path_packet *p,
         const struct cone cone = cone_of(c, v, i, take_lamp(g, i, lamps_of(c)->count, x));
         aim_at_lamp(&cone, u[i], w[i], i, &g->direction);
     }
-    if (any_sky) aim_at_sky(c, v, &to_sky, pick, u, w, &g->direction);
+    if (any_sky) aim_at_sky(c, g, &to_sky, pick, u, w, &g->direction);
 }
 
 /* ---- weights ---- */
@@ -204,7 +213,7 @@ static float density_of(const struct path_context *c, const struct path_vertex *
 {
     const float d[3] = {s->direction.x[i], s->direction.y[i], s->direction.z[i]};
     float sum = 0.0f;
-    if (g->sky[i] > 0.0f) sum += g->sky[i] * sky_pdf(c->sky, view, i, v->sky_table[i]);
+    if (g->sky[i] > 0.0f) sum += g->sky[i] * sky_pdf(c->sky, view, i, g->table[i]);
     for (uint32_t k = 0; has_lamps(c) && k < lamps_of(c)->count; k++) {
         if (!(g->lamps[k][i] > 0.0f)) continue;
         const struct cone cone = cone_of(c, v, i, k);
@@ -231,7 +240,7 @@ void path_guide_turn(const struct path_context *c, const struct path_vertex *v,
     struct sky_view view;
     for (int i = 0; i < LANES; i++)
         if (g->sent.on[i] && v->lambert.on[i]) turn_lambert(v, g, i, s);
-    if (v->layers.any) c->kernels->layers_turn(v, &g->sent, &g->direction, s);
+    if (has_layers(v)) c->kernels->layers_turn(v, &g->sent, &g->direction, s);
     if (c->sky->guide) c->kernels->find_sky(c->sky, d->x, d->y, d->z, &view);
     for (int i = 0; i < LANES; i++) {
         if (!(s->on.on[i] && g->share[i] > 0.0f)) continue;

@@ -18,6 +18,7 @@
 struct path_guide {
     _Alignas(LANES_ALIGN) float share[LANES]; /* of their paths that are sent */
     _Alignas(LANES_ALIGN) float sky[LANES];   /* of these to the sky; the rest go to lamps: */
+    uint32_t table[LANES];                    /* the sky's behind glass, where that is above 0 */
     float lamps[EMITTER_GROUPS][LANES];
     struct lanes_mask sent;
     struct lanes3 direction; /* of those */

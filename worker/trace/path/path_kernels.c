@@ -1,9 +1,9 @@
 #include "worker/trace/path/path_kernels.h"
 
+#include "worker/trace/light/sky_lanes.h"
 #include "worker/trace/path/layer_lanes.h"
 #include "worker/trace/path/light_weight_lanes.h"
 #include "worker/trace/path/path_lanes.h"
-#include "worker/trace/light/sky_lanes.h"
 
 const struct path_kernels KERNELS(path_kernels) = {
     .path_pairs = kernel_path_pairs,

@@ -121,7 +121,8 @@ static void kernel_weigh_segments(const struct path_packet *restrict p,
         throughput->z[i] = p->throughput.z[i] * s->weight.z[i];
     }
     for (int i = 0; !chance && i < LANES; i++) stays->on[i] = -1;
-    for (int i = 0; chance && i < LANES; i++) play_roulette(chance[i], s->promise[i], i, throughput, stays);
+    for (int i = 0; chance && i < LANES; i++)
+        play_roulette(chance[i], s->promise[i], i, throughput, stays);
 }
 
 /* Computes the radiance that Lambert surfaces of albedo 1 reflect of visible light samples. The

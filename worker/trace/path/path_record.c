@@ -174,27 +174,18 @@ void path_record_shadow(const struct path_context *c, const struct path_packet *
     for (int k = 0; k < 3; k++) to->value[k] = to->reflected[k] * throughput[k];
 }
 
-/* Repeats the choice of bsdf_sample, which is pure. */
-static void split_weight(const struct path_context *c, const struct path_packet *p,
-                         const struct path_vertex *v, struct path_record_scatter *to)
+/* Repeats the choice of bsdf_sample, which is pure, to tell Dirac lobes. */
+static void find_dirac(const struct path_packet *p, const struct path_vertex *v,
+                       struct path_record_scatter *to)
 {
     const uint32_t base = PATH_VERTEX + v->depth * PATH_PER_VERTEX;
     float u[2], lobe, unused;
     struct bsdf_sample sample;
-    (void)c;
-    if (v->lambert.on[0]) {
-        memcpy(to->diffuse, to->weight, sizeof to->diffuse);
-        return;
-    }
+    if (v->lambert.on[0] || (v->layers.any && v->layers.on.on[0])) return; /* those have none */
     path_pair(p->key[0], p->sample[0], base + PATH_DIRECTION, &u[0], &u[1]);
     path_pair(p->key[0], p->sample[0], base + PATH_CHOICE, &lobe, &unused);
     const float wo[3] = {v->back.x[0], v->back.y[0], v->back.z[0]};
-    if (!bsdf_sample(&v->bsdf[0], wo, lobe, u, &sample)) return;
-    to->dirac = sample.dirac;
-    for (int k = 0; k < 3; k++) {
-        to->diffuse[k] = v->bsdf[0].albedo[k] * sample.diffuse;
-        to->specular[k] = sample.specular[k];
-    }
+    if (bsdf_sample(&v->bsdf[0], wo, lobe, u, &sample)) to->dirac = sample.dirac;
 }
 
 void path_record_scatter(const struct path_context *c, const struct path_packet *p,
@@ -205,7 +196,7 @@ void path_record_scatter(const struct path_context *c, const struct path_packet 
     *to = *scatter;
     to->tried = true;
     if (!to->on) return;
-    split_weight(c, p, v, to);
+    find_dirac(p, v, to);
     if (!to->roulette) return;
     float unused;
     path_pair(p->key[0], p->sample[0], PATH_VERTEX + v->depth * PATH_PER_VERTEX + PATH_ROULETTE,

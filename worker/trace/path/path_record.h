@@ -57,8 +57,9 @@ struct path_record_scatter {
     float direction[3];
     float pdf;                     /* per solid angle; 0: light samples could not have found it */
     float diffuse[3], specular[3]; /* the weight's parts */
-    float weight[3];               /* f |cos| / density: the throughput is multiplied by it */
-    bool left_out;                 /* all that could come is a light field's */
+    float weight[3]; /* f |cos| / density: the throughput is multiplied by it. The density is `pdf`,
+                        or beside light behind glass that of lobes and lights together */
+    bool left_out;   /* all that could come is a light field's */
     bool goes_on;
     bool roulette; /* was played; the throughput then is over `survival` */
     float chance, survival;

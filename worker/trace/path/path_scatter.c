@@ -20,6 +20,8 @@ static void scatter_lambert(const struct path_context *c, const struct path_vert
     s->on = v->active;
     c->kernels->lambert_scatter(&v->surface, u, w, &s->on, &s->direction, s->pdf);
     s->weight = v->surface.albedo;
+    for (int i = 0; i < LANES; i++) s->diffuse[i] = 1.0f;
+    memset(&s->specular, 0, sizeof s->specular);
     memset(&s->through, 0, sizeof s->through);
 }
 
@@ -261,8 +263,11 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
         .left_out = is_left_out(c, v, p->slot[0], h),
         .goes_on = next->count > 0};
     const struct lanes3 *t = &p->throughput;
-    const float most =
-        fmaxf(t->x[0] * to.weight[0], fmaxf(t->y[0] * to.weight[1], t->z[0] * to.weight[2]));
+    const float most = s->promise[0] * fmaxf(t->x[0] * to.weight[0],
+                                             fmaxf(t->y[0] * to.weight[1], t->z[0] * to.weight[2]));
+    const float rest[3] = {s->specular.x[0], s->specular.y[0], s->specular.z[0]};
+    for (int k = 0; k < 3; k++) to.specular[k] = rest[k];
+    for (int k = 0; k < 3; k++) to.diffuse[k] = to.weight[k] - rest[k];
     to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH;
     to.survival = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
     path_record_scatter(c, p, v, &to);

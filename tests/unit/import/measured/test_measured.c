@@ -116,8 +116,8 @@ TEST(lobes_come_back)
     expect_lobes(&fit, &paint);
 }
 
-/* Fits lobes to a file as large as those of the database, whose numbers end at its last byte and lie
- * on no multiple of their size. */
+/* Fits lobes to a file as large as those of the database, whose numbers end at its last byte and
+ * lie on no multiple of their size. */
 static struct lobe_fit fit_of_real_size(const struct surface *s)
 {
     static const int32_t bins[3] = {90, 90, 180};

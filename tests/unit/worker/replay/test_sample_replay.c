@@ -266,6 +266,32 @@ TEST(steps_add_up)
     free(f);
 }
 
+/* Paths that are sent to a lamp behind glass: some weigh far less than their lobes' would. */
+TEST(steps_to_lamps_behind_glass_add_up)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = room(f);
+    const uint32_t lamp = fixture_material(f, 0, 0, 0), pane = 3;
+    f->materials[lamp].emission[1] = 30.0f;
+    fixture_panel(f, lamp, (float[]){0, 2, -1}, (float[]){0.1f, 0, 0}, (float[]){0, 0, 0.1f});
+    fixture_panel(f, pane, (float[]){0, 1.9f, -1}, (float[]){1, 0, 0}, (float[]){0, 0, -1});
+    p.paths.emitter_power = 1.0f;
+    struct traced t = trace_all(f, &p);
+    uint32_t sent = 0;
+    sums_are_those_of_tiles(&p, &t);
+    for (int32_t i = 0; i < SIDE_PX * SIDE_PX; i++) {
+        struct path_record *r = replay(&t, &p, i % SIDE_PX, i / SIDE_PX, (uint32_t)i % SPP);
+        add_up(r);
+        hang_together(r);
+        for (uint32_t d = 0; d < r->count; d++)
+            sent += r->vertices[d].scatter.on && r->vertices[d].scatter.weight[1] < 0.01f;
+        free(r);
+    }
+    assert_true(sent > 0);
+    traced_fini(&t);
+    free(f);
+}
+
 /* Surfaces that no light faces choose none, of which there is nothing to tell. */
 TEST(no_light_is_no_sample)
 {

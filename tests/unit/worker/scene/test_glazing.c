@@ -84,6 +84,17 @@ TEST(a_lamp_in_the_open_is_none)
     room_fixture_close(&r);
 }
 
+/* Half of its rays meet its own far wall. */
+TEST(a_bulb_that_shines_itself_is_none)
+{
+    begin();
+    r.parts->materials[glass].emission[1] = 3.0f;
+    r.parts->materials[glass].flags |= MATERIAL_DOUBLE_SIDED;
+    add_bulb(1, 2, 3, 0.15f);
+    assert_int_equal(lamps()->count, 0);
+    room_fixture_close(&r);
+}
+
 TEST(opaque_bulbs_hide_lamps)
 {
     begin();
@@ -95,17 +106,27 @@ TEST(opaque_bulbs_hide_lamps)
     room_fixture_close(&r);
 }
 
+/* Each triangle is on its own, so there are more than places. */
 TEST(of_many_lamps_the_brightest_are_kept)
 {
+    float most = 0.0f;
     begin();
-    for (uint32_t k = 0; k < 9; k++) {
-        const float x = 3.0f * (float)k;
-        add_lamp(x, 0, 0);
-        add_bulb(x, 0, 0, 0.15f);
+    for (uint32_t k = 0; k < 12; k++) {
+        const float x = 3.0f * (float)k, half = k == 7 ? 0.2f : k == 10 ? 0.02f : 0.1f;
+        fixture_panel(r.parts, lamp, (float[]){x, 0, 0}, (float[]){half, 0, 0},
+                      (float[]){0, 0, half});
     }
+    fixture_panel(r.parts, glass, (float[]){16, 1, 0}, (float[]){40, 0, 0}, (float[]){0, 0, 40});
+    fixture_panel(r.parts, glass, (float[]){16, -1, 0}, (float[]){40, 0, 0}, (float[]){0, 0, 40});
+    r.parts->materials[glass].roughness = 0.0f;
     const struct emitter_groups *g = lamps();
-    assert_true(g->count > 1 && g->count <= EMITTER_GROUPS);
-    for (uint32_t k = 0; k < g->count; k++) assert_true(g->power[k] > 0.0f && g->radius[k] > 0.0f);
+    assert_int_equal(g->count, EMITTER_GROUPS);
+    for (uint32_t k = 0; k < g->count; k++) {
+        assert_true(g->power[k] > 0.0f && g->radius[k] > 0.0f);
+        assert_true(fabsf(g->x[k] - 30.0f) > 1.0f); /* not the faintest */
+        if (fabsf(g->x[k] - 21.0f) < 1.0f) most = fmaxf(most, g->power[k]);
+    }
+    for (uint32_t k = 0; k < g->count; k++) assert_true(g->power[k] <= most);
     room_fixture_close(&r);
 }
 
@@ -148,12 +169,14 @@ TEST(a_pane_in_a_window_lets_the_sky_in)
         assert_non_null(o);
         openness_learn(o);
         const uint32_t cell = openness_grid_cell(openness_grid(o), (const float[3]){0, 1.6f, 0});
-        const uint16_t number = openness_numbers(o)[cell];
-        assert_true(number > 0);
-        float most = 0.0f;
-        for (uint32_t k = 0; k < OPENNESS_BINS; k++)
-            most = fmaxf(most, openness_of(o, number - 1u)[k]);
-        assert_true(most > 0.8f);
+        const uint16_t number = openness_numbers(o)[cell], pane = openness_pane_numbers(o)[cell];
+        assert_true(number > 0 && (pane > 0) == glazed);
+        float open = 0.0f, through = 0.0f;
+        for (uint32_t k = 0; k < OPENNESS_BINS; k++) {
+            open = fmaxf(open, openness_of(o, number - 1u)[k]);
+            if (glazed) through = fmaxf(through, openness_through(o, pane - 1u)[k]);
+        }
+        assert_true(glazed ? open == 0.0f && through > 0.8f : open > 0.8f);
         assert_true(openness_glazed(o)[cell] == (glazed ? 1.0f : 0.0f));
         openness_destroy(&o);
         room_fixture_close(&r);

@@ -290,6 +290,24 @@ TEST(frames_on_a_base_that_is_none_are_faults)
     world_close(w);
 }
 
+TEST(frames_whose_base_lacks_memory_are_faults_and_end_the_worker)
+{
+    struct world *w = world_open(1, false);
+    struct wire_frame_view f;
+    stand_on_base(w, FAKE_BASE);
+    load_error = ERR_MEMORY;
+    load_error_of_base = true;
+    start_tile(w, 1);
+    serve_blob(w);
+    serve_base(w);
+    expect_fault(w, ERR_MEMORY, "scene: base: scene: the fake gives it up");
+    expect(w, MESSAGE_BYE, &f);
+    assert_int_equal(w->end, SESSION_END_FAILED);
+    load_error = 0;
+    load_error_of_base = false;
+    world_close(w);
+}
+
 TEST(frames_whose_base_is_missing_are_faults)
 {
     struct world *w = world_open(1, false);

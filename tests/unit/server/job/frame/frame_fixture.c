@@ -118,6 +118,7 @@ void begin(struct bench *b, int32_t tile_px)
         .pool = b->pool,
         .scratch = b->scratch,
         .objects = &b->objects,
+        .unwatched = b->unwatched,
         .events = {.ctx = b,
                    .judged = on_judged,
                    .drawn = on_drawn,

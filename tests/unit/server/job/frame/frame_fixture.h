@@ -25,6 +25,7 @@ struct bench {
     bool rate;         /* bounce rays come in two sets */
     bool lobes;        /* and rays of glossy lobes */
     bool lens;         /* and its second sets of paths */
+    bool unwatched;
     unsigned extended;
     uint32_t filter;              /* of its shadows */
     uint32_t lights;              /* filtered ones and others */

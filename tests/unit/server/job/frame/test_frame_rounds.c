@@ -87,6 +87,34 @@ TEST(second_sets_give_the_same_files)
     b->rate = false;
 }
 
+static unsigned draws_of(struct bench *b, bool unwatched)
+{
+    struct fleet_tile tile;
+    clear_counts(b);
+    b->unwatched = unwatched;
+    begin(b, 16);
+    while (lease(b, 1, ~0u, &tile)) {
+        assert_int_equal(send_tile(b, 1, &tile, 0), 0);
+        if (b->frame) uv_run(&b->loop, UV_RUN_NOWAIT);
+    }
+    run(b);
+    assert_int_equal(b->encoded, 1);
+    b->unwatched = false;
+    return b->drawn;
+}
+
+/* Three passes are drawn as they come, or all at once. */
+TEST(unwatched_blocks_are_drawn_once)
+{
+    struct bench *b = *state;
+    b->path_spp = 40;
+    const unsigned watched = draws_of(b, false);
+    const struct digest exr = b->exr;
+    const unsigned once = draws_of(b, true);
+    assert_true(once > 0 && watched >= 2 * once);
+    assert_true(digest_equal(&exr, &b->exr));
+}
+
 /* Leases of the second set carry what the tile's pixels get, as often as they are given. */
 static void check_second_lease(struct bench *b, uint32_t maps)
 {

@@ -1,6 +1,7 @@
 /* Paths that are sent to light behind glass bring the same light as others, with less noise. The
  * glass has the index of air, so that what it lets through is known: what light samples bring
  * without it. */
+#include "proto/half.h"
 #include "tests/unit/worker/trace/path/path_fixture.h"
 
 #include "tests/unit/worker/scene/environment_fixture.h"
@@ -134,5 +135,48 @@ TEST(other_light_stays)
     expect_equal_light(&sent, &chance, PLANE_PATH_RADIANCE, SPP);
     traced_fini(&chance);
     traced_fini(&sent);
+    free(f);
+}
+
+/* Seen in clear glass the floor's light counts as diffuse, however the path was sent on. */
+TEST(diffuse_light_behind_glass_is_as_bright)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = lit_floors(f);
+    add_pane(f, 5.6f, 1.95f, 4.2f);
+    fixture_panel(f, air(f), (float[]){0, 3.5f, 0}, (float[]){1, 0, 0}, (float[]){0, 0, -1});
+    p.bounces = 3;
+    p.planes |= PLANES_RESIDUAL_READ | PATH_BIT(DIFFUSE_DIRECT) | PATH_BIT(DIFFUSE_INDIRECT);
+    struct traced sent = trace_under(f, &p, NULL, true), chance = trace_under(f, &p, NULL, false);
+    for (uint32_t c = 0; c < 2; c++) {
+        const double expected = mean(&chance, PLANE_PATH_DIFFUSE_INDIRECT, c, SPP);
+        assert_true(expected > 1e-3);
+        assert_near(mean(&sent, PLANE_PATH_DIFFUSE_INDIRECT, c, SPP), expected, 0.25 * expected);
+    }
+    traced_fini(&chance);
+    traced_fini(&sent);
+    free(f);
+}
+
+/* Rays of the field of indirect light go through panes, too, where they may end by chance. */
+TEST(fields_see_lamps_behind_panes)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = lit_floors(f);
+    add_pane(f, 5.6f, 1.95f, 4.2f);
+    p.planes = 0;
+    p.paths.spp = 0;
+    fixture_bounces(&p, 8);
+    p.bounces = 3;
+    double light[2];
+    for (uint32_t sent = 0; sent < 2; sent++) {
+        struct traced t = trace_under(f, &p, NULL, sent);
+        light[sent] = 0;
+        for (int i = 0; i < SIDE_PX * SIDE_PX; i++)
+            light[sent] += (double)half_to_float(samples_u16(t.samples, PLANE_INDIRECT_MEAN, 0)[i]);
+        traced_fini(&t);
+    }
+    assert_true(light[0] > 0.0);
+    assert_near(light[1], light[0], 0.2 * light[0]);
     free(f);
 }
