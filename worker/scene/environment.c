@@ -208,8 +208,7 @@ struct environment_rect environment_bin_texels(const struct environment *e, uint
     return e->bins[bin].at;
 }
 
-/* A number for each texel. They are read at random places, which huge pages make quicker to find.
- */
+/* A number for each texel. They are read at random places, which are found sooner in huge pages. */
 static void *take_large(const struct environment *e, size_t each_bytes)
 {
     const size_t size_bytes = (size_t)e->width * e->height * each_bytes;

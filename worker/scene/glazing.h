@@ -19,6 +19,6 @@ struct glazing {
 /* Learns from a scene that is built. */
 void glazing_learn(const struct render_scene *scene, struct glazing *out);
 
-/* Returns whether a ray reaches its end, if need be through glass and shades, which sets *through.
- */
+/* Returns whether a ray reaches its end, if need be through clear glass, and sets *through where it
+ * does so. Frosted glass and shades stop it. */
 bool glazing_sees(const struct render_scene *scene, struct RTCRay *ray, bool *through);

@@ -88,9 +88,8 @@ void openness_destroy(struct openness **openness)
 struct probe {
     const struct openness *openness;
     uint32_t cell, random;
-    float place[3], near; /* rays begin so far from it: a flat scene lies where its cells do */
-    uint32_t seen,
-        glazed; /* rays that reached the sky, and those of them that went through glass */
+    float place[3], near;  /* rays begin so far from it: a flat scene lies where its cells do */
+    uint32_t seen, glazed; /* rays that reached the sky; of them, through glass */
 };
 
 static float next_random(struct probe *p)

@@ -40,6 +40,7 @@ struct sky_guide *sky_guide_create(const struct environment *map,
         g->pane = o ? openness_pane_numbers(o) : &open_number;
         g->glazed = o ? openness_glazed(o) : &not_glazed;
         g->first_pane = o ? openness_cells(o) : 0;
+        g->panes = o ? openness_panes(o) : 0;
         g->tables = tables;
         fill(t, o, tables);
     } else {

@@ -13,7 +13,7 @@ struct sky_guide {
     const struct openness_grid *grid;
     const uint16_t *number, *pane;  /* one a cell; these are the openness's */
     const float *glazed;            /* openness_glazed */
-    uint32_t first_pane;            /* the number before the first pane's */
+    uint32_t first_pane, panes;     /* the number before the first pane's; how many there are */
     const struct sky_table *tables; /* SKY_TABLE_NORMALS a number, then a pane */
 };
 

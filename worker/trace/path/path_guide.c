@@ -27,7 +27,8 @@ static bool has_lamps(const struct path_context *c)
 
 bool path_guide_is_needed(const struct path_context *c)
 {
-    return c->queries->scene->has_glass && (has_lamps(c) || c->sky->guide);
+    const bool panes = c->sky->guide && c->sky->guide->panes > 0;
+    return c->queries->scene->has_glass && (has_lamps(c) || panes);
 }
 
 /* ---- where to ---- */
