@@ -206,32 +206,31 @@ static int check_target(const struct plan_field *at, const struct plan *plan)
     return 0;
 }
 
+static int refuse_planes(const struct plan_field *at, uint64_t planes, const char *text)
+{
+    return plan_field_refuse(at, ERR_RANGE, "planes", text, (double)planes);
+}
+
 /* Paths are traced for their planes, and planes are made from paths. */
 static int check_path_planes(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     const bool open = planes & (PLANE_BIT(PATH_VISIBILITY) | PLANE_BIT(AMBIENT_VISIBILITY));
     if ((planes & PLANES_PATH_ALL) && plan->paths.spp == 0)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for paths, of which there are none",
-                                 (double)planes);
+        return refuse_planes(at, planes, "asks for paths, of which there are none");
     if (!(planes & PLANES_PATH) && plan->paths.spp > 0)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "has no place for what the paths bring",
-                                 (double)planes);
+        return refuse_planes(at, planes, "has no place for what the paths bring");
     if ((planes & PLANE_BIT(PATH_M2)) && !(planes & PLANE_BIT(PATH_RADIANCE)))
-        return plan_field_refuse(at, ERR_RANGE, "planes", "has path_m2 without path_radiance",
-                                 (double)planes);
+        return refuse_planes(at, planes, "has path_m2 without path_radiance");
     if (plan->paths.without_diffuse_indirect && !(planes & PLANES_BOUNCE_LIGHT))
-        return plan_field_refuse(at, ERR_RANGE, "planes",
-                                 "has no place for indirect light that paths omit", (double)planes);
+        return refuse_planes(at, planes, "has no place for indirect light that paths omit");
     if (plan->paths.without_glossy_indirect &&
         (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
-        return plan_field_refuse(at, ERR_RANGE, "planes",
-                                 "has no place for glossy light that paths omit", (double)planes);
+        return refuse_planes(at, planes, "has no place for glossy light that paths omit");
     if (open != (plan->occlusion_distance > 0.0f))
-        return plan_field_refuse(at, ERR_RANGE, "planes",
-                                 open ? "asks for occlusion without a distance"
-                                      : "has a distance of occlusion but no plane of it",
-                                 (double)planes);
+        return refuse_planes(at, planes,
+                             open ? "asks for occlusion without a distance"
+                                  : "has a distance of occlusion but no plane of it");
     return 0;
 }
 
@@ -241,14 +240,11 @@ static int check_lone(const struct plan_field *at, const struct plan *plan)
     const uint64_t planes = plan->planes;
     if (!(planes & PLANE_BIT(LONE))) return 0;
     if (plan->sub_samples == 0 || (planes & PLANES_COMPARED) != PLANES_COMPARED)
-        return plan_field_refuse(at, ERR_RANGE, "planes",
-                                 "lacks what lone sub-samples are found by", (double)planes);
+        return refuse_planes(at, planes, "lacks what lone sub-samples are found by");
     if (plan->camera.aperture_radius > 0.0f)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for lone sub-samples with a lens",
-                                 (double)planes);
+        return refuse_planes(at, planes, "asks for lone sub-samples with a lens");
     if (lone_parts(plan) == 0)
-        return plan_field_refuse(at, ERR_RANGE, "planes",
-                                 "has no light fields for lone sub-samples", (double)planes);
+        return refuse_planes(at, planes, "has no light fields for lone sub-samples");
     if (plan->tile_px % LIMIT_TILE_SIDE_MIN_PX != 0)
         return plan_field_refuse(at, ERR_RANGE, "tile_px",
                                  "cuts the squares that lone sub-samples are shaded by",
@@ -269,11 +265,9 @@ static int check_mixed(const struct plan_field *at, const struct plan *plan)
     if (!(planes & PLANE_BIT(MIXED))) return 0;
     const uint64_t needed = plan->paths.spp > 0 ? PLANES_CENTRE : PLANES_COMPARED;
     if ((plan->paths.spp == 0 && plan->sub_samples == 0) || (planes & needed) != needed)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "lacks what mixed pixels are found by",
-                                 (double)planes);
+        return refuse_planes(at, planes, "lacks what mixed pixels are found by");
     if (plan->camera.aperture_radius > 0.0f)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for mixed pixels with a lens",
-                                 (double)planes);
+        return refuse_planes(at, planes, "asks for mixed pixels with a lens");
     return 0;
 }
 
@@ -282,20 +276,15 @@ static int check_planes(const struct plan_field *at, const struct plan *plan)
 {
     const uint64_t planes = plan->planes;
     if ((planes & (PLANES_SUB | PLANE_BIT(SUB_REFLECTANCE))) && plan->sub_samples == 0)
-        return plan_field_refuse(at, ERR_RANGE, "planes",
-                                 "asks for sub-samples, of which there are none", (double)planes);
+        return refuse_planes(at, planes, "asks for sub-samples, of which there are none");
     if ((planes & PLANE_BIT(SUB_DEPTH)) && !(planes & PLANE_BIT(DEPTH)))
-        return plan_field_refuse(at, ERR_RANGE, "planes", "has sub_depth without depth",
-                                 (double)planes);
+        return refuse_planes(at, planes, "has sub_depth without depth");
     if ((planes & (PLANES_BOUNCE_LIGHT | PLANES_GLOSSY)) && plan->bounces == 0)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "asks for indirect light without bounces",
-                                 (double)planes);
+        return refuse_planes(at, planes, "asks for indirect light without bounces");
     if ((planes & PLANE_BIT(GLOSSY_HALF)) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "has half of what it lacks the whole of",
-                                 (double)planes);
+        return refuse_planes(at, planes, "has half of what it lacks the whole of");
     if ((planes & PLANES_GLOSSY_AXES) && (planes & PLANES_GLOSSY_LIGHT) != PLANES_GLOSSY_LIGHT)
-        return plan_field_refuse(at, ERR_RANGE, "planes", "has axes of lobes that it lacks",
-                                 (double)planes);
+        return refuse_planes(at, planes, "has axes of lobes that it lacks");
     int error = check_lone(at, plan);
     if (!error) error = check_mixed(at, plan);
     return error ? error : check_path_planes(at, plan);

@@ -92,14 +92,11 @@ static void turn_directions(const struct bounce *b, const struct lanes3 *local,
     const struct lanes3 *t = &b->tangent, *s = &b->bitangent, *n = &b->from->surface.normal;
     const struct lanes3 *facet = &b->from->surface.facet;
     for (int i = 0; i < LANES; i++) {
-        float x = local->x[i] * t->x[i] + local->y[i] * s->x[i] + local->z[i] * n->x[i];
-        float y = local->x[i] * t->y[i] + local->y[i] * s->y[i] + local->z[i] * n->y[i];
-        float z = local->x[i] * t->z[i] + local->y[i] * s->z[i] + local->z[i] * n->z[i];
-        float above = x * facet->x[i] + y * facet->y[i] + z * facet->z[i];
-        valid->on[i] &= -(above > 0.0f);
-        out->x[i] = x;
-        out->y[i] = y;
-        out->z[i] = z;
+        out->x[i] = local->x[i] * t->x[i] + local->y[i] * s->x[i] + local->z[i] * n->x[i];
+        out->y[i] = local->x[i] * t->y[i] + local->y[i] * s->y[i] + local->z[i] * n->y[i];
+        out->z[i] = local->x[i] * t->z[i] + local->y[i] * s->z[i] + local->z[i] * n->z[i];
+        valid->on[i] &=
+            -(out->x[i] * facet->x[i] + out->y[i] * facet->y[i] + out->z[i] * facet->z[i] > 0.0f);
     }
 }
 
