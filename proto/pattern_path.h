@@ -39,6 +39,13 @@ static inline uint32_t path_mix(uint32_t x)
     return x;
 }
 
+/* Returns the next number in [0, 1) of a plain sequence, for what is sampled before any path is. */
+static inline float path_next(uint32_t *state)
+{
+    *state += 0x9e3779b9u;
+    return (float)(path_mix(*state) >> 8) * 0x1p-24f;
+}
+
 static inline uint32_t path_reverse(uint32_t x)
 {
     x = (x & 0x55555555u) << 1 | (x >> 1 & 0x55555555u);

@@ -103,12 +103,6 @@ struct lamp {
     uint32_t random;
 };
 
-static float next_random(uint32_t *state)
-{
-    *state += 0x9e3779b9u;
-    return (float)(path_mix(*state) >> 8) * 0x1p-24f;
-}
-
 /* Walks down from a group by the power of what is below. Returns a leaf. */
 static uint32_t descend(const struct emitter_tree *t, uint32_t at, uint32_t *random)
 {
@@ -117,7 +111,7 @@ static uint32_t descend(const struct emitter_tree *t, uint32_t at, uint32_t *ran
         float sum = 0.0f, upto = 0.0f;
         uint32_t taken = 0;
         for (uint32_t k = 0; k < g->count; k++) sum += g->power[k];
-        const float target = next_random(random) * sum;
+        const float target = path_next(random) * sum;
         for (uint32_t k = 0; k < g->count && upto <= target; k++) {
             upto += g->power[k];
             taken = k;
@@ -150,8 +144,8 @@ static void sample_rectangle(const struct scene_light *l, const float u[2],
 
 static void sample_point(const struct source *s, uint32_t *random, struct emitter_point *out)
 {
-    const float u[2] = {next_random(random), next_random(random)};
-    const float choice = next_random(random);
+    const float u[2] = {path_next(random), path_next(random)};
+    const float choice = path_next(random);
     if (s->rectangle) {
         sample_rectangle(s->rectangle, u, out);
         return;
@@ -163,11 +157,11 @@ static void sample_point(const struct source *s, uint32_t *random, struct emitte
 /* Samples a ray that leaves a lamp. */
 static struct RTCRay leave(const struct source *source, uint32_t *random)
 {
-    const float turn[2] = {next_random(random), next_random(random)};
+    const float turn[2] = {path_next(random), path_next(random)};
     struct emitter_point p;
     float t[3], b[3], d[3], way[3];
     sample_point(source, random, &p);
-    const float side = p.double_sided && next_random(random) < 0.5f ? -1.0f : 1.0f;
+    const float side = p.double_sided && path_next(random) < 0.5f ? -1.0f : 1.0f;
     for (int k = 0; k < 3; k++) p.normal[k] *= side;
     direction_frame(p.normal, t, b);
     lambert_direction(turn[0], turn[1], &d[0], &d[1], &d[2]);

@@ -92,12 +92,6 @@ struct probe {
     uint32_t seen, glazed; /* rays that reached the sky; of them, through glass */
 };
 
-static float next_random(struct probe *p)
-{
-    p->random += 0x9e3779b9u;
-    return (float)(path_mix(p->random) >> 8) * 0x1p-24f;
-}
-
 /* Chooses a random place in the cell. */
 static void go(struct probe *p)
 {
@@ -109,7 +103,7 @@ static void go(struct probe *p)
     float shortest = INFINITY;
     for (int k = 0; k < 3; k++) {
         const float side = b->per_cell[k] > 0.0f ? 1.0f / b->per_cell[k] : 0.0f;
-        p->place[k] = b->low[k] + ((float)at[k] + next_random(p)) * side;
+        p->place[k] = b->low[k] + ((float)at[k] + path_next(&p->random)) * side;
         shortest = side > 0.0f ? fminf(shortest, side) : shortest;
     }
     p->near = isfinite(shortest) ? NEAR_SHARE * shortest : 0.0f;
@@ -121,8 +115,8 @@ enum way { WAY_BLOCKED, WAY_OPEN, WAY_GLAZED };
 /* Finds out in a random direction of a bin. */
 static enum way look_along(struct probe *p, uint32_t u, uint32_t v)
 {
-    const float around = ((float)u + next_random(p)) / (float)OPENNESS_U;
-    const float down = ((float)v + next_random(p)) / (float)OPENNESS_V;
+    const float around = ((float)u + path_next(&p->random)) / (float)OPENNESS_U;
+    const float down = ((float)v + path_next(&p->random)) / (float)OPENNESS_V;
     float around_sine, around_cosine, down_sine, down_cosine;
     elementary_sincos_turn(around, &around_sine, &around_cosine);
     elementary_sincos_turn(0.5f * down, &down_sine, &down_cosine);
