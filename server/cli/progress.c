@@ -15,16 +15,38 @@ void progress_begin(struct progress *p, bool quiet)
         p->width = size.ws_col < 60 ? 10 : 20;
 }
 
-static void eta_text(double eta_s, char *out, size_t capacity)
+/* A time as people say it. */
+struct duration {
+    char number[24];
+    const char *unit;
+};
+
+static struct duration duration_of(double s)
 {
-    if (eta_s < 0)
-        out[0] = '\0';
-    else if (eta_s < 90)
-        snprintf(out, capacity, ", %.0f s left", eta_s);
-    else if (eta_s < 5400)
-        snprintf(out, capacity, ", %.0f min left", eta_s / 60);
+    const bool hours = s >= 5400, minutes = s >= 90 && !hours;
+    struct duration out = {.unit = hours ? "h" : minutes ? "min" : "s"};
+    snprintf(out.number, sizeof out.number, "%.*f", hours, s / (hours ? 3600 : minutes ? 60 : 1));
+    return out;
+}
+
+/* Writes ", 12 s left" or ", 10 to 40 s left", or nothing when there is no telling. */
+static void eta_text(const json_t *data, char *out, size_t capacity)
+{
+    const json_t *eta = json_object_get(data, "eta_s"),
+                 *range = json_object_get(data, "eta_range_s");
+    const bool point = json_is_number(eta);
+    out[0] = '\0';
+    if (!point && json_array_size(range) != 2) return;
+    const struct duration least =
+        duration_of(json_number_value(point ? eta : json_array_get(range, 0)));
+    const struct duration most =
+        duration_of(json_number_value(point ? eta : json_array_get(range, 1)));
+    const bool same_unit = strcmp(least.unit, most.unit) == 0;
+    if (same_unit && strcmp(least.number, most.number) == 0)
+        snprintf(out, capacity, ", %s %s left", most.number, most.unit);
     else
-        snprintf(out, capacity, ", %.1f h left", eta_s / 3600);
+        snprintf(out, capacity, ", %s%s%s to %s %s left", least.number, same_unit ? "" : " ",
+                 same_unit ? "" : least.unit, most.number, most.unit);
 }
 
 static void draw_bar(const struct progress *p, const char *tail)
@@ -38,14 +60,13 @@ static void draw_bar(const struct progress *p, const char *tail)
 
 void progress_show(struct progress *p, const char *state, const json_t *data)
 {
-    char eta[48], tail[128];
+    char eta[96], tail[160];
     if (p->quiet) return;
     if (state) snprintf(p->state, sizeof p->state, "%s", state);
     const json_t *fraction = json_object_get(data, "fraction");
     if (json_is_number(fraction)) p->fraction = json_number_value(fraction);
     if (p->fraction > 0.99) p->fraction = 0.99;
-    const json_t *eta_s = json_object_get(data, "eta_s");
-    eta_text(json_is_number(eta_s) ? json_number_value(eta_s) : -1, eta, sizeof eta);
+    eta_text(data, eta, sizeof eta);
     json_int_t done = json_integer_value(json_object_get(data, "tiles_done"));
     json_int_t total = json_integer_value(json_object_get(data, "tiles_total"));
     tail[0] = '\0';

@@ -13,6 +13,10 @@
 #define TRACED_SHARE  0.97
 #define ENCODED_SHARE 0.99 /* stored, but not yet recorded */
 
+#define PACE_SPREAD 1.25 /* times as long, or as short, as at the latest pace */
+#define SURE_TIMES  1.5  /* from the least to the most: the middle is told, within a third */
+#define SURE_S      0.5  /* or so little that nobody minds */
+
 static double frame_fraction(const struct active_frame *frame)
 {
     if (frame->recalled) return 0; /* it is counted already */
@@ -65,7 +69,8 @@ static uint32_t encoding(const struct active_job *job)
     return count;
 }
 
-static struct open_work open_work_of(const struct active_job *job, double all_us)
+static struct open_work open_work_of(const struct active_job *job, double all_us,
+                                     enum foreseen which)
 {
     struct open_work sum = {.frames = encoding(job)};
     const struct jobs *jobs = job->jobs;
@@ -76,30 +81,49 @@ static struct open_work open_work_of(const struct active_job *job, double all_us
     for (unsigned i = 0; i < jobs->open_count; i++) {
         const struct frame *work = jobs->open[i].frame->work;
         if (jobs->open[i].job != job) continue;
-        sum.left_us += pace_frame_left_us(frame_left_us(work), frame_done_us(work),
+        sum.left_us += pace_frame_left_us(frame_left_us(work, which), frame_done_us(work),
                                           frame_traced_share(work), mean_us);
         /* Others are filtered while that one is traced. */
-        sum.filters_us = fmax(sum.filters_us, frame_filters_left_us(work));
+        sum.filters_us = fmax(sum.filters_us, frame_filters_left_us(work, which));
         sum.frames += !jobs->open[i].frame->recalled;
     }
     return sum;
 }
 
 /* Estimates the time left: what open frames still cost, what frames to come will as those so far
- * do, at the latest pace; and the filters' work that waits. null until there is a pace. */
-static json_t *eta_of(const struct active_job *job)
+ * do, at the latest pace; and the filters' work that waits. Negative until there is a pace. */
+static double time_left_s(const struct active_job *job, enum foreseen which)
 {
-    if (job->state != JOB_RUNNING || job->paused) return json_null();
+    if (job->state != JOB_RUNNING || job->paused) return -1.0;
     const double all_us = cost_us(job);
-    const struct open_work open = open_work_of(job, all_us);
+    const struct open_work open = open_work_of(job, all_us, which);
     const uint32_t begun = job->frames_finished + open.frames;
     double left_us = open.left_us;
     if (begun > 0 && begun < job->frame_count)
         left_us += (job->frame_count - begun) * ((all_us + open.left_us) / begun);
     const double traced_s = pace_time_s(&job->pace, jobs_clock_us(), left_us);
-    if (traced_s < 0.0) return json_null();
+    if (traced_s < 0.0) return -1.0;
     const double filtered_s = open.filters_us * 1e-6 / thread_pool_threads(job->jobs->options.pool);
-    return json_real(round((traced_s + filtered_s) * 10) / 10);
+    return traced_s + filtered_s;
+}
+
+static double tenths(double s)
+{
+    return round(s * 10) / 10;
+}
+
+/* Adds the range of the time left, and its middle where the samples to come are sure enough. */
+static void add_time_left(const struct active_job *job, json_t *progress)
+{
+    const double likely = time_left_s(job, FORESEEN_LIKELY);
+    if (likely < 0.0) return;
+    const double least = fmin(likely, time_left_s(job, FORESEEN_LEAST));
+    const double most = fmax(likely, time_left_s(job, FORESEEN_MOST));
+    json_object_set_new(
+        progress, "eta_range_s",
+        json_pack("[f,f]", tenths(least / PACE_SPREAD), tenths(most * PACE_SPREAD)));
+    if (most <= SURE_TIMES * least || most - least <= SURE_S)
+        json_object_set_new(progress, "eta_s", json_real(tenths(sqrt(least * most))));
 }
 
 /* Passes of tiles, as a frame counts them. */
@@ -155,10 +179,11 @@ json_t *active_job_progress(const struct active_job *job)
         if (!frame->work && frame->state == FRAME_ENCODING) done += each;
     }
     double fraction = job_fraction(job);
-    json_t *progress =
-        json_pack("{s:I,s:I,s:f,s:o,s:i,s:i}", "tiles_done", (json_int_t)done, "tiles_total",
-                  (json_int_t)total, "fraction", round(fraction * 1e4) / 1e4, "eta_s", eta_of(job),
-                  "frames_done", (int)job->frames_finished, "frames_total", (int)job->frame_count);
+    json_t *progress = json_pack("{s:I,s:I,s:f,s:n,s:n,s:i,s:i}", "tiles_done", (json_int_t)done,
+                                 "tiles_total", (json_int_t)total, "fraction",
+                                 round(fraction * 1e4) / 1e4, "eta_s", "eta_range_s", "frames_done",
+                                 (int)job->frames_finished, "frames_total", (int)job->frame_count);
+    if (progress) add_time_left(job, progress);
     if (progress && job->view) json_object_set_new(progress, "view", live_view_json(job));
     return progress;
 }

@@ -86,10 +86,11 @@ void jobs_dry_run(struct jobs *jobs, const struct principal *principal, struct j
                   jobs_planned done, void *ctx);
 
 /* Gets a job: {id, state, name, labels, owner, created, document, progress {tiles_done,
- * tiles_total, fraction, eta_s}, plan {integrator, effects, layers, planes, skipped: [{what, why}],
- * lights, environment, camera, warnings}, statistics {...}, warnings, error, log (job_log.h),
- * frames: [{number, state, exr, png}], priority, revision}. exr and png are addresses, null until
- * the file is there. For paused, region and near see steering.h. NULL: no such job. Borrowed. */
+ * tiles_total, fraction, eta_s, eta_range_s}, plan {integrator, effects, layers, planes,
+ * skipped: [{what, why}], lights, environment, camera, warnings}, statistics {...}, warnings,
+ * error, log (job_log.h), frames: [{number, state, exr, png}], priority, revision}. exr and png are
+ * addresses, null until the file is there. For paused, region and near see steering.h. NULL: no
+ * such job. Borrowed. */
 typedef void (*jobs_answer)(void *ctx, int error, json_t *body);
 void jobs_get(struct jobs *jobs, const struct principal *principal, const char *id,
               jobs_answer done, void *ctx);

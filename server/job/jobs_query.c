@@ -28,8 +28,8 @@ static void copy_members(json_t *into, const json_t *from, const char *const *ke
 
 static json_t *no_progress(void)
 {
-    return json_pack("{s:i,s:i,s:i,s:n,s:i,s:i}", "tiles_done", 0, "tiles_total", 0, "fraction", 0,
-                     "eta_s", "frames_done", 0, "frames_total", 0);
+    return json_pack("{s:i,s:i,s:i,s:n,s:n,s:i,s:i}", "tiles_done", 0, "tiles_total", 0, "fraction",
+                     0, "eta_s", "eta_range_s", "frames_done", 0, "frames_total", 0);
 }
 
 /* Returns the report of an active job, once it has been loaded, else what the store has. */

@@ -3,6 +3,7 @@
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { clean, narrow } from "./axe.mjs";
+import { timeLeft } from "../../web/job/progress_text.js";
 import { expect, openPage, runAll, shots, startServer, stopServer, submit, test, text, until } from "./house.mjs";
 
 await runAll(async () => {
@@ -14,6 +15,12 @@ await runAll(async () => {
   const row = (id) => page.locator(`#rows li:has(a[href="./#/jobs/${id}"])`);
   const states = () => page.locator("#rows .state").allTextContents();
   const tiny = { image: { width: 16, height: 16 }, sampling: { spp: 1 }, layers: ["beauty"] };
+
+  await test("the time left is a figure where one is told, else a range", () => {
+    const words = (eta_s, eta_range_s, state = "running") => timeLeft({ state, progress: { eta_s, eta_range_s } });
+    for (const [said, ...told] of [["13 s left", 12.2, [9.8, 15.3]], ["11 to 40 s left", null, [10.4, 40]], ["20 s to 7 min left", null, [20, 400]],
+      ["1.5 to 2.5 h left", null, [5400, 9000]], ["", null, null], ["", 3, [2, 4], "finished"]]) expect(words(...told) === said, `${words(...told)}, not ${said}`);
+  });
 
   await test("an empty list says that it is empty", async () => {
     await page.goto(`${url}/jobs.html`);

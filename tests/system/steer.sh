@@ -30,7 +30,7 @@ check "tiles under way land" eventually 30 workers_empty
 at_rest=$(get "$job" | jq -c '[.state, .paused, .progress]')
 sleep 1.5
 check "then nothing goes on" is "$(get "$job" | jq -c '[.state, .paused, .progress]')" "$at_rest"
-check "it shows no time left" shows "$job" '.progress.eta_s == null'
+check "it shows no time left" shows "$job" '.progress | .eta_s == null and .eta_range_s == null'
 other=$(submit "$short")
 check "its workers are another's" await_state "$other" finished 60
 check "... and it has stayed where it was" is "$(get "$job" | jq -c '[.state, .paused, .progress]')" "$at_rest"

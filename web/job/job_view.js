@@ -1,6 +1,6 @@
 // One job: its events, its picture, what can be done with it.
 import { eventsUrl, getJob, imageUrl } from "../api.js";
-import { ENDED, firstFrame, percent as percentOf, seconds } from "./progress_text.js";
+import { ENDED, firstFrame, percent as percentOf, timeLeft } from "./progress_text.js";
 import { Player } from "../sequence/player.js";
 import { Steering } from "./steering.js";
 
@@ -115,14 +115,15 @@ export class JobView {
     this.at.announce.textContent = `Job ${job.state}`;
   }
 
-  showProgress({ fraction = 0, eta_s: eta, tiles_done: done, tiles_total: total }) {
+  showProgress(progress) {
+    const { fraction = 0, tiles_done: done, tiles_total: total } = progress, left = timeLeft({ state: this.state, progress });
     const finished = this.state === "finished" || this.state === "resting";
     const percent = finished ? 100 : percentOf(this.state, fraction);
     this.at.progress.value = percent;
     let text = `${percent} %`;
     if (this.state && !finished) text += ` · ${this.state}${this.paused ? ", paused" : ""}`;
     if (total && !finished && !ENDED.has(this.state)) text += ` · ${done} of ${total} tiles`;
-    if (Number.isFinite(eta) && !ENDED.has(this.state)) text += ` · ${seconds(eta)} left`;
+    if (left && !finished) text += ` · ${left}`;
     if (finished) text += this.state === "resting" ? " · complete" : " · finished";
     this.at.progressText.textContent = text;
     if (Math.floor(percent / 10) > this.announced) {

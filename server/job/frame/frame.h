@@ -12,6 +12,7 @@
 #include "server/image/exr.h"
 #include "server/image/plate.h"
 #include "server/image/png_shade.h"
+#include "server/job/frame/foreseen.h"
 #include "server/job/frame/state.h"
 #include "server/job/frame/statistics.h"
 #include "server/job/frame/tile_order.h"
@@ -96,9 +97,9 @@ uint32_t frame_tiles_waiting(const struct frame *f); /* that can be leased now *
 double frame_traced_share(const struct frame *f);
 /* Estimate the CPU time that workers will still spend on it, and filters on blocks that wait for
  * them, in us. */
-double frame_left_us(const struct frame *f);
+double frame_left_us(const struct frame *f, enum foreseen which);
 double frame_done_us(const struct frame *f); /* what they have spent since it was opened */
-double frame_filters_left_us(const struct frame *f);
+double frame_filters_left_us(const struct frame *f, enum foreseen which);
 const uint8_t *frame_plan_bytes(const struct frame *f, uint32_t *size_bytes);
 
 /* Changes the order in which tiles are given. A region stands for the tiles that its pixels need.

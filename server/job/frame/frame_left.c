@@ -75,9 +75,22 @@ void frame_costs_land(struct frame *f, uint32_t tile, double samples,
     cost_map_land(&f->costs, tile_grid_rect(&f->grid, tile), samples, us);
 }
 
-double frame_left_us(const struct frame *f)
+/* Returns by how much that may differ from what is likely: samples cost what those do that are due,
+ * or have. */
+static double beyond_us(const struct frame *f, double likely_us, enum foreseen which)
+{
+    const struct rounds_report r = rounds_report(f->target.rounds);
+    const double landed = (double)f->samples_landed, due = r.expected[FORESEEN_LIKELY] - landed;
+    const double each_us = due > 0.0 && likely_us > 0.0
+                               ? likely_us / due
+                               : cost_map_done_us(&f->costs) / fmax(1.0, landed);
+    return (r.expected[which] - r.expected[FORESEEN_LIKELY]) * each_us;
+}
+
+double frame_left_us(const struct frame *f, enum foreseen which)
 {
     const double left_us = cost_map_left_us(&f->costs), landed = cost_map_landed(&f->costs);
+    if (frame_has_target(f)) return fmax(0.0, left_us + beyond_us(f, left_us, which));
     if (!frame_is_adaptive(f) || f->adaptive.decided || landed <= 0.0) return left_us;
     /* What the first set says of where the second will be comes too late. */
     const double second = frame_rounds_expected(f) - frame_rounds_first(f);
@@ -102,16 +115,16 @@ static double block_us(const struct frame *f)
 }
 
 /* Returns how many rounds are thought to follow this one. */
-static double rounds_to_come(const struct frame *f)
+static double rounds_to_come(const struct frame *f, enum foreseen which)
 {
     if (!frame_has_target(f)) return 0.0;
     const struct rounds_report r = rounds_report(f->target.rounds);
-    const double ratio = r.expected / (double)(r.paths + r.bounces);
+    const double ratio = r.expected[which] / (double)(r.paths + r.bounces);
     return ratio > 1.02 ? ceil(log(ratio) / log(ROUND_GROWTH)) : 0.0;
 }
 
 /* Other blocks are drawn while tiles are traced. */
-double frame_filters_left_us(const struct frame *f)
+double frame_filters_left_us(const struct frame *f, enum foreseen which)
 {
     const double width = ceil((double)f->plan.width_px / f->block_px);
     const double height = ceil((double)f->plan.height_px / f->block_px);
@@ -120,5 +133,5 @@ double frame_filters_left_us(const struct frame *f)
     const double now = fmin(blocks, rows_left * width * plan_views(&f->plan));
     const double pixels = (double)f->plan.width_px * (double)f->plan.height_px;
     const double last = frame_has_denoiser(f) ? OIDN_US * pixels : 0.0;
-    return block_us(f) * (fmax(now, f->blocks_out) + rounds_to_come(f) * blocks) + last;
+    return block_us(f) * (fmax(now, f->blocks_out) + rounds_to_come(f, which) * blocks) + last;
 }

@@ -42,7 +42,7 @@ double frame_rounds_expected(const struct frame *f)
 {
     const struct frame_adaptive *a = &f->adaptive;
     const double pixels = (double)f->plan.width_px * f->plan.height_px;
-    if (frame_has_target(f)) return rounds_report(f->target.rounds).expected;
+    if (frame_has_target(f)) return rounds_report(f->target.rounds).expected[FORESEEN_LIKELY];
     const double first = frame_rounds_first(f);
     if (a->decided) return first + (double)a->rays;
     if (f->plan.lens_extra > 0) return first + pixels * f->plan.lens_extra;

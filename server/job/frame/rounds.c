@@ -14,10 +14,11 @@ _Static_assert(CHUNK_SIDE *CHUNK_SIDE == CHUNK, "bounce rays of a full pass");
 
 /* Returns how many samples a pixel may take, before any error is known: what eight pictures took
  * within a factor of four, or twice the first round's if that is more. */
-static double guess(const struct plan *plan, uint32_t first)
+static double guess(const struct plan *plan, uint32_t first, enum foreseen which)
 {
+    static const double times[FORESEEN_COUNT] = {1.0, 0.25, 4.0};
     const double target = (double)plan->target_error, usual = 0.05 / (target * target);
-    return fmax(2.0 * first, fmin(usual, plan->spp_max));
+    return fmax(first, times[which] * fmax(2.0 * first, fmin(usual, plan->spp_max)));
 }
 
 int rounds_create(const struct plan *plan, struct rounds **out)
@@ -44,7 +45,9 @@ int rounds_create(const struct plan *plan, struct rounds **out)
         t->passes = plan_pass_count(plan);
         r->report.paths += (uint64_t)t->area * plan->paths.spp;
         r->report.bounces += (uint64_t)t->area * l * l;
-        r->report.expected += t->area * guess(plan, plan->paths.spp + l * l);
+        for (int k = 0; k < FORESEEN_COUNT; k++)
+            r->report.expected[k] +=
+                t->area * guess(plan, plan->paths.spp + l * l, (enum foreseen)k);
         /* Where it takes many times the first round, that is over early, and tells. */
         t->expected = t->area * FIRST_TIMES * (plan->paths.spp + l * l);
     }

@@ -24,6 +24,7 @@
 #include <stdbool.h>
 
 #include "proto/plan.h"
+#include "server/job/frame/foreseen.h"
 #include "server/reconstruct/compose/block_variance.h"
 
 /* The error of one tile, over its pixels. */
@@ -61,10 +62,11 @@ double rounds_due(const struct rounds *r, uint32_t tile);
 struct rounds_report {
     uint32_t rounds;         /* that have ended */
     uint64_t paths, bounces; /* samples of the rounds that were decided on, over all pixels */
-    double expected;         /* all samples that the target is thought to take */
-    double reached;          /* estimated error over mean luminance, after the last round */
-    double threshold;        /* root of what a sample must gain to be taken, over mean luminance */
-    double fixed;            /* the part of `reached` that no sample lowers */
-    bool met;                /* reached <= target */
+    /* all samples that the target is thought to take */
+    double expected[FORESEEN_COUNT];
+    double reached;   /* estimated error over mean luminance, after the last round */
+    double threshold; /* root of what a sample must gain to be taken, over mean luminance */
+    double fixed;     /* the part of `reached` that no sample lowers */
+    bool met;         /* reached <= target */
 };
 struct rounds_report rounds_report(const struct rounds *r);

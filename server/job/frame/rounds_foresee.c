@@ -8,20 +8,28 @@
  *
  * What has been drawn in this round is taken as it is. The rest of the picture is taken to be like
  * it: in the first round altogether, where glances tell more of it than blocks that were drawn,
- * later in how its errors fall short of what was foreseen. */
+ * later in how its errors fall short of what was foreseen.
+ *
+ * All is played three times: with the power that is likely, and with the greatest and the least
+ * that was seen, for the least and the most samples. What a round shows outweighs both, so that
+ * they come together; by then the likely ones are right, which they seldom are before. */
 #include <math.h>
 #include <stdlib.h>
 
 #include "server/job/frame/rounds_work.h"
 
-#define POWER_MEAN   0.95 /* tiles are chosen by errors that chance has raised or lowered */
-#define POWER_FILTER 0.75 /* before any is learnt, */
 #define LEARNT_FROM  8.0  /* which it is where pixels had so many samples, */
 #define LEARNT_AFTER 0.6  /* and outweighs what is usual after so much growth, a logarithm */
 #define FORGOTTEN    0.5  /* of what was learnt, with each round */
 #define SEEN_FEW     4.0  /* tiles, which count half beside what had been foreseen */
 #define SEEN_TRUST   4.0  /* a quarter of the picture tells of the rest */
+#define UNSEEN       6.0  /* times more or less it may be than the first tiles of a picture tell */
 #define PLAYED_MAX   256u /* tiles; of more, each plays for those behind it */
+
+/* The power of plain means, whose tiles are chosen by errors that chance has raised or lowered, and
+ * of filtered ones before any is learnt: errors that fall fast take the least samples. */
+static const double power_mean[FORESEEN_COUNT] = {0.95, 1.0, 0.9};
+static const double power_filter[FORESEEN_COUNT] = {0.75, 1.1, 0.5};
 
 static void forget(struct rounds_tile *t)
 {
@@ -70,8 +78,9 @@ static double samples_of(const struct rounds_tile *t)
 static double power_of(const struct rounds *r, int kind)
 {
     const struct fall *fall = &r->falls[kind];
-    if (law_of(r, kind) == LAW_MEAN) return POWER_MEAN;
-    return (POWER_FILTER * LEARNT_AFTER + fall->errors) / (LEARNT_AFTER + fall->samples);
+    if (law_of(r, kind) == LAW_MEAN) return power_mean[r->foreseen];
+    return (power_filter[r->foreseen] * LEARNT_AFTER + fall->errors) /
+           (LEARNT_AFTER + fall->samples);
 }
 
 /* Returns what is left of a kind's squared error once its tile has this round's samples. */
@@ -201,7 +210,6 @@ struct known {
     uint32_t count;  /* of tiles; 0: nothing is known */
     double share;    /* of the picture that was seen */
     double pixels, luminance, fixed; /* of these tiles */
-    double by[KINDS];                /* surprise_of */
 };
 
 /* Lets tiles that were not seen be like those that were glanced at, in turn: these lie all over the
@@ -235,7 +243,6 @@ static void find_known(const struct rounds *r, struct known *out, uint32_t *like
         seen_px += is_seen(&r->tiles[i]) ? r->tiles[i].area : 0.0;
     }
     out->share = seen_px / r->pixels;
-    for (int kind = 0; kind < KINDS; kind++) out->by[kind] = surprise_of(r, kind);
 }
 
 /* Returns what samples may leave of the squared errors of the known tiles. */
@@ -267,44 +274,59 @@ static double told_of(const struct rounds *r, const struct known *known,
     return t->area * samples_of(t) * samples_of(&played->tiles[i / step]) / samples_of(as);
 }
 
+/* Returns the factor that what was not seen in the first round may make. */
+static double unseen_of(const struct rounds *r, const struct known *known, enum foreseen which)
+{
+    static const double power[FORESEEN_COUNT] = {0.0, -1.0, 1.0};
+    return r->report.rounds > 0 ? 1.0 : pow(UNSEEN, power[which] * (1.0 - known->share));
+}
+
 /* Tells the known tiles what they take, or in the first round all what these take on average. */
 static void tell(struct rounds *r, const struct known *known, const struct rounds *played,
                  uint32_t step)
 {
     const double trust = fmin(1.0, SEEN_TRUST * known->share);
-    double sum = 0.0;
+    double sum = 0.0, *expected = &r->report.expected[played->foreseen];
     for (uint32_t i = 0; i < known->count; i++) {
         const double told = told_of(r, known, played, i, step);
         if (r->report.rounds > 0) r->tiles[known->tiles[i]].expected = told;
         sum += told;
     }
-    r->report.expected = 0.0;
+    *expected = 0.0;
     for (uint32_t i = 0; i < r->count; i++) {
         struct rounds_tile *t = &r->tiles[i];
         const double before = t->area * FIRST_TIMES * samples_of(t);
         if (r->report.rounds == 0)
             t->expected = before * pow(sum / known->pixels * t->area / before, trust);
-        r->report.expected += t->expected;
+        *expected += t->expected;
     }
+    *expected = fmax(*expected * unseen_of(r, known, played->foreseen),
+                     (double)(r->report.paths + r->report.bounces));
 }
 
 /* Plays on some known tiles, for whose copies `tiles` has room. */
-static void foresee(struct rounds *r, const struct known *known, struct rounds_tile *tiles)
+static void foresee(struct rounds *r, const struct known *known, struct rounds_tile *tiles,
+                    enum foreseen which)
 {
     const uint32_t step = (known->count + PLAYED_MAX - 1) / PLAYED_MAX;
-    struct rounds played = *r;
-    double all = 0.0;
-    for (int kind = 0; kind < KINDS; kind++) add_fall(&played, kind);
+    struct rounds now = *r, played;
+    double all = 0.0, by[KINDS];
+    now.foreseen = which;
+    played = now;
+    for (int kind = 0; kind < KINDS; kind++) {
+        add_fall(&played, kind);
+        by[kind] = surprise_of(&now, kind);
+    }
     for (uint32_t i = 0; i < known->count; i++) {
         tiles[0] = r->tiles[known->tiles[i]];
-        end_tile(r, &tiles[0], known->by);
+        end_tile(&now, &tiles[0], by);
         all += squares_of(&tiles[0]);
     }
     played.tiles = tiles;
     played.count = (known->count + step - 1) / step;
     for (uint32_t i = 0; i < played.count; i++) {
         tiles[i] = r->tiles[player_of(known, i, step)];
-        end_tile(r, &tiles[i], known->by);
+        end_tile(&now, &tiles[i], by);
     }
     if (all > 0.0) play(&played, wanted_of(r, known) * squares(&played) / all);
     tell(r, known, &played, step);
@@ -317,7 +339,8 @@ void rounds_foresee(struct rounds *r)
     uint32_t *like = malloc(r->count * sizeof *like);
     if (known.tiles && tiles && like) find_known(r, &known, like);
     /* Without memory, or before anything was seen, what was foreseen stays. */
-    if (known.count > 0) foresee(r, &known, tiles);
+    for (int k = FORESEEN_COUNT - 1; k >= 0 && known.count > 0; k--)
+        foresee(r, &known, tiles, (enum foreseen)k);
     free(known.tiles);
     free(tiles);
     free(like);

@@ -52,6 +52,7 @@ struct rounds {
     double mean;               /* luminance, after the last round */
     double bias[KINDS];        /* errors over estimates of them, in the last round; 0: not known */
     struct fall falls[KINDS];  /* of the rounds that have ended, the last above all */
+    enum foreseen foreseen;    /* which of the powers that are usual is played with */
 };
 
 /* The powers of lambda that a kind's scale is to be divided by. */

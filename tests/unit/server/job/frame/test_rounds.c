@@ -36,7 +36,7 @@ TEST(targets_are_reached_at_less_cost)
         assert_true(report.met && report.reached <= (double)targets[k]);
         assert_true(report.reached > 0.9 * (double)targets[k]);
         assert_true((double)(report.paths + report.bounces) == samples_of(&w));
-        assert_true(report.threshold > 0 && report.expected >= samples_of(&w));
+        assert_true(report.threshold > 0 && report.expected[FORESEEN_LIKELY] >= samples_of(&w));
         assert_true(samples_of(&w) < 0.8 * uniform_samples(&w, report.reached));
         rounds_destroy(&w.rounds);
         assert_null(w.rounds);

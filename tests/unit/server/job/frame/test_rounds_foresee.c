@@ -1,6 +1,8 @@
 /* What rounds foretell of the samples to come, before and within a round. */
 #include "tests/unit/server/job/frame/rounds_case.h"
 
+#define ROUNDS_TOLD 32
+
 /* Returns what the first round foretells over what there is in the end. */
 static double foretold(struct world *w)
 {
@@ -8,7 +10,7 @@ static double foretold(struct world *w)
     measure(w);
     const double before = samples_of(w);
     assert_true(rounds_decide(w->rounds, w->errors, w->more));
-    const double expected = rounds_report(w->rounds).expected;
+    const double expected = rounds_report(w->rounds).expected[FORESEEN_LIKELY];
     for (uint32_t t = 0; t < TILES; t++) due += rounds_due(w->rounds, t);
     assert_true(fabs(due + before - expected) < 1e-6 * expected);
     trace(w);
@@ -44,13 +46,44 @@ TEST(errors_tell_how_they_fall)
         for (uint32_t t = 0; t < TILES; t++) w.bounces[t] = 0.0;
         measure(&w);
         for (unsigned round = 1; rounds_decide(w.rounds, w.errors, w.more); round++) {
-            if (round <= 4) told = rounds_report(w.rounds).expected;
+            if (round <= 4) told = rounds_report(w.rounds).expected[FORESEEN_LIKELY];
             trace(&w);
             measure(&w);
         }
         const double ratio = told / samples_of(&w);
         if (fabs(ratio - 1.0) > 1.0 / 3.0)
             fail_msg("%.2f times what power %g took", ratio, w.power);
+        rounds_destroy(&w.rounds);
+    }
+}
+
+/* Whatever power errors fall with, of those that were seen under the filter, the range has what
+ * their samples come to from the first round on, and closes around it. */
+TEST(the_range_has_what_comes)
+{
+    static const double powers[] = {0.55, 0.7, 0.9, 1.05};
+    for (size_t k = 0; k < 4; k++) {
+        struct world w;
+        struct rounds_report told[ROUNDS_TOLD];
+        unsigned count = 0;
+        begin(&w, 0.006f, 65536);
+        w.plan.residual_filter = RESIDUAL_FILTER_HALVES;
+        w.power = powers[k];
+        for (uint32_t t = 0; t < TILES; t++) w.bounces[t] = 0.0;
+        for (measure(&w); rounds_decide(w.rounds, w.errors, w.more); measure(&w)) {
+            if (count < ROUNDS_TOLD) told[count++] = rounds_report(w.rounds);
+            trace(&w);
+        }
+        assert_true(count > 3);
+        for (unsigned i = 0; i < count; i++) {
+            const double *expected = told[i].expected, all = samples_of(&w);
+            if (!(expected[FORESEEN_LEAST] <= 1.01 * all && 0.99 * all <= expected[FORESEEN_MOST]))
+                fail_msg("power %g, round %u: %.2f to %.2f of what it took", w.power, i,
+                         expected[FORESEEN_LEAST] / all, expected[FORESEEN_MOST] / all);
+        }
+        const double *first = told[0].expected, *last = told[count - 1].expected;
+        assert_true(first[FORESEEN_MOST] > 2.0 * first[FORESEEN_LEAST]);
+        assert_true(last[FORESEEN_MOST] < 1.3 * last[FORESEEN_LEAST]);
         rounds_destroy(&w.rounds);
     }
 }
@@ -77,7 +110,7 @@ TEST(half_a_picture_foresees)
         struct world w;
         begin(&w, targets[k], 4096);
         see(&w, 0, 2);
-        const double told = rounds_report(w.rounds).expected;
+        const double told = rounds_report(w.rounds).expected[FORESEEN_LIKELY];
         while (rounds_decide(w.rounds, w.errors, w.more)) {
             trace(&w);
             measure(&w);
@@ -100,7 +133,7 @@ TEST(the_first_blocks_do_not_stand_for_all)
     for (uint32_t t = 3; t < TILES; t += 7) rounds_glance(w.rounds, t, &w.errors[t]);
     for (uint32_t t = 0; t < TILES / 4; t++) rounds_see(w.rounds, t, &w.errors[t], 1024);
     rounds_foresee(w.rounds);
-    const double told = rounds_report(w.rounds).expected;
+    const double told = rounds_report(w.rounds).expected[FORESEEN_LIKELY];
     while (rounds_decide(w.rounds, w.errors, w.more)) {
         trace(&w);
         measure(&w);
@@ -117,11 +150,11 @@ TEST(a_round_tells_before_its_end)
     begin(&w, 0.01f, 65536);
     measure(&w);
     assert_true(rounds_decide(w.rounds, w.errors, w.more));
-    const double told = rounds_report(w.rounds).expected;
+    const double told = rounds_report(w.rounds).expected[FORESEEN_LIKELY];
     trace(&w);
     for (uint32_t t = 0; t < TILES; t++) w.paths[t] *= 4.0;
     see(&w, 0, 2);
-    const double better = rounds_report(w.rounds).expected;
+    const double better = rounds_report(w.rounds).expected[FORESEEN_LIKELY];
     while (rounds_decide(w.rounds, w.errors, w.more)) {
         trace(&w);
         measure(&w);
@@ -135,14 +168,14 @@ TEST(a_round_tells_before_its_end)
  * much as they do. */
 static double misled(struct world *w, double by)
 {
-    const double before = rounds_report(w->rounds).expected;
+    const double before = rounds_report(w->rounds).expected[FORESEEN_LIKELY];
     for (uint32_t t = 0; t < TILES; t += 4) {
         struct rounds_error error = w->errors[t];
         for (int s = 0; s < ERROR_SOURCE_COUNT; s++) error.variance[s] *= by;
         rounds_glance(w->rounds, t, &error);
     }
     rounds_foresee(w->rounds);
-    return rounds_report(w->rounds).expected / before;
+    return rounds_report(w->rounds).expected[FORESEEN_LIKELY] / before;
 }
 
 /* Estimates that are too high mislead in one round, and no more in the next. */
@@ -180,7 +213,7 @@ TEST(no_column_is_overlooked)
             errors[t] = (struct rounds_error){
                 .variance[ERROR_SOURCE_PATHS] = t % 2 == odd ? 10.0 : 0.01, .luminance = 128.0};
         assert_true(rounds_decide(rounds, errors, more));
-        told[odd] = rounds_report(rounds).expected;
+        told[odd] = rounds_report(rounds).expected[FORESEEN_LIKELY];
         rounds_destroy(&rounds);
     }
     assert_true(fabs(told[0] / told[1] - 1.0) < 0.1);
