@@ -66,6 +66,11 @@ void jobs_destroy(struct jobs **jobs);
 struct fair_weights;
 void jobs_set_weights(struct jobs *jobs, struct fair_weights *weights);
 
+/* Whether a job asks for a library, which takes long to load; and loads it, on any thread, before
+ * jobs_submit or jobs_dry_run says what was found. */
+bool jobs_needs_library(const struct job *job);
+void jobs_load_library(void);
+
 /* All calls below answer for the jobs that the principal may see (principal.h). Any other job does
  * not exist for it (ERR_NOT_FOUND). The principal is copied.
  *

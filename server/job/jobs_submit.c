@@ -1,4 +1,4 @@
-/* Taking jobs in, trying them out, calling them off. */
+/* Taking jobs in, and trying them out. */
 #include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,6 +42,17 @@ static void set_missing(struct fault *fault, const struct job *job, size_t at)
     fault_set(fault, ERR_NOT_FOUND, pointer, "asset %s is not here; PUT it first", hex);
 }
 
+bool jobs_needs_library(const struct job *job)
+{
+    return job->residual == RESIDUAL_OIDN;
+}
+
+void jobs_load_library(void)
+{
+    struct fault fault;
+    (void)oidn_library_get(&fault);
+}
+
 static int check_new(const struct jobs *jobs, const struct job *job, struct fault *fault)
 {
     if (jobs->stopping) return fault_set(fault, ERR_STATE, "", "the server is shutting down");
@@ -49,7 +60,7 @@ static int check_new(const struct jobs *jobs, const struct job *job, struct faul
         return fault_set(fault, ERR_FULL, "", "%zu jobs are waiting already", jobs->count);
     const char *url = job->marks.webhook;
     if (url && webhooks_check(jobs->options.webhooks, url, fault) != 0) return fault->code;
-    if (job->residual == RESIDUAL_OIDN && !oidn_library_get(fault)) return fault->code;
+    if (jobs_needs_library(job) && !oidn_library_get(fault)) return fault->code;
     const unsigned live = jobs->live_count + jobs->live_coming;
     if (job->live && live >= LIVE_MAX)
         return fault_set(fault, ERR_FULL, "", "%u live jobs are open already: cancel one first",
@@ -337,62 +348,4 @@ void jobs_dry_run(struct jobs *jobs, const struct principal *principal, struct j
     assets.missing = &run->missing;
     job_store_find_assets(jobs->options.store, principal->owner, &assets, on_assets_found, run);
     free(list);
-}
-
-/* A cancellation that ends in a removal, or of a job that is not in the table. */
-struct cancellation {
-    struct jobs *jobs;
-    struct principal principal;
-    char id[JOB_ID_BYTES];
-    bool purge;
-    job_store_done done;
-    void *ctx;
-};
-
-static void on_removed(void *ctx, int error)
-{
-    struct cancellation *c = ctx;
-    if (!c->jobs->stopping) stream_forget(c->jobs->options.streams, c->id);
-    c->done(c->ctx, error);
-    free(c);
-}
-
-static void on_cancelled(void *ctx, int error)
-{
-    struct cancellation *c = ctx;
-    if (!error && c->purge) {
-        job_store_remove(c->jobs->options.store, c->id, on_removed, c);
-        return;
-    }
-    c->done(c->ctx, error);
-    free(c);
-}
-
-static void on_found_ended(void *ctx, int error, const struct job_row *row,
-                           const struct frame_row *frames, size_t frame_count)
-{
-    struct cancellation *c = ctx;
-    (void)frames, (void)frame_count;
-    if (!error && (!row || !principal_sees(&c->principal, row->owner))) error = ERR_NOT_FOUND;
-    if (!error && !c->purge) error = ERR_STATE;
-    on_cancelled(c, error);
-}
-
-void jobs_cancel(struct jobs *jobs, const struct principal *principal, const char *id, bool purge,
-                 job_store_done done, void *ctx)
-{
-    struct cancellation *c = job_id_is_valid(id) ? calloc(1, sizeof *c) : NULL;
-    if (!c) {
-        done(ctx, job_id_is_valid(id) ? ERR_MEMORY : ERR_NOT_FOUND);
-        return;
-    }
-    *c = (struct cancellation){
-        .jobs = jobs, .principal = *principal, .purge = purge, .done = done, .ctx = ctx};
-    memcpy(c->id, id, sizeof c->id);
-    struct active_job *job = jobs_table_find(jobs, id);
-    if (job && principal_sees(principal, job->owner) && !job_state_is_final(job->state) &&
-        !jobs->stopping)
-        active_job_cancel(job, on_cancelled, c);
-    else
-        job_store_get(jobs->options.store, id, on_found_ended, c);
 }

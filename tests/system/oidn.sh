@@ -132,6 +132,16 @@ answers() { post "$1" | jq -e '.status == 422 and ([.. | strings | select(. == "
 check "it refuses a job" answers ''
 check "... and its plan" answers '?dry_run=1'
 serve_stop
+check "a server whose library takes long to load starts" serve_fake fake slow
+served_meanwhile() {
+    local loading
+    post '?dry_run=1' >"$tmp/slow" & loading=$!
+    nap 0.5
+    http --max-time 2 -o "$tmp/body" "$url/v1/health" && kill -0 $loading || return 1 # it still loads
+    wait $loading && jq -e '.plan.residual_filter == "oidn"' "$tmp/slow"
+}
+check "it serves others while it loads the library" served_meanwhile
+serve_stop
 check "a server with it starts" serve_fake fake half
 planned() { post '?dry_run=1' | jq -e '.plan | .residual_filter == "oidn" and any(.light_filters[]; .filter == "oidn")'; }
 check "it plans the job" planned

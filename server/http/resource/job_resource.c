@@ -70,24 +70,32 @@ static bool read_key(struct request *r, const char **key)
     return plain;
 }
 
-/* A document on its way into a job. A large one takes tens of milliseconds to read: the pool does
- * that, while the loop serves others. */
+/* A document on its way into a job. A large one takes tens of milliseconds to read, a library
+ * longer to load: the pool does that, while the loop serves others. */
 struct reading {
     struct pool_task task;
     struct request *request;
     const char *text; /* the request's body, which stays while it is held */
     size_t size_bytes;
+    bool is_read;
     struct job job;
     struct digest digest; /* of the text */
     struct fault fault;
     int error;
 };
 
+static void read_document(struct reading *d)
+{
+    d->error = job_read(d->text, d->size_bytes, &d->job, &d->fault);
+    if (!d->error) digest_of(d->text, d->size_bytes, &d->digest);
+    d->is_read = true;
+}
+
 static void reading_run(struct pool_task *task)
 {
     struct reading *d = (struct reading *)task;
-    d->error = job_read(d->text, d->size_bytes, &d->job, &d->fault);
-    if (!d->error) digest_of(d->text, d->size_bytes, &d->digest);
+    if (!d->is_read) read_document(d);
+    if (!d->error && jobs_needs_library(&d->job)) jobs_load_library();
 }
 
 /* Takes the job. */
@@ -133,12 +141,12 @@ void route_job_submit(struct request *r)
     d->request = r;
     d->text = r->body ? r->body : "";
     d->size_bytes = r->body_bytes;
-    if (d->size_bytes > READ_HERE_BYTES) {
+    if (d->size_bytes <= READ_HERE_BYTES) read_document(d);
+    if (!d->is_read || (!d->error && jobs_needs_library(&d->job))) {
         request_hold(r);
         thread_pool_submit(r->http->options.pool, &d->task);
         return;
     }
-    reading_run(&d->task);
     submit(r, d);
     free(d);
 }

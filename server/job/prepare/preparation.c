@@ -8,6 +8,7 @@
 #include "server/job/prepare/frame_motion.h"
 #include "server/job/prepare/matte_manifest.h"
 #include "server/job/prepare/studio_light.h"
+#include "server/reconstruct/oidn/oidn_library.h"
 
 struct preparation {
     struct pool_task task; /* first */
@@ -162,6 +163,8 @@ static int plan_with_map(struct preparation *p)
 static void plan_run(struct pool_task *task)
 {
     struct preparation *p = (struct preparation *)task;
+    struct fault told_later; /* when the loop asks for the library, which is then loaded */
+    if (p->prepared->job.residual == RESIDUAL_OIDN) (void)oidn_library_get(&told_later);
     if (has_plate(p))
         p->fault.code = backplate_describe(p->objects, &p->plate_blob, &p->prepared->job,
                                            &p->photograph, &p->fault);

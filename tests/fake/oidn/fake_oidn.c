@@ -2,6 +2,7 @@
  *   same      it gives all light back as it is
  *   half      it gives half of the light back (also without a word)
  *   guides    the same, but the first pixel's albedo and normal stand in the next two
+ *   slow      the same, and it takes four seconds to load
  *   version   it is of version 1.4.3
  *   device    its device does not commit
  *   nowhere   it makes no device
@@ -14,6 +15,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "tests/bench/oidn/oidn.h"
 
@@ -29,6 +31,11 @@ static bool does(const char *what)
 {
     const char *word = getenv("FAKE_OIDN");
     return strcmp(word && *word ? word : "half", what) == 0;
+}
+
+__attribute__((constructor)) static void load(void)
+{
+    if (does("slow")) sleep(4);
 }
 
 static void fail(int code, const char *text)
