@@ -18,12 +18,12 @@
 
 #include "server/job/frame/rounds_work.h"
 
-#define LEARNT_FROM  8.0  /* which it is where pixels had so many samples, */
-#define LEARNT_AFTER 0.6  /* and outweighs what is usual after so much growth, a logarithm */
+#define LEARNT_FROM  8.0  /* samples a pixel: errors of fewer say nothing of the power */
+#define LEARNT_AFTER 0.6  /* growth, a logarithm, at which what is learnt outweighs the usual */
 #define FORGOTTEN    0.5  /* of what was learnt, with each round */
 #define SEEN_FEW     4.0  /* tiles, which count half beside what had been foreseen */
 #define SEEN_TRUST   4.0  /* a quarter of the picture tells of the rest */
-#define UNSEEN       6.0  /* times more or less it may be than the first tiles of a picture tell */
+#define UNSEEN       6.0  /* times more or less than the first round's first tiles tell */
 #define PLAYED_MAX   256u /* tiles; of more, each plays for those behind it */
 
 /* The power of plain means, whose tiles are chosen by errors that chance has raised or lowered, and
