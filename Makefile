@@ -300,6 +300,10 @@ $(call rooms,server/reconstruct): TUNE := $(stores) $(scalars)
 $(B)/obj/tests/bench/oidn/%.o: TUNE := -fPIC
 # What unit tests do themselves is little: most of their time is the compiler's.
 $(patsubst %.c,$(B)/obj/%.o,$(unit_src)): OPT := -O0 -g -ffp-contract=off
+# But for these, which calculate.
+calculating := server/reconstruct/glossy/test_glossy server/reconstruct/glossy/test_glossy_lobes server/reconstruct/indirect/test_v_plane_filter \
+               server/reconstruct/shadow/test_unoccluded import/measured/test_measured worker/shade/test_glossy worker/shade/test_sheen worker/scene/test_sky_tables
+$(calculating:%=$(B)/obj/tests/unit/%.o): OPT := -O2 -g -ffp-contract=off
 
 compile = $(CC) $(CPPFLAGS) $(CFLAGS) $(MARCH) -MMD -MP
 $(B)/obj/%.o: %.c
