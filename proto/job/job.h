@@ -273,6 +273,9 @@ uint32_t job_frame_count(const struct job *job);
 int32_t job_frame_number(const struct job *job, uint32_t index);
 bool job_frame_find(const struct job *job, int32_t number, uint32_t *index);
 
+/* Returns whether each frame has the one before it or the one after it beside it. */
+bool job_frames_follow(const struct job *job);
+
 /* Returns whether frames may use samples of others, as far as the document tells. */
 bool job_may_be_temporal(const struct job *job);
 

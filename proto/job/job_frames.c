@@ -41,6 +41,18 @@ bool job_frame_find(const struct job *job, int32_t number, uint32_t *index)
     return false;
 }
 
+bool job_frames_follow(const struct job *job)
+{
+    for (uint32_t i = 0; i < job->frame_run_count; i++) {
+        const struct job_frame_run *run = &job->frames[i];
+        const uint32_t count = job_frame_run_count(run);
+        const bool before = i > 0 && run[-1].last + 1 == run->first;
+        const bool after = i + 1 < job->frame_run_count && run->last + 1 == run[1].first;
+        if (count > 1 ? run->step > 1 : !before && !after) return false;
+    }
+    return true;
+}
+
 double job_frame_time_s(const struct job *job, int32_t number)
 {
     if (job->stands) return job->time_s;

@@ -207,6 +207,19 @@ static void choose_lens(const struct job *job, const struct plan *plan, struct p
     report->integrator = INTEGRATOR_LENS_FIELD;
 }
 
+/* Frames use each other's paths. Occlusion, which is no light, has bounce rays all the same. */
+static void choose_window(const struct job *job, const char *why, struct plan_report *report)
+{
+    report->whole_paths = true;
+    if (!(report->layers & LAYER_OCCLUSION)) {
+        choose_paths(job, why, why, why, report);
+        return;
+    }
+    report->integrator = INTEGRATOR_PATHS_AND_LIGHT_FIELD;
+    plan_filter_none(job, why, report);
+    plan_skip(report, "light fields of lights", "%s", why);
+}
+
 /* Without one. */
 static void choose_pinhole(const struct job *job, const struct scene *scene,
                            const struct plan *plan, struct plan_report *report)
@@ -217,6 +230,8 @@ static void choose_pinhole(const struct job *job, const struct scene *scene,
         snprintf(filter_why, sizeof filter_why,
                  "paths make the picture, because light fields cannot: %s", why);
         choose_paths(job, filter_why, filter_why, why, report);
+    } else if (plan_prefers_window(job, plan, report, why)) {
+        choose_window(job, why, report);
     } else if (!plan_light_field_covers(job, scene, plan, &report->emitters, why)) {
         report->bumpy = plan_has_bumps(scene);
         report->volumes = plan_has_volumes(scene);

@@ -122,6 +122,10 @@ bool plan_may_halve(const struct job *job);
  * planned. */
 void plan_half_field(const struct job *job, struct plan *plan, struct plan_report *report);
 
+/* Returns whether frames are of whole paths because these are all that frames lend each other. If
+ * so, `why` says it in a sentence. It comes before all that chooses light fields. */
+bool plan_prefers_window(const struct job *job, const struct plan *plan,
+                         const struct plan_report *report, char why[PLAN_WHY_BYTES]);
 /* Plans temporal filtering, and the planes that find points in other frames, once all else is
  * planned; or reports why not. */
 void plan_temporal(const struct job *job, struct plan *plan, struct plan_report *report);

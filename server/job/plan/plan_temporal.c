@@ -58,6 +58,35 @@ static uint32_t fit(uint32_t frames, struct plan *plan)
     return frames;
 }
 
+/* What is asked for by name, runs. */
+static bool asks_for_fields(const struct job *job, const struct plan *plan)
+{
+    return job->method != FILTER_AUTO || job->indirect != INDIRECT_AUTO ||
+           job->glossy != GLOSSY_AUTO || job->light_spp > 0 || job->indirect_spp > 0 ||
+           plan_may_halve(job) || plan_asks_for_sky(job, plan);
+}
+
+/* Returns whether frames have their neighbours in memory, as far as it is known before planes of
+ * layers are: it is no fault if they have not after all. */
+static bool may_fit(const struct job *job, const struct plan *plan)
+{
+    struct plan whole = *plan;
+    whole.planes |= PLANES_RESIDUAL_READ | PLANES_FIND | PLANE_BIT(PATH_RADIANCE);
+    whole.paths.spp = job->spp;
+    return window_bytes(&whole, 1) <= LIMIT_WINDOW_BYTES;
+}
+
+bool plan_prefers_window(const struct job *job, const struct plan *plan,
+                         const struct plan_report *report, char why[PLAN_WHY_BYTES])
+{
+    if (!job_may_be_temporal(job) || !job_frames_follow(job) || job->spp < 2 ||
+        asks_for_fields(job, plan) || !plan_residual_possible(job, report) || !may_fit(job, plan))
+        return false;
+    snprintf(why, PLAN_WHY_BYTES,
+             "frames lend each other samples of paths, which flicker less than light fields then");
+    return true;
+}
+
 void plan_temporal(const struct job *job, struct plan *plan, struct plan_report *report)
 {
     char why[PLAN_FILTER_WHY_BYTES];

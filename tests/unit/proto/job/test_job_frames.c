@@ -43,6 +43,22 @@ TEST(frames_between_are_not_there)
     }
 }
 
+TEST(frames_follow_each_other_without_gaps)
+{
+    static const struct {
+        const char *frames;
+        bool follow;
+    } cases[] = {{"1-3", true},    {"1-2,3", true},    {"1,2", true},  {"1-2,5-6", true},
+                 {"7", false},     {"1-5x2", false},   {"1,3", false}, {"1-3,20", false},
+                 {"1-3,5", false}, {"1,2-6x2", false}, {"7-8x2", false}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char document[64];
+        snprintf(document, sizeof document, "{\"frames\": \"%s\"}", cases[i].frames);
+        const struct job job = frames_of(document);
+        if (job_frames_follow(&job) != cases[i].follow) fail_msg("%s", cases[i].frames);
+    }
+}
+
 TEST(a_frame_has_its_time_whatever_others_there_are)
 {
     struct job job = {.fps = 24, .start_time_s = 10, .time_s = 3};

@@ -72,7 +72,9 @@ TEST(what_cannot_have_them_says_why)
         expect(s, 0, "one path a pixel");
         s->job.spp = 9;
         s->material.alpha_mode = ALPHA_OPAQUE;
+        s->job.method = FILTER_SHEARED;
         expect(s, 0, "residual filter");
+        s->job.method = FILTER_AUTO;
         s->material.alpha_mode = ALPHA_BLEND;
     }
 }
@@ -90,4 +92,76 @@ TEST(large_pictures_have_as_many_as_fit)
         before = s->plan.temporal;
     }
     assert_int_equal(before, 0);
+}
+
+/* Whether all light of an opaque scene under a lamp comes along paths, which fields could bring. */
+static bool is_of_paths(struct stage *s)
+{
+    s->material.alpha_mode = ALPHA_OPAQUE;
+    if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    const struct plan *p = &s->plan;
+    const bool paths = p->paths.spp > 0 && !p->paths.without_diffuse_direct &&
+                       !p->paths.without_diffuse_indirect;
+    assert_true(paths == (p->temporal > 0));
+    assert_true(paths == !p->shadow_filter);
+    return paths;
+}
+
+TEST(frames_that_lend_each_other_samples_are_of_paths)
+{
+    struct stage *s = sequence(state);
+    s->job.indirect_bounces = 2;
+    assert_true(is_of_paths(s));
+    assert_non_null(strstr(s->report.filter_why, "flicker"));
+    s->material.specular = 1;
+    assert_true(is_of_paths(s));
+    s->material.specular = 0;
+    s->job.temporal = TEMPORAL_NONE;
+    assert_false(is_of_paths(s));
+}
+
+/* To look at occlusion changes no light. */
+TEST(occlusion_of_such_frames_has_rays_of_its_own)
+{
+    struct stage *s = sequence(state);
+    s->job.indirect_bounces = 2;
+    s->job.layers |= LAYER_OCCLUSION;
+    s->job.occlusion_distance = 1;
+    assert_true(is_of_paths(s));
+    assert_true(s->plan.planes & PLANE_BIT(AMBIENT_VISIBILITY));
+}
+
+TEST(frames_that_lend_nothing_are_of_light_fields)
+{
+    struct stage *s = sequence(state);
+    s->job.frames[0] = (struct job_frame_run){1, 1, 1};
+    assert_false(is_of_paths(s));
+    s->job.frames[0] = (struct job_frame_run){1, 10, 1};
+    s->job.spp = 1;
+    assert_false(is_of_paths(s));
+    s->job.spp = 9;
+    s->job.width_px = s->job.height_px = 8192;
+    assert_false(is_of_paths(s));
+    s->job.width_px = s->job.height_px = 64;
+    assert_true(is_of_paths(s));
+}
+
+TEST(fields_that_are_named_light_sequences_too)
+{
+    struct stage *s = sequence(state);
+    s->job.indirect_bounces = 2;
+    s->job.indirect = INDIRECT_LINEAR;
+    assert_false(is_of_paths(s));
+    s->job.indirect = INDIRECT_AUTO;
+    s->job.indirect_spp = 9;
+    assert_false(is_of_paths(s));
+    s->job.indirect_spp = 0;
+    s->job.light_spp = 9;
+    assert_false(is_of_paths(s));
+    s->job.light_spp = 0;
+    s->job.method = FILTER_AXIS_ALIGNED;
+    assert_false(is_of_paths(s));
+    s->job.method = FILTER_AUTO;
+    s->job.field_scale = FIELD_SCALE_HALF;
+    assert_false(is_of_paths(s));
 }
