@@ -70,10 +70,10 @@ function known(what, asked, names) {
   return asked;
 }
 
-// Scenes of the part accuracy. Of real ones only that part knows the names, since they lie in a folder.
+// Scenes of the part accuracy. Parts with scenes of their own know the names of these.
 function chosen(base, given, parts) {
-  const names = scenes.map((s) => s.name), real = parts.includes("real");
-  const named = real ? list(given.scene)?.filter((name) => names.includes(name)) : known("scene", list(given.scene), names), kinds = known("effect", list(given.effect), Object.keys(effects));
+  const names = scenes.map((s) => s.name), others = parts.includes("real") || parts.includes("flicker");
+  const named = others ? list(given.scene)?.filter((name) => names.includes(name)) : known("scene", list(given.scene), names), kinds = known("effect", list(given.effect), Object.keys(effects));
   const all = named ?? base.scenes;
   return kinds ? all.filter((name) => kinds.includes(scenes.find((s) => s.name === name).effect)) : all;
 }

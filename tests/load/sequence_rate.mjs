@@ -14,7 +14,7 @@ import { execFileSync } from "node:child_process";
 import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
-import { moving, movingJob } from "../bench/scenes/moving.mjs";
+import { moving, movingBox, movingJob } from "../bench/scenes/moving.mjs";
 import { ownServer } from "./own_server.mjs";
 
 const [build = "", ...words] = process.argv.slice(2);
@@ -24,13 +24,16 @@ for (const word of words) {
     if (!(name in option) || !value) usage(`"${word}" is not understood`);
     option[name] = typeof option[name] === "number" ? Number(value) : value;
 }
-const scene = moving.find(({ name }) => name === option.scene);
+const scene = [...moving, ...movingBox].find(({ name }) => name === option.scene);
 if (!build || !scene) usage(build ? `there is no scene "${option.scene}"` : "the build directory is missing");
 
 function usage(fault) {
     console.error(`sequence_rate: ${fault}; use: node tests/load/sequence_rate.mjs BUILD_DIR [frames=N] [width=PX] [spp=N] [scene=NAME] [temporal=WORD] [threads=N] [least=RATIO]`);
     process.exit(2);
 }
+
+// The same paths as frames of a sequence have: by itself auto would give a frame light fields.
+const ALONE = { method: "none", residual: "halves", temporal: "none" };
 
 const { url, server, folder } = await ownServer(build, "sequence-rate", option.threads);
 const get = async (path) => (await fetch(`${url}${path}`)).json();
@@ -54,7 +57,7 @@ function threadTimes(pid, threads = Infinity) {
 // Renders frames; tells what their threads did from the submission to the end.
 async function render(pid, file, first, last) {
     const job = join(folder, "job.json"), before = threadTimes(pid, option.threads), away = threadTimes(server.pid), from = performance.now();
-    writeFileSync(job, JSON.stringify(movingJob(file, last, option.width, option.spp, { frames: { first, last }, filter: { temporal: first < last ? option.temporal : "none" }, layers: ["beauty"] })));
+    writeFileSync(job, JSON.stringify(movingJob(file, last, option.width, option.spp, { ...scene.job, frames: { first, last }, filter: first < last ? { temporal: option.temporal } : ALONE, layers: ["beauty"] })));
     const id = execFileSync(join(build, "shearwater"), ["submit", job, "--server", url, "--quiet"]).toString().trim();
     for (;;) {
         const { state, error, statistics } = await get(`/v1/jobs/${id}`);

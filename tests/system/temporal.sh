@@ -7,14 +7,14 @@ build=${1:?usage: tests/system/temporal.sh BUILD_DIR}
 . tests/tap.bash
 . tests/system/jobs.bash
 
-# Blocks under a lamp and a sky, of which one moves.
+# Blocks under a lamp and a sky, of which one moves; and the Cornell box, whose frames would be of light fields one by one.
 node --input-type=module - "$PWD" "$tmp" <<'J' || exit 1
 const [root, folder] = process.argv.slice(2);
-const { moving, movingJob } = await import(`${root}/tests/bench/scenes/moving.mjs`);
+const { moving, movingBox, movingJob } = await import(`${root}/tests/bench/scenes/moving.mjs`);
 const { writeFileSync } = await import("node:fs");
 const write = (name, scene, spp, more) =>
   writeFileSync(`${folder}/${name}.json`, JSON.stringify(movingJob(`${folder}/${scene}.glb`, 6, 112, spp, { layers: ["beauty"], ...more })));
-for (const { name, glb } of moving) writeFileSync(`${folder}/${name}.glb`, glb());
+for (const { name, glb } of [...moving, ...movingBox]) writeFileSync(`${folder}/${name}.glb`, glb());
 write("two", "object", 4, { filter: { temporal: "2" } });
 write("one", "object", 4, { filter: { temporal: "1" } });
 write("none", "object", 4, { filter: { temporal: "none" } });
@@ -28,6 +28,19 @@ write("single_none", "object", 4, { filter: { temporal: "none" }, frames: { firs
 write("target", "object", 4, { filter: { temporal: "2" }, sampling: { spp: 4, target_error: 0.5 }, frames: "1-2" });
 write("passes", "still", 49, { filter: { temporal: "1" }, frames: "1-3", image: { width: 48, height: 36 } });
 write("converged", "object", 256, { filter: { temporal: "none" }, sampling: { spp: 256, seed: 7 }, frames: { first: 4 } });
+const box = movingBox[0].job, whole = { method: "none", residual: "halves" };
+write("box", "box-object", 4, box);
+write("box_named", "box-object", 4, { ...box, filter: { ...whole, temporal: "2" } });
+write("box_seen", "box-object", 4, { ...box, effects: { ...box.effects, ambient_occlusion: { distance: 0.5 } }, layers: ["beauty", "occlusion", "visibility", "albedo"] });
+write("box_fields", "box-object", 4, { ...box, filter: { temporal: "none" }, frames: { first: 4 } });
+write("box_gaps", "box-object", 4, { ...box, frames: "4-6x2" });
+write("box_true", "box-object", 256, { ...box, filter: whole, sampling: { spp: 256, seed: 7 }, frames: { first: 4 } });
+const lens = { lens: { aperture_radius: 0.05, focus_distance: 4.6 } };
+write("lens", "object", 4, lens);
+write("lens_field", "object", 4, { ...lens, filter: { temporal: "none" } });
+write("lens_goes", "camera", 4, { ...lens, frames: "3-4" });
+write("lens_goes_field", "camera", 4, { ...lens, frames: "3-4", filter: { temporal: "none" } });
+write("lens_true", "object", 256, { ...lens, filter: whole, sampling: { spp: 256, seed: 7 }, frames: { first: 4 } });
 J
 
 same() { # same NAME OTHER FRAMES...
@@ -40,8 +53,11 @@ every() { # every RELATION NAME OTHER FRAMES...
     local frame
     for frame in "${@:4}"; do "$1" "$2.$frame" "$3.$frame" || return 1; done
 }
-error_of() { "$build/shearwater" compare "$tmp/converged.exr" "$tmp/$1.4.exr" | jq .rmse; }
-less() { jq -en --argjson a "$(error_of "$1")" --argjson b "$(error_of "$2")" --argjson share "$3" '[$a, $b], $a < $share * $b'; }
+error_of() { "$build/shearwater" compare "$tmp/$2.exr" "$tmp/$1.4.exr" | jq .rmse; }
+less() { # less NAME OTHER SHARE [CONVERGED]
+    local truth=${4:-converged}
+    jq -en --argjson a "$(error_of "$1" "$truth")" --argjson b "$(error_of "$2" "$truth")" --argjson share "$3" '[$a, $b], $a < $share * $b'
+}
 
 check "a sequence is filtered over its frames" render two two.# --workers 1
 check "... on three workers" render two three.# --workers 3
@@ -58,6 +74,28 @@ check "auto is one of them" render auto auto.# --workers 2
 check "... the larger" every alike auto two 1 6
 check "layers change no other pixel" render errors errors.# --workers 2
 check "... of a sequence" every alike errors two 3
+
+check "a sequence that light fields could bring" render box box.# --workers 1
+check "... on three workers" render box boxes.# --workers 3
+check "... has the same bytes" same box boxes 1 2 3 4 5 6
+check "... and is of paths" render box_named named.# --workers 2
+check "... all of it" every alike box named 1 4 6
+check "other layers of it" render box_seen seen.# --workers 2
+check "... change no other pixel" every alike box seen 1 4 6
+check "a frame of it by itself, of fields" render box_fields fields.4 --workers 2
+check "... and frames with gaps between them" render box_gaps apart.# --workers 2
+check "... are the same" alike fields.4 apart.4
+check "the converged frame of it" render box_true box_true --workers 2
+check "the sequence has less error" less box fields 0.85 box_true
+check "a sequence through a lens" render lens lens.# --workers 1
+check "... on three workers" render lens lenses.# --workers 3
+check "... has the same bytes" same lens lenses 1 2 3 4 5 6
+check "its frames one by one" render lens_field lens_field.# --workers 2
+check "its converged frame" render lens_true lens_true --workers 2
+check "the sequence has less error" less lens lens_field 0.95 lens_true
+check "a camera with a lens goes" render lens_goes goes.# --workers 2
+check "... with frames one by one" render lens_goes_field goes_field.# --workers 2
+check "... whatever is asked for" every alike goes goes_field 3 4
 
 # Frames 4 to 6 know nothing of frame 1, and frame 4 alone of none.
 check "fewer frames of it" render middle middle.# --workers 2

@@ -86,6 +86,7 @@ struct plan_source {
     struct plan_photograph photograph;       /* of a composite */
     const struct environment_header *studio; /* of the light where there is none; NULL: none */
     struct digest studio_blob;
+    bool camera_stands; /* from the frame before to the one after, as far as is known */
 };
 
 struct plan_report {

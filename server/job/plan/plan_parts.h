@@ -44,6 +44,10 @@ void plan_set_powers(const struct scene *scene, const struct plan_emitters *emit
 /* Returns whether the picture's error is to be estimated. */
 bool plan_wants_error(const struct job *job);
 
+/* Chooses the integrator; the report says why not the others. */
+void plan_choose(const struct job *job, const struct plan_source *source, struct plan *plan,
+                 struct plan_report *report);
+
 #define PLAN_WHY_BYTES sizeof(((struct plan_skip *)0)->why)
 
 /* Returns whether light fields may have a part in a pinhole's picture. If not, `why` says so in a

@@ -62,7 +62,8 @@ static uint32_t fit(uint32_t frames, struct plan *plan)
 static bool asks_for_fields(const struct job *job, const struct plan *plan)
 {
     return job->method != FILTER_AUTO || job->indirect != INDIRECT_AUTO ||
-           job->glossy != GLOSSY_AUTO || job->light_spp > 0 || job->indirect_spp > 0 ||
+           job->glossy != GLOSSY_AUTO || job->lens != LENS_AUTO || job->light_spp > 0 ||
+           job->indirect_spp > 0 || job->lens_spp > 0 || job->lens_extra > 0 ||
            plan_may_halve(job) || plan_asks_for_sky(job, plan);
 }
 

@@ -87,18 +87,20 @@ static int find_side(struct preparation *p, unsigned side, struct scene *scene,
 }
 
 /* Compares the frame's scene with the one before and the one after it. */
-static int find_motion(struct preparation *p, const struct scene *now)
+static int find_motion(struct preparation *p, const struct scene *now, bool *camera_stands)
 {
+    struct plan_camera camera;
     struct scene scenes[MOTION_SIDES] = {{.blob = NULL}};
     struct plan_camera cameras[MOTION_SIDES];
     const struct scene *const sides[MOTION_SIDES] = {&scenes[0], &scenes[1]};
-    int error = 0;
+    int error = plan_find_camera(&p->prepared->job, now, &camera, &p->fault);
     for (unsigned side = 0; side < MOTION_SIDES && !error; side++)
         error = find_side(p, side, &scenes[side], &cameras[side]);
     if (!error && frame_motion_create(now, sides, cameras, &p->prepared->motion) != 0)
         error = fault_set(&p->fault, ERR_MEMORY, "/layers", "no memory for motion");
     for (unsigned side = 0; side < MOTION_SIDES; side++)
         if (scenes[side].blob) scene_unmap(&scenes[side]);
+    *camera_stands = !error && motion_keeps_view(p->prepared->motion, &camera);
     return error;
 }
 
@@ -123,10 +125,11 @@ static int plan_scene(struct preparation *p, const struct environment_blob *map)
         source.studio = &out->studio;
         source.studio_blob = out->studio_blob;
     }
+    out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
+    source.camera_stands = !out->moves;
+    if (!error && p->has_motion) error = find_motion(p, &scene, &source.camera_stands);
     if (!error)
         error = plan_make(&out->job, &source, out->number, &out->plan, &out->report, &p->fault);
-    out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
-    if (!error && p->has_motion) error = find_motion(p, &scene);
     if (!error && out->moves && !out->motion && !out->job.composite.rgbd && out->plan.temporal > 0)
         plan_temporal_none("it is not known how the scene moves", &out->plan, &out->report);
     if (!error && matte_manifest_make(&out->job, &scene, &out->report, &out->mattes) != 0)

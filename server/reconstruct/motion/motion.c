@@ -73,6 +73,12 @@ bool motion_is_same_view(const struct plan_camera *a, const struct plan_camera *
            a->centre_x == b->centre_x && a->centre_y == b->centre_y;
 }
 
+bool motion_keeps_view(const struct motion *motion, const struct plan_camera *now)
+{
+    return motion_is_same_view(now, &motion->camera[MOTION_BACKWARD]) &&
+           motion_is_same_view(now, &motion->camera[MOTION_FORWARD]);
+}
+
 static void follow(const struct motion_part *part, enum motion_side side, double at[3])
 {
     if (part->mesh) {

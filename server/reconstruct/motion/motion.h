@@ -30,6 +30,9 @@ void motion_drop(struct motion **motion);
 /* Returns whether two cameras see the same. */
 bool motion_is_same_view(const struct plan_camera *a, const struct plan_camera *b);
 
+/* Returns whether the frames beside one see the same as its camera. */
+bool motion_keeps_view(const struct motion *motion, const struct plan_camera *now);
+
 /* A point of a frame's scene, and where a frame sees it. */
 struct motion_point {
     double x, y;  /* of the picture, in pixels */

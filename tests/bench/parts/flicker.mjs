@@ -1,15 +1,16 @@
-// How much sequences flicker: plain paths, and auto with frames filtered one by one and over windows, of blocks among
-// which nothing moves, the camera, the lamp or a block. Flicker is what changes from frame to frame at points that both
+// How much sequences flicker: plain paths, and auto with frames filtered one by one and over windows, of blocks and of the
+// Cornell box, in which nothing moves, the camera, the lamp or a block. Flicker is what changes from frame to frame at points that both
 // show and that has no cause in the scene (exr_flicker.c), over the mean; error is the frames' RMSE over the same.
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
-import { moving, movingJob } from "../scenes/moving.mjs";
+import { moving, movingBox, movingJob } from "../scenes/moving.mjs";
 
 const FRAMES = 6, JUDGED = [3, 4]; // with two frames on each side
 const FULL = { width: 320, referenceSpp: 1024, spp: [4, 9] };
 const SMALL = { quick: { width: 160, referenceSpp: 256, spp: [4] }, smoke: { width: 48, referenceSpp: 64, spp: [4] } };
 
 // times: so many more paths, which without filters take about as long.
+const CONVERGED = { method: "none", residual: "halves", temporal: "none" }; // paths, whose mean a filtered picture becomes
 const METHODS = [
   { name: "paths", more: { filter: { method: "none" } } },
   { name: "paths x 4", times: 4, more: { filter: { method: "none" } } },
@@ -45,19 +46,20 @@ export async function flicker(o) {
   const set = SMALL[o.mode] ?? FULL, folder = `${o.out}/flicker`;
   const spps = o.given.spp ? o.given.spp.split(",").map(Number) : set.spp;
   mkdirSync(folder, { recursive: true });
-  for (const { name, about, glb } of moving) {
+  const given = o.given.scene?.split(",");
+  for (const { name, about, glb, job } of [...moving, ...movingBox].filter((one) => !given || given.includes(one.name))) {
     const file = `${folder}/${name}.glb`, reference = `${folder}/${name}-reference.#.exr`;
     writeFileSync(file, glb());
     o.say(`flicker: ${name}, ${about}`);
     if (!JUDGED.every((n) => existsSync(frame(reference, n))))
-      render(o, folder, movingJob(file, FRAMES, set.width, set.referenceSpp, { frames: { first: JUDGED[0], last: JUDGED[1] }, filter: { temporal: "none" },
+      render(o, folder, movingJob(file, FRAMES, set.width, set.referenceSpp, { ...job, frames: { first: JUDGED[0], last: JUDGED[1] }, filter: CONVERGED,
         sampling: { spp: set.referenceSpp, seed: 7 }, layers: ["beauty", "vector"] }), reference);
     for (const spp of spps)
       for (const method of METHODS) {
-        const out = `${folder}/${name}.#.exr`, cpu_s = render(o, folder, movingJob(file, FRAMES, set.width, spp * (method.times ?? 1), { layers: ["beauty"], ...method.more }), out);
+        const out = `${folder}/${name}.#.exr`, cpu_s = render(o, folder, movingJob(file, FRAMES, set.width, spp * (method.times ?? 1), { ...job, layers: ["beauty"], ...method.more }), out);
         const row = { scene: name, about, method: method.name, spp, width: set.width, frames: FRAMES, cpu_s, ...measure(o, reference, out) };
         o.put("flicker", `${name} ${method.name} ${spp} spp`, row);
-        o.say(`${name.padEnd(7)} ${String(spp).padStart(3)} spp  ${method.name.padEnd(12)} flicker ${(100 * row.flicker).toFixed(2)} % (low ${(100 * row.low).toFixed(2)}, high ${(100 * row.high).toFixed(2)}), error ${(100 * row.error).toFixed(2)} %`);
+        o.say(`${name.padEnd(10)} ${String(spp).padStart(3)} spp  ${method.name.padEnd(12)} flicker ${(100 * row.flicker).toFixed(2)} % (low ${(100 * row.low).toFixed(2)}, high ${(100 * row.high).toFixed(2)}), error ${(100 * row.error).toFixed(2)} %`);
       }
   }
 }

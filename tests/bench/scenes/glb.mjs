@@ -131,6 +131,7 @@ export function animated(glb, camera, tracks) {
     document.accessors.push({ bufferView: view(Buffer.from(Float32Array.from(numbers).buffer)), componentType: 5126, type, count: numbers.length / n, ...more });
     return document.accessors.length - 1;
   };
+  for (const node of document.nodes) if (node.camera !== undefined) Object.assign(node, { name: "before", camera: undefined });
   document.cameras = [{ type: "perspective", perspective: { yfov: camera.yfov_deg * Math.PI / 180, znear: 0.01 } }];
   document.nodes.push({ name: "camera", camera: 0, translation: camera.eye, rotation: facing(camera.eye, camera.target) });
   document.scenes[document.scene ?? 0].nodes.push(document.nodes.length - 1);

@@ -1,4 +1,6 @@
-// Blocks, a ball and a lamp under a sky, of which one thing moves: the camera, the lamp, a block, or nothing.
+// Scenes of which one thing moves, the camera, the lamp, a block, or nothing: blocks, a ball and a lamp under a sky, whose
+// light comes along paths; and the Cornell box, all of whose light fields bring.
+import { readFileSync } from "node:fs";
 import { animated, facing, glbOf } from "./glb.mjs";
 import { quad } from "./mesh.mjs";
 import { blocks } from "./real.mjs";
@@ -11,19 +13,29 @@ const room = () => glbOf([...blocks(),
 
 // One second of linear motion, by which a thing has gone at its end.
 const goes = (node, by) => [{ node, path: "translation", times: [0, 1], values: [0, 0, 0, ...by] }];
-function flies(by) {
-  const end = CAMERA.eye.map((v, i) => v + by[i]);
-  return [{ node: "camera", path: "translation", times: [0, 1], values: [...CAMERA.eye, ...end] },
-    { node: "camera", path: "rotation", times: [0, 1], values: [...facing(CAMERA.eye, CAMERA.target), ...facing(end, CAMERA.target)] }];
+function flies(camera, by) {
+  const end = camera.eye.map((v, i) => v + by[i]);
+  return [{ node: "camera", path: "translation", times: [0, 1], values: [...camera.eye, ...end] },
+    { node: "camera", path: "rotation", times: [0, 1], values: [...facing(camera.eye, camera.target), ...facing(end, camera.target)] }];
 }
 
 // about: what moves, and how fast in pictures of 320 pixels.
 export const moving = [
   { name: "still", about: "nothing moves", tracks: [] },
-  { name: "camera", about: "the camera goes round, about 3 px a frame", tracks: flies([2.2, 0.3, -0.6]) },
+  { name: "camera", about: "the camera goes round, about 3 px a frame", tracks: flies(CAMERA, [2.2, 0.3, -0.6]) },
   { name: "light", about: "the lamp goes across, its shadows 2 px a frame", tracks: goes("lamp", [2.2, 0, 0]) },
   { name: "object", about: "a block goes across, 2 px a frame", tracks: goes("low", [-1.1, 0, 0.9]) },
 ].map((one) => ({ ...one, glb: () => animated(room(), CAMERA, one.tracks) }));
+
+const BOX = "tests/scenes/cornell-box/cornell-box.glb", BOX_CAMERA = { eye: [0, 1, 6.8], target: [0, 1, 0], yfov_deg: 20 };
+
+// The same of the Cornell box, which is lit by one rectangle. job: what a job has of it.
+export const movingBox = [
+  { name: "box-still", about: "nothing moves", tracks: [] },
+  { name: "box-camera", about: "the camera goes round, about 3 px a frame", tracks: flies(BOX_CAMERA, [1.4, 0.3, -0.4]) },
+  { name: "box-light", about: "the lamp goes across, its shadows 2 px a frame", tracks: goes("Light_emitter_7", [-0.6, 0, 0]) },
+  { name: "box-object", about: "a block goes across, 2 px a frame", tracks: goes("ShortBox", [-0.35, 0, 0.1]) },
+].map((one) => ({ ...one, glb: () => animated(readFileSync(BOX), BOX_CAMERA, one.tracks), job: { environment: null, effects: { indirect_bounces: 4 } } }));
 
 // A job of its first frames.
 export const movingJob = (file, frames, width, spp, more = {}) => ({

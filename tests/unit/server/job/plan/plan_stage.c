@@ -71,6 +71,7 @@ int make(struct stage *s)
 {
     struct plan_source source = {
         .scene = &s->scene, .scene_blob = {{7}}, .map = &s->map, .map_blob = {{8}}};
+    source.camera_stands = s->camera_stands;
     if (s->has_studio) source.studio = &s->studio, source.studio_blob = (struct digest){{9}};
     s->fault = (struct fault){0};
     return plan_make(&s->job, &source, 3, &s->plan, &s->report, &s->fault);

@@ -19,7 +19,7 @@ struct stage {
     char names[32];
     char warnings[64];
     struct environment_header map, studio;
-    bool has_studio;
+    bool has_studio, camera_stands;
     struct job job;
     struct plan plan;
     struct plan_report report;

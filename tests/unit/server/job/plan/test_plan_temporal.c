@@ -165,3 +165,39 @@ TEST(fields_that_are_named_light_sequences_too)
     s->job.field_scale = FIELD_SCALE_HALF;
     assert_false(is_of_paths(s));
 }
+
+static bool is_lens_field(struct stage *s)
+{
+    if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
+    assert_true((s->plan.temporal == 0) == (s->report.integrator == INTEGRATOR_LENS_FIELD));
+    return s->plan.temporal == 0;
+}
+
+/* What is blurred moves in no way that is known, unless it stands. */
+TEST(a_lens_lends_samples_where_the_camera_stands)
+{
+    struct stage *s = sequence(state);
+    s->job.aperture_radius = 0.1f, s->job.focus_distance = 5;
+    assert_true(is_lens_field(s));
+    s->camera_stands = true;
+    assert_false(is_lens_field(s));
+    assert_int_equal(s->report.integrator, INTEGRATOR_PATHS);
+    assert_non_null(strstr(s->report.lens_filter_why, "flicker"));
+    s->job.frames[0].step = 2;
+    assert_true(is_lens_field(s));
+}
+
+TEST(fields_of_lenses_that_are_named_light_sequences_too)
+{
+    struct stage *s = sequence(state);
+    s->job.aperture_radius = 0.1f, s->job.focus_distance = 5;
+    s->camera_stands = true;
+    s->job.lens_spp = 16;
+    assert_true(is_lens_field(s));
+    s->job.lens_spp = 0;
+    s->job.lens_extra = 1;
+    assert_true(is_lens_field(s));
+    s->job.lens_extra = 0;
+    s->job.lens = LENS_SHEARED;
+    assert_true(is_lens_field(s));
+}
