@@ -10,7 +10,7 @@ build=${1:?usage: tests/system/temporal.sh BUILD_DIR}
 # Blocks under a lamp and a sky, of which one moves; and the Cornell box, whose frames would be of light fields one by one.
 node --input-type=module - "$PWD" "$tmp" <<'J' || exit 1
 const [root, folder] = process.argv.slice(2);
-const { moving, movingBox, movingJob } = await import(`${root}/tests/bench/scenes/moving.mjs`);
+const { moving, movingBox, movingJob, movingLens } = await import(`${root}/tests/bench/scenes/moving.mjs`);
 const { writeFileSync } = await import("node:fs");
 const write = (name, scene, spp, more) =>
   writeFileSync(`${folder}/${name}.json`, JSON.stringify(movingJob(`${folder}/${scene}.glb`, 6, 112, spp, { layers: ["beauty"], ...more })));
@@ -35,7 +35,7 @@ write("box_seen", "box-object", 4, { ...box, effects: { ...box.effects, ambient_
 write("box_fields", "box-object", 4, { ...box, filter: { temporal: "none" }, frames: { first: 4 } });
 write("box_gaps", "box-object", 4, { ...box, frames: "4-6x2" });
 write("box_true", "box-object", 256, { ...box, filter: whole, sampling: { spp: 256, seed: 7 }, frames: { first: 4 } });
-const lens = { lens: { aperture_radius: 0.05, focus_distance: 4.6 } };
+const lens = movingLens[0].job;
 write("lens", "object", 4, lens);
 write("lens_field", "object", 4, { ...lens, filter: { temporal: "none" } });
 write("lens_goes", "camera", 4, { ...lens, frames: "3-4" });

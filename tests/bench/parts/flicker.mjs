@@ -1,9 +1,9 @@
-// How much sequences flicker: plain paths, and auto with frames filtered one by one and over windows, of blocks and of the
-// Cornell box, in which nothing moves, the camera, the lamp or a block. Flicker is what changes from frame to frame at points that both
+// How much sequences flicker: plain paths, and auto with frames filtered one by one and over windows, of blocks, of these
+// through a lens, and of the Cornell box, in which nothing moves, the camera, the lamp or a block. Flicker is what changes from frame to frame at points that both
 // show and that has no cause in the scene (exr_flicker.c), over the mean; error is the frames' RMSE over the same.
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
-import { moving, movingBox, movingJob } from "../scenes/moving.mjs";
+import { moving, movingBox, movingJob, movingLens } from "../scenes/moving.mjs";
 
 const FRAMES = 6, JUDGED = [3, 4]; // with two frames on each side
 const FULL = { width: 320, referenceSpp: 1024, spp: [4, 9] };
@@ -47,7 +47,7 @@ export async function flicker(o) {
   const spps = o.given.spp ? o.given.spp.split(",").map(Number) : set.spp;
   mkdirSync(folder, { recursive: true });
   const given = o.given.scene?.split(",");
-  for (const { name, about, glb, job } of [...moving, ...movingBox].filter((one) => !given || given.includes(one.name))) {
+  for (const { name, about, glb, job } of [...moving, ...movingLens, ...movingBox].filter((one) => !given || given.includes(one.name))) {
     const file = `${folder}/${name}.glb`, reference = `${folder}/${name}-reference.#.exr`;
     writeFileSync(file, glb());
     o.say(`flicker: ${name}, ${about}`);

@@ -1,5 +1,5 @@
 // Scenes of which one thing moves, the camera, the lamp, a block, or nothing: blocks, a ball and a lamp under a sky, whose
-// light comes along paths; and the Cornell box, all of whose light fields bring.
+// light comes along paths; these through a lens; and the Cornell box, all of whose light fields bring.
 import { readFileSync } from "node:fs";
 import { animated, facing, glbOf } from "./glb.mjs";
 import { quad } from "./mesh.mjs";
@@ -36,6 +36,10 @@ export const movingBox = [
   { name: "box-light", about: "the lamp goes across, its shadows 2 px a frame", tracks: goes("Light_emitter_7", [-0.6, 0, 0]) },
   { name: "box-object", about: "a block goes across, 2 px a frame", tracks: goes("ShortBox", [-0.35, 0, 0.1]) },
 ].map((one) => ({ ...one, glb: () => animated(readFileSync(BOX), BOX_CAMERA, one.tracks), job: { environment: null, effects: { indirect_bounces: 4 } } }));
+
+// The blocks through a lens that is in focus in their middle.
+export const movingLens = moving.filter(({ name }) => name !== "light")
+  .map((one) => ({ ...one, name: `lens-${one.name}`, job: { lens: { aperture_radius: 0.05, focus_distance: 4.6 } } }));
 
 // A job of its first frames.
 export const movingJob = (file, frames, width, spp, more = {}) => ({
