@@ -1,6 +1,7 @@
 // How much sequences flicker: plain paths, and auto with frames filtered one by one and over windows, of blocks, of these
-// through a lens, and of the Cornell box, in which nothing moves, the camera, the lamp or a block. Flicker is what changes from frame to frame at points that both
-// show and that has no cause in the scene (exr_flicker.c), over the mean; error is the frames' RMSE over the same.
+// through a lens, and of the Cornell box, in which nothing moves, the camera, the lamp or a block. Flicker is what changes
+// from frame to frame at points that both show and that has no cause in the scene (exr_flicker.c), over the mean; error is
+// the frames' RMSE over the same.
 import { spawnSync } from "node:child_process";
 import { existsSync, mkdirSync, writeFileSync } from "node:fs";
 import { moving, movingBox, movingJob, movingLens } from "../scenes/moving.mjs";
