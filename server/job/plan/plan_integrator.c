@@ -1,5 +1,4 @@
 /* Chooses what makes a frame's picture: paths, light fields, both, or the field of the lens. */
-#include <inttypes.h>
 #include <stdio.h>
 
 #include "proto/link/message.h"

@@ -100,8 +100,8 @@ static bool is_of_paths(struct stage *s)
     s->material.alpha_mode = ALPHA_OPAQUE;
     if (make(s) != 0) fail_msg("%s: %s", s->fault.pointer, s->fault.detail);
     const struct plan *p = &s->plan;
-    const bool paths = p->paths.spp > 0 && !p->paths.without_diffuse_direct &&
-                       !p->paths.without_diffuse_indirect;
+    const bool paths =
+        p->paths.spp > 0 && !p->paths.without_diffuse_direct && !p->paths.without_diffuse_indirect;
     assert_true(paths == (p->temporal > 0));
     assert_true(paths == !p->shadow_filter);
     return paths;

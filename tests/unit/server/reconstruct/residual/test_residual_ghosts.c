@@ -89,8 +89,8 @@ static void check_ghost(float level)
         if (x <= EDGE + 20) continue;
         away[0] += alone.off[x] * alone.off[x], away[1] += joined.off[x] * joined.off[x];
     }
-    printf("# light %g, penumbra %g px: at most %.2f errors\n", (double)level,
-           (double)penumbra_px, most);
+    printf("# light %g, penumbra %g px: at most %.2f errors\n", (double)level, (double)penumbra_px,
+           most);
     assert_true(away[1] < away[0]);
 }
 
