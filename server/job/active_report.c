@@ -54,9 +54,9 @@ void active_job_pace_note(struct active_job *job)
     pace_note(&job->pace, jobs_clock_us(), cost_us(job));
 }
 
-/* The CPU time that open frames have taken, and will take: of workers, and of filters. */
+/* The CPU time that open frames will take: of workers, and of filters. */
 struct open_work {
-    double done_us, left_us, filters_us;
+    double left_us, filters_us;
     uint32_t frames;
 };
 
@@ -69,22 +69,41 @@ static uint32_t encoding(const struct active_job *job)
     return count;
 }
 
+/* Returns what workers take of a frame, in the mean over those that are traced; until one is, what
+ * they will have taken of the one that takes most. */
+static double frame_mean_us(const struct active_job *job, double all_us, enum foreseen which)
+{
+    const struct jobs *jobs = job->jobs;
+    uint32_t traced = job->frames_finished;
+    double most_us = 0.0;
+    for (unsigned i = 0; i < jobs->open_count; i++) {
+        const struct frame *work = jobs->open[i].frame->work;
+        if (jobs->open[i].job != job) continue;
+        most_us = fmax(most_us, frame_done_us(work) + frame_left_us(work, which));
+        if (frame_is_waiting(work))
+            traced++;
+        else
+            all_us -= frame_done_us(work);
+    }
+    return traced > 0 ? fmax(0.0, all_us) / traced : most_us;
+}
+
 static struct open_work open_work_of(const struct active_job *job, double all_us,
                                      enum foreseen which)
 {
     struct open_work sum = {.frames = encoding(job)};
     const struct jobs *jobs = job->jobs;
-    for (unsigned i = 0; i < jobs->open_count; i++)
-        if (jobs->open[i].job == job) sum.done_us += frame_done_us(jobs->open[i].frame->work);
-    const double mean_us =
-        job->frames_finished > 0 ? fmax(0.0, all_us - sum.done_us) / job->frames_finished : 0.0;
+    const double mean_us = frame_mean_us(job, all_us, which);
+    double waiting_us = 0.0;
     for (unsigned i = 0; i < jobs->open_count; i++) {
         const struct frame *work = jobs->open[i].frame->work;
         if (jobs->open[i].job != job) continue;
         sum.left_us += pace_frame_left_us(frame_left_us(work, which), frame_done_us(work),
                                           frame_traced_share(work), mean_us);
-        /* Others are filtered while that one is traced. */
-        sum.filters_us = fmax(sum.filters_us, frame_filters_left_us(work, which));
+        /* Others are filtered while that one is traced, but for those that wait for it. */
+        const double filters_us = frame_filters_left_us(work, which);
+        if (!frame_has_window(work)) waiting_us += filters_us;
+        sum.filters_us = fmax(fmax(sum.filters_us, filters_us), waiting_us);
         sum.frames += !jobs->open[i].frame->recalled;
     }
     return sum;

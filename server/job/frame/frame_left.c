@@ -4,6 +4,7 @@
 #include "server/job/frame/frame_work.h"
 
 #define RESIDUAL_US  2.5 /* of a pixel, before any is filtered */
+#define WINDOW_US    4.0 /* the same, with samples of other frames */
 #define OIDN_US      2.6 /* of a pixel, which Open Image Denoise filters when all is drawn */
 #define LAST_ROWS    2.0 /* of blocks, which wait for the last tiles */
 #define ROUND_GROWTH 4.0
@@ -111,7 +112,8 @@ static double block_us(const struct frame *f)
                         s->residual_cpu_us;
     if (f->blocks_drawn > 0) return (double)us / (double)f->blocks_drawn;
     const bool filtered = f->plan.residual_filter == RESIDUAL_FILTER_HALVES;
-    return filtered ? RESIDUAL_US * (double)f->block_px * (double)f->block_px : 0.0;
+    const double pixel_us = frame_has_neighbours(f) ? WINDOW_US : RESIDUAL_US;
+    return filtered ? pixel_us * (double)f->block_px * (double)f->block_px : 0.0;
 }
 
 /* Returns how many rounds are thought to follow this one. */
