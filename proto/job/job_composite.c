@@ -16,6 +16,10 @@ static const struct json_choice rgbd_fit_words[] = {
     {"exact", PLATE_FIT_EXACT, NULL}, {"stretch", PLATE_FIT_STRETCH, NULL}, {NULL, 0, NULL}};
 static const struct json_choice surfaces_words[] = {
     {"screen", RGBD_SCREEN, NULL}, {"fused", RGBD_FUSED, NULL}, {NULL, 0, NULL}};
+static const struct json_choice light_words[] = {{"auto", RGBD_LIGHT_AUTO, NULL},
+                                                 {"estimate", RGBD_LIGHT_ESTIMATE, NULL},
+                                                 {"studio", RGBD_LIGHT_STUDIO, NULL},
+                                                 {NULL, 0, NULL}};
 static const struct json_choice color_words[] = {
     {"srgb", PLATE_COLOR_SRGB, NULL}, {"linear", PLATE_COLOR_LINEAR, NULL}, {NULL, 0, NULL}};
 static const struct json_choice mode_words[] = {{"multiplicative", COMPOSITE_MULTIPLY, NULL},
@@ -55,6 +59,7 @@ static const struct json_member rgbd_members[] = {
      .read = json_member_choice,
      .offset = FIELD(surfaces),
      .choices = surfaces_words},
+    {.name = "light", .read = json_member_choice, .offset = FIELD(light), .choices = light_words},
     {.name = "fit", .read = json_member_choice, .offset = FIELD(fit), .choices = rgbd_fit_words},
     {.name = "color_space",
      .read = json_member_choice,
@@ -217,6 +222,9 @@ static int check_rgbd(struct json_cursor *at, const struct job *job)
     if (!has_file(job, job->composite.rgbd))
         return refuse_in(at, "rgbd", "document", ERR_NOT_FOUND,
                          "it is none of the names in scene.files");
+    if (job->composite.light == RGBD_LIGHT_ESTIMATE && job->environment.kind != ENVIRONMENT_NONE)
+        return refuse_in(at, "rgbd", "light", ERR_EXISTS,
+                         "\"environment\" is the light from around already");
     if (job->live)
         return json_cursor_refuse_member(at, "live", ERR_UNSUPPORTED,
                                          "the frames of \"rgbd\" do not move");
@@ -250,10 +258,19 @@ int job_composite_check(struct json_cursor *at, const struct job *job)
     return 0;
 }
 
+static enum rgbd_estimate estimate_of(const struct job *job)
+{
+    const bool dark = job->environment.kind == ENVIRONMENT_NONE && job->light_count == 0;
+    if (!job->composite.rgbd || job->composite.light == RGBD_LIGHT_STUDIO) return RGBD_ESTIMATE_NONE;
+    if (job->composite.light == RGBD_LIGHT_ESTIMATE) return RGBD_ESTIMATE_ALWAYS;
+    return dark && job->default_light ? RGBD_ESTIMATE_UNLESS_LIT : RGBD_ESTIMATE_NONE;
+}
+
 void job_composite_defaults(struct job *job, bool has_layers, bool has_view)
 {
     const bool has_plate = job_composite_has_plate(&job->composite);
     if (!job->composite.on) return;
+    job->composite.estimate = estimate_of(job);
     if (!has_layers) job->layers = LAYER_CATCHER | (has_plate ? LAYER_COMPOSITE : 0);
     job->layers |= LAYER_BEAUTY; /* the objects, of which all others are made */
     if (!has_view && has_plate) job->view = VIEW_LINEAR;
@@ -271,8 +288,9 @@ static json_t *write_plate(const struct job_composite *c)
 static json_t *write_rgbd(const struct job_composite *c)
 {
     if (!c->rgbd) return json_null();
-    return json_pack("{s:s,s:s,s:s,s:s}", "document", c->rgbd, "surfaces",
-                     job_word(surfaces_words, c->surfaces), "fit", job_word(rgbd_fit_words, c->fit),
+    return json_pack("{s:s,s:s,s:s,s:s,s:s}", "document", c->rgbd, "surfaces",
+                     job_word(surfaces_words, c->surfaces), "light",
+                     job_word(light_words, c->light), "fit", job_word(rgbd_fit_words, c->fit),
                      "color_space", job_word(color_words, c->color));
 }
 

@@ -3,8 +3,8 @@
  * photograph shows, and how the light that virtual objects take from them and give them changes it.
  *
  *   backplate  {asset, fit, color_space} or null
- *   rgbd       {document, surfaces, fit, color_space} or null: frames of a camera that measures
- * depth, instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts
+ *   rgbd       {document, surfaces, light, fit, color_space} or null: frames of a camera that
+ * measures depth, instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts
  * [names of nodes or materials] composite  {mode}
  *
  * docs/mixed-reality.md explains them. */
@@ -29,6 +29,20 @@ enum rgbd_surfaces {
     RGBD_FUSED   /* one model of all frames */
 };
 
+/* What lights a sequence of colour and depth beside the job's lights and environment. */
+enum rgbd_lighting {
+    RGBD_LIGHT_AUTO,     /* where nothing else lights it, what the frames tell of the light */
+    RGBD_LIGHT_ESTIMATE, /* the same, beside lights of the scene and the job */
+    RGBD_LIGHT_STUDIO    /* nothing: without any light the studio light, as other scenes */
+};
+
+/* Whether the importer estimates it. */
+enum rgbd_estimate {
+    RGBD_ESTIMATE_NONE,
+    RGBD_ESTIMATE_UNLESS_LIT, /* where the scene's file has no lights */
+    RGBD_ESTIMATE_ALWAYS
+};
+
 /* How a catcher's change becomes the photograph's. */
 enum composite_mode {
     COMPOSITE_MULTIPLY, /* plate * with / without: Mehta et al. 2015, equation 2 */
@@ -41,6 +55,8 @@ struct job_composite {
     struct digest plate;         /* asset: .jpg, .png, .webp, .hdr or .exr */
     char *rgbd;                  /* owned; document: one of scene.files; NULL: none */
     enum rgbd_surfaces surfaces; /* of rgbd; default screen */
+    enum rgbd_lighting light;       /* of rgbd; default auto */
+    enum rgbd_estimate estimate; /* what light, the job's lights and environment mean */
     enum plate_fit fit;          /* default exact */
     enum plate_color color;      /* default sRGB */
     char *catchers, *holdouts;   /* owned; JSON arrays of names, null for the ground; NULL: none */

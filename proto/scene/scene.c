@@ -43,6 +43,7 @@ static const struct section_kind kinds[SCENE_SECTION_COUNT] = {
     [SCENE_MOVERS] = {"movers", sizeof(struct scene_mover), LIMIT_INSTANCES},
     [SCENE_STEPS] = {"steps", sizeof(struct scene_step), LIMIT_INSTANCES *(uint64_t)SHUTTER_STEPS},
     [SCENE_POSES] = {"poses", sizeof(struct scene_camera), LIMIT_CAMERAS *(uint64_t)SHUTTER_STEPS},
+    [SCENE_SKY] = {"sky", 12, SCENE_SKY_TEXELS},
 };
 
 /* A stretch of the blob that something occupies. */
@@ -178,6 +179,7 @@ static void view_sections(struct scene *s, const struct scene_section_entry *tab
     s->movers = at[SCENE_MOVERS];
     s->steps = at[SCENE_STEPS];
     s->poses = at[SCENE_POSES];
+    s->sky = at[SCENE_SKY];
     s->names = at[SCENE_NAMES];
     s->warnings = at[SCENE_WARNINGS];
 }

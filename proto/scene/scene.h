@@ -17,9 +17,14 @@
 #include "proto/shutter.h"
 
 #define SCENE_MAGIC       "SWSCENE"
-#define SCENE_VERSION     6u
+#define SCENE_VERSION     7u
 #define SCENE_ALIGN_BYTES 64u
 #define SCENE_NONE        UINT32_MAX /* no index */
+
+/* Of the light that the importer estimates: rows of texels from the top. */
+#define SCENE_SKY_WIDTH_PX  64u
+#define SCENE_SKY_HEIGHT_PX 32u
+#define SCENE_SKY_TEXELS    (SCENE_SKY_WIDTH_PX * SCENE_SKY_HEIGHT_PX)
 
 enum scene_section {
     SCENE_INFO = 0,      /* struct scene_info, exactly one */
@@ -44,7 +49,9 @@ enum scene_section {
     SCENE_MOVERS = 18,   /* what moves while the shutter is open, in the order of instances */
     SCENE_STEPS = 19,    /* SHUTTER_STEPS of each mover */
     SCENE_POSES = 20,    /* struct scene_camera, SHUTTER_STEPS of each camera; or none: all stand */
-    SCENE_SECTION_COUNT = 21
+    SCENE_SKY = 21,      /* float[3]: light from far around, SCENE_SKY_TEXELS as a map of the
+                            environment has them (environment.h); or none */
+    SCENE_SECTION_COUNT = 22
 };
 
 struct scene_header {
@@ -285,6 +292,7 @@ struct scene {
     const struct scene_camera *cameras, *poses;
     const struct scene_mover *movers;
     const struct scene_step *steps;
+    const float *sky; /* 3 * SCENE_SKY_TEXELS where the section is there */
     const char *names, *warnings;
     const struct scene *base; /* borrowed; NULL: none */
 };

@@ -260,6 +260,21 @@ int scene_check_camera(const struct scene_record *at, const struct scene_camera 
     return error;
 }
 
+/* All texels are there, or none. */
+static int check_sky(const struct scene *s, struct fault *fault)
+{
+    const uint64_t count = s->count[SCENE_SKY];
+    if (count != 0 && count != SCENE_SKY_TEXELS)
+        return fault_set(fault, ERR_MISMATCH, "sky", "%llu texels are not %u",
+                         (unsigned long long)count, SCENE_SKY_TEXELS);
+    for (uint64_t i = 0; i < count; i++) {
+        const struct scene_record at = {s, SCENE_SKY, i, fault};
+        const int error = record_numbers(&at, "rgb", s->sky + 3 * i, 3, 0, LIMIT_RADIANCE);
+        if (error) return error;
+    }
+    return 0;
+}
+
 /* The sum is a number like others: planners size their work by it. */
 static int check_placed(const struct scene *s, struct fault *fault)
 {
@@ -350,6 +365,7 @@ int scene_check(const struct scene *s, struct fault *fault)
     if (!error) error = check_colors(s, fault);
     if (!error) error = check_shares(s, fault);
     if (!error) error = check_records(s, fault);
+    if (!error) error = check_sky(s, fault);
     if (!error) error = check_placed(s, fault);
     if (!error) error = check_base(s, fault);
     if (!error) error = scene_check_motion(s, fault);

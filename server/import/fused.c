@@ -19,7 +19,7 @@ static int read_frame(void *ctx, double time_s, struct builder *b, struct fault 
     struct scene_choice at = *f->choice;
     at.time_s = time_s;
     int rc = scene_read(f->files, f->name, &at, f->main, b, fault);
-    if (rc == 0) rc = rgbd_model_add_frame(&f->model, time_s, b, fault);
+    if (rc == 0) rc = rgbd_model_add_frame(&f->model, &at, time_s, b, fault);
     return rc == 0 ? scene_finish(b, &at, fault) : rc;
 }
 

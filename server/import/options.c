@@ -10,7 +10,7 @@ static const char usage[] = "shearwater-import --root DIR --in NAME --out BLOB [
                             "[--animation NAME] [--time S | --times S,S,.. [--shutter S]] "
                             "[--moves JSON] "
                             "[--catchers JSON [--holdouts JSON] [--ground Y] "
-                            "[--rgbd NAME [--surfaces screen|fused]]] "
+                            "[--rgbd NAME [--surfaces screen|fused] [--light auto|estimate]]] "
                             "[--report FILE]";
 static const char summary[] =
     "Turns a scene file into a scene blob, or an environment map into an environment blob. The "
@@ -46,6 +46,9 @@ static const struct option_text texts[] = {
      "shadows, and its camera is the scene's"},
     {0, "surfaces", "KIND",
      "of --rgbd: \"screen\", what each frame saw; or \"fused\", one model of all frames"},
+    {0, "light", "KIND",
+     "of --rgbd: \"estimate\" it from the frames; or \"auto\", do so unless the scene has lights; "
+     "by default there is none"},
     {0, "out", "BLOB", "file to write"},
     {0, "report", "FILE", "also write the line of JSON to this file"},
     {0, "help", NULL, "print this text"},
@@ -98,10 +101,17 @@ static int read_times(const char *text, struct options *out, struct fault *fault
     return 0;
 }
 
+static int read_light(const char *text, enum rgbd_estimate *out, struct fault *fault)
+{
+    *out = strcmp(text, "estimate") == 0 ? RGBD_ESTIMATE_ALWAYS : RGBD_ESTIMATE_UNLESS_LIT;
+    if (*out == RGBD_ESTIMATE_ALWAYS || strcmp(text, "auto") == 0) return 0;
+    return fault_set(fault, ERR_RANGE, "--light", "%.40s is neither auto nor estimate", text);
+}
+
 int options_read(int argc, char **argv, struct options *out, struct fault *fault)
 {
     const char *time = NULL, *times = NULL, *ground = NULL, *shutter = NULL, *moves = NULL;
-    const char *surfaces = "screen";
+    const char *surfaces = "screen", *light = NULL;
     *out = (struct options){0};
     const struct {
         const char *name;
@@ -120,6 +130,7 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
                 {"--ground", &ground, false},
                 {"--rgbd", &out->choice.rgbd, false},
                 {"--surfaces", &surfaces, false},
+                {"--light", &light, false},
                 {"--out", &out->out, true},
                 {"--report", &out->report, false}};
     const size_t count = sizeof rows / sizeof *rows;
@@ -143,8 +154,8 @@ int options_read(int argc, char **argv, struct options *out, struct fault *fault
     if (!out->choice.is_fused && strcmp(surfaces, "screen") != 0)
         return fault_set(fault, ERR_RANGE, "--surfaces", "%.40s is neither screen nor fused",
                          surfaces);
-    int rc = 0;
-    if (ground != NULL)
+    int rc = light != NULL ? read_light(light, &out->choice.estimate, fault) : 0;
+    if (rc == 0 && ground != NULL)
         rc = read_number("--ground", ground, "height", &out->choice.ground_height, fault);
     if (rc != 0) return rc;
     if (shutter != NULL)

@@ -57,6 +57,39 @@ check "frames beside a frame make it better" eval 'put alone . && jq ".fuse = 0"
     jq -en "$(composed truth room_2 at_16 | jq .rms) < $(composed truth room_2 alone | jq .rms)"'
 check "the lamp keeps its bits" eval 'composed room_2 room_2 at_16 34,7,4,1 | jq -e ".same == 1"'
 
+# Without the lamp of the job, the light is what the frames tell of it.
+lit() { put "$1" "del(.lights) | $2" "${@:3}"; }
+for spp in 4 16 64; do
+    check "the light is estimated, at $spp samples a pixel" lit lit_$spp ".sampling.spp = $spp"
+    check "... or a studio's" lit studio_$spp ".sampling.spp = $spp | .rgbd.light = \"studio\""
+    for light in at lit studio; do composed truth room_2 ${light}_$spp 2>/dev/null | sed "s/^/# $light, $spp: /"; done
+    check "... which is eight times as far from the truth, at least" eval \
+        'jq -en "8 * $(composed truth room_2 lit_$spp | jq .rms) < $(composed truth room_2 studio_$spp | jq .rms)"'
+done
+check "the estimate is within 4 % of the truth" near lit_16 0.04
+check "it throws the box's shadow to where it is" eval 'composed truth room_2 lit_16 51,64,8,6 | jq -e ".plate_rms > 0.2 and .rms < 0.3 * .plate_rms"'
+check "... which the studio does not" eval 'composed truth room_2 studio_16 51,64,8,6 | jq -e ".rms > 0.6 * .plate_rms"'
+check "... and the lamp keeps its bits" eval 'composed room_2 room_2 lit_16 34,7,4,1 | jq -e ".same == 1"'
+check "two workers and other tiles give the same bytes of it" eval 'lit lit_two . --workers 2 --tile 16 && cmp "$tmp/lit_16.exr" "$tmp/lit_two.exr"'
+check "it is the same light around one model" eval 'lit lit_fused ".rgbd.surfaces = \"fused\"" && near lit_fused 0.04'
+
+# A sensor that looks lower sees neither the lamp nor the ceiling: how the walls are lit tells of them.
+lower() {
+    local k
+    for k in 0 1 2 3 4; do
+        jq '.scene.camera.eye[1] = 0.4 | .scene.camera.target[1] = 0.4' "$tmp/room_$k.json" >"$tmp/low_$k.json" && render low_$k low_$k &&
+            "$build/tests/bench/exr_depth" "$tmp/low_$k.exr" "$tmp/low_$k.pgm" 28 2 1 $k || return 1
+    done
+    jq '.scene.camera.eye[1] = 0.4 | .scene.camera.target[1] = 0.4' "$tmp/truth.json" >"$tmp/low_truth.json" && render low_truth low_truth &&
+        jq '.to_scene[7] = 0.4 | .frames = [range(5) | {color: "low_\(.).exr", depth: "low_\(.).pgm"}]' "$tmp/sequence.json" >"$tmp/low.json"
+}
+check "a sensor sees the room without its lamp" lower
+check "the light is estimated by how the room is lit" lit low_lit '.rgbd.file = "low.json"'
+check "... or a studio's" lit low_studio '.rgbd.file = "low.json" | .rgbd.light = "studio"'
+for light in lit studio; do composed low_truth low_2 low_$light 2>/dev/null | sed "s/^/# $light, without the lamp, 16: /"; done
+check "... which is four times as far from the truth" eval \
+    'jq -en "4 * $(composed low_truth low_2 low_lit | jq .rms) < $(composed low_truth low_2 low_studio | jq .rms)"'
+
 # One model of all frames in place of what each saw.
 check "a box stands in a model of all frames" put fused '.rgbd.surfaces = "fused"'
 composed truth room_2 fused 2>/dev/null | sed "s/^/# fused, 16: /"
@@ -126,6 +159,7 @@ check "depth that is all zero" refused /rgbd/frames/2/depth 'no pixel has a dept
 check "images of two sizes" refused /rgbd/frames/2/color 'the colour image has 24 x 24 px' sequence.json '.frames[2].color = "small.exr"'
 check "a file that is not there" refused '' 'nowhere.pgm' sequence.json '.frames[2].depth = "nowhere.pgm"'
 check "a camera without a focal length" refused /rgbd/camera/fx 'fx' sequence.json 'del(.camera.fx)'
+check "an estimate beside an environment" refused /rgbd/light 'is the light from around already' bad.json '.rgbd.light = "estimate" | .environment = {radiance: [1, 1, 1]}'
 check "surfaces of another kind" refused /rgbd/surfaces 'solid' bad.json '.rgbd.surfaces = "solid"'
 with='.rgbd.surfaces = "fused"' check "poses too far apart for one model" refused /rgbd/poses/file 'too far from the others' poses.txt '2s/ 0 0 0 0 0 1$/ 1e13 0 0 0 0 1/'
 check "a picture of another size" refused /rgbd 'the photograph has 72 x 72 px, the picture 48 x 72' bad.json '.image.width = 48'

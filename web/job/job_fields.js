@@ -94,6 +94,7 @@ export const GROUPS = [
       { label: "a sequence", value: { document: "" }, is: isObject, fields: [
         { at: "/document", label: "Document", kind: "word", longest: 511, hint: "its name among the scene's files" },
         { at: "/surfaces", label: "Surfaces", kind: "choice", of: ["screen", "fused"], otherwise: "screen", hint: "what each frame saw, or one model of all frames" },
+        { at: "/light", label: "Light", kind: "choice", of: ["auto", "estimate", "studio"], otherwise: "auto", hint: "what frames tell of it where nothing else lights the scene, always, or never" },
         { at: "/fit", label: "Fit", kind: "choice", of: ["exact", "stretch"], otherwise: "exact" },
         { at: "/color_space", label: "Colour space", kind: "choice", of: ["srgb", "linear"], otherwise: "srgb" }] }] },
     { at: "/catchers", label: "Catchers", kind: "words", grounds: true, otherwise: [], hint: "nodes or materials that stand for what it shows, parted by commas; \"ground 0\" is a floor at that height" },

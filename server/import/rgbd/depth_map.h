@@ -23,6 +23,17 @@ static inline float depth_noise_m(float z)
     return 0.0012f + 0.0019f * off * off;
 }
 
+/* Computes the normal of the surface that a pixel shows at z, where 1/z has these slopes a pixel to
+ * the right and down: away from the camera, and not normalised, so that along the pixel's ray, where
+ * z grows by one, it is 1/z. */
+static inline void depth_normal(const struct rgbd_document *d, int32_t x, int32_t y, float z,
+                                const float slopes[2], double out[3])
+{
+    out[0] = (double)slopes[0] * d->fx;
+    out[1] = (double)slopes[1] * d->fy;
+    out[2] = 1 / (double)z - (double)slopes[0] * (x - d->cx) - (double)slopes[1] * (y - d->cy);
+}
+
 /* Reads the depth of a frame, and with_color its colours. Faults name the frame's members:
  * ERR_MISMATCH for sizes that differ, ERR_MISSING where no pixel has a depth, ERR_LIMIT. The caller
  * owns *out. */

@@ -105,17 +105,10 @@ static int find_slopes(struct adding *k)
     return rc;
 }
 
-/* Computes the normal of a pixel's surface, away from the camera: not normalised, so that along the
- * pixel's ray, where z grows by one, it is 1/z. */
 static void normal_of(const struct adding *k, size_t i, double out[3])
 {
-    const struct rgbd_document *d = k->d;
     const size_t width = (size_t)k->map->width;
-    const double dx = (double)k->slopes[i][0], dy = (double)k->slopes[i][1];
-    out[0] = dx * d->fx;
-    out[1] = dy * d->fy;
-    out[2] = 1 / (double)k->map->z[i] - dx * ((double)(i % width) - d->cx) -
-             dy * ((double)(i / width) - d->cy);
+    depth_normal(k->d, (int32_t)(i % width), (int32_t)(i / width), k->map->z[i], k->slopes[i], out);
 }
 
 /* Makes the block that a point of the camera's coordinates is in. */

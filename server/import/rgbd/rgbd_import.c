@@ -5,6 +5,7 @@
 
 #include "server/import/rgbd/depth_map.h"
 #include "server/import/rgbd/depth_mesh.h"
+#include "server/import/rgbd/rgbd_light.h"
 #include "server/import/rgbd/rgbd_model.h"
 #include "server/import/rgbd/rgbd_parts.h"
 #include "server/import/rgbd/rgbd_place.h"
@@ -104,8 +105,17 @@ static int append_surfaces(const struct rgbd_document *d, const struct depth_map
     return rc;
 }
 
-static int add_frame(const struct rgbd_document *d, struct files *files, uint32_t frame,
+static int add_light(const struct rgbd_document *d, struct files *files,
+                     const struct affine *place, const struct scene_choice *choice,
                      struct builder *b, struct fault *fault)
+{
+    static struct rgbd_light light; /* large, and there is one */
+    const int rc = rgbd_light_find(d, files, place, choice, &light, &b->warnings, fault);
+    return rc == 0 ? rgbd_light_add(&light, choice, b, fault) : rc;
+}
+
+static int add_frame(const struct rgbd_document *d, struct files *files, uint32_t frame,
+                     const struct scene_choice *choice, struct builder *b, struct fault *fault)
 {
     struct affine place;
     struct depth_map map;
@@ -116,6 +126,7 @@ static int add_frame(const struct rgbd_document *d, struct files *files, uint32_
     rc = append_surfaces(d, &map, &to_scene, b, fault);
     if (rc == 0) rc = rgbd_append_camera(d, map.width, map.height, &to_scene, b, fault);
     if (rc == 0) rc = rgbd_set_plate(d, frame, b, fault);
+    if (rc == 0) rc = add_light(d, files, &place, choice, b, fault);
     depth_map_destroy(&map);
     return rc;
 }
@@ -125,7 +136,7 @@ static int add_model(struct files *files, const struct scene_choice *choice, str
 {
     struct rgbd_model model;
     int rc = rgbd_model_open(&model, files, choice, b, fault);
-    if (rc == 0) rc = rgbd_model_add_frame(&model, choice->time_s, b, fault);
+    if (rc == 0) rc = rgbd_model_add_frame(&model, choice, choice->time_s, b, fault);
     rgbd_model_close(&model);
     return rc;
 }
@@ -138,7 +149,7 @@ int rgbd_import(struct files *files, const struct scene_choice *choice, struct b
     if (choice->is_fused) return add_model(files, choice, b, fault);
     int rc = rgbd_document_open(&d, files, choice->rgbd, fault);
     if (rc == 0) rc = rgbd_find_frame(&d, choice->time_s, &frame, fault);
-    if (rc == 0) rc = add_frame(&d, files, frame, b, fault);
+    if (rc == 0) rc = add_frame(&d, files, frame, choice, b, fault);
     b->moves = true;
     rgbd_document_close(&d);
     return rc;

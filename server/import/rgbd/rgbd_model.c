@@ -1,5 +1,7 @@
 #include "server/import/rgbd/rgbd_model.h"
 
+#include <stdlib.h>
+
 #include "server/import/rgbd/rgbd_fuse.h"
 #include "server/import/rgbd/rgbd_parts.h"
 #include "server/import/rgbd/rgbd_place.h"
@@ -19,6 +21,14 @@ static int append(struct rgbd_model *m, struct rgbd_fused *fused, struct builder
     return rc;
 }
 
+static int find_light(struct rgbd_model *m, struct files *files, const struct scene_choice *choice,
+                      struct warnings *warnings, struct fault *fault)
+{
+    m->light = malloc(sizeof *m->light);
+    if (m->light == NULL) return fault_set(fault, ERR_MEMORY, "/rgbd", "no memory for its light");
+    return rgbd_light_find(&m->document, files, &m->place, choice, m->light, warnings, fault);
+}
+
 int rgbd_model_open(struct rgbd_model *m, struct files *files, const struct scene_choice *choice,
                     struct builder *b, struct fault *fault)
 {
@@ -26,6 +36,7 @@ int rgbd_model_open(struct rgbd_model *m, struct files *files, const struct scen
     *m = (struct rgbd_model){.first = 0};
     int rc = rgbd_document_open(&m->document, files, choice->rgbd, fault);
     if (rc == 0) rc = rgbd_place_find(&m->document, files, &m->place, &b->warnings, fault);
+    if (rc == 0) rc = find_light(m, files, choice, &b->warnings, fault);
     if (rc == 0) rc = rgbd_fuse(&m->document, files, &fused, &b->warnings, fault);
     if (rc != 0) return rc;
     rc = append(m, &fused, b, fault);
@@ -36,6 +47,8 @@ int rgbd_model_open(struct rgbd_model *m, struct files *files, const struct scen
 void rgbd_model_close(struct rgbd_model *m)
 {
     rgbd_document_close(&m->document);
+    free(m->light);
+    m->light = NULL;
 }
 
 /* Gives the base's meshes the material that the frame has for them. */
@@ -51,8 +64,8 @@ static int color_meshes(const struct rgbd_model *m, struct builder *b, struct fa
     return rc;
 }
 
-int rgbd_model_add_frame(const struct rgbd_model *m, double time_s, struct builder *b,
-                         struct fault *fault)
+int rgbd_model_add_frame(const struct rgbd_model *m, const struct scene_choice *choice,
+                         double time_s, struct builder *b, struct fault *fault)
 {
     const struct rgbd_document *d = &m->document;
     const double by[3] = {-b->origin[0], -b->origin[1], -b->origin[2]};
@@ -64,5 +77,6 @@ int rgbd_model_add_frame(const struct rgbd_model *m, double time_s, struct build
     if (rc != 0) return rc;
     const struct affine to_scene = rgbd_camera_in(d, frame, &m->place, b->origin);
     rc = rgbd_append_camera(d, m->width, m->height, &to_scene, b, fault);
-    return rc == 0 ? rgbd_set_plate(d, frame, b, fault) : rc;
+    if (rc == 0) rc = rgbd_set_plate(d, frame, b, fault);
+    return rc == 0 ? rgbd_light_add(m->light, choice, b, fault) : rc;
 }

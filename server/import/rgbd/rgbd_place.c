@@ -1,7 +1,8 @@
 #include "server/import/rgbd/rgbd_place.h"
 
 #include <math.h>
-#include <string.h>
+
+#include "server/import/rgbd/plane_fit.h"
 
 #define PLACE     "/rgbd/place/pixel"
 #define REACH_PX  24 /* the surface around the pixel that tells of its slope */
@@ -9,53 +10,16 @@
 #define FIT_STEPS 6
 #define STEEP     0.02 /* sine to the normal below which a camera looks straight down */
 
-/* Sums of a fit of 1/z = p0 + p1 u + p2 v by least squares. */
-struct fit {
-    double a[3][3], b[3], weight;
-};
-
-static double determinant(double m[3][3])
-{
-    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
-           m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-}
-
-static bool solve(const struct fit *f, double out[3])
-{
-    double m[3][3];
-    memcpy(m, f->a, sizeof m);
-    const double det = determinant(m);
-    if (!(fabs(det) > 1e-12)) return false;
-    for (int k = 0; k < 3; k++) {
-        memcpy(m, f->a, sizeof m);
-        for (int i = 0; i < 3; i++) m[i][k] = f->b[i];
-        out[k] = determinant(m) / det;
-    }
-    return true;
-}
-
 /* Adds the pixels around one. In later steps those count less that are off the plane so far. */
-static void add(const struct depth_map *m, const int32_t at[2], const double *plane, struct fit *f)
+static void add(const struct depth_map *m, const int32_t at[2], const double *plane,
+                struct plane_fit *f)
 {
     for (int32_t v = -REACH_PX; v <= REACH_PX; v++)
         for (int32_t u = -REACH_PX; u <= REACH_PX; u++) {
             const int32_t x = at[0] + u, y = at[1] + v;
             if (x < 0 || y < 0 || x >= m->width || y >= m->height) continue;
             const double z = (double)m->z[(size_t)y * (size_t)m->width + (size_t)x];
-            if (!(z > 0)) continue;
-            const double row[3] = {1, u, v};
-            double weight = 1;
-            if (plane != NULL) {
-                const double off =
-                    (dot3(plane, row) - 1 / z) * z * z / (double)depth_noise_m((float)z);
-                weight = 1 / (1 + off * off);
-            }
-            f->weight += weight;
-            for (int i = 0; i < 3; i++) {
-                f->b[i] += weight * row[i] / z;
-                for (int j = 0; j < 3; j++) f->a[i][j] += weight * row[i] * row[j];
-            }
+            if (z > 0) plane_fit_add(f, u, v, z, plane);
         }
 }
 
@@ -67,9 +31,9 @@ static int fit_plane(const struct depth_map *m, const double pixel[2], double ou
         return fault_set(fault, ERR_RANGE, PLACE, "%g, %g is not in an image of %d x %d px",
                          pixel[0], pixel[1], m->width, m->height);
     for (int step = 0; step < FIT_STEPS; step++) {
-        struct fit f = {.weight = 0};
+        struct plane_fit f = {.weight = 0};
         add(m, at, step > 0 ? out : NULL, &f);
-        if (!(f.weight > LEAST_PX) || !solve(&f, out) || !(out[0] > 0))
+        if (!(f.weight > LEAST_PX) || !plane_fit_solve(&f, out) || !(out[0] > 0))
             return fault_set(fault, ERR_NOT_FOUND, PLACE,
                              "too little depth is known around it to find a surface");
     }

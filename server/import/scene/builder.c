@@ -32,6 +32,7 @@ static const struct {
     [SCENE_MOVERS] = {"movers", LIMIT_INSTANCES},
     [SCENE_STEPS] = {"steps of movers", LIMIT_INSTANCES *(uint64_t)SHUTTER_STEPS},
     [SCENE_POSES] = {"poses of cameras", LIMIT_CAMERAS *(uint64_t)SHUTTER_STEPS},
+    [SCENE_SKY] = {"texels of a sky", SCENE_SKY_TEXELS},
 };
 
 int builder_init(struct builder *b, struct fault *fault)

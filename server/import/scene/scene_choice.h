@@ -3,6 +3,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "proto/job/job_composite.h"
 #include "proto/job/job_moves.h"
 
 struct scene_choice {
@@ -21,4 +22,5 @@ struct scene_choice {
     double ground_height; /* y in the file's coordinates */
     const char *rgbd;     /* document of a sequence of colour and depth that it is put into; NULL */
     bool is_fused;        /* all its frames show one model */
+    enum rgbd_estimate estimate; /* of the light, from its frames */
 };

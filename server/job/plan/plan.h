@@ -87,6 +87,8 @@ struct plan_source {
     const struct environment_header *studio; /* of the light where there is none; NULL: none */
     struct digest studio_blob;
     bool camera_stands; /* from the frame before to the one after, as far as is known */
+    const struct environment_header *estimate; /* of the scene's sky; NULL: it has none */
+    struct digest estimate_blob;
 };
 
 struct plan_report {
@@ -99,6 +101,7 @@ struct plan_report {
     bool by_lobe;              /* fields bring diffuse lobes' light, paths that of other lobes */
     bool by_light;             /* beside by_lobe: of direct light, that of the list alone */
     bool studio_light;         /* nothing else lights the scene */
+    bool estimated_light;      /* the environment is estimated from frames */
     bool soft_sky;             /* the environment has no sun: nothing far above its mean */
     uint32_t layers;           /* enum layer */
     enum filter_method method; /* that runs: not auto */

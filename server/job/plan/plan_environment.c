@@ -79,6 +79,23 @@ static bool set_studio(const struct job *job, const struct plan_source *source, 
     return true;
 }
 
+/* Sets the light that frames of colour and depth tell of, beside lights of the list. */
+static bool set_estimate(const struct job *job, const struct plan_source *source, struct plan *plan,
+                         struct plan_report *report, float mean[3])
+{
+    if (!source->estimate || job->environment.kind != ENVIRONMENT_NONE) return false;
+    for (int c = 0; c < 3; c++) mean[c] = source->estimate->mean[c];
+    if (!(plan_luminance(mean) > 0)) return false;
+    plan->environment = (struct plan_environment){
+        .kind = ENVIRONMENT_MAP, .radiance = {1, 1, 1}, .map = source->estimate_blob};
+    report->estimated_light = true;
+    report->soft_sky = plan_luminance(source->estimate->maximum) <=
+                       (double)PLAN_SKY_SOFT_TIMES * plan_luminance(mean);
+    report->effects |= EFFECT_ENVIRONMENT;
+    plan->capabilities |= CAPABILITY_ENVIRONMENT;
+    return true;
+}
+
 int plan_set_environment(const struct job *job, const struct plan_source *source, struct plan *plan,
                          struct plan_report *report, float mean[3], struct fault *fault)
 {
@@ -86,6 +103,7 @@ int plan_set_environment(const struct job *job, const struct plan_source *source
     struct plan_environment out = {.kind = e->kind};
     for (int c = 0; c < 3; c++) mean[c] = 0;
     plan->environment = (struct plan_environment){.kind = ENVIRONMENT_NONE};
+    if (set_estimate(job, source, plan, report, mean)) return 0;
     if (set_studio(job, source, plan, report, mean)) return 0;
     if (e->kind == ENVIRONMENT_NONE) {
         plan_skip(report, "effect environment", "the job has none");

@@ -168,9 +168,10 @@ static json_t *environment_of(const struct plan *plan, const struct plan_report 
     if (e->kind == ENVIRONMENT_NONE) return json_null();
     bool is_map = e->kind == ENVIRONMENT_MAP;
     json_t *environment = json_pack("{s:s,s:f}", "type",
-                                    report->studio_light ? "studio"
-                                    : is_map             ? "map"
-                                                         : "constant",
+                                    report->studio_light      ? "studio"
+                                    : report->estimated_light ? "estimate"
+                                    : is_map                  ? "map"
+                                                              : "constant",
                                     "power", (double)e->power);
     if (is_map) {
         digest_to_hex(&e->map, map);

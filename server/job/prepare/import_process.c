@@ -254,7 +254,7 @@ static void init_handles(struct import_process *p)
 /* What tells the importer of a composite. */
 static size_t add_roles(struct import_process *p, char **args, size_t count)
 {
-    static char none[] = "[]", fused[] = "fused";
+    static char none[] = "[]", fused[] = "fused", always[] = "estimate", unless_lit[] = "auto";
     const struct job_composite *c = &p->composite;
     if (!c->on) return count;
     args[count++] = "--catchers", args[count++] = c->catchers ? c->catchers : none;
@@ -263,6 +263,9 @@ static size_t add_roles(struct import_process *p, char **args, size_t count)
     if (c->has_ground) args[count++] = "--ground", args[count++] = p->ground;
     if (c->rgbd) args[count++] = "--rgbd", args[count++] = c->rgbd;
     if (c->rgbd && c->surfaces == RGBD_FUSED) args[count++] = "--surfaces", args[count++] = fused;
+    if (c->estimate != RGBD_ESTIMATE_NONE)
+        args[count++] = "--light",
+        args[count++] = c->estimate == RGBD_ESTIMATE_ALWAYS ? always : unless_lit;
     return count;
 }
 

@@ -47,7 +47,8 @@ static int hash_composite(struct digest_state *state, const struct job_composite
         error = digest_update(state, lists[k] ? lists[k] : "", lists[k] ? strlen(lists[k]) + 1 : 1);
     if (!error && c->rgbd) error = digest_update(state, c->rgbd, strlen(c->rgbd) + 1);
     if (!error && c->rgbd) error = digest_update(state, c->surfaces == RGBD_FUSED ? "f" : "s", 1);
-    snprintf(text, sizeof text, "%d %.9g", (int)c->has_ground, (double)c->ground_height);
+    snprintf(text, sizeof text, "%d %.9g %d", (int)c->has_ground, (double)c->ground_height,
+             (int)c->estimate);
     return error ? error : digest_update(state, text, strlen(text));
 }
 

@@ -7,7 +7,6 @@
 #include "server/job/prepare/backplate.h"
 #include "server/job/prepare/frame_motion.h"
 #include "server/job/prepare/matte_manifest.h"
-#include "server/job/prepare/studio_light.h"
 #include "server/reconstruct/oidn/oidn_library.h"
 
 struct preparation {
@@ -108,6 +107,7 @@ static int find_motion(struct preparation *p, const struct scene *now, bool *cam
 static int plan_scene(struct preparation *p, const struct environment_blob *map)
 {
     struct scene scene;
+    struct environment_header estimate;
     struct prepared *out = p->prepared;
     char path[OBJECTS_PATH_BYTES];
     objects_path(p->objects, &p->scene_blob, path);
@@ -120,11 +120,7 @@ static int plan_scene(struct preparation *p, const struct environment_blob *map)
                                  .map_warnings = map ? map->warnings : NULL,
                                  .map_blob = p->map_blob,
                                  .photograph = p->photograph};
-    if (plan_may_want_studio(&out->job, &scene)) {
-        error = studio_light_place(p->objects, &out->studio, &out->studio_blob, &p->fault);
-        source.studio = &out->studio;
-        source.studio_blob = out->studio_blob;
-    }
+    error = prepared_find_light(out, p->objects, &scene, &estimate, &source, &p->fault);
     out->moves = (scene.info->flags & SCENE_MOVES) && !out->job.stands;
     source.camera_stands = !out->moves;
     if (!error && p->has_motion) error = find_motion(p, &scene, &source.camera_stands);

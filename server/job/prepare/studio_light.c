@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "server/job/prepare/made_map.h"
+
 /* A soft box: its middle and half sides in the map, as shares of its width and height. */
 struct soft_box {
     double u, v, half_u, half_v, soft; /* soft: width of the edge, as a share of the height */
@@ -57,21 +59,6 @@ void studio_light_draw(float *texels)
         }
 }
 
-static int write_blob(const struct objects *objects, const struct environment_header *header,
-                      const float *texels, size_t texel_bytes, struct digest *blob)
-{
-    struct object_writer *writer = NULL;
-    bool existed;
-    int error = object_writer_begin(objects, &writer);
-    if (error) return error;
-    error = object_writer_append(writer, header, sizeof *header);
-    if (!error) error = object_writer_append(writer, texels, texel_bytes);
-    if (!error) error = object_writer_finish(&writer, NULL, blob, &existed);
-    if (!error) objects_release(objects, blob); /* nothing removes blobs without an asset */
-    if (writer) object_writer_abort(&writer);
-    return error;
-}
-
 int studio_light_place(const struct objects *objects, struct environment_header *header,
                        struct digest *blob, struct fault *fault)
 {
@@ -79,11 +66,8 @@ int studio_light_place(const struct objects *objects, struct environment_header 
     float *texels = malloc(texel_bytes);
     if (!texels) return fault_set(fault, ERR_MEMORY, "", "no memory for the studio light");
     studio_light_draw(texels);
-    int error = environment_describe(STUDIO_WIDTH_PX, STUDIO_HEIGHT_PX, texels, header, fault);
-    if (!error) {
-        error = write_blob(objects, header, texels, texel_bytes, blob);
-        if (error) fault_set(fault, error, "", "the studio light cannot be stored");
-    }
+    const int error = made_map_place(objects, STUDIO_WIDTH_PX, STUDIO_HEIGHT_PX, texels, header,
+                                     blob, fault);
     free(texels);
     return error;
 }

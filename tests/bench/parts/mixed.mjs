@@ -47,12 +47,15 @@ const lamp = { type: "rectangle", center: [0, 1.93, 0], half_u: [0.25, 0, 0], ha
 const roles = { backplate: { file: `room_${MIDDLE}.exr` }, catchers: ["white", "red", "green"], holdouts: ["lamp"] };
 const measured = (set, fuse, surfaces = "screen") => ({ scene: { file: "box.obj" }, rgbd: { file: `sequence_${fuse}.json`, surfaces }, image: { width: set.side, height: set.side },
   effects: { indirect_bounces: 4 }, lights: [lamp], frames: { first: MIDDLE + 1, last: MIDDLE + 1 } });
+const lit = (set, light) => { const job = measured(set, 2); return { ...job, lights: [], rgbd: { ...job.rgbd, light } }; };
 const KINDS = [
   { name: "photograph", job: (set) => room(set, "room-and-box.obj", 0, roles) },
   { name: "photograph, additive", job: (set) => room(set, "room-and-box.obj", 0, { ...roles, composite: { mode: "additive" } }) },
   { name: "colour and depth", job: (set) => measured(set, 2) },
   { name: "colour and depth, frames by themselves", job: (set) => measured(set, 0) },
-  { name: "colour and depth, fused", job: (set) => measured(set, 2, "fused") }];
+  { name: "colour and depth, fused", job: (set) => measured(set, 2, "fused") },
+  { name: "colour and depth, light estimated", job: (set) => lit(set, "auto") },
+  { name: "colour and depth, studio light", job: (set) => lit(set, "studio") }];
 
 // Frames of a camera that stands, of a place where nothing moves: the colours are the same, and depth has noise of its
 // own in each. All that changes from frame to frame flickers; its RMS is told over the mean.

@@ -13,13 +13,15 @@
 
 /* ---- files ---- */
 
+static int grey; /* of colour images, of 255 */
+
 static void write_color(const char *name, uint32_t width)
 {
     static uint8_t rgb[3 * WIDTH * HEIGHT], file[65536];
     png_image image = {
         .version = PNG_IMAGE_VERSION, .width = width, .height = HEIGHT, .format = PNG_FORMAT_RGB};
     png_alloc_size_t size_bytes = sizeof file;
-    memset(rgb, 128, sizeof rgb);
+    memset(rgb, grey, sizeof rgb);
     assert_true(png_image_write_to_memory(&image, file, &size_bytes, 0, rgb, 0, NULL));
     room_write(name, file, size_bytes);
 }
@@ -51,6 +53,7 @@ static int open_sequence(void **state)
 {
     room_choice = (struct scene_choice){.catchers = "[]", .rgbd = "s.json"};
     if (room_open(state) != 0) return -1;
+    grey = 128;
     write_color("1.png", WIDTH);
     write_color("2.png", WIDTH);
     write_depth("1.pgm", 2000);
@@ -125,6 +128,62 @@ TEST(a_model_is_the_same_for_all_frames)
     }
     assert_true(lowest[0] == lowest[1] && highest[0] == highest[1]);
     assert_true(highest[0] - lowest[0] > 2.4f);
+}
+
+/* Imports the sequence. Returns the lamps that it has. */
+static uint64_t estimate(struct scene *s)
+{
+    assert_int_equal(room_import_text("box.obj", box, s), 0);
+    for (uint64_t i = 0; i < 3 * s->count[SCENE_SKY]; i++)
+        assert_true(s->sky[i] >= 0 && s->sky[i] < 8);
+    return s->count[SCENE_LIGHTS];
+}
+
+TEST(light_is_estimated_where_it_is_asked_for)
+{
+    struct scene s;
+    assert_int_equal(estimate(&s), 0);
+    assert_int_equal(s.count[SCENE_SKY], 0);
+    scene_unmap(&s);
+    room_choice.estimate = RGBD_ESTIMATE_UNLESS_LIT;
+    for (int fused = 0; fused < 2; fused++) {
+        room_choice.is_fused = fused;
+        assert_int_equal(estimate(&s), 0);
+        assert_int_equal(s.count[SCENE_SKY], SCENE_SKY_TEXELS);
+        assert_true(room_warned("of what is around (lamps: 0)"));
+        /* The wall is along -z: a quarter of the turn from the map's left edge. */
+        const size_t wall = SCENE_SKY_WIDTH_PX * SCENE_SKY_HEIGHT_PX / 2 + SCENE_SKY_WIDTH_PX / 4;
+        for (int c = 0; c < 3; c++) assert_true(fabsf(s.sky[3 * wall + (size_t)c] - 0.2159f) < 1e-3f);
+        scene_unmap(&s);
+    }
+}
+
+TEST(of_black_frames_no_light_is_estimated)
+{
+    struct scene s;
+    grey = 0;
+    write_color("1.png", WIDTH);
+    write_color("2.png", WIDTH);
+    room_choice.estimate = RGBD_ESTIMATE_ALWAYS;
+    assert_int_equal(estimate(&s), 0);
+    assert_int_equal(s.count[SCENE_SKY], 0);
+    assert_true(room_warned("they are black: no light is estimated"));
+    scene_unmap(&s);
+}
+
+TEST(one_white_frame_is_a_lamp_of_finite_light)
+{
+    static const char one[] = "{" CAMERA ", " POSES ", " SCENE
+                              ", \"frames\": [{\"color\": \"1.png\", \"depth\": \"1.pgm\"}]}";
+    struct scene s;
+    grey = 255;
+    write_color("1.png", WIDTH);
+    room_write("s.json", one, strlen(one));
+    room_choice.estimate = RGBD_ESTIMATE_ALWAYS;
+    assert_int_equal(estimate(&s), 1);
+    assert_true(s.lights[0].color[0] > 0.5f && s.lights[0].color[0] < 2);
+    assert_true(s.lights[0].direction[2] > 0.99f && s.lights[0].position[2] < -1.9f);
+    scene_unmap(&s);
 }
 
 /* Changes a file of the sequence, and expects the place. */
@@ -234,6 +293,8 @@ TEST(refuses_images_with_a_place)
     room_refuses("box.obj", box, ERR_CORRUPT, "/rgbd/frames/0/depth");
     write_depth("1.pgm", 2000);
     write_depth("2.pgm", 0);
+    room_refuses("box.obj", box, ERR_MISSING, "/rgbd/frames/1/depth");
+    room_choice.estimate = RGBD_ESTIMATE_ALWAYS;
     room_refuses("box.obj", box, ERR_MISSING, "/rgbd/frames/1/depth");
 }
 

@@ -33,6 +33,8 @@ struct scene_case {
     struct scene_step steps[2 * SHUTTER_STEPS];
     struct scene_camera poses[2 * SHUTTER_STEPS];
     uint64_t mover_count, step_count, pose_count; /* 0: none */
+    float sky[SCENE_SKY_TEXELS][3];
+    uint32_t sky_count;
 };
 
 static inline void scene_case_geometry(struct scene_case *c)
@@ -166,7 +168,7 @@ struct scene_case_section {
     {                                                                                              \
         (array), sizeof(array) / sizeof(array)[0], sizeof(array)[0]                                \
     }
-#define SCENE_CASE_BYTES 8192u
+#define SCENE_CASE_BYTES 36864u
 
 /* Lays the case out into SCENE_CASE_BYTES bytes at an address that is a multiple of 64; returns the
  * blob's size. */
@@ -193,7 +195,8 @@ static inline size_t scene_case_lay_out(const struct scene_case *c, uint8_t *blo
         {&c->base, c->base_count, sizeof c->base},
         {c->movers, c->mover_count, sizeof c->movers[0]},
         {c->steps, c->step_count, sizeof c->steps[0]},
-        {c->poses, c->pose_count, sizeof c->poses[0]}};
+        {c->poses, c->pose_count, sizeof c->poses[0]},
+        {c->sky, c->sky_count, sizeof c->sky[0]}};
     struct scene_header *header = (void *)blob;
     struct scene_section_entry *table = (void *)(header + 1);
     size_t at = sizeof *header + SCENE_SECTION_COUNT * sizeof *table;

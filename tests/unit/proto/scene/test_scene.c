@@ -353,6 +353,13 @@ TEST(cameras_are_checked)
     EXPECT(c.cameras[1].reserved = 1, ERR_RANGE, "cameras[1].reserved");
 }
 
+TEST(skies_are_checked)
+{
+    EXPECT(c.sky_count = 1, ERR_MISMATCH, "sky");
+    EXPECT((c.sky_count = SCENE_SKY_TEXELS, c.sky[3][1] = NAN), ERR_NOT_FINITE, "sky[3].rgb");
+    EXPECT((c.sky_count = SCENE_SKY_TEXELS, c.sky[3][1] = -1), ERR_RANGE, "sky[3].rgb");
+}
+
 TEST(record_sizes_are_known)
 {
     assert_int_equal(scene_record_bytes(SCENE_POSITIONS), 12);

@@ -73,6 +73,7 @@ int make(struct stage *s)
         .scene = &s->scene, .scene_blob = {{7}}, .map = &s->map, .map_blob = {{8}}};
     source.camera_stands = s->camera_stands;
     if (s->has_studio) source.studio = &s->studio, source.studio_blob = (struct digest){{9}};
+    if (s->has_estimate) source.estimate = &s->estimate, source.estimate_blob.bytes[0] = 10;
     s->fault = (struct fault){0};
     return plan_make(&s->job, &source, 3, &s->plan, &s->report, &s->fault);
 }

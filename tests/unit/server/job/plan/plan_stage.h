@@ -18,8 +18,8 @@ struct stage {
     struct scene_camera cameras[2];
     char names[32];
     char warnings[64];
-    struct environment_header map, studio;
-    bool has_studio, camera_stands;
+    struct environment_header map, studio, estimate;
+    bool has_studio, has_estimate, camera_stands;
     struct job job;
     struct plan plan;
     struct plan_report report;

@@ -71,6 +71,26 @@ TEST(a_studio_light_stands_where_nothing_else_lights)
     assert_int_equal(s->plan.environment.kind, ENVIRONMENT_NONE);
 }
 
+TEST(an_estimate_stands_beside_lamps_but_for_an_environment)
+{
+    struct stage *s = *state;
+    s->has_estimate = true;
+    s->estimate = (struct environment_header){.mean = {0.5f, 0.5f, 0.5f}, .maximum = {6, 6, 6}};
+    assert_int_equal(make(s), 0);
+    assert_int_equal(s->plan.environment.kind, ENVIRONMENT_MAP);
+    assert_int_equal(s->plan.environment.map.bytes[0], 10);
+    assert_true(s->plan.light_count > 0 && s->report.estimated_light && !s->report.studio_light);
+    json_t *report = plan_report_json(&s->plan, &s->report);
+    assert_string_equal(
+        json_string_value(json_object_get(json_object_get(report, "environment"), "type")),
+        "estimate");
+    json_decref(report);
+    s->job.environment =
+        (struct job_environment){.kind = ENVIRONMENT_CONSTANT, .radiance = {1, 1, 1}};
+    assert_int_equal(make(s), 0);
+    assert_true(s->plan.environment.kind == ENVIRONMENT_CONSTANT && !s->report.estimated_light);
+}
+
 TEST(a_job_that_wants_darkness_gets_no_studio_light)
 {
     struct stage *s = *state;
