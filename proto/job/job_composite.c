@@ -261,7 +261,8 @@ int job_composite_check(struct json_cursor *at, const struct job *job)
 static enum rgbd_estimate estimate_of(const struct job *job)
 {
     const bool dark = job->environment.kind == ENVIRONMENT_NONE && job->light_count == 0;
-    if (!job->composite.rgbd || job->composite.light == RGBD_LIGHT_STUDIO) return RGBD_ESTIMATE_NONE;
+    if (!job->composite.rgbd || job->composite.light == RGBD_LIGHT_STUDIO)
+        return RGBD_ESTIMATE_NONE;
     if (job->composite.light == RGBD_LIGHT_ESTIMATE) return RGBD_ESTIMATE_ALWAYS;
     return dark && job->default_light ? RGBD_ESTIMATE_UNLESS_LIT : RGBD_ESTIMATE_NONE;
 }

@@ -4,8 +4,8 @@
  *
  *   backplate  {asset, fit, color_space} or null
  *   rgbd       {document, surfaces, light, fit, color_space} or null: frames of a camera that
- * measures depth, instead catchers   [names of nodes or materials, {"ground": {"height": y}}] holdouts
- * [names of nodes or materials] composite  {mode}
+ * measures depth, instead catchers   [names of nodes or materials, {"ground": {"height": y}}]
+ * holdouts [names of nodes or materials] composite  {mode}
  *
  * docs/mixed-reality.md explains them. */
 #include <stdbool.h>
@@ -55,7 +55,7 @@ struct job_composite {
     struct digest plate;         /* asset: .jpg, .png, .webp, .hdr or .exr */
     char *rgbd;                  /* owned; document: one of scene.files; NULL: none */
     enum rgbd_surfaces surfaces; /* of rgbd; default screen */
-    enum rgbd_lighting light;       /* of rgbd; default auto */
+    enum rgbd_lighting light;    /* of rgbd; default auto */
     enum rgbd_estimate estimate; /* what light, the job's lights and environment mean */
     enum plate_fit fit;          /* default exact */
     enum plate_color color;      /* default sRGB */

@@ -24,8 +24,8 @@ static inline float depth_noise_m(float z)
 }
 
 /* Computes the normal of the surface that a pixel shows at z, where 1/z has these slopes a pixel to
- * the right and down: away from the camera, and not normalised, so that along the pixel's ray, where
- * z grows by one, it is 1/z. */
+ * the right and down: away from the camera, and not normalised, so that along the pixel's ray,
+ * where z grows by one, it is 1/z. */
 static inline void depth_normal(const struct rgbd_document *d, int32_t x, int32_t y, float z,
                                 const float slopes[2], double out[3])
 {

@@ -6,24 +6,24 @@
 
 #include "server/import/rgbd/plane_fit.h"
 
-#define LEAST_PX   4     /* of a view; what shines in fewer is a glint */
-#define GRAZING    0.05  /* cosine below which a pixel's area is not known */
-#define AROUND_PX  2     /* of a lamp, which tell of its plane, too */
+#define LEAST_PX   4    /* of a view; what shines in fewer is a glint */
+#define GRAZING    0.05 /* cosine below which a pixel's area is not known */
+#define AROUND_PX  2    /* of a lamp, which tell of its plane, too */
 #define FIT_STEPS  6
 #define FARTHER    4.0   /* parts of a lamp than its middle, at most */
 #define LONGEST    16.0  /* of a lamp's sides */
-#define BESIDE     1.5 /* lamps so many of their sizes apart are one */
-#define OFF_NOISES 2.0 /* how far before the surface they hang: noises, */
+#define BESIDE     1.5   /* lamps so many of their sizes apart are one */
+#define OFF_NOISES 2.0   /* how far before the surface they hang: noises, */
 #define OFF_DEPTH  0.005 /* and shares of the depth */
 #define SIDE_STEPS 3     /* of a lamp's quadrature */
 
 /* Sums over the pixels of a lamp. */
 struct sums {
     double count, color[3];
-    double middle[2];       /* pixel that the plane is told from */
-    double plane[3];        /* plane_fit.h */
-    double normal[3];       /* towards the camera, in the scene */
-    double depth;           /* metres */
+    double middle[2]; /* pixel that the plane is told from */
+    double plane[3];  /* plane_fit.h */
+    double normal[3]; /* towards the camera, in the scene */
+    double depth;     /* metres */
     double area, point[3], square[3][3];
     float most;
 };
@@ -56,8 +56,7 @@ static void add_around(const struct light_view *v, uint32_t pixel, const double 
         for (int32_t i = x - AROUND_PX; i <= x + AROUND_PX; i++) {
             if (i < 0 || j < 0 || i >= v->width || j >= v->height) continue;
             const float z = v->pixels[(size_t)j * (size_t)v->width + (size_t)i].z;
-            if (z > 0)
-                plane_fit_add(fit, i - s->middle[0], j - s->middle[1], (double)z, plane);
+            if (z > 0) plane_fit_add(fit, i - s->middle[0], j - s->middle[1], (double)z, plane);
         }
 }
 
@@ -99,8 +98,8 @@ static void add_part(const struct light_view *v, uint32_t pixel, struct sums *s)
     const double length = sqrt(dot3(ray, ray)), facing = -dot3(ray, s->normal) / length;
     const double side = z * v->units_per_m;
     /* The second factor is the cosine to the camera's axis. */
-    const double area = side * side / (v->fx * v->fy) * (v->units_per_m / length) /
-                        fmax(facing, GRAZING);
+    const double area =
+        side * side / (v->fx * v->fy) * (v->units_per_m / length) / fmax(facing, GRAZING);
     for (int i = 0; i < 3; i++) at[i] = v->to_scene.m[4 * i + 3] + z * ray[i];
     s->area += area;
     for (int i = 0; i < 3; i++) {
@@ -109,7 +108,8 @@ static void add_part(const struct light_view *v, uint32_t pixel, struct sums *s)
     }
 }
 
-/* Finds the pixels that shine and hang together with one of them: f->queue. Returns their number. */
+/* Finds the pixels that shine and hang together with one of them: f->queue. Returns their number.
+ */
 static uint32_t flood(struct finder *f, uint32_t from)
 {
     const struct light_view *v = f->view;

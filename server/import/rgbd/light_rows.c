@@ -15,7 +15,7 @@
 #define DARK      0.02f /* of white: what is darker tells of no light */
 #define CHROMAS   8     /* steps of a colour's shares of red and green; CHROMAS^2 is LIGHT_GROUPS */
 #define LIT_SHARE 0.9   /* so many of a group are darker than its fully lit ones */
-_Static_assert(CHROMAS * CHROMAS == LIGHT_GROUPS, "a group for each");
+_Static_assert(CHROMAS *CHROMAS == LIGHT_GROUPS, "a group for each");
 
 struct finder {
     const struct light_view *view;
@@ -33,8 +33,8 @@ static uint8_t group_of(const float ratio[3])
     return (uint8_t)((r < CHROMAS ? r : CHROMAS - 1) * CHROMAS + (g < CHROMAS ? g : CHROMAS - 1));
 }
 
-/* Adds what comes along a ray of some solid angle, times its cosine, that met nothing in the point's
- * own view: from each of its texels what is seen there, or what its bin may shine. */
+/* Adds what comes along a ray of some solid angle, times its cosine, that met nothing in the
+ * point's own view: from each of its texels what is seen there, or what its bin may shine. */
 static void add_sky(const struct finder *f, uint32_t u, uint32_t v, double falls, uint32_t row)
 {
     const float part = (float)(falls / (PER_RAY * PER_RAY));

@@ -10,10 +10,10 @@
 /* Lights are the sky's bins, of what is not seen of them, and then lamps. */
 struct light_rows {
     uint32_t count, unknowns;
-    float *falls;    /* owned; count x unknowns */
-    float *seen[3];  /* owned; by colour */
-    float *known[3]; /* owned */
-    uint8_t *group;  /* owned */
+    float *falls;                   /* owned; count x unknowns */
+    float *seen[3];                 /* owned; by colour */
+    float *known[3];                /* owned */
+    uint8_t *group;                 /* owned */
     double albedo[3][LIGHT_GROUPS]; /* guesses */
 };
 

@@ -5,9 +5,9 @@
 
 #include "proto/scene/environment.h"
 
-#define SUB        2 /* rays along each side of a texel */
-#define PER_BIN_U  (SCENE_SKY_WIDTH_PX / LIGHT_BINS_U)
-#define PER_BIN_V  (SCENE_SKY_HEIGHT_PX / LIGHT_BINS_V)
+#define SUB       2 /* rays along each side of a texel */
+#define PER_BIN_U (SCENE_SKY_WIDTH_PX / LIGHT_BINS_U)
+#define PER_BIN_V (SCENE_SKY_HEIGHT_PX / LIGHT_BINS_V)
 
 void light_sky_direction(double x, double y, uint32_t width, uint32_t height, double out[3])
 {
@@ -41,7 +41,8 @@ static bool look(const struct light_views *views, const double place[3], const d
     }
     for (int c = 0; c < 3; c++) rgb[c] = 0;
     if (nearest.pixel == NULL) return look_far(views, direction, rgb) > 0;
-    memcpy(rgb, nearest.pixel->shines ? nearest.view->white : nearest.pixel->color, 3 * sizeof *rgb);
+    memcpy(rgb, nearest.pixel->shines ? nearest.view->white : nearest.pixel->color,
+           3 * sizeof *rgb);
     return true;
 }
 
@@ -61,7 +62,8 @@ static void look_at_texel(const struct light_views *views, const double place[3]
         count++;
     }
     out->seen[i] = count > 0;
-    for (int c = 0; c < 3 && count > 0; c++) out->texels[3 * i + (uint32_t)c] = (float)(sum[c] / count);
+    for (int c = 0; c < 3 && count > 0; c++)
+        out->texels[3 * i + (uint32_t)c] = (float)(sum[c] / count);
 }
 
 void light_sky_look(const struct light_views *views, const double place[3], struct light_sky *out)
@@ -70,8 +72,8 @@ void light_sky_look(const struct light_views *views, const double place[3], stru
     memset(out, 0, sizeof *out);
     for (uint32_t i = 0; i < SCENE_SKY_TEXELS; i++) {
         const uint32_t y = i / SCENE_SKY_WIDTH_PX;
-        const double share = environment_edge(y + 1, SCENE_SKY_HEIGHT_PX) -
-                             environment_edge(y, SCENE_SKY_HEIGHT_PX);
+        const double share =
+            environment_edge(y + 1, SCENE_SKY_HEIGHT_PX) - environment_edge(y, SCENE_SKY_HEIGHT_PX);
         look_at_texel(views, place, i, out);
         if (!out->seen[i]) continue;
         seen += share;
@@ -86,8 +88,8 @@ void light_sky_fill(struct light_sky *sky, const double radiance[3 * LIGHT_BINS]
     for (uint32_t i = 0; i < SCENE_SKY_TEXELS; i++) {
         if (sky->seen[i]) continue;
         const double x = (i % SCENE_SKY_WIDTH_PX + 0.5) / PER_BIN_U - 0.5 + LIGHT_BINS_U;
-        const double y = fmin(fmax((i / SCENE_SKY_WIDTH_PX + 0.5) / PER_BIN_V - 0.5, 0),
-                              LIGHT_BINS_V - 1.0);
+        const double y =
+            fmin(fmax((i / SCENE_SKY_WIDTH_PX + 0.5) / PER_BIN_V - 0.5, 0), LIGHT_BINS_V - 1.0);
         const uint32_t u = (uint32_t)x, v = (uint32_t)y, below = v + 1 < LIGHT_BINS_V ? v + 1 : v;
         const double across = x - u, down = y - v;
         const uint32_t left = u % LIGHT_BINS_U, right = (u + 1) % LIGHT_BINS_U;

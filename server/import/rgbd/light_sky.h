@@ -13,9 +13,9 @@ struct light_sky {
 /* Computes the direction that a map of width x height texels shows at x, y of texels. */
 void light_sky_direction(double x, double y, uint32_t width, uint32_t height, double out[3]);
 
-/* Finds what is seen around a place: by the surfaces that rays from there meet, or where frames have
- * colours without depth, by those, as if far away. What shines and has depth is a lamp, so white
- * stands in its place. */
+/* Finds what is seen around a place: by the surfaces that rays from there meet, or where frames
+ * have colours without depth, by those, as if far away. What shines and has depth is a lamp, so
+ * white stands in its place. */
 void light_sky_look(const struct light_views *views, const double place[3], struct light_sky *out);
 
 #define LIGHT_BINS_U 16u

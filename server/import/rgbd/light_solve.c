@@ -9,16 +9,16 @@
 #define SWEEPS     60
 #define ALBEDO_MIN 0.02
 #define ALBEDO_MAX 0.95
-#define TRUST      0.3   /* of the guessed albedo, in shares of a group's rows */
+#define TRUST      1.0  /* of the guessed albedo, in shares of what a group's rows tell */
 #define OUTLIER    0.25 /* relative: rows that are off by more count less */
 #define DIM        0.25 /* of the mean: errors of darker rows are not relative to themselves */
 
 struct work {
     const struct light_system *s;
-    double *matrix, *side;        /* normal equations */
-    double *weight, *sum;         /* rows: weight, irradiance by the lights so far */
+    double *matrix, *side; /* normal equations */
+    double *weight, *sum;  /* rows: weight, irradiance by the lights so far */
     const double *albedo;
-    double mean;                  /* of what is seen */
+    double mean; /* of what is seen */
 };
 
 static const float *row_of(const struct work *w, uint32_t i)
@@ -96,8 +96,7 @@ static void solve(struct work *w, double albedo[LIGHT_GROUPS], double *radiance)
     double guess[LIGHT_GROUPS];
     for (int k = 0; k < LIGHT_GROUPS; k++) guess[k] = albedo[k];
     for (uint32_t j = 0; j < w->s->unknowns; j++) radiance[j] = (double)w->s->guess[j];
-    for (uint32_t i = 0; i < w->s->rows; i++)
-        w->mean += (double)w->s->seen[i] / (double)w->s->rows;
+    for (uint32_t i = 0; i < w->s->rows; i++) w->mean += (double)w->s->seen[i] / (double)w->s->rows;
     if (!(w->mean > 0)) return;
     for (int turn = 0; turn < TURNS; turn++) {
         weigh(w, radiance);

@@ -1,7 +1,8 @@
 #pragma once
 /* Finds lights by what they do: what surfaces send on is their albedo times the light that falls on
- * them, which is known in part. Lights and the albedo of surfaces of like colour are found in turns,
- * as inverse lighting does (Marschner and Greenberg 1997, "Inverse lighting for photography"). */
+ * them, which is known in part. Lights and the albedo of surfaces of like colour are found in
+ * turns, as inverse lighting does (Marschner and Greenberg 1997, "Inverse lighting for
+ * photography"). */
 #include <stdint.h>
 
 #define LIGHT_GROUPS 64 /* of surfaces of like colour */

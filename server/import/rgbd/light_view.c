@@ -8,10 +8,12 @@
 #include "server/import/rgbd/rgbd_parts.h"
 #include "server/import/rgbd/white.h"
 
-#define SIDE_PX  160  /* a view's longer side at most */
-#define SLOPE_PX 4    /* pixels on each side that tell of a slope */
-#define NEAR_M   0.02 /* of a ray, along the camera's axis */
-#define FAR_M    100.0
+#define SIDE_PX        160 /* a view's longer side at most */
+#define STEPS_MOST     (2 * SIDE_PX)
+#define SLOPE_LEAST_PX 2 /* on each side that tell of a slope, and this part of the longer side */
+#define SLOPE_PART     32
+#define NEAR_M         0.02 /* of a ray, along the camera's axis */
+#define FAR_M          100.0
 
 /* A ray is behind a surface and within what it may hide. */
 #define BEHIND(z) (2 * depth_noise_m(z) + 0.005f * (z))
@@ -33,11 +35,17 @@ static bool is_cut(const float color[3])
     return least >= LIGHT_CUT_LOW && fmaxf(color[0], fmaxf(color[1], color[2])) <= LIGHT_CUT_HIGH;
 }
 
+static int32_t longer_side(const struct depth_map *map)
+{
+    return map->width > map->height ? map->width : map->height;
+}
+
 static void find_normal(const struct rgbd_document *d, const struct depth_links *links, int32_t x,
                         int32_t y, const struct light_view *v, struct light_pixel *out)
 {
-    const float slopes[2] = {depth_links_slope(links, x, y, DEPTH_LINK_RIGHT, SLOPE_PX),
-                             depth_links_slope(links, x, y, DEPTH_LINK_DOWN, SLOPE_PX)};
+    const int32_t reach_px = SLOPE_LEAST_PX + longer_side(links->map) / SLOPE_PART;
+    const float slopes[2] = {depth_links_slope(links, x, y, DEPTH_LINK_RIGHT, reach_px),
+                             depth_links_slope(links, x, y, DEPTH_LINK_DOWN, reach_px)};
     double away[3], n[3];
     depth_normal(d, x, y, out->z, slopes, away);
     affine_direction(&v->to_scene, away, n);
@@ -62,9 +70,8 @@ static void fill(const struct rgbd_document *d, const struct depth_map *map,
 /* A step pixels of the frame are one of the view. */
 static int reduce(const struct rgbd_document *d, const struct depth_map *map, struct light_view *v)
 {
-    const int32_t longer = map->width > map->height ? map->width : map->height;
     const int32_t shorter = map->width > map->height ? map->height : map->width;
-    const int32_t wanted = (longer + SIDE_PX - 1) / SIDE_PX;
+    const int32_t wanted = (longer_side(map) + SIDE_PX - 1) / SIDE_PX;
     const int32_t step = wanted < shorter ? wanted : shorter;
     struct depth_links links;
     v->width = map->width / step;
@@ -92,8 +99,8 @@ static int read_view(const struct rgbd_document *d, struct files *files, uint32_
     v->to_scene = rgbd_camera_in(d, frame, place, nowhere);
     const double *m = v->to_scene.m;
     v->units_per_m = sqrt(m[0] * m[0] + m[4] * m[4] + m[8] * m[8]);
-    rc = white_find(&map, d, v->white, fault);
-    if (rc == 0 && reduce(d, &map, v) != 0)
+    white_find(&map, d, v->white);
+    if (reduce(d, &map, v) != 0)
         rc = fault_set(fault, ERR_MEMORY, "/rgbd", "no memory to estimate the light");
     depth_map_destroy(&map);
     return rc;
@@ -119,7 +126,8 @@ void light_views_destroy(struct light_views *views)
     views->count = 0;
 }
 
-/* The view's coordinates of a direction of the scene, or of a point less the camera's, in metres. */
+/* The view's coordinates of a direction of the scene, or of a point less the camera's, in metres.
+ */
 static void to_view(const struct light_view *v, const double in[3], double out[3])
 {
     const double *m = v->to_scene.m, by = 1 / (v->units_per_m * v->units_per_m);
@@ -233,7 +241,7 @@ struct light_hit light_view_trace(const struct light_view *v, const double from[
         !clip(l.from[1], l.to[1], v->height, &first, &last))
         return hit;
     const double way = fmax(fabs(l.to[0] - l.from[0]), fabs(l.to[1] - l.from[1])) * (last - first);
-    const int32_t steps = 1 + (int32_t)fmin(way, v->width + v->height);
+    const int32_t steps = 1 + (int32_t)fmin(way, STEPS_MOST);
     for (int32_t i = 0; i < steps && hit.pixel == NULL; i++)
         hit.pixel = meet(v, &l, first + (last - first) * i / steps,
                          first + (last - first) * (i + 1) / steps);

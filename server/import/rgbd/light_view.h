@@ -52,5 +52,6 @@ void light_view_point(const struct light_view *v, const struct light_pixel *pixe
 struct light_hit light_view_trace(const struct light_view *v, const double from[3],
                                   const double direction[3]);
 
-/* Returns the pixel that looks into a direction of the scene, as if all were far away; NULL: none. */
+/* Returns the pixel that looks into a direction of the scene, as if all were far away; NULL: none.
+ */
 const struct light_pixel *light_view_look(const struct light_view *v, const double direction[3]);

@@ -1,6 +1,6 @@
 #pragma once
-/* A plane through what pixels show: 1/z = p0 + p1 u + p2 v by least squares, where u and v are pixels
- * from any centre. */
+/* A plane through what pixels show: 1/z = p0 + p1 u + p2 v by least squares, where u and v are
+ * pixels from any centre. */
 #include <stdbool.h>
 
 struct plane_fit {

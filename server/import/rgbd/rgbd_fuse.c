@@ -76,7 +76,7 @@ static int add_frame(struct fusing *k, uint32_t frame, struct fault *fault)
     if (rc != 0) return rc;
     if (map.width != k->out->width || map.height != k->out->height)
         rc = refuse_size(k, frame, &map, fault);
-    if (rc == 0) rc = white_find(&map, d, white, fault);
+    if (rc == 0) white_find(&map, d, white);
     if (rc == 0) rc = fusion_add(&k->volume, &map, d, &d->frames[frame].pose, white);
     depth_map_destroy(&map);
     k->is_full = rc == ERR_LIMIT;

@@ -96,8 +96,8 @@ static int append_surfaces(const struct rgbd_document *d, const struct depth_map
     struct mesh mesh;
     uint32_t first_shining;
     float white[3];
-    int rc = white_find(map, d, white, fault);
-    if (rc == 0) rc = depth_mesh_make(map, d, white, &mesh, &first_shining, fault);
+    white_find(map, d, white);
+    int rc = depth_mesh_make(map, d, white, &mesh, &first_shining, fault);
     if (rc != 0) return rc;
     rc = mesh_transform(&mesh, to_scene, "/rgbd", fault);
     if (rc == 0) rc = append_placed(&mesh, first_shining, b, fault);
@@ -105,9 +105,8 @@ static int append_surfaces(const struct rgbd_document *d, const struct depth_map
     return rc;
 }
 
-static int add_light(const struct rgbd_document *d, struct files *files,
-                     const struct affine *place, const struct scene_choice *choice,
-                     struct builder *b, struct fault *fault)
+static int add_light(const struct rgbd_document *d, struct files *files, const struct affine *place,
+                     const struct scene_choice *choice, struct builder *b, struct fault *fault)
 {
     static struct rgbd_light light; /* large, and there is one */
     const int rc = rgbd_light_find(d, files, place, choice, &light, &b->warnings, fault);

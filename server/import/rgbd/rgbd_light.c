@@ -13,7 +13,7 @@
 /* How far what is guessed is trusted, in shares of all points: the sky's bins together, a lamp as
  * its file shows it, and one that may be brighter than its file can tell. */
 #define TRUST_SKY  0.005
-#define TRUST_LAMP 0.05
+#define TRUST_LAMP 1.0
 #define TRUST_CUT  1e-4
 
 #define DARKEST 1e-9
@@ -23,8 +23,8 @@ static double luminance(const double c[3])
     return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
 }
 
-/* What is not seen is as bright as what is, and has the colour of white: most of what is seen may be
- * one coloured floor. */
+/* What is not seen is as bright as what is, and has the colour of white: most of what is seen may
+ * be one coloured floor. */
 static void set_guesses(const struct rgbd_light *light, uint32_t rows, int c,
                         float guess[LIGHT_UNKNOWNS], float trust[LIGHT_UNKNOWNS])
 {
@@ -35,8 +35,7 @@ static void set_guesses(const struct rgbd_light *light, uint32_t rows, int c,
     }
     for (uint32_t k = 0; k < light->lamp_count; k++) {
         guess[LIGHT_BINS + k] = (float)light->lamps[k].radiance[c];
-        trust[LIGHT_BINS + k] =
-            (float)(rows * (light->lamps[k].is_cut ? TRUST_CUT : TRUST_LAMP));
+        trust[LIGHT_BINS + k] = (float)(rows * (light->lamps[k].is_cut ? TRUST_CUT : TRUST_LAMP));
     }
 }
 
@@ -81,8 +80,7 @@ static int find(const struct light_views *views, const double place[3], struct r
 {
     struct light_rows rows;
     for (uint32_t i = 0; i < views->count; i++)
-        for (int c = 0; c < 3; c++)
-            out->white[c] += (double)views->list[i].white[c] / views->count;
+        for (int c = 0; c < 3; c++) out->white[c] += (double)views->list[i].white[c] / views->count;
     light_sky_look(views, place, &out->sky);
     const int lamps = light_lamps_find(views, out->lamps);
     if (lamps < 0) return ERR_MEMORY;
@@ -113,8 +111,10 @@ int rgbd_light_find(const struct rgbd_document *d, struct files *files, const st
 
 static int add_lamp(const struct light_lamp *lamp, struct builder *b, struct fault *fault)
 {
-    struct scene_light out = {
-        .type = LIGHT_RECTANGLE, .profile = PROFILE_UNIFORM, .cos_inner = 1, .instance = SCENE_NONE};
+    struct scene_light out = {.type = LIGHT_RECTANGLE,
+                              .profile = PROFILE_UNIFORM,
+                              .cos_inner = 1,
+                              .instance = SCENE_NONE};
     const int rc = builder_name(b, "rgbd", &out.name, fault);
     for (int c = 0; c < 3; c++) {
         out.position[c] = (float)(lamp->center[c] - b->origin[c]);

@@ -22,8 +22,8 @@ struct rgbd_light {
 };
 
 /* Estimates the light if it is chosen; `place` puts the sequence's world into the scene, whose
- * origin is where objects stand. Frames that are black tell nothing: found is false, with a warning.
- * Faults as light_views_read has them. */
+ * origin is where objects stand. Frames that are black tell nothing: found is false, with a
+ * warning. Faults as light_views_read has them. */
 int rgbd_light_find(const struct rgbd_document *d, struct files *files, const struct affine *place,
                     const struct scene_choice *choice, struct rgbd_light *out,
                     struct warnings *warnings, struct fault *fault);

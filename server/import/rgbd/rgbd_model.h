@@ -4,10 +4,10 @@
 
 struct rgbd_model {
     struct rgbd_document document;
-    struct affine place;   /* from the sequence's world to the scene's */
-    int32_t width, height; /* of its images */
-    uint64_t first, end;   /* its meshes in the builder */
-    bool all_shine;        /* the first of them does, too */
+    struct affine place;      /* from the sequence's world to the scene's */
+    int32_t width, height;    /* of its images */
+    uint64_t first, end;      /* its meshes in the builder */
+    bool all_shine;           /* the first of them does, too */
     struct rgbd_light *light; /* owned; the same in all frames */
 };
 
@@ -23,5 +23,4 @@ void rgbd_model_close(struct rgbd_model *m);
 /* Adds the frame at a time to the scene that has the model, or to one that stands on a base that
  * has it and has the other objects already. ERR_NOT_FOUND after the last frame. */
 int rgbd_model_add_frame(const struct rgbd_model *m, const struct scene_choice *choice,
-                         double time_s, struct builder *b,
-                         struct fault *fault);
+                         double time_s, struct builder *b, struct fault *fault);

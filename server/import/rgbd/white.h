@@ -6,9 +6,8 @@
 #include "server/import/rgbd/depth_map.h"
 
 /* Finds what few pixels of a frame are brighter than, by colour; or takes the document's, which is
- * what reflects 0.8 of the light. ERR_MEMORY. */
-int white_find(const struct depth_map *map, const struct rgbd_document *d, float white[3],
-               struct fault *fault);
+ * what reflects 0.8 of the light. Colours are not negative. */
+void white_find(const struct depth_map *map, const struct rgbd_document *d, float white[3]);
 
 /* Returns the albedo of a surface of that colour, by one of its channels. */
 float white_albedo(float color, float white);

@@ -45,8 +45,9 @@ int preparation_start(struct imports *imports, struct thread_pool *pool,
 /* Returns what plans of a live job are made from. It borrows the preparation's scene and map. */
 struct plan_source prepared_source(const struct prepared *prepared);
 
-/* Finds the light that the scene's importer estimated, or else the studio light if it may be needed,
- * places its blob and makes it the source's. `estimate` outlives the source. ERR_IO, ERR_MEMORY, ... */
+/* Finds the light that the scene's importer estimated, or else the studio light if it may be
+ * needed, places its blob and makes it the source's. `estimate` outlives the source. ERR_IO,
+ * ERR_MEMORY, ... */
 int prepared_find_light(struct prepared *prepared, const struct objects *objects,
                         const struct scene *scene, struct environment_header *estimate,
                         struct plan_source *source, struct fault *fault);

@@ -66,8 +66,8 @@ int studio_light_place(const struct objects *objects, struct environment_header 
     float *texels = malloc(texel_bytes);
     if (!texels) return fault_set(fault, ERR_MEMORY, "", "no memory for the studio light");
     studio_light_draw(texels);
-    const int error = made_map_place(objects, STUDIO_WIDTH_PX, STUDIO_HEIGHT_PX, texels, header,
-                                     blob, fault);
+    const int error =
+        made_map_place(objects, STUDIO_WIDTH_PX, STUDIO_HEIGHT_PX, texels, header, blob, fault);
     free(texels);
     return error;
 }

@@ -153,7 +153,8 @@ TEST(light_is_estimated_where_it_is_asked_for)
         assert_true(room_warned("of what is around (lamps: 0)"));
         /* The wall is along -z: a quarter of the turn from the map's left edge. */
         const size_t wall = SCENE_SKY_WIDTH_PX * SCENE_SKY_HEIGHT_PX / 2 + SCENE_SKY_WIDTH_PX / 4;
-        for (int c = 0; c < 3; c++) assert_true(fabsf(s.sky[3 * wall + (size_t)c] - 0.2159f) < 1e-3f);
+        for (int c = 0; c < 3; c++)
+            assert_true(fabsf(s.sky[3 * wall + (size_t)c] - 0.2159f) < 1e-3f);
         scene_unmap(&s);
     }
 }
