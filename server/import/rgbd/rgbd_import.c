@@ -109,6 +109,7 @@ static int add_light(const struct rgbd_document *d, struct files *files, const s
                      const struct scene_choice *choice, struct builder *b, struct fault *fault)
 {
     static struct rgbd_light light; /* large, and there is one */
+    if (!rgbd_light_is_wanted(choice, b)) return 0;
     const int rc = rgbd_light_find(d, files, place, choice, &light, &b->warnings, fault);
     return rc == 0 ? rgbd_light_add(&light, choice, b, fault) : rc;
 }

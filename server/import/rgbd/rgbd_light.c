@@ -136,13 +136,17 @@ static void tell(const struct rgbd_light *light, struct warnings *warnings)
                      100 * light->sky.share, light->lamp_count);
 }
 
+bool rgbd_light_is_wanted(const struct scene_choice *choice, const struct builder *b)
+{
+    return choice->estimate == RGBD_ESTIMATE_ALWAYS ||
+           (choice->estimate == RGBD_ESTIMATE_UNLESS_LIT && builder_count(b, SCENE_LIGHTS) == 0);
+}
+
 int rgbd_light_add(const struct rgbd_light *light, const struct scene_choice *choice,
                    struct builder *b, struct fault *fault)
 {
     void *texels;
-    const bool is_lit = builder_count(b, SCENE_LIGHTS) > 0;
-    if (choice->estimate == RGBD_ESTIMATE_NONE) return 0;
-    if (choice->estimate == RGBD_ESTIMATE_UNLESS_LIT && is_lit) return 0;
+    if (!rgbd_light_is_wanted(choice, b)) return 0;
     tell(light, &b->warnings);
     if (!light->found) return 0;
     int rc = builder_append(b, SCENE_SKY, SCENE_SKY_TEXELS, &texels, fault);

@@ -28,6 +28,9 @@ int rgbd_light_find(const struct rgbd_document *d, struct files *files, const st
                     const struct scene_choice *choice, struct rgbd_light *out,
                     struct warnings *warnings, struct fault *fault);
 
-/* Adds it to a scene that has its other lights already, unless these are why there is none. */
+/* Returns whether a scene that has its other lights already gets an estimate beside them. */
+bool rgbd_light_is_wanted(const struct scene_choice *choice, const struct builder *b);
+
+/* Adds the estimate to such a scene, if it is wanted. */
 int rgbd_light_add(const struct rgbd_light *light, const struct scene_choice *choice,
                    struct builder *b, struct fault *fault);

@@ -159,6 +159,29 @@ TEST(light_is_estimated_where_it_is_asked_for)
     }
 }
 
+TEST(a_file_with_lamps_is_lit_by_these_unless_an_estimate_is_asked_for)
+{
+    static const char lit[] =
+        "{\"asset\": {\"version\": \"2.0\"}, \"extensionsUsed\": [\"KHR_lights_punctual\"], "
+        "\"extensions\": {\"KHR_lights_punctual\": {\"lights\": [{\"type\": \"point\"}]}}, "
+        "\"scenes\": [{\"nodes\": [0, 1]}], \"nodes\": [{\"mesh\": 0}, {\"extensions\": "
+        "{\"KHR_lights_punctual\": {\"light\": 0}}}], "
+        "\"meshes\": [{\"primitives\": [{\"attributes\": {\"POSITION\": 0}}]}], "
+        "\"accessors\": [{\"bufferView\": 0, \"componentType\": 5126, \"count\": 3, "
+        "\"type\": \"VEC3\", \"min\": [0, 0, 0], \"max\": [1, 1, 0]}], "
+        "\"bufferViews\": [{\"buffer\": 0, \"byteLength\": 36}], "
+        "\"buffers\": [{\"byteLength\": 36, \"uri\": \"data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\"}]}";
+    struct scene s;
+    for (int always = 0; always < 2; always++) {
+        room_choice.estimate = always ? RGBD_ESTIMATE_ALWAYS : RGBD_ESTIMATE_UNLESS_LIT;
+        assert_int_equal(room_import_text("lit.gltf", lit, &s), 0);
+        assert_int_equal(s.count[SCENE_LIGHTS], 1);
+        assert_int_equal(s.count[SCENE_SKY], always ? SCENE_SKY_TEXELS : 0);
+        scene_unmap(&s);
+    }
+}
+
 TEST(of_black_frames_no_light_is_estimated)
 {
     struct scene s;
