@@ -63,8 +63,8 @@ static void add_around(const struct light_view *v, uint32_t pixel, const double 
 /* Returns 1/z of the lamp's plane at a pixel. */
 static double inverse_at(const struct light_view *v, const struct sums *s, uint32_t pixel)
 {
-    return s->plane[0] + s->plane[1] * (pixel % (uint32_t)v->width - s->middle[0]) +
-           s->plane[2] * (pixel / (uint32_t)v->width - s->middle[1]);
+    const uint32_t x = pixel % (uint32_t)v->width, y = pixel / (uint32_t)v->width;
+    return s->plane[0] + s->plane[1] * (x - s->middle[0]) + s->plane[2] * (y - s->middle[1]);
 }
 
 /* Fits the lamp's plane. Returns false where no depth is known. */
@@ -72,8 +72,9 @@ static bool find_plane(const struct finder *f, uint32_t count, struct sums *s)
 {
     const struct light_view *v = f->view;
     for (uint32_t i = 0; i < count; i++) {
-        s->middle[0] += (double)(f->queue[i] % (uint32_t)v->width) / count;
-        s->middle[1] += (double)(f->queue[i] / (uint32_t)v->width) / count;
+        const uint32_t x = f->queue[i] % (uint32_t)v->width, y = f->queue[i] / (uint32_t)v->width;
+        s->middle[0] += (double)x / count;
+        s->middle[1] += (double)y / count;
     }
     for (int step = 0; step < FIT_STEPS; step++) {
         struct plane_fit fit = {.weight = 0};
@@ -262,8 +263,9 @@ double light_lamp_falls(const struct light_lamp *lamp, const double point[3],
 {
     double sum = 0;
     for (int i = 0; i < SIDE_STEPS * SIDE_STEPS; i++) {
-        const double u = (2 * (i % SIDE_STEPS) + 1.0) / SIDE_STEPS - 1;
-        const double v = (2 * (i / SIDE_STEPS) + 1.0) / SIDE_STEPS - 1;
+        const int column = i % SIDE_STEPS, row = i / SIDE_STEPS;
+        const double u = (2 * column + 1.0) / SIDE_STEPS - 1;
+        const double v = (2 * row + 1.0) / SIDE_STEPS - 1;
         double to[3];
         for (int c = 0; c < 3; c++)
             to[c] = lamp->center[c] + u * lamp->half_u[c] + v * lamp->half_v[c] - point[c];

@@ -37,8 +37,9 @@ static uint8_t group_of(const float ratio[3])
  * point's own view: from each of its texels what is seen there, or what its bin may shine. */
 static void add_sky(const struct finder *f, uint32_t u, uint32_t v, double falls, uint32_t row)
 {
-    const float part = (float)(falls / (PER_RAY * PER_RAY));
-    for (uint32_t k = 0; k < PER_RAY * PER_RAY; k++) {
+    const uint32_t texels = PER_RAY * PER_RAY;
+    const float part = (float)(falls / texels);
+    for (uint32_t k = 0; k < texels; k++) {
         const uint32_t x = u * PER_RAY + k % PER_RAY, y = v * PER_RAY + k / PER_RAY;
         const uint32_t i = y * SCENE_SKY_WIDTH_PX + x;
         const uint32_t bin = y * LIGHT_BINS_V / SCENE_SKY_HEIGHT_PX * LIGHT_BINS_U +

@@ -5,9 +5,7 @@
 
 #include "proto/scene/environment.h"
 
-#define SUB       2 /* rays along each side of a texel */
-#define PER_BIN_U (SCENE_SKY_WIDTH_PX / LIGHT_BINS_U)
-#define PER_BIN_V (SCENE_SKY_HEIGHT_PX / LIGHT_BINS_V)
+#define SUB 2 /* rays along each side of a texel */
 
 void light_sky_direction(double x, double y, uint32_t width, uint32_t height, double out[3])
 {
@@ -49,13 +47,14 @@ static bool look(const struct light_views *views, const double place[3], const d
 static void look_at_texel(const struct light_views *views, const double place[3], uint32_t i,
                           struct light_sky *out)
 {
+    const uint32_t x = i % SCENE_SKY_WIDTH_PX, y = i / SCENE_SKY_WIDTH_PX;
     int count = 0;
     double sum[3] = {0};
     for (int k = 0; k < SUB * SUB; k++) {
         double direction[3];
         float rgb[3];
-        light_sky_direction(i % SCENE_SKY_WIDTH_PX + (k % SUB + 0.5) / SUB,
-                            i / SCENE_SKY_WIDTH_PX + (k / SUB + 0.5) / SUB, SCENE_SKY_WIDTH_PX,
+        const int across = k % SUB, down = k / SUB;
+        light_sky_direction(x + (across + 0.5) / SUB, y + (down + 0.5) / SUB, SCENE_SKY_WIDTH_PX,
                             SCENE_SKY_HEIGHT_PX, direction);
         if (!look(views, place, direction, rgb)) continue;
         for (int c = 0; c < 3; c++) sum[c] += (double)rgb[c];
@@ -85,11 +84,13 @@ void light_sky_look(const struct light_views *views, const double place[3], stru
 
 void light_sky_fill(struct light_sky *sky, const double radiance[3 * LIGHT_BINS])
 {
+    const uint32_t bin_width = SCENE_SKY_WIDTH_PX / LIGHT_BINS_U;
+    const uint32_t bin_height = SCENE_SKY_HEIGHT_PX / LIGHT_BINS_V;
     for (uint32_t i = 0; i < SCENE_SKY_TEXELS; i++) {
         if (sky->seen[i]) continue;
-        const double x = (i % SCENE_SKY_WIDTH_PX + 0.5) / PER_BIN_U - 0.5 + LIGHT_BINS_U;
-        const double y =
-            fmin(fmax((i / SCENE_SKY_WIDTH_PX + 0.5) / PER_BIN_V - 0.5, 0), LIGHT_BINS_V - 1.0);
+        const uint32_t column = i % SCENE_SKY_WIDTH_PX, row = i / SCENE_SKY_WIDTH_PX;
+        const double x = (column + 0.5) / bin_width - 0.5 + LIGHT_BINS_U;
+        const double y = fmin(fmax((row + 0.5) / bin_height - 0.5, 0), LIGHT_BINS_V - 1.0);
         const uint32_t u = (uint32_t)x, v = (uint32_t)y, below = v + 1 < LIGHT_BINS_V ? v + 1 : v;
         const double across = x - u, down = y - v;
         const uint32_t left = u % LIGHT_BINS_U, right = (u + 1) % LIGHT_BINS_U;

@@ -138,9 +138,10 @@ static void to_view(const struct light_view *v, const double in[3], double out[3
 static void place_pixel(const struct light_view *v, const struct light_pixel *pixel, double z,
                         double out[3])
 {
-    const size_t i = (size_t)(pixel - v->pixels);
-    out[0] = ((double)(i % (size_t)v->width) - v->cx) / v->fx * z;
-    out[1] = ((double)(i / (size_t)v->width) - v->cy) / v->fy * z;
+    const size_t i = (size_t)(pixel - v->pixels), width = (size_t)v->width;
+    const size_t x = i % width, y = i / width;
+    out[0] = ((double)x - v->cx) / v->fx * z;
+    out[1] = ((double)y - v->cy) / v->fy * z;
     out[2] = z;
 }
 

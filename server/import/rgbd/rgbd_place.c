@@ -78,7 +78,7 @@ static int place_on(const struct rgbd_document *d, const struct depth_map *m, st
                     struct fault *fault)
 {
     const struct affine *pose = &d->frames[d->place.frame - 1].pose;
-    double plane[3], point[3], normal[3], n[3], to_camera[3], axes[3][3];
+    double plane[3] = {0}, point[3], normal[3], n[3], to_camera[3], axes[3][3];
     float world[3];
     int rc = fit_plane(m, d->place.pixel, plane, fault);
     if (rc != 0) return rc;
