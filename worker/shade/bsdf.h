@@ -50,7 +50,9 @@ struct bsdf {
     bool coat_bent;              /* the coat has a normal of its own */
     bool thin;                   /* thin-walled: what is transmitted is not bent */
     bool seen;                   /* by the camera, to which sharp lobes matter more (lobe.h) */
-    bool inside; /* the path is inside the volume and meets its surface from behind */
+    float turn_least; /* least probability of reflection and of transmission, of clear glass that
+                         the camera sees; [0, 1/2] */
+    bool inside;      /* the path is inside the volume and meets its surface from behind */
     /* others */
     float model_specular[3];                            /* [0, 1] */
     float exponent_u, exponent_v;                       /* [0, 1e5] */

@@ -106,6 +106,16 @@ static float reflect_volume(const struct bsdf *b, const struct gltf *g, float co
     return total ? 1.0f : b->specular * fresnel_schlick(g->most_f0, above);
 }
 
+/* Returns the probability of reflection where its share of the light is given. What clear glass
+ * reflects is little and may be lamps: of few paths that the camera sends none would show them. */
+static float favour(const struct bsdf *b, float share)
+{
+    const float least = b->turn_least * lobe_sharpness(0.5f * (b->alpha_u + b->alpha_v));
+    const float most = 1.0f - least;
+    if (!(share > 0.0f)) return share;
+    return share < least ? least : share > most ? most : share;
+}
+
 /* Sets the facet that meets wo at `cosine`; grazing is (1 - cosine)^5 or a mean of it. */
 static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, float grazing,
                      struct facet *f)
@@ -130,7 +140,7 @@ static void facet_of(const struct bsdf *b, const struct gltf *g, float cosine, f
         passes = g->clear_share * (1.0f - reflect_volume(b, g, cosine, g->clear_share, f));
     for (int k = 0; k < 3; k++) f->transmit[k] = passes * b->base_color[k];
     const float r = lobe_mean(f->reflect), t = lobe_mean(f->transmit);
-    f->p_reflect = t > 0.0f ? r / (r + t) : 1.0f;
+    f->p_reflect = t > 0.0f ? favour(b, r / (r + t)) : 1.0f;
 }
 
 /* Returns the roughness that counts in the plane of w and the normal. */

@@ -15,11 +15,17 @@
 #define LOBE_SEEN_SHARE 0.5f
 #define LOBE_SEEN_ALPHA 0.12f
 
+/* Returns how much sharp lobes are favoured: 1 of mirrors, 0 of rough ones. */
+static inline float lobe_sharpness(float alpha)
+{
+    const float sharp = 1.0f - alpha * (1.0f / LOBE_SEEN_ALPHA);
+    return sharp > 0.0f ? sharp : 0.0f;
+}
+
 /* Returns the least probability of a lobe of facets that the camera sees. */
 static inline float lobe_seen_share(float alpha)
 {
-    const float sharp = 1.0f - alpha * (1.0f / LOBE_SEEN_ALPHA);
-    return sharp > 0.0f ? LOBE_SEEN_SHARE * sharp : 0.0f;
+    return LOBE_SEEN_SHARE * lobe_sharpness(alpha);
 }
 
 /* Returns how much facets' estimate is at least, over those of all others. */

@@ -73,6 +73,12 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
     return s;
 }
 
+/* Each half of a pixel's samples shows both turns of glass once, if there are samples for that. */
+static float turn_least_of(uint32_t spp)
+{
+    return spp >= 4 ? 2.0f / (float)spp : 0.0f;
+}
+
 static void init_paths(const struct path_context *parts, struct path_context *out)
 {
     const struct plan *plan = parts->plan;
@@ -80,6 +86,7 @@ static void init_paths(const struct path_context *parts, struct path_context *ou
     *out = *parts;
     out->demodulate = (plan->planes & (PLANES_DEMODULATED | PLANES_RESIDUAL)) != 0;
     out->features = (plan->planes & PLANES_RESIDUAL) != 0;
+    out->turn_least = turn_least_of(plan->paths.spp);
     out->guided = path_guide_is_needed(out);
     out->blended = has_blended(scene->materials);
     out->has_emission = out->has_other_emission =

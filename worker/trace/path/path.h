@@ -53,6 +53,7 @@ struct path_context {
     const struct photograph *photograph; /* that objects see; NULL: none */
     struct counters *counters;
     bool demodulate;         /* the plan wants the diffuse planes */
+    float turn_least;        /* struct bsdf's, of surfaces that the camera sees */
     bool guided;             /* some light shines through glass (path_guide.h) */
     bool blended;            /* some surface is there by chance: rays need keys */
     bool has_emission;       /* rays can meet emission: of surfaces, rectangles or the sky */

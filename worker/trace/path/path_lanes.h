@@ -102,7 +102,8 @@ LANE_INLINE void play_roulette(float chance, float promise, int i, struct lanes3
 {
     float most = t->x[i] > t->y[i] ? t->x[i] : t->y[i];
     most = promise * (most > t->z[i] ? most : t->z[i]);
-    const float stay = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
+    float stay = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
+    stay = chance < 0.0f ? 1.0f : stay;
     const float over = stay > 0.0f ? stay : 1.0f; /* else none stays */
     stays->on[i] = -!(chance >= stay);
     t->x[i] /= over;

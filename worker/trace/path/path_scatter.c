@@ -14,6 +14,9 @@
  * 5: 48. */
 #define ROULETTE_DEPTH 1
 
+/* Whatever they carry, paths in chains go on: an end would tell filters of the glass itself. */
+#define SURELY (-1.0f)
+
 static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
                             const float u[LANES], const float w[LANES], struct path_scattering *s)
 {
@@ -206,6 +209,8 @@ static void find_segments(const struct path_context *c, const struct path_packet
     counters[COUNTER_SKIPPED_BOUNCE_BELOW_HORIZON] += lanes_count(&v->active) - lanes_count(on);
     if ((c->skip & SKIP_DIFFUSE_INDIRECT) && v->depth == 0) leave_out(c, p, v, h, on);
     if (roulette) kernels->path_pairs(p, dimension, chance, unused);
+    for (uint32_t i = 0; roulette && i < p->count; i++)
+        if (chains_go_on(c, p, v, h, i)) chance[i] = SURELY;
     kernels->weigh_segments(p, s, roulette ? chance : NULL, throughput, &stays);
     const uint32_t chosen = lanes_count(on);
     for (int i = 0; i < LANES; i++) on->on[i] &= stays.on[i];
@@ -268,7 +273,8 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     const float rest[3] = {s->specular.x[0], s->specular.y[0], s->specular.z[0]};
     for (int k = 0; k < 3; k++) to.specular[k] = rest[k];
     for (int k = 0; k < 3; k++) to.diffuse[k] = to.weight[k] - rest[k];
-    to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH;
+    to.roulette =
+        to.on && !to.left_out && v->depth >= ROULETTE_DEPTH && !chains_go_on(c, p, v, h, 0);
     to.survival = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
     path_record_scatter(c, p, v, &to);
 }
@@ -290,13 +296,19 @@ static void scatter_generals(const struct path_context *c, const struct path_pac
     }
 }
 
-/* Keeps what paths promise that are still on their way through glass. */
+/* Returns whether a surface sends paths on that were sent to what lies beyond it. */
+static bool sends_on(const struct bsdf *b)
+{
+    return b->transmission > 0.0f || (b->metallic > 0.5f && bsdf_sharpest_alpha(b) < 0.05f);
+}
+
+/* Keeps what paths promise that are still on their way through glass or from mirrors. */
 static void keep_promises(const struct path_context *c, const struct path_packet *p,
                           const struct path_vertex *v, struct path_scattering *s)
 {
     for (int i = 0; i < LANES; i++) s->promise[i] = 1.0f;
     for (int i = 0; c->guided && v->any_general && i < LANES; i++)
-        if (v->active.on[i] && !v->lambert.on[i] && v->bsdf[i].transmission > 0.0f)
+        if (v->active.on[i] && !v->lambert.on[i] && sends_on(&v->bsdf[i]))
             s->promise[i] = p->promise[i];
 }
 

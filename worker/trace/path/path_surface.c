@@ -93,6 +93,7 @@ static void resolve_general(const struct path_context *c, const struct RTCRayHit
     if (m->textured || m->anisotropic) mesh_uv(&at, &uv);
     material_bsdf(m, &uv, s->behind.on[i], &v->bsdf[i]);
     v->bsdf[i].seen = v->depth == 0;
+    v->bsdf[i].turn_least = v->depth == 0 ? c->turn_least : 0.0f;
     if (m->anisotropic) align_tangents(c, i, &uv, &at, rays->ray.time[i], v);
     s->albedo.x[i] = v->bsdf[i].albedo[0];
     s->albedo.y[i] = v->bsdf[i].albedo[1];

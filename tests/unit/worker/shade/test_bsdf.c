@@ -289,6 +289,44 @@ TEST(sharp_lobes_that_are_seen_are_sampled_often)
     assert_true(smooth_part(&seen) == 0.0);
 }
 
+/* Returns the part of paths that clear glass reflects, and the mean of what it reflects. */
+static double reflected_part(const struct bsdf *b, double *light)
+{
+    const float wo[3] = {0.6f, 0.0f, 0.8f}, u[2] = {0.5f, 0.5f};
+    struct bsdf_sample s;
+    int reflected = 0;
+    *light = 0.0;
+    for (int i = 0; i < 1000; i++) {
+        if (!bsdf_sample(b, wo, ((float)i + 0.5f) / 1000.0f, u, &s) || s.transmitted) continue;
+        reflected++;
+        *light += (double)s.specular[1] / 1000.0;
+    }
+    return reflected / 1000.0;
+}
+
+TEST(both_turns_of_glass_that_is_seen_are_sampled)
+{
+    struct bsdf glass = {.model = BSDF_GLTF,
+                         .base_color = {1.0f, 1.0f, 1.0f},
+                         .transmission = 1.0f,
+                         .specular = 1.0f,
+                         .specular_f0 = {0.04f, 0.04f, 0.04f},
+                         .ior = 1.5f};
+    double plain, light;
+    assert_true(reflected_part(&glass, &plain) < 0.06);
+    glass.turn_least = 0.25f;
+    assert_true(fabs(reflected_part(&glass, &light) - 0.25) < 0.002);
+    assert_true(fabs(light - plain) < 0.002);
+    glass.turn_least = 0.5f;
+    assert_true(fabs(reflected_part(&glass, &light) - 0.5) < 0.002);
+    assert_true(fabs(light - plain) < 0.002);
+    glass.ior = 1.0f / 1.5f; /* from within, beyond the angle of total reflection */
+    const float wo[3] = {0.8f, 0.0f, 0.6f}, u[2] = {0.5f, 0.5f};
+    struct bsdf_sample s;
+    assert_true(bsdf_sample(&glass, wo, 0.9f, u, &s) && !s.transmitted);
+    assert_true(fabsf(s.specular[1] - 1.0f) < 1e-5f);
+}
+
 /* Every parameter at its extremes, every direction at the horizon and the pole. */
 TEST(test_extremes)
 {
@@ -310,6 +348,7 @@ TEST(test_extremes)
         b.second_alpha = pick(&r, alphas, 8);
         b.grazing[0] = pick(&r, shares, 5), b.grazing[1] = pick(&r, shares, 5);
         for (int k = 0; k < 3; k++) b.second_specular[k] = pick(&r, shares, 5);
+        b.turn_least = pick(&r, shares, 5) * 0.5f;
         b.seen = random_bits(&r) & 1, b.thin = random_bits(&r) & 1, b.inside = random_bits(&r) & 1;
         for (int k = 0; k < 3; k++) {
             b.albedo[k] = pick(&r, shares, 5), b.base_color[k] = pick(&r, shares, 5);
