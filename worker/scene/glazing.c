@@ -6,7 +6,7 @@
 
 #include "proto/pattern_path.h"
 #include "proto/plan.h"
-#include "worker/scene/emitters.h"
+#include "worker/scene/lamp_points.h"
 #include "worker/scene/render_scene.h"
 #include "worker/shade/direction.h"
 #include "worker/shade/lambert.h"
@@ -23,9 +23,6 @@
 
 /* Glass up to this roughness sends paths on nearly as they came. */
 #define CLEAR_ROUGHNESS 0.1f
-
-/* Rays start this part of a rectangle's sides in front of it, and so of what it stands for. */
-#define CLEARANCE 1e-3f
 
 /* ---- rays through glass ---- */
 
@@ -103,64 +100,13 @@ struct lamp {
     uint32_t random;
 };
 
-/* Walks down from a group by the power of what is below. Returns a leaf. */
-static uint32_t descend(const struct emitter_tree *t, uint32_t at, uint32_t *random)
-{
-    while (!(at & EMITTER_LEAF)) {
-        const struct emitter_groups *g = &t->nodes[at].groups;
-        float sum = 0.0f, upto = 0.0f;
-        uint32_t taken = 0;
-        for (uint32_t k = 0; k < g->count; k++) sum += g->power[k];
-        const float target = path_next(random) * sum;
-        for (uint32_t k = 0; k < g->count && upto <= target; k++) {
-            upto += g->power[k];
-            taken = k;
-        }
-        at = g->below[taken];
-    }
-    return at & ~EMITTER_LEAF;
-}
-
-/* Where rays leave: a group of emitters, or a rectangle that stands for some. */
-struct source {
-    const struct emitters *emitters;
-    uint32_t below;
-    const struct scene_light *rectangle; /* NULL: none */
-};
-
-static void sample_rectangle(const struct scene_light *l, const float u[2],
-                             struct emitter_point *out)
-{
-    float sides = 0.0f;
-    for (int k = 0; k < 3; k++) {
-        out->position[k] = l->position[k] + (2.0f * u[0] - 1.0f) * l->half_u[k] +
-                           (2.0f * u[1] - 1.0f) * l->half_v[k];
-        out->normal[k] = l->direction[k];
-        sides += fabsf(l->half_u[k]) + fabsf(l->half_v[k]);
-    }
-    out->double_sided = false;
-    out->offset = CLEARANCE * sides;
-}
-
-static void sample_point(const struct source *s, uint32_t *random, struct emitter_point *out)
-{
-    const float u[2] = {path_next(random), path_next(random)};
-    const float choice = path_next(random);
-    if (s->rectangle) {
-        sample_rectangle(s->rectangle, u, out);
-        return;
-    }
-    const uint32_t leaf = descend(emitters_tree(s->emitters), s->below, random);
-    emitters_sample(s->emitters, leaf, emitters_choose(s->emitters, leaf, choice, u), u, out);
-}
-
 /* Samples a ray that leaves a lamp. */
-static struct RTCRay leave(const struct source *source, uint32_t *random)
+static struct RTCRay leave(const struct lamp_source *source, uint32_t *random)
 {
     const float turn[2] = {path_next(random), path_next(random)};
     struct emitter_point p;
     float t[3], b[3], d[3], way[3];
-    sample_point(source, random, &p);
+    lamp_sample(source, random, &p);
     const float side = p.double_sided && path_next(random) < 0.5f ? -1.0f : 1.0f;
     for (int k = 0; k < 3; k++) p.normal[k] *= side;
     direction_frame(p.normal, t, b);
@@ -210,7 +156,7 @@ static float reach_of(const struct emitter_groups *g, uint32_t k, const struct R
     return sqrtf(x * x + y * y + z * z);
 }
 
-static struct lamp look(const struct render_scene *s, const struct source *source,
+static struct lamp look(const struct render_scene *s, const struct lamp_source *source,
                         const struct emitter_groups *g, uint32_t k)
 {
     struct lamp lamp = {.random = 1};
@@ -257,31 +203,13 @@ static void keep(const struct emitter_groups *g, uint32_t k, const struct lamp *
     lamps->sine[at] = is_bulb ? 0.0f : g->sine[k];
 }
 
-/* Sets what bounds a rectangle. */
-static void bound(const struct scene_light *l, struct emitter_groups *out)
-{
-    const float *u = l->half_u, *v = l->half_v, *c = l->color;
-    const float u2 = direction_dot(u, u), v2 = direction_dot(v, v);
-    const float area = 4.0f * sqrtf(u2 * v2); /* its sides are perpendicular */
-    out->power[0] = area * (0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2]);
-    out->x[0] = l->position[0];
-    out->y[0] = l->position[1];
-    out->z[0] = l->position[2];
-    out->radius[0] = sqrtf(u2 + v2);
-    out->axis_x[0] = l->direction[0];
-    out->axis_y[0] = l->direction[1];
-    out->axis_z[0] = l->direction[2];
-    out->cosine[0] = 1.0f;
-    out->sine[0] = 0.0f;
-}
-
 static void learn_rectangles(const struct render_scene *scene, struct emitter_groups *lamps)
 {
     for (uint64_t i = 0; i < scene->blob->count[SCENE_LIGHTS]; i++) {
-        const struct source source = {.rectangle = &scene->blob->lights[i]};
+        const struct lamp_source source = {.rectangle = &scene->blob->lights[i]};
         struct emitter_groups g;
         if (source.rectangle->type != LIGHT_RECTANGLE) continue;
-        bound(source.rectangle, &g);
+        lamp_bound(source.rectangle, &g);
         const struct lamp lamp = look(scene, &source, &g, 0);
         keep(&g, 0, &lamp, lamps);
     }
@@ -294,7 +222,7 @@ static void learn_emitters(const struct render_scene *scene, struct emitter_grou
         const struct emitter_groups *g = &t->nodes[i / EMITTER_GROUPS].groups;
         const uint32_t k = i % EMITTER_GROUPS;
         const struct lamp lamp =
-            look(scene, &(struct source){scene->emitters, g->below[k], NULL}, g, k);
+            look(scene, &(struct lamp_source){scene->emitters, g->below[k], NULL}, g, k);
         keep(g, k, &lamp, lamps);
     }
 }

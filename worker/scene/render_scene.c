@@ -9,6 +9,7 @@
 
 #include "proto/runtime/build.h"
 #include "worker/scene/alpha.h"
+#include "worker/scene/caustics.h"
 #include "worker/scene/emitters.h"
 #include "worker/scene/lobe_boxes.h"
 #include "worker/scene/mesh.h"
@@ -339,6 +340,7 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
     if (rc) goto fail;
     if (!is_base(s)) {
         glazing_learn(s, &s->glazing);
+        s->caustics = caustics_of_lamps(s);
         s->guides = sky_guides_create(s);
     }
     if (!s->guides && !is_base(s)) {
@@ -358,6 +360,7 @@ void render_scene_destroy(struct render_scene **scene)
     struct render_scene *s = *scene;
     if (!s) return;
     sky_guides_destroy(&s->guides);
+    photons_destroy(&s->caustics);
     if (s->top) rtcReleaseScene(s->top);
     for (size_t i = 0; s->sub_scenes && i < (size_t)s->blob->count[SCENE_MESHES]; i++)
         if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);

@@ -78,6 +78,7 @@ struct render_scene {
     bool has_culled;            /* some mesh has a back that cameras do not see */
     bool has_glass;             /* some mesh lets light through */
     struct glazing glazing;     /* lamps behind that */
+    struct photons *caustics;   /* of its lamps; NULL: none */
     bool has_instances;         /* whether `top` holds Embree instances, not just geometries */
     const struct render_scene *base; /* borrowed; NULL: none */
     uint32_t ground; /* instID of the base's top scene; RTC_INVALID_GEOMETRY_ID without one */

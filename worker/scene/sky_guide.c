@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "proto/runtime/pages.h"
+#include "worker/scene/caustics.h"
 #include "worker/shade/elementary.h"
 
 /* The grid of a scene that is open everywhere. */
@@ -57,6 +58,7 @@ void sky_guide_destroy(struct sky_guide **guide)
     struct sky_guide *g = *guide;
     *guide = NULL;
     if (!g) return;
+    photons_destroy(&g->caustics);
     free((void *)(uintptr_t)g->tables);
     free(g);
 }
@@ -74,6 +76,7 @@ struct kept {
 };
 
 struct sky_guides {
+    const struct render_scene *scene;
     struct openness *openness;
     pthread_mutex_t lock;
     struct kept *kept;
@@ -86,6 +89,7 @@ struct sky_guides *sky_guides_create(const struct render_scene *scene)
     struct sky_guides *g = calloc(1, sizeof *g);
     if (!g) return NULL;
     pthread_mutex_init(&g->lock, NULL);
+    g->scene = scene;
     g->openness = openness_create(scene);
     if (!g->openness) sky_guides_destroy(&g);
     return g;
@@ -146,6 +150,7 @@ static struct kept *make(struct sky_guides *g, const struct environment *map,
     if (!k) return NULL;
     *k = (struct kept){.of = *plan, .guide = sky_guide_create(map, plan, g->openness)};
     if (!k->guide) return NULL;
+    k->guide->caustics = caustics_of_sky(g->scene, map, k->guide->cosine, k->guide->sine);
     g->count++;
     return k;
 }

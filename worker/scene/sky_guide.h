@@ -15,6 +15,7 @@ struct sky_guide {
     const float *glazed;            /* openness_glazed */
     uint32_t first_pane, panes;     /* the number before the first pane's; how many there are */
     const struct sky_table *tables; /* SKY_TABLE_NORMALS a number, then a pane */
+    struct photons *caustics;       /* of the map's bright parts; NULL: none */
 };
 
 /* The guides of a scene's skies. Threads share them. */

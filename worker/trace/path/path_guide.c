@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "proto/pattern_path.h"
+#include "worker/scene/photons.h"
 #include "worker/scene/render_scene.h"
 #include "worker/shade/direction.h"
 #include "worker/shade/lambert.h"
@@ -25,10 +26,18 @@ static bool has_lamps(const struct path_context *c)
     return (c->lights->emitters || c->lights->count > 0) && lamps_of(c)->count > 0;
 }
 
+/* Returns a map of photons; NULL: none. */
+static const struct photons *caustics_of(const struct path_context *c, int which)
+{
+    if (which == 0) return c->sky->guide ? c->sky->guide->caustics : NULL;
+    return c->queries->scene->caustics;
+}
+
 bool path_guide_is_needed(const struct path_context *c)
 {
     const bool panes = c->sky->guide && c->sky->guide->panes > 0;
-    return c->queries->scene->has_glass && (has_lamps(c) || panes);
+    return (c->queries->scene->has_glass && (has_lamps(c) || panes)) || caustics_of(c, 0) ||
+           caustics_of(c, 1);
 }
 
 /* ---- where to ---- */
@@ -39,17 +48,34 @@ struct cone {
     float sine2; /* of half its angle, squared; 1: the surface is within the sphere */
 };
 
+static struct cone cone_around(const struct path_vertex *v, int i, float x, float y, float z,
+                               float radius)
+{
+    const struct lanes3 *from = &v->surface.position;
+    struct cone out;
+    const float distance =
+        direction_normalize(x - from->x[i], y - from->y[i], z - from->z[i], out.axis);
+    if (!(distance > 0.0f)) out.axis[2] = 1.0f;
+    const float sine = radius / fmaxf(distance, 1e-18f);
+    out.sine2 = fminf(fmaxf(sine * sine, SINE_MIN * SINE_MIN), 1.0f);
+    return out;
+}
+
 static struct cone cone_of(const struct path_context *c, const struct path_vertex *v, int i,
                            uint32_t k)
 {
     const struct emitter_groups *lamps = lamps_of(c);
-    const struct lanes3 *from = &v->surface.position;
-    struct cone out;
-    const float distance = direction_normalize(lamps->x[k] - from->x[i], lamps->y[k] - from->y[i],
-                                               lamps->z[k] - from->z[i], out.axis);
-    const float sine = lamps->radius[k] / fmaxf(distance, 1e-18f);
-    out.sine2 = fminf(fmaxf(sine * sine, SINE_MIN * SINE_MIN), 1.0f);
-    return out;
+    return cone_around(v, i, lamps->x[k], lamps->y[k], lamps->z[k], lamps->radius[k]);
+}
+
+static struct cone cone_of_photon(const struct path_vertex *v, int i,
+                                  const struct photon_leaf *leaf, const struct photon *p)
+{
+    const struct lanes3 *at = &v->surface.position;
+    const float d[3] = {at->x[i] - p->place[0], at->y[i] - p->place[1], at->z[i] - p->place[2]};
+    float to[3];
+    for (int k = 0; k < 3; k++) to[k] = p->from[k] + direction_dot(leaf->turn[k], d);
+    return cone_around(v, i, to[0], to[1], to[2], p->reach);
 }
 
 /* Returns 1 minus the cosine of half the angle, without cancellation. */
@@ -90,6 +116,20 @@ static bool may_send(const struct path_vertex *v, int i)
     return v->active.on[i] && (v->lambert.on[i] || (has_layers(v) && v->layers.on.on[i]));
 }
 
+/* Gives what is left to places where photons arrived. */
+static void share_caustics(const struct path_context *c, const float place[3], int i,
+                           struct path_guide *g)
+{
+    for (int k = 0; k < GUIDE_CAUSTICS; k++) {
+        const float left = GUIDE_SHARE_MAX - g->share[i];
+        const struct photons *map = caustics_of(c, k);
+        const struct photon_leaf *leaf = map ? photons_find(map, place) : NULL;
+        g->leaf[k][i] = leaf;
+        g->caustic[k][i] = leaf ? left * leaf->share : 0.0f;
+        g->share[i] += g->caustic[k][i];
+    }
+}
+
 bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
                      struct path_guide *g)
 {
@@ -108,6 +148,7 @@ bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
                 GUIDE_SHARE_MAX * sky * sky_guide_glazed(guide, place, normal, &g->table[i]);
         g->share[i] = g->sky[i];
         if (has_lamps(c)) g->share[i] += share_lamps(c, v, i, GUIDE_SHARE_MAX * (1.0f - sky), g);
+        share_caustics(c, place, i, g);
         any |= g->share[i] > 0.0f;
     }
     return any;
@@ -116,7 +157,7 @@ bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
 /* ---- directions ---- */
 
 /* Samples a direction of a cone, uniformly. */
-static void aim_at_lamp(const struct cone *cone, float u, float w, int i, struct lanes3 *out)
+static void aim_at(const struct cone *cone, float u, float w, int i, struct lanes3 *out)
 {
     float s[3], t[3], turn_sine, turn_cosine;
     const float down = u * height_of(cone), sine = sqrtf(fmaxf(down * (2.0f - down), 0.0f));
@@ -126,6 +167,35 @@ static void aim_at_lamp(const struct cone *cone, float u, float w, int i, struct
     out->x[i] = a * s[0] + b * t[0] + h * cone->axis[0];
     out->y[i] = a * s[1] + b * t[1] + h * cone->axis[1];
     out->z[i] = a * s[2] + b * t[2] + h * cone->axis[2];
+}
+
+/* Returns the map that x in [0, share - sky) takes, and sets *x to where in its part; or
+ * GUIDE_CAUSTICS for lamps, the last part that there may be. */
+static int take_caustic(const struct path_guide *g, int i, float *x)
+{
+    int last = GUIDE_CAUSTICS;
+    float left = g->share[i] - g->sky[i];
+    for (int k = 0; k < GUIDE_CAUSTICS; k++) {
+        const float part = g->caustic[k][i];
+        if (!(part > 0.0f)) continue;
+        left -= part;
+        last = left > 0.0f ? GUIDE_CAUSTICS : k; /* rounding leaves nothing to lamps */
+        if (*x < part || last == k) {
+            *x /= part;
+            return k;
+        }
+        *x -= part;
+    }
+    return last;
+}
+
+/* Returns the photon of a leaf that x in [0, 1) takes. */
+static const struct photon *take_photon(const struct path_context *c, const struct path_guide *g,
+                                        int map, int i, float x)
+{
+    const struct photon_leaf *leaf = g->leaf[map][i];
+    const uint32_t k = (uint32_t)(x * (float)leaf->count);
+    return caustics_of(c, map)->photons + leaf->first + (k < leaf->count ? k : leaf->count - 1);
 }
 
 /* Returns the lamp that x in [0, share - sky) takes. */
@@ -181,12 +251,15 @@ void path_guide_aim(const struct path_context *c, const struct path_packet *p,
         g->sent.on[i] = u[i] < share ? -1 : 0;
         u[i] = fminf(g->sent.on[i] ? u[i] / share : (u[i] - share) / (1.0f - share), BELOW_ONE);
         if (!g->sent.on[i]) continue;
-        const float x = which[i] * share - g->sky[i];
+        float x = which[i] * share - g->sky[i];
         to_sky.on[i] = x < 0.0f ? -1 : 0;
         any_sky |= x < 0.0f;
         if (x < 0.0f) continue;
-        const struct cone cone = cone_of(c, v, i, take_lamp(g, i, lamps_of(c)->count, x));
-        aim_at_lamp(&cone, u[i], w[i], i, &g->direction);
+        const int k = take_caustic(g, i, &x);
+        const struct cone cone =
+            k < GUIDE_CAUSTICS ? cone_of_photon(v, i, g->leaf[k][i], take_photon(c, g, k, i, x))
+                               : cone_of(c, v, i, take_lamp(g, i, lamps_of(c)->count, x));
+        aim_at(&cone, u[i], w[i], i, &g->direction);
     }
     if (any_sky) aim_at_sky(c, g, &to_sky, pick, u, w, &g->direction);
 }
@@ -207,6 +280,29 @@ static void turn_lambert(const struct path_vertex *v, const struct path_guide *g
     s->pdf[i] = cosine * LAMBERT_INV_PI;
 }
 
+/* Returns the density of a cone's directions; 0 for others. */
+static float cone_density(const struct cone *cone, const float d[3])
+{
+    const float *a = cone->axis;
+    const float x = d[1] * a[2] - d[2] * a[1], y = d[2] * a[0] - d[0] * a[2];
+    const float z = d[0] * a[1] - d[1] * a[0];
+    if (direction_dot(d, a) <= 0.0f || x * x + y * y + z * z > cone->sine2) return 0.0f;
+    return 1.0f / (2.0f * ELEMENTARY_PI * height_of(cone));
+}
+
+static float caustic_density(const struct path_context *c, const struct path_vertex *v,
+                             const struct path_guide *g, int which, int i, const float d[3])
+{
+    const struct photon_leaf *leaf = g->leaf[which][i];
+    const struct photon *p = caustics_of(c, which)->photons + leaf->first;
+    float sum = 0.0f;
+    for (uint32_t k = 0; k < leaf->count; k++) {
+        const struct cone cone = cone_of_photon(v, i, leaf, &p[k]);
+        sum += cone_density(&cone, d);
+    }
+    return sum / (float)leaf->count;
+}
+
 /* Returns the density with which lane i's paths are sent into its direction, times the share. */
 static float density_of(const struct path_context *c, const struct path_vertex *v,
                         const struct path_guide *g, const struct path_scattering *s,
@@ -215,14 +311,12 @@ static float density_of(const struct path_context *c, const struct path_vertex *
     const float d[3] = {s->direction.x[i], s->direction.y[i], s->direction.z[i]};
     float sum = 0.0f;
     if (g->sky[i] > 0.0f) sum += g->sky[i] * sky_pdf(c->sky, view, i, g->table[i]);
+    for (int k = 0; k < GUIDE_CAUSTICS; k++)
+        if (g->caustic[k][i] > 0.0f) sum += g->caustic[k][i] * caustic_density(c, v, g, k, i, d);
     for (uint32_t k = 0; has_lamps(c) && k < lamps_of(c)->count; k++) {
         if (!(g->lamps[k][i] > 0.0f)) continue;
         const struct cone cone = cone_of(c, v, i, k);
-        const float *a = cone.axis;
-        const float x = d[1] * a[2] - d[2] * a[1], y = d[2] * a[0] - d[0] * a[2];
-        const float z = d[0] * a[1] - d[1] * a[0];
-        if (direction_dot(d, a) <= 0.0f || x * x + y * y + z * z > cone.sine2) continue;
-        sum += g->lamps[k][i] / (2.0f * ELEMENTARY_PI * height_of(&cone));
+        sum += g->lamps[k][i] * cone_density(&cone, d);
     }
     return sum;
 }

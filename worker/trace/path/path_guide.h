@@ -1,18 +1,21 @@
 #pragma once
-/* Sends paths to light that shines through glass.
+/* Sends paths to light that comes through glass or from mirrors.
  *
- * Light samples do not reach lamps in glass and shades, nor a sky behind panes, since shadow rays
- * end at the glass. Only paths find such light, by chance, and a picture of few samples shows
- * specks. So from diffuse and rough surfaces some paths are sent towards it: into the sphere of a
- * lamp (glazing.h), or to where the sky is bright and seen (sky_guide.h). They go through the glass
- * as all paths do, bent by it or scattered. A direction's density is that of both ways of choosing
- * it together (Veach and Guibas 1995, the one-sample model), so the mean of pictures does not
- * change, and no path weighs more than 1 / (1 - GUIDE_SHARE_MAX) times what it did. Directions and
- * places are the world's. */
+ * Light samples do not reach lamps in glass and shades, nor a sky behind panes, nor what lenses and
+ * mirrors gather, since shadow rays end there. Only paths find such light, by chance, and a picture
+ * of few samples shows specks. So from diffuse and rough surfaces some paths are sent towards it:
+ * into the sphere of a lamp (glazing.h), to where the sky is bright and seen (sky_guide.h), or to
+ * where photons came from (caustics.h). They go through the glass as all paths do, bent by it or
+ * scattered. A direction's density is that of all ways of choosing it together (Veach and Guibas
+ * 1995, the one-sample model), so the mean of pictures does not change, and no path weighs more than
+ * 1 / (1 - GUIDE_SHARE_MAX) times what it did. Directions and places are the world's. */
 #include "worker/trace/path/path.h"
 
 /* The largest share of a surface's paths that is sent. */
 #define GUIDE_SHARE_MAX 0.6f
+
+/* The maps of photons: the sky's, and the lamps'. */
+#define GUIDE_CAUSTICS 2
 
 /* Of sixteen surfaces. */
 struct path_guide {
@@ -20,6 +23,8 @@ struct path_guide {
     _Alignas(LANES_ALIGN) float sky[LANES];   /* of these to the sky; the rest go to lamps: */
     uint32_t table[LANES];                    /* the sky's behind glass, where that is above 0 */
     float lamps[EMITTER_GROUPS][LANES];
+    _Alignas(LANES_ALIGN) float caustic[GUIDE_CAUSTICS][LANES]; /* to lenses and mirrors: */
+    const struct photon_leaf *leaf[GUIDE_CAUSTICS][LANES];      /* where that is above 0 */
     struct lanes_mask sent;
     struct lanes3 direction; /* of those */
 };

@@ -5,6 +5,7 @@
 #include "tests/unit/worker/trace/path/path_fixture.h"
 
 #include "tests/unit/worker/scene/environment_fixture.h"
+#include "worker/scene/photons.h"
 
 enum { SPP = 16, WIDTH = 16, HEIGHT = 8 };
 
@@ -116,6 +117,41 @@ TEST(a_sun_behind_a_pane_lights_as_without_it)
     traced_fini(&sent);
     traced_fini(&open);
     environment_fixture_close(&sun);
+    free(f);
+}
+
+/* A mirror beside the floor throws a lamp's light back on it: `without` leaves that to chance. */
+static struct traced trace_lit_by_mirror(struct scene_fixture *f, const struct plan *p,
+                                         const struct environment *map, bool without)
+{
+    struct traced t = {0};
+    const struct tile_job job = {.plan = p, .environment = map, .rect = {0, 0, SIDE_PX, SIDE_PX}};
+    open_traced(f, &t);
+    if (without) photons_destroy(&t.scene->caustics);
+    assert_true(without || map || t.scene->caustics);
+    assert_int_equal(trace_tile(&t, job, 0, &t.samples), 0);
+    return t;
+}
+
+static void add_mirror(struct scene_fixture *f)
+{
+    const uint32_t mirror = fixture_glossy(f, (float[]){0.9f, 0.9f, 0.9f}, 0.0f, 1.0f);
+    fixture_panel(f, mirror, (float[]){3.2f, 1, 0}, (float[]){0, 1, 0}, (float[]){0, 0, 1.5f});
+}
+
+TEST(what_mirrors_gather_is_the_same_with_less_noise)
+{
+    struct scene_fixture *f = fixture_new();
+    struct plan p = lit_floors(f);
+    add_mirror(f);
+    struct traced sent = trace_lit_by_mirror(f, &p, NULL, false);
+    struct traced chance = trace_lit_by_mirror(f, &p, NULL, true);
+    expect_equal_light(&sent, &chance, PLANE_PATH_RADIANCE, SPP);
+    expect_equal_light(&sent, &chance, PLANE_PATH_INDIRECT, SPP);
+    assert_true(mean(&sent, PLANE_PATH_INDIRECT, 0, SPP) > 0.001);
+    assert_true(mean(&sent, PLANE_PATH_M2, 0, SPP) < 0.1 * mean(&chance, PLANE_PATH_M2, 0, SPP));
+    traced_fini(&chance);
+    traced_fini(&sent);
     free(f);
 }
 
