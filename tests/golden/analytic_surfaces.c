@@ -9,7 +9,7 @@
 
 #include "tests/golden/analytic.h"
 #include "tests/golden/analytic_formula.h"
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 
 static const double light_c[3] = {-0.8, 1.5, 0.3}, light_u[3] = {0.7, 0, 0},
                     light_v[3] = {0, 0, 0.5};

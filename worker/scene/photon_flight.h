@@ -3,7 +3,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 #include "worker/scene/photons.h"
 
 struct render_scene;

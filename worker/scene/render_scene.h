@@ -14,7 +14,7 @@
 #include "proto/error.h"
 #include "proto/scene/scene.h"
 #include "worker/scene/glazing.h"
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 
 /* Traits that the shading of sixteen surfaces asks of all of them first. */
 enum mesh_trait {

@@ -1,6 +1,6 @@
 #pragma once
-/* hit_kernels' place_texels: where texture_sample (worker/scene/texture.c) reads, in sixteen
- * lanes. */
+/* hit_kernels' place_texels: where texture_sample (worker/scene/material/texture.c) reads, in
+ * sixteen lanes. */
 #include <math.h>
 
 #include "worker/trace/hit/texels.h"

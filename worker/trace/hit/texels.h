@@ -1,7 +1,7 @@
 #pragma once
 /* Reads textures where sixteen rays met one mesh. All texels are found first (place_texels of
  * hit_kernels), so that those out of cache are fetched together. Then each lane blends its four. */
-#include "worker/scene/texture.h"
+#include "worker/scene/material/texture.h"
 #include "worker/shade/lanes.h"
 
 struct texel_lanes {

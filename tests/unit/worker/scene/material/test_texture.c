@@ -4,7 +4,7 @@
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/tile_fixture.h"
 
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 
 /* Four grey texels in a row, 0, 85, 170, 255; alpha falls from 255. */
 static const uint8_t ramp[16] = {0,   0,   0,   255, 85,  85,  85,  170,

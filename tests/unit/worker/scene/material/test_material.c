@@ -1,6 +1,6 @@
 /* From material records to the BSDFs of points: the formulas of glTF and its extensions, textures
  * by channel, what materials say of themselves. */
-#include "tests/unit/worker/scene/material_bench.h"
+#include "tests/unit/worker/scene/material/material_bench.h"
 
 TEST(matt_materials_are_lambert)
 {

@@ -1,4 +1,4 @@
-#include "worker/scene/texture.h"
+#include "worker/scene/material/texture.h"
 
 #include <math.h>
 #include <string.h>

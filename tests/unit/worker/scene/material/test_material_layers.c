@@ -1,5 +1,5 @@
 /* Layers of materials: coats, sheens, thin films, and light that is let through. */
-#include "tests/unit/worker/scene/material_bench.h"
+#include "tests/unit/worker/scene/material/material_bench.h"
 
 TEST(coats_are_their_factors_times_their_textures)
 {

@@ -1,9 +1,9 @@
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "worker/scene/material_layers.h"
+#include "worker/scene/material/material_layers.h"
 #include "worker/shade/elementary.h"
 
 /* Rays without a key (alpha.h) meet blended surfaces as if they were masks. */

@@ -8,7 +8,7 @@
  * not. Only emission and cameras (back_faces.h) tell the sides apart. */
 #include <stdbool.h>
 
-#include "worker/scene/texture.h"
+#include "worker/scene/material/texture.h"
 #include "worker/shade/bsdf.h"
 
 struct material {

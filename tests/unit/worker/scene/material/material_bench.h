@@ -6,7 +6,7 @@
 
 #include "tests/unit/unit.h"
 #include "tests/unit/worker/scene_fixture.h"
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 
 /* A table of one material that a test fills in. */
 struct bench {

@@ -1,7 +1,7 @@
 #pragma once
 /* Sets what Khronos' extensions add to a glTF surface, or change in the light that passes it: coat,
  * sheen, film, diffuse transmission, dispersion. */
-#include "worker/scene/material.h"
+#include "worker/scene/material/material.h"
 
 /* Reads a texture; ones where there is none. */
 static inline void material_texel(const struct texture *t, const struct material_uv *uv,

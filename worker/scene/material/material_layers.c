@@ -1,4 +1,4 @@
-#include "worker/scene/material_layers.h"
+#include "worker/scene/material/material_layers.h"
 
 #include "worker/shade/film.h"
 
