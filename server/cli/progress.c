@@ -1,5 +1,6 @@
 #include "server/cli/progress.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,7 +26,8 @@ static struct duration duration_of(double s)
 {
     const bool hours = s >= 5400, minutes = s >= 90 && !hours;
     struct duration out = {.unit = hours ? "h" : minutes ? "min" : "s"};
-    snprintf(out.number, sizeof out.number, "%.*f", hours, s / (hours ? 3600 : minutes ? 60 : 1));
+    const double number = hours ? s / 3600 : ceil(minutes ? s / 60 : s);
+    snprintf(out.number, sizeof out.number, "%.*f", hours, number);
     return out;
 }
 

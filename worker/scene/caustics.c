@@ -9,14 +9,15 @@
 #include "proto/plan.h"
 #include "worker/scene/lamp_points.h"
 #include "worker/scene/photon_flight.h"
+#include "worker/scene/photon_targets.h"
 #include "worker/scene/render_scene.h"
 #include "worker/shade/direction.h"
 
 /* Photons that leave the lamps, and the sky. */
 #define PHOTONS 32768u
 
-/* The largest number of lenses and mirrors. */
-#define TARGETS 64u
+/* Fewer photons tell nothing. */
+#define LEAST (4 * PHOTONS_IN_LEAF)
 
 /* Photons go on this part of a target's radius beyond its surface. */
 #define CLEARANCE 1e-4f
@@ -27,15 +28,9 @@
 /* Half of the paths are sent where photons bring this part of what could come without them. */
 #define HALF_FLUX 0.5f
 
-/* A lens or a mirror, as a sphere around it. */
-struct target {
-    float middle[3], radius;
-};
-
 struct shooting {
     const struct render_scene *scene;
-    struct target targets[TARGETS];
-    uint32_t count;
+    const struct photon_targets *to;
     uint32_t random;
     struct photon *photons;
     uint32_t kept;
@@ -46,93 +41,45 @@ static float luminance(const float c[3])
     return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
 }
 
-/* ---- lenses and mirrors ---- */
-
-static void transform(const float m[12], const float p[3], float out[3])
-{
-    for (int k = 0; k < 3; k++, m += 4) out[k] = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3];
-}
-
-static struct target target_of(const struct mesh_view *mesh, const float to_world[12])
-{
-    float low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-    struct target t = {.radius = 0.0f};
-    for (size_t i = 0; i < (size_t)3 * mesh->triangle_count; i++) {
-        float at[3];
-        transform(to_world, mesh->positions + (size_t)3 * mesh->triangles[i], at);
-        for (int k = 0; k < 3; k++) {
-            low[k] = fminf(low[k], at[k]);
-            high[k] = fmaxf(high[k], at[k]);
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        const float half = 0.5f * (high[k] - low[k]);
-        t.middle[k] = low[k] + half;
-        t.radius += half * half;
-    }
-    t.radius = sqrtf(t.radius);
-    return t;
-}
-
-static void add_target(struct shooting *s, const struct target *t)
-{
-    uint32_t smallest = 0;
-    if (!(t->radius > 0.0f) || !isfinite(t->radius)) return;
-    if (s->count < TARGETS) {
-        s->targets[s->count++] = *t;
-        return;
-    }
-    for (uint32_t k = 1; k < TARGETS; k++)
-        if (s->targets[k].radius < s->targets[smallest].radius) smallest = k;
-    if (s->targets[smallest].radius < t->radius) s->targets[smallest] = *t;
-}
-
-static void find_targets(struct shooting *s)
-{
-    const struct scene *blob = s->scene->blob;
-    for (uint64_t i = 0; i < blob->count[SCENE_INSTANCES]; i++) {
-        const struct scene_instance *instance = &blob->instances[i];
-        const struct mesh_view *mesh = &s->scene->meshes[instance->mesh];
-        if (!photon_flight_is_bent_by(mesh->material)) continue;
-        const struct target t = target_of(mesh, instance->to_world);
-        add_target(s, &t);
-    }
-}
-
 /* Chooses one of the targets by weight. Returns its probability; 0: there is none. */
-static float choose(struct shooting *s, const float weight[TARGETS], uint32_t *chosen)
+static float choose(struct shooting *s, const float weight[PHOTON_TARGETS_MAX], uint32_t *chosen)
 {
     float sum = 0.0f, upto = 0.0f;
-    for (uint32_t k = 0; k < s->count; k++) sum += weight[k];
+    for (uint32_t k = 0; k < s->to->count; k++) sum += weight[k];
     const float at = path_next(&s->random) * sum;
     *chosen = 0;
-    for (uint32_t k = 0; k < s->count && upto <= at; k++) {
+    for (uint32_t k = 0; k < s->to->count && upto <= at; k++) {
         upto += weight[k];
         *chosen = k;
     }
     return sum > 0.0f ? weight[*chosen] / sum : 0.0f;
 }
 
-static void send(struct shooting *s, struct photon_flight *f, const struct target *to)
+static void send(struct shooting *s, struct photon_flight *f, const struct photon_target *to)
 {
     struct photon *out = &s->photons[s->kept];
+    f->to = to->instance;
     s->kept += photon_flight_follow(s->scene, f, CLEARANCE * to->radius, &s->random, out);
 }
 
-static bool begin(const struct render_scene *scene, struct shooting *s)
+/* Returns ERR_MEMORY, and that there is nothing to shoot at as 0 without room for photons. */
+static int begin(const struct render_scene *scene, struct shooting *s)
 {
-    *s = (struct shooting){.scene = scene, .random = 1};
-    find_targets(s);
-    if (s->count == 0) return false;
+    *s = (struct shooting){.scene = scene, .to = scene->targets, .random = 1};
+    if (!s->to) return 0;
     s->photons = malloc(PHOTONS * sizeof *s->photons);
-    return s->photons != NULL;
+    return s->photons ? 0 : ERR_MEMORY;
 }
 
-static struct photons *finish(struct shooting *s)
+static int finish(struct shooting *s, struct photons **out)
 {
-    if (s->kept >= 4 * PHOTONS_IN_LEAF) return photons_create(s->photons, s->kept);
-    free(s->photons);
-    return NULL;
+    *out = NULL;
+    if (s->kept < LEAST) {
+        free(s->photons);
+        return 0;
+    }
+    *out = photons_create(s->photons, s->kept);
+    return *out ? 0 : ERR_MEMORY;
 }
 
 static float share_of(float flux, float other)
@@ -183,12 +130,13 @@ static float choose_sky(struct shooting *s, const struct skylight *sky, float d[
 
 static void shoot_sky(struct shooting *s, const struct skylight *sky)
 {
-    float weight[TARGETS], d[3] = {0}, x[3], y[3], sine, cosine;
+    float weight[PHOTON_TARGETS_MAX], d[3] = {0}, x[3], y[3], sine, cosine;
     struct photon_flight f = {.near = 0.0f};
     uint32_t chosen;
-    for (uint32_t k = 0; k < s->count; k++) weight[k] = s->targets[k].radius * s->targets[k].radius;
+    for (uint32_t k = 0; k < s->to->count; k++)
+        weight[k] = s->to->target[k].radius * s->to->target[k].radius;
     const float chance = choose(s, weight, &chosen);
-    const struct target *t = &s->targets[chosen];
+    const struct photon_target *t = &s->to->target[chosen];
     f.power =
         choose_sky(s, sky, d) * ELEMENTARY_PI * t->radius * t->radius / (chance * (float)PHOTONS);
     const float out = t->radius * sqrtf(path_next(&s->random));
@@ -202,14 +150,16 @@ static void shoot_sky(struct shooting *s, const struct skylight *sky)
     send(s, &f, t);
 }
 
-struct photons *caustics_of_sky(const struct render_scene *scene, const struct environment *map,
-                                float cosine, float sine)
+int caustics_of_sky(const struct render_scene *scene, const struct environment *map, float cosine,
+                    float sine, struct photons **out)
 {
     struct shooting s;
     struct skylight sky = {.map = map, .cosine = cosine, .sine = sine};
     struct RTCBounds b;
     float sum = 0.0f;
-    if (!begin(scene, &s)) return NULL;
+    *out = NULL;
+    int error = begin(scene, &s);
+    if (error || !s.photons) return error;
     environment_size(map, &sky.width, &sky.height);
     rtcGetSceneBounds(scene->top, &b);
     sky.distance = 2.0f * (fabsf(b.upper_x - b.lower_x) + fabsf(b.upper_y - b.lower_y) +
@@ -217,10 +167,11 @@ struct photons *caustics_of_sky(const struct render_scene *scene, const struct e
     for (uint32_t k = 0; k < ENVIRONMENT_BINS; k++)
         sky.upto[k] = sum += (float)environment_bin_share(map, k);
     for (uint32_t i = 0; i < PHOTONS && sum > 0.0f; i++) shoot_sky(&s, &sky);
-    struct photons *out = finish(&s);
-    for (uint32_t i = 0; out && i < out->leaf_count; i++)
-        out->leaves[i].share = share_of(out->leaves[i].flux, ELEMENTARY_PI * environment_mean(map));
-    return out;
+    error = finish(&s, out);
+    for (uint32_t i = 0; *out && i < (*out)->leaf_count; i++)
+        (*out)->leaves[i].share =
+            share_of((*out)->leaves[i].flux, ELEMENTARY_PI * environment_mean(map));
+    return error;
 }
 
 /* ---- the lamps' ---- */
@@ -267,18 +218,18 @@ static void find_lamps(const struct render_scene *scene, struct lamps *l)
     }
 }
 
-static bool lamps_init(const struct render_scene *scene, struct lamps *l)
+static int lamps_init(const struct render_scene *scene, struct lamps *l)
 {
     const struct emitter_tree *t = emitters_tree(scene->emitters);
     const size_t most = (t ? t->root_groups : 0) + (size_t)scene->blob->count[SCENE_LIGHTS];
     *l = (struct lamps){.count = 0};
-    if (most == 0) return false;
+    if (most == 0) return 0;
     l->sources = malloc(most * sizeof *l->sources);
     l->bounds = aligned_alloc(_Alignof(struct emitter_groups), most * sizeof *l->bounds);
     l->upto = malloc(most * sizeof *l->upto);
-    if (!l->sources || !l->bounds || !l->upto) return false;
+    if (!l->sources || !l->bounds || !l->upto) return ERR_MEMORY;
     find_lamps(scene, l);
-    return l->power > 0.0f && isfinite(l->power);
+    return 0;
 }
 
 static void lamps_fini(struct lamps *l)
@@ -289,7 +240,7 @@ static void lamps_fini(struct lamps *l)
 }
 
 /* Samples a direction from a point to a sphere. Returns the solid angle of all. */
-static float aim(struct shooting *s, const float from[3], const struct target *t, float d[3])
+static float aim(struct shooting *s, const float from[3], const struct photon_target *t, float d[3])
 {
     float axis[3], x[3], y[3], sine, cosine;
     const float distance = direction_normalize(t->middle[0] - from[0], t->middle[1] - from[1],
@@ -308,29 +259,29 @@ static float aim(struct shooting *s, const float from[3], const struct target *t
 
 static void shoot_lamp(struct shooting *s, const struct lamps *l)
 {
-    float weight[TARGETS];
+    float weight[PHOTON_TARGETS_MAX];
     const float at = path_next(&s->random) * l->power;
     struct emitter_point p;
     struct photon_flight f = {.near = 0.0f};
     uint32_t k = 0, chosen;
     while (k + 1 < l->count && at >= l->upto[k]) k++;
     lamp_sample(&l->sources[k], &s->random, &p);
-    for (uint32_t i = 0; i < s->count; i++) {
-        const struct target *t = &s->targets[i];
+    for (uint32_t i = 0; i < s->to->count; i++) {
+        const struct photon_target *t = &s->to->target[i];
         float squared = 0.0f;
         for (int j = 0; j < 3; j++)
             squared += (t->middle[j] - p.position[j]) * (t->middle[j] - p.position[j]);
         weight[i] = t->radius * t->radius / fmaxf(squared, t->radius * t->radius);
     }
     const float chance = choose(s, weight, &chosen);
-    const float angle = aim(s, p.position, &s->targets[chosen], f.way);
+    const float angle = aim(s, p.position, &s->to->target[chosen], f.way);
     const float along = direction_dot(f.way, p.normal);
     const float cosine = p.double_sided ? fabsf(along) : along;
     if (!(cosine > 0.0f) || !(chance > 0.0f)) return;
     f.power = l->power * cosine * angle / (chance * (float)PHOTONS);
     memcpy(f.at, p.position, sizeof f.at);
     f.near = p.offset;
-    send(s, &f, &s->targets[chosen]);
+    send(s, &f, &s->to->target[chosen]);
 }
 
 /* Returns what all lamps would send to a place at most, were nothing in between. */
@@ -346,18 +297,28 @@ static float lit_by(const struct lamps *l, const struct photon_leaf *leaf)
     return sum;
 }
 
-struct photons *caustics_of_lamps(const struct render_scene *scene)
+static int shoot_lamps(const struct render_scene *scene, const struct lamps *lamps,
+                       struct photons **out)
 {
     struct shooting s;
+    int error = begin(scene, &s);
+    if (error || !s.photons) return error;
+    for (uint32_t i = 0; i < PHOTONS; i++) shoot_lamp(&s, lamps);
+    error = finish(&s, out);
+    for (uint32_t i = 0; *out && i < (*out)->leaf_count; i++)
+        (*out)->leaves[i].share =
+            share_of((*out)->leaves[i].flux, lit_by(lamps, &(*out)->leaves[i]));
+    return error;
+}
+
+int caustics_of_lamps(const struct render_scene *scene, struct photons **out)
+{
     struct lamps lamps;
-    struct photons *out = NULL;
-    const bool any = lamps_init(scene, &lamps);
-    if (any && begin(scene, &s)) {
-        for (uint32_t i = 0; i < PHOTONS; i++) shoot_lamp(&s, &lamps);
-        out = finish(&s);
-    }
-    for (uint32_t i = 0; out && i < out->leaf_count; i++)
-        out->leaves[i].share = share_of(out->leaves[i].flux, lit_by(&lamps, &out->leaves[i]));
+    *out = NULL;
+    if (!scene->targets) return 0;
+    int error = lamps_init(scene, &lamps);
+    if (!error && lamps.power > 0.0f && isfinite(lamps.power))
+        error = shoot_lamps(scene, &lamps, out);
     lamps_fini(&lamps);
-    return out;
+    return error;
 }

@@ -15,12 +15,18 @@
 /* Surfaces up to this roughness send photons on in one direction. */
 #define SMOOTH_ROUGHNESS 0.2f
 
+/* Glass that transmits less is as good as opaque. */
+#define CLEAR_MIN 0.5f
+
+/* Photons of which less is left are lost. */
+#define POWER_MIN 1e-3f
+
 /* Glass of an index this near to that of air bends nothing. */
 #define BENT_MIN 0.01f
 
 static bool is_lens(const struct material *m)
 {
-    return m->transmissive && m->volume && m->roughness <= SMOOTH_ROUGHNESS &&
+    return m->transmission >= CLEAR_MIN && m->volume && m->roughness <= SMOOTH_ROUGHNESS &&
            fabsf(m->ior - 1.0f) > BENT_MIN;
 }
 
@@ -38,7 +44,7 @@ bool photon_flight_is_bent_by(const struct material *m)
 struct meeting {
     const struct mesh_view *mesh;
     float at[3], normal[3]; /* of the surface, unit, on the side that the winding faces */
-    float distance;
+    uint32_t instance;
 };
 
 /* The cofactors of the transform turn normals. */
@@ -57,8 +63,9 @@ static void turn_normal(const float m[12], const float n[3], float out[3])
     direction_normalize(c[0], c[1], c[2], out);
 }
 
-static void find_normal(const struct render_scene *scene, const struct RTCHit *hit,
-                        struct meeting *m)
+/* Returns the number of the instance that was met. */
+static uint32_t find_normal(const struct render_scene *scene, const struct RTCHit *hit,
+                            struct meeting *m)
 {
     const bool placed =
         hit->instID[0] != RTC_INVALID_GEOMETRY_ID && hit->instID[0] != scene->ground;
@@ -70,6 +77,7 @@ static void find_normal(const struct render_scene *scene, const struct RTCHit *h
     for (size_t k = 0; m->mesh->normals && k < 3; k++)
         n[k] = mesh_interpolate(&p, m->mesh->normals, 3, k);
     turn_normal(instance->to_world, n, m->normal);
+    return index;
 }
 
 static bool meet(const struct render_scene *scene, const struct photon_flight *f, struct meeting *m)
@@ -91,10 +99,14 @@ static bool meet(const struct render_scene *scene, const struct photon_flight *f
     r.hit.geomID = r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene->top, &context, &r);
     if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    find_normal(scene, &r.hit, m);
-    m->distance = r.ray.tfar;
+    m->instance = find_normal(scene, &r.hit, m);
     for (int k = 0; k < 3; k++) m->at[k] = f->at[k] + r.ray.tfar * f->way[k];
     return true;
+}
+
+static float luminance(const float c[4])
+{
+    return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
 }
 
 /* Turns a photon where it meets a lens or a mirror; at a lens by chance, as much as that reflects.
@@ -109,10 +121,14 @@ static void bend(const struct meeting *m, uint32_t *random, struct photon_flight
     float n[3], far, out[3];
     for (int k = 0; k < 3; k++) n[k] = behind ? -m->normal[k] : m->normal[k];
     const float eta = behind ? 1.0f / of->ior : of->ior;
-    if (is_mirror(of) || path_next(random) < fresnel_dielectric(cosine, eta, &far))
+    const bool mirror = is_mirror(of);
+    if (mirror || path_next(random) < fresnel_dielectric(cosine, eta, &far)) {
         direction_reflect(back, n, cosine, out);
-    else
+        if (mirror) f->power *= luminance(of->base_color);
+    } else {
         direction_refract(back, n, cosine, far, eta, out);
+        f->power *= of->transmission * luminance(of->base_color);
+    }
     memcpy(f->way, out, sizeof out);
     memcpy(f->at, m->at, sizeof m->at);
 }
@@ -125,12 +141,13 @@ static bool is_finite(const float v[3])
 bool photon_flight_follow(const struct render_scene *scene, struct photon_flight *f,
                           float clearance, uint32_t *random, struct photon *out)
 {
+    const float least = POWER_MIN * f->power;
     struct meeting m;
     uint32_t bent = 0;
     for (;; bent++, f->near = clearance) {
-        if (!meet(scene, f, &m)) return false;
+        if (!meet(scene, f, &m) || !(f->power > least)) return false;
         if (!photon_flight_is_bent_by(m.mesh->material)) break;
-        if (bent == BENDS) return false;
+        if (bent == BENDS || (bent == 0 && m.instance != f->to)) return false;
         bend(&m, random, f);
     }
     if (bent == 0 || m.mesh->material->emissive || m.mesh->material->transmissive) return false;

@@ -121,8 +121,9 @@ static void find_middles(const struct photon *p, uint32_t count, float place[3],
 static void find_turn(const struct photon *p, uint32_t count, struct photon_leaf *leaf)
 {
     struct matrix a = {{{0}}}, b = {{{0}}};
-    float place[3], from[3];
-    find_middles(p, count, place, from);
+    const float *from = leaf->middle;
+    float place[3];
+    find_middles(p, count, place, leaf->middle);
     for (uint32_t i = 0; i < count; i++)
         for (int r = 0; r < 3; r++)
             for (int k = 0; k < 3; k++) {
@@ -172,15 +173,17 @@ static void set_leaf(const struct photons *p, uint32_t first, uint32_t count,
                      struct photon_leaf *leaf)
 {
     struct photon *of = p->photons + first;
+    bool finite = true;
     *leaf = (struct photon_leaf){.first = first, .count = count};
     bound(of, count, leaf->low, leaf->high);
     find_turn(of, count, leaf);
     for (uint32_t i = 0; i < count; i++) {
         leaf->flux += of[i].power;
         of[i].reach = OVERLAP * second_apart(of, count, i, leaf);
+        finite &= isfinite(of[i].reach) != 0;
     }
     const float area = area_of(leaf->low, leaf->high);
-    leaf->flux = area > 0.0f ? leaf->flux / area : 0.0f;
+    leaf->flux = area > 0.0f && finite ? leaf->flux / area : 0.0f;
 }
 
 /* Splits the photons below a node, the first `inner` of which have children. */
@@ -230,18 +233,20 @@ void photons_destroy(struct photons **photons)
     free(p);
 }
 
-const struct photon_leaf *photons_find(const struct photons *p, const float place[3])
+const struct photon_leaf *photons_find(const struct photons *p, const float place[3],
+                                       const float normal[3])
 {
     const uint32_t inner = p->leaf_count - 1;
     uint32_t node = 0;
-    float beyond2 = 0.0f;
+    float beyond2 = 0.0f, above = 0.0f;
     while (node < inner)
         node = 2 * node + (place[p->splits[node].axis] < p->splits[node].at ? 1 : 2);
     const struct photon_leaf *leaf = &p->leaves[node - inner];
     for (int k = 0; k < 3; k++) {
         const float out = fmaxf(fmaxf(leaf->low[k] - place[k], place[k] - leaf->high[k]), 0.0f);
         beyond2 += out * out;
+        above += (leaf->middle[k] - place[k]) * normal[k];
     }
     const float margin2 = MARGIN * MARGIN * squared_between(leaf->low, leaf->high);
-    return beyond2 <= margin2 && leaf->share > 0.0f ? leaf : NULL;
+    return beyond2 <= margin2 && above > 0.0f && leaf->share > 0.0f ? leaf : NULL;
 }

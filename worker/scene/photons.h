@@ -21,6 +21,7 @@ struct photon {
 struct photon_leaf {
     uint32_t first, count; /* 8 and more */
     float low[3], high[3]; /* around their places */
+    float middle[3];       /* of the points that they come from */
     float flux;            /* their power over the area that they fell on */
     float turn[3][3]; /* how far `from` moves with the place, as far as that is the same for all */
     float share; /* of paths that are to be sent to where they come from; whoever makes the map sets
@@ -39,5 +40,7 @@ struct photons {
 struct photons *photons_create(struct photon *photons, uint32_t count);
 void photons_destroy(struct photons **photons);
 
-/* Returns the leaf of a place; NULL where none of its photons is near. */
-const struct photon_leaf *photons_find(const struct photons *p, const float place[3]);
+/* Returns the leaf of a place, if its photons come from above the surface there; NULL where none of
+ * them is near. */
+const struct photon_leaf *photons_find(const struct photons *p, const float place[3],
+                                       const float normal[3]);

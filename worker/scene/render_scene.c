@@ -14,6 +14,7 @@
 #include "worker/scene/lobe_boxes.h"
 #include "worker/scene/mesh.h"
 #include "worker/scene/movers.h"
+#include "worker/scene/photon_targets.h"
 #include "worker/scene/sky_guide.h"
 
 static char version_text[32];
@@ -299,6 +300,16 @@ static int find_boxes(struct render_scene *s, struct fault *fault)
     return 0;
 }
 
+/* Learns where light comes from that no light sample finds. ERR_MEMORY. */
+static int learn_light(struct render_scene *s)
+{
+    glazing_learn(s, &s->glazing);
+    s->guides = sky_guides_create(s);
+    if (!s->guides) return ERR_MEMORY;
+    const int error = photon_targets_find(s, &s->targets);
+    return error ? error : caustics_of_lamps(s, &s->caustics);
+}
+
 int render_scene_create(const struct scene *blob, uint32_t threads, _Atomic uint64_t *steps,
                         struct render_scene **out, struct fault *fault)
 {
@@ -339,13 +350,9 @@ int render_scene_create_on(const struct scene *blob, const struct render_scene *
     rc = build(s, fault);
     if (rc) goto fail;
     if (!is_base(s)) {
-        glazing_learn(s, &s->glazing);
-        s->caustics = caustics_of_lamps(s);
-        s->guides = sky_guides_create(s);
-    }
-    if (!s->guides && !is_base(s)) {
-        rc = fault_set(fault, ERR_MEMORY, "scene", "no memory for what it sees of the sky");
-        goto fail;
+        rc = learn_light(s);
+        if (rc) fault_set(fault, rc, "scene", "no memory for what is learned of its light");
+        if (rc) goto fail;
     }
     s->progress = NULL;
     *out = s;
@@ -361,6 +368,7 @@ void render_scene_destroy(struct render_scene **scene)
     if (!s) return;
     sky_guides_destroy(&s->guides);
     photons_destroy(&s->caustics);
+    free(s->targets);
     if (s->top) rtcReleaseScene(s->top);
     for (size_t i = 0; s->sub_scenes && i < (size_t)s->blob->count[SCENE_MESHES]; i++)
         if (s->sub_scenes[i]) rtcReleaseScene(s->sub_scenes[i]);

@@ -55,6 +55,8 @@ static inline enum instance_class instance_class(const struct scene_instance *in
 struct emitters;
 struct lobe_box;
 struct lobe_boxes;
+struct photon_targets;
+struct photons;
 struct sky_guides;
 struct RTCDeviceTy;
 struct RTCSceneTy;
@@ -71,15 +73,16 @@ struct render_scene {
     struct RTCDeviceTy *device;
     struct RTCSceneTy *top;
     const struct scene_step *
-        *steps;                 /* of each instance that moves; NULL: nothing does (movers.h) */
-    _Atomic uint64_t *progress; /* while it is created; borrowed, may be NULL */
-    const char *isa;            /* what build_isa() said */
-    uint32_t packet_width;      /* rays that this CPU traces at once: 16, 8 or 4 */
-    bool has_culled;            /* some mesh has a back that cameras do not see */
-    bool has_glass;             /* some mesh lets light through */
-    struct glazing glazing;     /* lamps behind that */
-    struct photons *caustics;   /* of its lamps; NULL: none */
-    bool has_instances;         /* whether `top` holds Embree instances, not just geometries */
+        *steps;                     /* of each instance that moves; NULL: nothing does (movers.h) */
+    _Atomic uint64_t *progress;     /* while it is created; borrowed, may be NULL */
+    const char *isa;                /* what build_isa() said */
+    uint32_t packet_width;          /* rays that this CPU traces at once: 16, 8 or 4 */
+    bool has_culled;                /* some mesh has a back that cameras do not see */
+    bool has_glass;                 /* some mesh lets light through */
+    struct glazing glazing;         /* lamps behind that */
+    struct photon_targets *targets; /* its lenses and mirrors; NULL: none */
+    struct photons *caustics;       /* of its lamps; NULL: none */
+    bool has_instances;             /* whether `top` holds Embree instances, not just geometries */
     const struct render_scene *base; /* borrowed; NULL: none */
     uint32_t ground; /* instID of the base's top scene; RTC_INVALID_GEOMETRY_ID without one */
     struct lobe_box *boxes;   /* of a base: one a mesh */

@@ -150,7 +150,10 @@ static struct kept *make(struct sky_guides *g, const struct environment *map,
     if (!k) return NULL;
     *k = (struct kept){.of = *plan, .guide = sky_guide_create(map, plan, g->openness)};
     if (!k->guide) return NULL;
-    k->guide->caustics = caustics_of_sky(g->scene, map, k->guide->cosine, k->guide->sine);
+    if (caustics_of_sky(g->scene, map, k->guide->cosine, k->guide->sine, &k->guide->caustics)) {
+        sky_guide_destroy(&k->guide);
+        return NULL;
+    }
     g->count++;
     return k;
 }

@@ -106,14 +106,21 @@ static float reflect_volume(const struct bsdf *b, const struct gltf *g, float co
     return total ? 1.0f : b->specular * fresnel_schlick(g->most_f0, above);
 }
 
+/* Of turns that have a smaller share of the light than this fewer paths are worth the while. */
+#define TURN_SHARE 0.02f
+
+static float least_of(float least, float share)
+{
+    return share < TURN_SHARE ? least * (share / TURN_SHARE) : least;
+}
+
 /* Returns the probability of reflection where its share of the light is given. What clear glass
  * reflects is little and may be lamps: of few paths that the camera sends none would show them. */
 static float favour(const struct bsdf *b, float share)
 {
     const float least = b->turn_least * lobe_sharpness(0.5f * (b->alpha_u + b->alpha_v));
-    const float most = 1.0f - least;
-    if (!(share > 0.0f)) return share;
-    return share < least ? least : share > most ? most : share;
+    const float low = least_of(least, share), high = 1.0f - least_of(least, 1.0f - share);
+    return share < low ? low : share > high ? high : share;
 }
 
 /* Sets the facet that meets wo at `cosine`; grazing is (1 - cosine)^5 or a mean of it. */

@@ -73,20 +73,28 @@ static struct stages choose(const struct plan *plan, const struct plan_pass *pas
     return s;
 }
 
-/* Each half of a pixel's samples shows both turns of glass once, if there are samples for that. */
-static float turn_least_of(uint32_t spp)
+/* Each half of so many samples shows both turns of glass once, if there are samples for that. */
+static float turn_least_of(uint32_t samples)
 {
-    return spp >= 4 ? 2.0f / (float)spp : 0.0f;
+    return samples >= 4 ? 2.0f / (float)samples : 0.0f;
 }
 
-static void init_paths(const struct path_context *parts, struct path_context *out)
+/* A target may ask for more samples than the plan has at first. */
+static uint32_t samples_upto(const struct plan *plan, const struct plan_pass *pass)
+{
+    const uint32_t upto = pass->first + pass->count;
+    return upto > plan->paths.spp ? upto : plan->paths.spp;
+}
+
+static void init_paths(const struct path_context *parts, const struct plan_pass *pass,
+                       struct path_context *out)
 {
     const struct plan *plan = parts->plan;
     const struct render_scene *scene = parts->queries->scene;
     *out = *parts;
     out->demodulate = (plan->planes & (PLANES_DEMODULATED | PLANES_RESIDUAL)) != 0;
     out->features = (plan->planes & PLANES_RESIDUAL) != 0;
-    out->turn_least = turn_least_of(plan->paths.spp);
+    out->turn_least = turn_least_of(samples_upto(plan, pass));
     out->guided = path_guide_is_needed(out);
     out->blended = has_blended(scene->materials);
     out->has_emission = out->has_other_emission =
@@ -128,6 +136,7 @@ static void init_through_lens(const struct path_context *paths, const struct pat
 {
     const struct plan *plan = whole->plan;
     *out = *whole;
+    out->turn_least = turn_least_of(plan->lens_strata_per_axis * plan->lens_strata_per_axis);
     if (plan_lens_has_paths(plan)) {
         out->features = paths->features;
         out->demodulate = paths->demodulate;
@@ -148,7 +157,7 @@ void stages_init(const struct path_context *parts, struct centre_gbuffer *centre
                  const struct plan_pass *pass, struct stages *out)
 {
     *out = choose(parts->plan, pass);
-    init_paths(parts, &out->paths);
+    init_paths(parts, pass, &out->paths);
     init_field(&out->paths, pass, &out->field);
     init_whole(&out->paths, &out->whole);
     out->whole.lens = true;

@@ -28,7 +28,7 @@ static float color_of(const struct depth_map *map, int32_t x, int32_t y, int32_t
     return sum / (float)(step * step);
 }
 
-/* What is as bright as a file of 8 bits can tell may be a lamp; its surroundings say how bright. */
+/* What is as bright as most files can tell may be a lamp; its surroundings say how bright. */
 static bool is_cut(const float color[3])
 {
     const float least = fminf(color[0], fminf(color[1], color[2]));

@@ -129,7 +129,7 @@ static int add_lamp(const struct light_lamp *lamp, struct builder *b, struct fau
 static void tell(const struct rgbd_light *light, struct warnings *warnings)
 {
     if (!light->found)
-        warnings_add(warnings, "/rgbd/frames", "they are black: no light is estimated of them");
+        warnings_add(warnings, "/rgbd/frames", "they are too dark: no light is estimated of them");
     else
         warnings_add(warnings, "/rgbd/frames",
                      "the light is estimated: they show %.0f %% of what is around (lamps: %u)",

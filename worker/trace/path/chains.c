@@ -75,14 +75,15 @@ static void keep_share(const struct path_packet *p, const struct path_scattering
 
 /* A path that reflects where most is transmitted, or the other way round, tells filters nothing of
  * what most paths of its pixel see, nor does one that ends: it leaves the chain. */
-static void go_on(const struct path_vertex *v, const struct path_scattering *s, uint32_t i,
-                  uint32_t slot, struct path_radiance *h)
+static void go_on(const struct path_context *c, const struct path_vertex *v,
+                  const struct path_scattering *s, uint32_t i, uint32_t slot,
+                  struct path_radiance *h)
 {
     const bool through = s->through.on[i];
-    if (!s->on.on[i] || through == bsdf_reflects_max(&v->bsdf[i], v->back.z[i]))
-        h->strayed[slot] = true;
-    else
+    if (s->on.on[i] && through != bsdf_reflects_max(&v->bsdf[i], v->back.z[i]))
         h->chain[slot]++;
+    else
+        h->strayed[slot] = c->chains;
 }
 
 /* One colour of dispersed glass would tell little of what all show: there chains end. */
@@ -90,14 +91,14 @@ void chains_scatter(const struct path_context *c, const struct path_packet *p,
                     const struct path_vertex *v, const struct path_scattering *s,
                     struct path_radiance *h)
 {
-    if (!c->chains) return;
+    if (c->field) return;
     for (uint32_t i = 0; i < p->count; i++) {
         const uint32_t slot = p->slot[i];
         if (p->part[i] != PATH_PART_NONE || h->chain[slot] != v->depth || !v->active.on[i])
             continue;
         if (!v->lambert.on[i] && bsdf_is_dirac(&v->bsdf[i]) && !v->bsdf[i].dispersed)
-            go_on(v, s, i, slot, h);
-        else if (v->depth > 0 && s->on.on[i])
+            go_on(c, v, s, i, slot, h);
+        else if (c->chains && v->depth > 0 && s->on.on[i])
             keep_share(p, s, i, h);
     }
 }

@@ -16,12 +16,12 @@ static inline bool chains_has(const struct path_context *c, const struct path_pa
            h->chain[p->slot[i]] == v->depth;
 }
 
-/* Returns whether lane i's surface, which has scattered, belongs to a chain that goes on. */
-static inline bool chains_go_on(const struct path_context *c, const struct path_packet *p,
-                                const struct path_vertex *v, const struct path_radiance *h,
-                                uint32_t i)
+/* Returns whether lane i's surface, which has scattered, belongs to a chain that goes on. Filters
+ * may ask for features or not: it does not depend on that, since paths live by it. */
+static inline bool chains_go_on(const struct path_packet *p, const struct path_vertex *v,
+                                const struct path_radiance *h, uint32_t i)
 {
-    return c->chains && p->part[i] == PATH_PART_NONE && h->chain[p->slot[i]] == v->depth + 1;
+    return p->part[i] == PATH_PART_NONE && h->chain[p->slot[i]] == v->depth + 1;
 }
 
 /* Notes features of surfaces after chains in place of those before. */

@@ -54,7 +54,7 @@ struct path_context {
     struct counters *counters;
     bool demodulate;         /* the plan wants the diffuse planes */
     float turn_least;        /* struct bsdf's, of surfaces that the camera sees */
-    bool guided;             /* some light shines through glass (path_guide.h) */
+    bool guided;             /* some light comes through glass or from mirrors (path_guide.h) */
     bool blended;            /* some surface is there by chance: rays need keys */
     bool has_emission;       /* rays can meet emission: of surfaces, rectangles or the sky */
     bool has_other_emission; /* rays from surfaces that fields light can meet emission that fields

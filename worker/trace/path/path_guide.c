@@ -21,23 +21,29 @@ static const struct emitter_groups *lamps_of(const struct path_context *c)
     return &c->queries->scene->glazing.lamps;
 }
 
+/* Returns whether the plan leaves lamps of the scene on, as far as that can be told. */
+static bool shines(const struct path_context *c)
+{
+    return c->lights->emitters || c->lights->count > 0;
+}
+
 static bool has_lamps(const struct path_context *c)
 {
-    return (c->lights->emitters || c->lights->count > 0) && lamps_of(c)->count > 0;
+    return shines(c) && lamps_of(c)->count > 0;
 }
 
 /* Returns a map of photons; NULL: none. */
 static const struct photons *caustics_of(const struct path_context *c, int which)
 {
-    if (which == 0) return c->sky->guide ? c->sky->guide->caustics : NULL;
-    return c->queries->scene->caustics;
+    if (which == GUIDE_SKY) return c->sky->guide ? c->sky->guide->caustics : NULL;
+    return shines(c) ? c->queries->scene->caustics : NULL;
 }
 
 bool path_guide_is_needed(const struct path_context *c)
 {
     const bool panes = c->sky->guide && c->sky->guide->panes > 0;
-    return (c->queries->scene->has_glass && (has_lamps(c) || panes)) || caustics_of(c, 0) ||
-           caustics_of(c, 1);
+    return (c->queries->scene->has_glass && (has_lamps(c) || panes)) || caustics_of(c, GUIDE_SKY) ||
+           caustics_of(c, GUIDE_LAMPS);
 }
 
 /* ---- where to ---- */
@@ -116,16 +122,17 @@ static bool may_send(const struct path_vertex *v, int i)
     return v->active.on[i] && (v->lambert.on[i] || (has_layers(v) && v->layers.on.on[i]));
 }
 
-/* Gives what is left to places where photons arrived. */
-static void share_caustics(const struct path_context *c, const float place[3], int i,
-                           struct path_guide *g)
+/* Gives what is left to places where photons arrived, as light samples choose sky and lamps. */
+static void share_caustics(const struct path_context *c, const float place[3],
+                           const float normal[3], float sky, int i, struct path_guide *g)
 {
+    const float left = GUIDE_SHARE_MAX - g->share[i];
     for (int k = 0; k < GUIDE_CAUSTICS; k++) {
-        const float left = GUIDE_SHARE_MAX - g->share[i];
         const struct photons *map = caustics_of(c, k);
-        const struct photon_leaf *leaf = map ? photons_find(map, place) : NULL;
+        const struct photon_leaf *leaf = map ? photons_find(map, place, normal) : NULL;
+        const float part = left * (k == GUIDE_SKY ? sky : 1.0f - sky);
         g->leaf[k][i] = leaf;
-        g->caustic[k][i] = leaf ? left * leaf->share : 0.0f;
+        g->caustic[k][i] = leaf && part > 0.0f ? part * leaf->share : 0.0f;
         g->share[i] += g->caustic[k][i];
     }
 }
@@ -136,6 +143,7 @@ bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
     const struct sky_guide *guide = c->sky->guide;
     const struct lanes3 *at = &v->surface.position, *n = &v->surface.normal;
     bool any = false;
+    memset(g->lamps, 0, sizeof g->lamps);
     for (int i = 0; i < LANES; i++) {
         g->share[i] = g->sky[i] = 0.0f;
         g->sent.on[i] = 0;
@@ -148,7 +156,7 @@ bool path_guide_find(const struct path_context *c, const struct path_vertex *v,
                 GUIDE_SHARE_MAX * sky * sky_guide_glazed(guide, place, normal, &g->table[i]);
         g->share[i] = g->sky[i];
         if (has_lamps(c)) g->share[i] += share_lamps(c, v, i, GUIDE_SHARE_MAX * (1.0f - sky), g);
-        share_caustics(c, place, i, g);
+        share_caustics(c, place, normal, sky, i, g);
         any |= g->share[i] > 0.0f;
     }
     return any;
@@ -169,23 +177,31 @@ static void aim_at(const struct cone *cone, float u, float w, int i, struct lane
     out->z[i] = a * s[2] + b * t[2] + h * cone->axis[2];
 }
 
+static bool sends_to_lamps(const struct path_guide *g, int i)
+{
+    bool any = false;
+    for (uint32_t k = 0; k < EMITTER_GROUPS; k++) any |= g->lamps[k][i] > 0.0f;
+    return any;
+}
+
 /* Returns the map that x in [0, share - sky) takes, and sets *x to where in its part; or
  * GUIDE_CAUSTICS for lamps, the last part that there may be. */
 static int take_caustic(const struct path_guide *g, int i, float *x)
 {
     int last = GUIDE_CAUSTICS;
-    float left = g->share[i] - g->sky[i];
     for (int k = 0; k < GUIDE_CAUSTICS; k++) {
         const float part = g->caustic[k][i];
         if (!(part > 0.0f)) continue;
-        left -= part;
-        last = left > 0.0f ? GUIDE_CAUSTICS : k; /* rounding leaves nothing to lamps */
-        if (*x < part || last == k) {
-            *x /= part;
-            return k;
+        last = k;
+        if (*x >= part) {
+            *x -= part;
+            continue;
         }
-        *x -= part;
+        *x /= part;
+        return k;
     }
+    if (last == GUIDE_CAUSTICS || sends_to_lamps(g, i)) return GUIDE_CAUSTICS;
+    *x = BELOW_ONE; /* rounding left a little */
     return last;
 }
 
@@ -286,7 +302,7 @@ static float cone_density(const struct cone *cone, const float d[3])
     const float *a = cone->axis;
     const float x = d[1] * a[2] - d[2] * a[1], y = d[2] * a[0] - d[0] * a[2];
     const float z = d[0] * a[1] - d[1] * a[0];
-    if (direction_dot(d, a) <= 0.0f || x * x + y * y + z * z > cone->sine2) return 0.0f;
+    if (!(direction_dot(d, a) > 0.0f && x * x + y * y + z * z <= cone->sine2)) return 0.0f;
     return 1.0f / (2.0f * ELEMENTARY_PI * height_of(cone));
 }
 

@@ -7,15 +7,15 @@
  * into the sphere of a lamp (glazing.h), to where the sky is bright and seen (sky_guide.h), or to
  * where photons came from (caustics.h). They go through the glass as all paths do, bent by it or
  * scattered. A direction's density is that of all ways of choosing it together (Veach and Guibas
- * 1995, the one-sample model), so the mean of pictures does not change, and no path weighs more than
- * 1 / (1 - GUIDE_SHARE_MAX) times what it did. Directions and places are the world's. */
+ * 1995, the one-sample model), so the mean of pictures does not change, and no path weighs more
+ * than 1 / (1 - GUIDE_SHARE_MAX) times what it did. Directions and places are the world's. */
 #include "worker/trace/path/path.h"
 
 /* The largest share of a surface's paths that is sent. */
 #define GUIDE_SHARE_MAX 0.6f
 
-/* The maps of photons: the sky's, and the lamps'. */
-#define GUIDE_CAUSTICS 2
+/* The maps of photons. */
+enum { GUIDE_SKY, GUIDE_LAMPS, GUIDE_CAUSTICS };
 
 /* Of sixteen surfaces. */
 struct path_guide {
@@ -29,7 +29,7 @@ struct path_guide {
     struct lanes3 direction; /* of those */
 };
 
-/* Returns whether the context's scene has light behind glass. */
+/* Returns whether the context's scene has light behind glass, or gathered by mirrors. */
 bool path_guide_is_needed(const struct path_context *c);
 
 /* Finds where to send paths from the surfaces of *v, whose light samples are taken. Returns whether

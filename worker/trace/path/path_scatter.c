@@ -14,8 +14,15 @@
  * 5: 48. */
 #define ROULETTE_DEPTH 1
 
-/* Whatever they carry, paths in chains go on: an end would tell filters of the glass itself. */
-#define SURELY (-1.0f)
+/* Paths in chains go on, unless they carry next to nothing: an end would tell filters of the glass
+ * itself. */
+#define SURELY    (-1.0f)
+#define CARRY_MIN 1e-3f
+
+static bool carries(const struct path_packet *p, uint32_t i)
+{
+    return fmaxf(p->throughput.x[i], fmaxf(p->throughput.y[i], p->throughput.z[i])) > CARRY_MIN;
+}
 
 static void scatter_lambert(const struct path_context *c, const struct path_vertex *v,
                             const float u[LANES], const float w[LANES], struct path_scattering *s)
@@ -210,7 +217,7 @@ static void find_segments(const struct path_context *c, const struct path_packet
     if ((c->skip & SKIP_DIFFUSE_INDIRECT) && v->depth == 0) leave_out(c, p, v, h, on);
     if (roulette) kernels->path_pairs(p, dimension, chance, unused);
     for (uint32_t i = 0; roulette && i < p->count; i++)
-        if (chains_go_on(c, p, v, h, i)) chance[i] = SURELY;
+        if (chains_go_on(p, v, h, i) && carries(p, i)) chance[i] = SURELY;
     kernels->weigh_segments(p, s, roulette ? chance : NULL, throughput, &stays);
     const uint32_t chosen = lanes_count(on);
     for (int i = 0; i < LANES; i++) on->on[i] &= stays.on[i];
@@ -273,8 +280,8 @@ PATH_RECORD_COLD static void record(const struct path_context *c, const struct p
     const float rest[3] = {s->specular.x[0], s->specular.y[0], s->specular.z[0]};
     for (int k = 0; k < 3; k++) to.specular[k] = rest[k];
     for (int k = 0; k < 3; k++) to.diffuse[k] = to.weight[k] - rest[k];
-    to.roulette =
-        to.on && !to.left_out && v->depth >= ROULETTE_DEPTH && !chains_go_on(c, p, v, h, 0);
+    to.roulette = to.on && !to.left_out && v->depth >= ROULETTE_DEPTH &&
+                  !(chains_go_on(p, v, h, 0) && carries(p, 0));
     to.survival = most < PATH_ROULETTE_MAX ? most : PATH_ROULETTE_MAX;
     path_record_scatter(c, p, v, &to);
 }

@@ -191,7 +191,7 @@ TEST(of_black_frames_no_light_is_estimated)
     room_choice.estimate = RGBD_ESTIMATE_ALWAYS;
     assert_int_equal(estimate(&s), 0);
     assert_int_equal(s.count[SCENE_SKY], 0);
-    assert_true(room_warned("they are black: no light is estimated"));
+    assert_true(room_warned("they are too dark: no light is estimated"));
     scene_unmap(&s);
 }
 

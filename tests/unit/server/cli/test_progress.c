@@ -38,11 +38,11 @@ TEST(time_left_in_words)
     static const struct {
         const char *eta, *range, *said;
     } cases[] = {
-        {"12.2", "[9.8, 15.3]", ", 12 s left"},
-        {"null", "[10.4, 40]", ", 10 to 40 s left"},
+        {"12.2", "[9.8, 15.3]", ", 13 s left"},
+        {"null", "[10.4, 40]", ", 11 to 40 s left"},
         {"null", "[20, 400]", ", 20 s to 7 min left"},
         {"null", "[5400, 9000]", ", 1.5 to 2.5 h left"},
-        {"null", "[0.1, 0.4]", ", 0 s left"},
+        {"null", "[0.1, 0.4]", ", 1 s left"},
         {"null", "null", ""},
         {"null", "[3]", ""},
     };

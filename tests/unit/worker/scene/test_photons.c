@@ -8,6 +8,8 @@
 
 enum { COUNT = 3000 };
 
+static const float up[3] = {0, 1, 0}, down[3] = {0, -1, 0};
+
 static float random_of(uint32_t *state)
 {
     *state += 0x9e3779b9u;
@@ -39,7 +41,7 @@ TEST(every_photon_is_in_its_own_leaf)
         assert_int_equal(leaf->first, seen);
         seen += leaf->count;
         for (uint32_t k = 0; k < leaf->count; k++)
-            own += photons_find(map, map->photons[leaf->first + k].place) == leaf;
+            own += photons_find(map, map->photons[leaf->first + k].place, up) == leaf;
     }
     assert_int_equal(seen, COUNT);
     assert_int_equal(own, COUNT); /* no two are at one place */
@@ -49,9 +51,10 @@ TEST(every_photon_is_in_its_own_leaf)
 TEST(no_leaf_is_where_no_photon_is)
 {
     struct photons *map = square();
-    assert_null(photons_find(map, (const float[]){0, 1.5f, 0}));
-    assert_null(photons_find(map, (const float[]){4, 1, 0}));
-    assert_non_null(photons_find(map, (const float[]){0.3f, 1, 0.2f}));
+    assert_null(photons_find(map, (const float[]){0, 1.5f, 0}, up));
+    assert_null(photons_find(map, (const float[]){4, 1, 0}, up));
+    assert_non_null(photons_find(map, (const float[]){0.3f, 1, 0.2f}, up));
+    assert_null(photons_find(map, (const float[]){0.3f, 1, 0.2f}, down)); /* its far side */
     photons_destroy(&map);
 }
 
@@ -59,7 +62,7 @@ TEST(a_leaf_without_a_share_is_none)
 {
     struct photons *map = square();
     for (uint32_t i = 0; i < map->leaf_count; i++) map->leaves[i].share = 0.0f;
-    assert_null(photons_find(map, (const float[]){0.3f, 1, 0.2f}));
+    assert_null(photons_find(map, (const float[]){0.3f, 1, 0.2f}, up));
     photons_destroy(&map);
 }
 

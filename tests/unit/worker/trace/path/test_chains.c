@@ -1,6 +1,5 @@
 /* What filters are told of surfaces that a camera path sees in mirrors and through clear glass. */
 #include <math.h>
-
 #include <stdlib.h>
 
 #include "tests/unit/unit.h"

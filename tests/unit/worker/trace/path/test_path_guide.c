@@ -5,6 +5,7 @@
 #include "tests/unit/worker/trace/path/path_fixture.h"
 
 #include "tests/unit/worker/scene/environment_fixture.h"
+#include "worker/scene/photon_targets.h"
 #include "worker/scene/photons.h"
 
 enum { SPP = 16, WIDTH = 16, HEIGHT = 8 };
@@ -120,19 +121,40 @@ TEST(a_sun_behind_a_pane_lights_as_without_it)
     free(f);
 }
 
-/* A mirror beside the floor throws a lamp's light back on it: `without` leaves that to chance. */
-static struct traced trace_lit_by_mirror(struct scene_fixture *f, const struct plan *p,
-                                         const struct environment *map, bool without)
+/* without: what lenses and mirrors gather is left to chance. */
+static struct traced trace_gathered(struct scene_fixture *f, const struct plan *p,
+                                    const struct environment *map, bool without)
 {
     struct traced t = {0};
     const struct tile_job job = {.plan = p, .environment = map, .rect = {0, 0, SIDE_PX, SIDE_PX}};
     open_traced(f, &t);
-    if (without) photons_destroy(&t.scene->caustics);
-    assert_true(without || map || t.scene->caustics);
+    assert_non_null(t.scene->targets);
+    if (without) {
+        photons_destroy(&t.scene->caustics);
+        free(t.scene->targets);
+        t.scene->targets = NULL;
+    }
     assert_int_equal(trace_tile(&t, job, 0, &t.samples), 0);
     return t;
 }
 
+/* Returns the variance of paths that are sent over that of chance. */
+static double expect_gathered(struct scene_fixture *f, const struct plan *p,
+                              const struct environment *map, double least)
+{
+    struct traced sent = trace_gathered(f, p, map, false);
+    struct traced chance = trace_gathered(f, p, map, true);
+    expect_equal_light(&sent, &chance, PLANE_PATH_RADIANCE, p->paths.spp);
+    expect_equal_light(&sent, &chance, PLANE_PATH_INDIRECT, p->paths.spp);
+    assert_true(mean(&sent, PLANE_PATH_INDIRECT, 0, p->paths.spp) > least);
+    const double variance =
+        mean(&sent, PLANE_PATH_M2, 0, p->paths.spp) / mean(&chance, PLANE_PATH_M2, 0, p->paths.spp);
+    traced_fini(&chance);
+    traced_fini(&sent);
+    return variance;
+}
+
+/* A mirror beside the floor throws a lamp's light back on it. */
 static void add_mirror(struct scene_fixture *f)
 {
     const uint32_t mirror = fixture_glossy(f, (float[]){0.9f, 0.9f, 0.9f}, 0.0f, 1.0f);
@@ -144,14 +166,34 @@ TEST(what_mirrors_gather_is_the_same_with_less_noise)
     struct scene_fixture *f = fixture_new();
     struct plan p = lit_floors(f);
     add_mirror(f);
-    struct traced sent = trace_lit_by_mirror(f, &p, NULL, false);
-    struct traced chance = trace_lit_by_mirror(f, &p, NULL, true);
-    expect_equal_light(&sent, &chance, PLANE_PATH_RADIANCE, SPP);
-    expect_equal_light(&sent, &chance, PLANE_PATH_INDIRECT, SPP);
-    assert_true(mean(&sent, PLANE_PATH_INDIRECT, 0, SPP) > 0.001);
-    assert_true(mean(&sent, PLANE_PATH_M2, 0, SPP) < 0.1 * mean(&chance, PLANE_PATH_M2, 0, SPP));
-    traced_fini(&chance);
-    traced_fini(&sent);
+    assert_true(expect_gathered(f, &p, NULL, 0.001) < 0.1);
+    free(f);
+}
+
+/* Two prisms of glass over floor and paint, a sun, and a lamp beside a mirror: both maps. */
+TEST(what_lenses_gather_is_the_same)
+{
+    struct environment_fixture sun;
+    struct scene_fixture *f = fixture_new();
+    struct plan p = lit_floors(f);
+    const uint32_t glass = fixture_glossy(f, (float[]){0.9f, 1, 0.9f}, 0.0f, 0.0f);
+    open_sun(&sun);
+    f->materials[glass].transmission = 1.0f;
+    f->materials[glass].thickness = 1.0f;
+    add_mirror(f);
+    for (int k = 0; k < 2; k++) {
+        const float x = (float)k * 1.6f - 0.8f, lean = k ? 0.2f : -0.2f;
+        fixture_panel(f, glass, (float[]){x, 1.0f, 0}, (float[]){0.7f, lean, 0},
+                      (float[]){0, 0, -0.8f});
+        fixture_panel(f, glass, (float[]){x, 0.6f, 0}, (float[]){0.7f, 0, 0},
+                      (float[]){0, 0, 0.8f});
+    }
+    p.environment = (struct plan_environment){
+        .kind = ENVIRONMENT_MAP, .rotation_rad = 0.4f, .radiance = {1, 1, 1}};
+    p.bounces = 4;
+    p.paths.spp = 64;
+    assert_true(expect_gathered(f, &p, sun.map, 0.01) < 1.0);
+    environment_fixture_close(&sun);
     free(f);
 }
 
