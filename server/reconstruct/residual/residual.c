@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "server/reconstruct/residual/residual_error.h"
+#include "server/reconstruct/residual/residual_lone.h"
 #include "server/reconstruct/residual/residual_pass.h"
 #include "server/reconstruct/residual/residual_smooth.h"
 #include "server/reconstruct/residual/residual_spikes.h"
@@ -14,6 +15,7 @@ int32_t residual_halo_px(const struct plan *plan)
     int32_t halo = 0;
     if (plan->residual_filter != RESIDUAL_FILTER_HALVES) return 0;
     for (int k = 0; k < RESIDUAL_PASSES; k++) halo += residual_reach_px(k);
+    halo += RESIDUAL_LONE_REACH_PX;
     if (halo < RESIDUAL_SPREAD_PX) halo = RESIDUAL_SPREAD_PX;
     halo += RESIDUAL_SMOOTH_REACH_PX + RESIDUAL_SPIKES_LIMIT_PX;
     if (plan->paths.spp == 1) halo += 1; /* pixels beside lend halves */
@@ -108,7 +110,7 @@ static struct rect own_rect(const struct patch *patch, struct rect r)
 static struct rect area_of(const struct patch *patch, struct rect block, int number)
 {
     const struct rect whole = {0, 0, rect_width(patch->rect), rect_height(patch->rect)};
-    struct rect area = own_rect(patch, block);
+    struct rect area = rect_grow(own_rect(patch, block), RESIDUAL_LONE_REACH_PX);
     for (int k = number + 1; k < RESIDUAL_PASSES; k++) area = rect_grow(area, residual_reach_px(k));
     return rect_intersect(area, whole);
 }
@@ -157,6 +159,7 @@ int residual_filter(const struct patch *patch, struct rect block,
     if (!error)
         error = variance ? run_with_errors(patch, block, &field, variance, statistics)
                          : run_passes(patch, block, &field, statistics);
+    if (!error) residual_lone_draw_in(&field, own_rect(patch, block));
     if (!error) compose(patch, &field, &spikes, out, statistics);
     residual_spikes_fini(&spikes);
     residual_field_fini(&field);
