@@ -12,6 +12,7 @@ import { GLOSS_NAMES, glossScenes } from "../scenes/gloss.mjs";
 import { LAMPS, lampsScene } from "../scenes/lamps.mjs";
 import { peersScenes } from "../scenes/peers.mjs";
 import { SMALL_NAMES, smallScenes } from "../scenes/real.mjs";
+import { KITCHEN_NAMES, kitchenScenes } from "../scenes/kitchen.mjs";
 import { ROOM_NAMES, roomScenes } from "../scenes/room.mjs";
 import { TABLE_NAMES, tableScenes } from "../scenes/table.mjs";
 import { withFarm } from "./farms.mjs";
@@ -35,7 +36,7 @@ function settings({ mode, given, repeat, out }) {
 // Those of the peers folder and the bench's own; null where there is no such folder.
 function fullScenes({ out, peers }) {
   const scenes = peersScenes(peers), own = [`${out}/real`, OWN_WIDTH];
-  return scenes && [...scenes, lampsScene(...own), ...tableScenes(...own), ...roomScenes(...own), ...glossScenes(...own)];
+  return scenes && [...scenes, lampsScene(...own), ...tableScenes(...own), ...roomScenes(...own), ...kitchenScenes(...own), ...glossScenes(...own)];
 }
 
 // Those that there are; null where the peers folder is wanted and not there.
@@ -97,7 +98,7 @@ function judge(o, rows) {
 
 // {absent, names}: what was asked for and is not there, and what is; null where all is, or where no folder tells.
 export function absentScenes({ mode, peers, realNames }) {
-  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES, ...ROOM_NAMES, ...GLOSS_NAMES];
+  const own = peersScenes(peers), names = SMALL[mode] ? SMALL_NAMES : own && [...own.map((s) => s.name), LAMPS, ...TABLE_NAMES, ...ROOM_NAMES, ...KITCHEN_NAMES, ...GLOSS_NAMES];
   return names && realNames?.some((name) => !names.includes(name)) ? { absent: realNames.filter((name) => !names.includes(name)), names } : null;
 }
 

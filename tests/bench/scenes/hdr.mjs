@@ -8,7 +8,8 @@ function encode(rgb) {
   return [...rgb.map((v) => Math.min(255, Math.floor(v * 2 ** (8 - exponent)))), exponent + 128];
 }
 
-// at([x, y, z]) is the radiance [r, g, b] from that direction, of unit length, Y up; the rows go from the zenith down.
+// at([x, y, z]) is the radiance [r, g, b] from that direction, of unit length, Y up; the rows go from the zenith down. The
+// first column looks along +x, so that a job must turn the map by 180 degrees for directions to be those of its scene.
 export function radiance(width, height, at) {
   const texels = [];
   for (let y = 0; y < height; y++)
